@@ -1,0 +1,1 @@
+//! The fit of the camera's dual gamma (the curve itself is [`crate::imaging::DualGamma`]).

@@ -1,0 +1,48 @@
+//! One pose of the OLAT session.
+
+use super::frame::{load_linear, load_mask};
+use crate::error::Result;
+use crate::imaging::{DualGamma, Image, Mask};
+use crate::project::Project;
+use rayon::prelude::*;
+
+/// A pose under each lamp alone, linear, at the working size: an exemplar of the reflectance field.
+#[derive(Clone, Debug)]
+pub struct Exemplar {
+    /// Its number in the project, from 0.
+    pub pose: usize,
+    /// One linear picture per lamp, in the OLAT session's units.
+    pub olats: Vec<Image>,
+    /// The subject's coverage.
+    pub mask: Mask,
+}
+
+impl Exemplar {
+    /// Reads pose `pose` of the project, linearised by `response`.
+    pub fn load(project: &Project, response: &DualGamma, pose: usize) -> Result<Self> {
+        let size = project.settings.size;
+        let olats = (0..project.settings.shoot.lamps.len())
+            .into_par_iter()
+            .map(|lamp| load_linear(&project.olat_path(pose, lamp), response, size))
+            .collect::<Result<_>>()?;
+        Ok(Self { pose, olats, mask: load_mask(&project.exemplar_mask_path(pose), size)? })
+    }
+
+    /// Reads every pose of the project.
+    pub fn load_all(project: &Project, response: &DualGamma) -> Result<Vec<Self>> {
+        (0..project.settings.shoot.poses.len()).map(|p| Self::load(project, response, p)).collect()
+    }
+
+    /// The pose as a sum of its lamps: Σ weights_i · OLAT_i.
+    pub fn relit(&self, weights: &[[f32; 3]]) -> Image {
+        let mut sum = Image::filled(self.mask.width, self.mask.height, [0.0; 3]);
+        for (olat, weight) in self.olats.iter().zip(weights) {
+            for (out, pixel) in sum.pixels.iter_mut().zip(&olat.pixels) {
+                for c in 0..3 {
+                    out[c] += weight[c] * pixel[c];
+                }
+            }
+        }
+        sum
+    }
+}

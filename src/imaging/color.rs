@@ -1,0 +1,44 @@
+//! Colour: luminance and the sRGB transfer function.
+
+/// Relative luminance of linear Rec.709 RGB (ITU-R BT.709).
+pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// sRGB encoding of a linear value (IEC 61966-2-1). Values outside `[0, 1]` are clipped, NaN gives 0.
+pub fn srgb_from_linear(linear: f32) -> f32 {
+    let x = linear.max(0.0).min(1.0);
+    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// Linear value of an sRGB-encoded one (IEC 61966-2-1), for encoded values in `[0, 1]`.
+pub fn linear_from_srgb(encoded: f32) -> f32 {
+    let x = encoded.max(0.0).min(1.0);
+    if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
+/// An 8-bit code of a value in `[0, 1]`, rounded to nearest.
+pub fn byte_from_unit(unit: f32) -> u8 {
+    (unit.max(0.0).min(1.0) * 255.0 + 0.5) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn srgb_round_trips() {
+        for i in 0..=1000 {
+            let x = i as f32 / 1000.0;
+            assert!((linear_from_srgb(srgb_from_linear(x)) - x).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn hostile_values_encode_to_the_ends() {
+        assert_eq!(srgb_from_linear(f32::NAN), 0.0);
+        assert_eq!(srgb_from_linear(f32::NEG_INFINITY), 0.0);
+        assert_eq!(srgb_from_linear(f32::INFINITY), 1.0);
+        assert_eq!(byte_from_unit(f32::NAN), 0);
+    }
+}

@@ -1,0 +1,173 @@
+//! Picture files: PNG, JPEG and TIFF as encoded values, EXR and Radiance HDR as linear light.
+
+use super::color::byte_from_unit;
+use super::raster::{Encoded, Image, Mask, Raster};
+use crate::error::{Error, Result};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder, ImageReader};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+fn decode(path: &Path) -> Result<image::DynamicImage> {
+    let remedy = "Check that the file is there and is a complete picture";
+    let mut reader = ImageReader::open(path)
+        .map_err(|e| Error::file("open", path, e, remedy))?
+        .with_guessed_format()
+        .map_err(|e| Error::file("read", path, e, remedy))?;
+    reader.no_limits();
+    let picture = reader.decode().map_err(|e| Error::file("decode", path, e, remedy))?;
+    if picture.width() == 0 || picture.height() == 0 {
+        return Err(Error::unexpected(path.display(), "at least one pixel", "none", remedy));
+    }
+    Ok(picture)
+}
+
+fn raster_from_rgb(rgb: image::Rgb32FImage) -> Raster<[f32; 3]> {
+    let (width, height) = (rgb.width() as usize, rgb.height() as usize);
+    let pixels = rgb.into_raw().chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+    Raster { width, height, pixels }
+}
+
+/// Reads an integer picture (8 or 16 bits) as encoded values in `[0, 1]`; alpha is dropped.
+pub fn read_encoded(path: &Path) -> Result<Encoded> {
+    Ok(Encoded(raster_from_rgb(decode(path)?.into_rgb32f())))
+}
+
+/// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on as they are,
+/// NaN and infinities included: whoever uses them decides (see [`crate::light::environment`]).
+pub fn read_linear(path: &Path) -> Result<Image> {
+    Ok(raster_from_rgb(decode(path)?.into_rgb32f()))
+}
+
+/// Reads a grey picture as linear coverage in `[0, 1]`.
+pub fn read_mask(path: &Path) -> Result<Mask> {
+    let grey = decode(path)?.into_luma16();
+    Ok(Mask {
+        width: grey.width() as usize,
+        height: grey.height() as usize,
+        pixels: grey.into_raw().into_iter().map(|v| f32::from(v) / 65535.0).collect(),
+    })
+}
+
+/// Width and height without decoding the pixels.
+pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
+    let remedy = "Check that the file is there and is a complete picture";
+    let (w, h) = ImageReader::open(path)
+        .map_err(|e| Error::file("open", path, e, remedy))?
+        .with_guessed_format()
+        .map_err(|e| Error::file("read", path, e, remedy))?
+        .into_dimensions()
+        .map_err(|e| Error::file("read", path, e, remedy))?;
+    Ok((w as usize, h as usize))
+}
+
+/// Writes encoded values as an 8-bit RGB PNG.
+pub fn write_png(path: &Path, picture: &Encoded) -> Result<()> {
+    let Raster { width, height, pixels } = &picture.0;
+    let bytes: Vec<u8> = pixels.iter().flatten().map(|&v| byte_from_unit(v)).collect();
+    write_png_bytes(path, (*width, *height), &bytes, ExtendedColorType::Rgb8)
+}
+
+/// Writes coverage as an 8-bit grey PNG.
+pub fn write_mask_png(path: &Path, mask: &Mask) -> Result<()> {
+    let bytes: Vec<u8> = mask.pixels.iter().map(|&v| byte_from_unit(v)).collect();
+    write_png_bytes(path, mask.size(), &bytes, ExtendedColorType::L8)
+}
+
+fn write_png_bytes(
+    path: &Path,
+    (width, height): (usize, usize),
+    bytes: &[u8],
+    color: ExtendedColorType,
+) -> Result<()> {
+    write_beside(path, |out| {
+        PngEncoder::new(out).write_image(bytes, width as u32, height as u32, color)
+    })
+}
+
+/// Writes scene-linear RGB as a half-float, ZIP-compressed OpenEXR picture. Values beyond the range
+/// of half floats are clipped to ±65504.
+pub fn write_exr(path: &Path, picture: &Image) -> Result<()> {
+    use exr::prelude::*;
+    let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0));
+    let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
+        let [r, g, b] = picture.at(at.x(), at.y());
+        (half(r), half(g), half(b))
+    });
+    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
+    let layer = Layer::new(picture.size(), LayerAttributes::default(), encoding, channels);
+    let mut bytes = Vec::new();
+    exr::prelude::Image::from_layer(layer)
+        .write()
+        .to_buffered(std::io::Cursor::new(&mut bytes))
+        .map_err(|e| Error::file("encode", path, e, "Check the size of the picture"))?;
+    write_beside(path, |out| out.write_all(&bytes))
+}
+
+/// Writes through a file beside `path`, syncs it and renames it over `path`, so that a crash leaves
+/// either the old file or the new one, whole. Creates the folder where it is missing.
+pub fn write_beside<E: ToString>(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> std::result::Result<(), E>,
+) -> Result<()> {
+    let fail = |cause: String| {
+        Error::file("write", path, cause, "Check that the folder can be written and the disk has room")
+    };
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let name = path.file_name().ok_or_else(|| fail("it names no file".into()))?;
+    let beside = folder.join(format!(".{}.{}", name.to_string_lossy(), std::process::id()));
+    let written = (|| {
+        std::fs::create_dir_all(folder).map_err(|e| fail(e.to_string()))?;
+        let file = File::create(&beside).map_err(|e| fail(e.to_string()))?;
+        let mut out = BufWriter::new(&file);
+        write(&mut out).map_err(|e| fail(e.to_string()))?;
+        out.flush().map_err(|e| fail(e.to_string()))?;
+        file.sync_all().map_err(|e| fail(e.to_string()))?;
+        std::fs::rename(&beside, path).map_err(|e| fail(e.to_string()))
+    })();
+    if written.is_err() {
+        // The half-written file is ours alone; that it may not exist is the expected case.
+        let _ = std::fs::remove_file(&beside);
+    }
+    written
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_come_back_as_they_were_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let linear = Raster::from_fn(5, 3, |x, y| [x as f32 * 0.25, y as f32 * 4.0, 70_000.0]);
+        let path = folder.path().join("new/linear.exr");
+        write_exr(&path, &linear).unwrap();
+        assert_eq!(read_linear(&path).unwrap(), linear.map(|[r, g, _]| [r, g, 65504.0]));
+
+        let encoded = Encoded(Raster::from_fn(4, 2, |x, y| [x as f32 / 3.0, y as f32, 0.2]));
+        let path = folder.path().join("encoded.png");
+        write_png(&path, &encoded).unwrap();
+        assert_eq!(dimensions(&path).unwrap(), (4, 2));
+        assert_eq!(read_encoded(&path).unwrap(), encoded);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_file_that_is_no_picture_is_named_in_the_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("broken.png");
+        std::fs::write(&path, b"not a picture").unwrap();
+        assert!(read_encoded(&path).unwrap_err().to_string().contains("broken.png"));
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("kept.txt");
+        std::fs::write(&path, b"old").unwrap();
+        assert!(write_beside(&path, |_| Err("disk full")).is_err());
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,11 @@
+//! Light from all directions: lat-long panoramas, environments, the rig of lamps and the weights
+//! that give an environment's energy to lamps.
+
+pub mod environment;
+pub mod latlong;
+pub mod rig;
+pub mod weights;
+
+pub use environment::Environment;
+pub use rig::{Lamp, Rig};
+pub use weights::LightWeights;

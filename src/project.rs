@@ -1,0 +1,181 @@
+//! A project: a folder with a versioned `project.toml`, what was computed for it beside that, and
+//! relative paths to the shoot. Nothing large is copied.
+//!
+//! ```text
+//! PROJECT/
+//!   project.toml        what the person chose and what the shoot holds
+//!   calibration.toml    lamps, weights and camera response        (afterlight calibrate)
+//!   checkpoint/         the network, the optimiser and its place  (afterlight train)
+//!   training.csv        every step's losses                       (afterlight train)
+//! ```
+
+use crate::error::{Error, Result};
+use crate::imaging::file::write_beside;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// The version of `project.toml` that this program writes and reads.
+pub const FORMAT: u32 = 1;
+
+/// An open project: its folder and its settings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Project {
+    /// The project's folder.
+    pub root: PathBuf,
+    /// The contents of `project.toml`.
+    pub settings: Settings,
+}
+
+/// The contents of `project.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Version of this file, [`FORMAT`].
+    pub format: u32,
+    /// What people call the project.
+    pub name: String,
+    /// Working size: pictures are averaged down to `size × size` pixels. A power of two.
+    pub size: usize,
+    /// Every random draw of this project comes from this seed.
+    pub seed: u64,
+    /// Where the pictures are.
+    pub shoot: Shoot,
+}
+
+/// What a shoot folder holds, found once at import.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Shoot {
+    /// The shoot's folder, relative to the project's.
+    pub folder: PathBuf,
+    /// Frames per second of the interview.
+    pub frame_rate: f64,
+    /// Names of the pose folders under `exemplars/`: `pose00` …
+    pub poses: Vec<String>,
+    /// Names of the OLATs without extension, the same in every pose and among the probes: `olat_00` …
+    pub lamps: Vec<String>,
+    /// Names of the interview frames without extension: `frame_000` …
+    pub frames: Vec<String>,
+    /// How the mirror balls were photographed.
+    pub ball: Ball,
+    /// Radius of the dome that carries the lamps in metres, where it is known.
+    pub dome_radius_m: Option<f32>,
+    /// Environments that belong to the shoot.
+    pub environments: Vec<NamedEnvironment>,
+}
+
+/// A mirror ball in the photographs under `probes/`, all taken by one fixed camera.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ball {
+    /// Centre in pixels from the top left corner of the photograph (0 is the left edge of column 0).
+    pub center_px: [f32; 2],
+    /// Radius of the silhouette in pixels.
+    pub radius_px: f32,
+    /// Radius of the ball in metres.
+    pub radius_m: f32,
+    /// Distance from the camera to the ball's centre in metres.
+    pub camera_distance_m: f32,
+}
+
+/// A lat-long panorama file and its name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NamedEnvironment {
+    pub name: String,
+    /// Relative to the shoot's folder.
+    pub file: PathBuf,
+}
+
+impl Project {
+    /// Opens the project in folder `root`.
+    ///
+    /// # Errors
+    /// When `project.toml` is missing, is not understood or is of another format version.
+    pub fn open(root: &Path) -> Result<Self> {
+        let path = root.join("project.toml");
+        let text = std::fs::read_to_string(&path).map_err(|e| {
+            Error::file("open", &path, e, "Make a project first: afterlight import PROJECT --shoot DIR")
+        })?;
+        let settings: Settings = toml::from_str(&text).map_err(|e| {
+            Error::file("read", &path, e.message(), "Mend the line or import the shoot again")
+        })?;
+        if settings.format != FORMAT {
+            return Err(Error::unexpected(
+                path.display(),
+                format!("format {FORMAT}"),
+                format!("format {}", settings.format),
+                "Open it with the version of Afterlight that wrote it, or import the shoot again",
+            ));
+        }
+        check_size(settings.size)?;
+        Ok(Self { root: root.to_path_buf(), settings })
+    }
+
+    /// Writes `project.toml`.
+    pub fn save(&self) -> Result<()> {
+        save_toml(&self.root.join("project.toml"), &self.settings)
+    }
+
+    /// A path inside the shoot's folder.
+    pub fn shoot_path(&self, inside: impl AsRef<Path>) -> PathBuf {
+        self.root.join(&self.settings.shoot.folder).join(inside)
+    }
+
+    /// The photograph of pose `pose` under lamp `lamp` alone.
+    pub fn olat_path(&self, pose: usize, lamp: usize) -> PathBuf {
+        let shoot = &self.settings.shoot;
+        self.shoot_path(format!("exemplars/{}/{}.png", shoot.poses[pose], shoot.lamps[lamp]))
+    }
+
+    /// The matte of pose `pose`.
+    pub fn exemplar_mask_path(&self, pose: usize) -> PathBuf {
+        self.shoot_path(format!("exemplar_masks/{}.png", self.settings.shoot.poses[pose]))
+    }
+
+    /// Interview frame number `frame`.
+    pub fn frame_path(&self, frame: usize) -> PathBuf {
+        self.shoot_path(format!("interview/{}.png", self.settings.shoot.frames[frame]))
+    }
+
+    /// The matte of interview frame `frame`.
+    pub fn frame_mask_path(&self, frame: usize) -> PathBuf {
+        self.shoot_path(format!("interview_masks/{}.png", self.settings.shoot.frames[frame]))
+    }
+
+    /// The mirror ball under the interview's light.
+    pub fn interview_probe_path(&self) -> PathBuf {
+        self.shoot_path("probes/interview.png")
+    }
+
+    /// The mirror ball under lamp `lamp` alone.
+    pub fn lamp_probe_path(&self, lamp: usize) -> PathBuf {
+        self.shoot_path(format!("probes/{}.png", self.settings.shoot.lamps[lamp]))
+    }
+
+    /// Where the calibration is kept.
+    pub fn calibration_path(&self) -> PathBuf {
+        self.root.join("calibration.toml")
+    }
+
+    /// The folder of the trained network.
+    pub fn checkpoint_path(&self) -> PathBuf {
+        self.root.join("checkpoint")
+    }
+}
+
+/// Refuses a working size that the network cannot halve down to one pixel.
+pub fn check_size(size: usize) -> Result<()> {
+    if size.is_power_of_two() && (16..=1024).contains(&size) {
+        return Ok(());
+    }
+    Err(Error::unexpected(
+        "the working size",
+        "a power of two from 16 to 1024",
+        size.to_string(),
+        "Choose 128 for a quick look or 512 for the paper's size",
+    ))
+}
+
+/// Writes `value` as TOML beside `path` and renames it.
+pub fn save_toml(path: &Path, value: &impl Serialize) -> Result<()> {
+    let text = toml::to_string_pretty(value)
+        .map_err(|e| Error::file("write", path, e, "Please report this: it is a fault of the program"))?;
+    write_beside(path, |out| std::io::Write::write_all(out, text.as_bytes()))
+}

@@ -1,0 +1,5 @@
+//! The reflectance field and the network that predicts it.
+
+mod field;
+
+pub use field::ReflectanceField;
