@@ -12,6 +12,7 @@ pub mod error;
 pub mod evaluation;
 pub mod export;
 pub mod footage;
+pub mod gpu;
 pub mod imaging;
 pub mod light;
 pub mod progress;

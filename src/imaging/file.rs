@@ -101,7 +101,7 @@ pub fn write_exr(path: &Path, picture: &Image) -> Result<()> {
     exr::prelude::Image::from_layer(layer)
         .write()
         .to_buffered(std::io::Cursor::new(&mut bytes))
-        .map_err(|e| Error::file("encode", path, e, "Check the size of the picture"))?;
+        .map_err(|e| crate::error::Error::file("encode", path, e, "Check the size of the picture"))?;
     write_beside(path, |out| out.write_all(&bytes))
 }
 

@@ -1,5 +1,13 @@
-//! The reflectance field and the network that predicts it.
+//! The reflectance field and the network that predicts it. `docs/method.md` says how it follows the
+//! paper.
 
+pub mod checkpoint;
 mod field;
+pub mod predictor;
+pub mod render;
+mod resize;
+mod unet;
 
 pub use field::ReflectanceField;
+pub use predictor::Predictor;
+pub use unet::{Formulation, Normalization, UNet, UNetConfig};

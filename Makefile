@@ -1,0 +1,42 @@
+# `make` sets the machine up, builds and runs; `make test` sets up and passes all tests.
+CARGO ?= cargo
+AFTERLIGHT = target/debug/afterlight
+DEMO ?= demo
+
+.PHONY: run build setup test lint doc starter accuracy clean-demo
+
+run: build
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
+		$(AFTERLIGHT) demo $(DEMO) --prepare && exec $(AFTERLIGHT) studio $(DEMO)/project; \
+	else \
+		exec $(AFTERLIGHT) demo $(DEMO); \
+	fi
+
+build: setup
+	$(CARGO) build --locked
+
+# What the system lacks: a Vulkan loader with a software adapter, the libraries of a window, ffmpeg.
+setup:
+	@sh tools/setup.sh
+
+test: setup
+	$(CARGO) test --locked
+
+lint:
+	$(CARGO) fmt --check
+	$(CARGO) clippy --locked --all-targets -- -D warnings
+
+doc:
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps
+
+# Trains the small network that the demo starts from, on the virtual stage alone.
+starter: build
+	rm -rf target/starter
+	$(AFTERLIGHT) stage target/starter/shoot --size 128 --frames 24
+	$(AFTERLIGHT) import target/starter/project --shoot target/starter/shoot --size 128
+	$(AFTERLIGHT) calibrate target/starter/project
+	$(AFTERLIGHT) train target/starter/project --preset starter --exclude-truth target/starter/shoot
+	$(AFTERLIGHT) pack target/starter/project --to assets/starter
+
+clean-demo:
+	rm -rf $(DEMO)

@@ -1,0 +1,101 @@
+//! What a person sees of a command: bars on stderr, figures on stdout.
+
+use crate::progress::{Cancel, Progress, Report};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// A command's console. One bar at a time; where stderr is no terminal, a line every few seconds.
+pub struct Console {
+    json: bool,
+    cancel: Cancel,
+    bar: Mutex<Bar>,
+}
+
+struct Bar {
+    stage: &'static str,
+    bar: ProgressBar,
+    terminal: bool,
+    printed: Instant,
+}
+
+/// Between two lines where there is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+
+impl Console {
+    /// A console that prints its figures as JSON where `json` is set. Ctrl-C asks running work to
+    /// stop; a second one ends the program.
+    pub fn new(json: bool) -> Self {
+        let cancel = Cancel::default();
+        let asked = cancel.clone();
+        let handler = ctrlc::set_handler(move || {
+            if asked.requested() {
+                std::process::exit(130);
+            }
+            asked.request();
+            eprintln!("Stopping after this step; press Ctrl-C again to stop at once");
+        });
+        if let Err(e) = handler {
+            eprintln!("Ctrl-C will end the program at once: {e}");
+        }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        let terminal = std::io::stderr().is_terminal();
+        Self { json, cancel, bar: Mutex::new(Bar { stage: "", bar, terminal, printed: Instant::now() }) }
+    }
+
+    /// Runs `work` with progress shown here.
+    pub fn run<T>(&self, work: impl FnOnce(&Progress) -> T) -> T {
+        let sink = |report: Report| self.show(report);
+        let result = work(&Progress::new(&sink, self.cancel.clone()));
+        if let Ok(bar) = self.bar.lock() {
+            bar.bar.finish_and_clear();
+        }
+        result
+    }
+
+    fn show(&self, report: Report) {
+        // A panic elsewhere while the bar was drawn must not hide this report's own cause.
+        let mut bar = self.bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        match report {
+            Report::Say(sentence) => bar.bar.suspend(|| eprintln!("{sentence}")),
+            Report::Step { stage, done, total, note } => bar.step(stage, done, total, note),
+        }
+    }
+
+    /// Prints a command's result: `figures` as JSON, or `sentences`.
+    pub fn finish(&self, figures: &impl Serialize, sentences: impl FnOnce() -> String) {
+        if self.json {
+            // Our own figures always serialise; NaN becomes null.
+            println!("{}", serde_json::to_string(figures).unwrap_or_else(|e| format!("{{\"error\":\"{e}\"}}")));
+        } else {
+            println!("{}", sentences());
+        }
+    }
+}
+
+impl Bar {
+    fn step(&mut self, stage: &'static str, done: u64, total: u64, note: String) {
+        if self.stage != stage {
+            self.bar.finish();
+            self.stage = stage;
+            self.bar = if self.terminal { ProgressBar::new(total) } else { ProgressBar::hidden() };
+            let template = "{msg:>22} {bar:30} {percent:>3} % · {elapsed} · {eta} left  {prefix}";
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                self.bar.set_style(style);
+            }
+            self.bar.set_message(stage);
+            self.printed = Instant::now() - 2 * LINE_INTERVAL;
+        }
+        self.bar.set_length(total.max(1));
+        self.bar.set_position(done);
+        self.bar.set_prefix(note.clone());
+        let finished = done >= total;
+        if !self.terminal && (finished || self.printed.elapsed() > LINE_INTERVAL) {
+            let percent = 100 * done / total.max(1);
+            eprintln!("{stage}: {percent} % {note}");
+            self.printed = Instant::now();
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! The command line. Each command reads its arguments, runs one action of the library with a
+//! progress bar on stderr, and prints its figures: sentences, or with `--json` one object.
+
+mod console;
+
+use crate::calibration::{Calibration, calibrate};
+use crate::demo;
+use crate::error::Result;
+use crate::evaluation::{self, EvaluateSettings, With};
+use crate::export::relight::{RelightSettings, Turn, relight};
+use crate::footage::{ImportSettings, import};
+use crate::gpu::DeviceChoice;
+use crate::project::Project;
+use crate::training::{Preset, TrainSettings, train};
+use crate::virtual_stage::{StageSettings, write_shoot};
+use clap::{Args, Parser, Subcommand};
+use console::Console;
+use std::path::PathBuf;
+
+/// Relight filmed interviews after filming.
+///
+/// Without a command the studio opens, on PROJECT where one is named.
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    /// The project to open in the studio.
+    project: Option<PathBuf>,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Stage(StageArgs),
+    Import(ImportArgs),
+    Calibrate(CalibrateArgs),
+    Train(TrainArgs),
+    Relight(RelightArgs),
+    Evaluate(EvaluateArgs),
+    Studio(StudioArgs),
+    Demo(DemoArgs),
+    Pack(PackArgs),
+}
+
+/// Write a shoot of a virtual light stage, with its truth: data to try everything with.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight stage shoot --frames 24 --size 128")]
+struct StageArgs {
+    /// The folder to write.
+    dir: PathBuf,
+    /// Interview frames.
+    #[arg(long, default_value_t = StageSettings::default().frames)]
+    frames: usize,
+    /// Width and height of the pictures in pixels.
+    #[arg(long, default_value_t = StageSettings::default().size)]
+    size: usize,
+    /// Seed of all that is random: the same seed gives the same files.
+    #[arg(long, default_value_t = StageSettings::default().seed)]
+    seed: u64,
+    /// Lamp banks, which are the lighting conditions of the OLATs.
+    #[arg(long, default_value_t = StageSettings::default().lamps)]
+    lamps: usize,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Make a project from a shoot folder. Copies nothing.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight import interview --shoot shoot --size 128")]
+struct ImportArgs {
+    /// The project's folder, made where it is missing.
+    project: PathBuf,
+    /// The folder that holds the shoot's manifest.json.
+    #[arg(long)]
+    shoot: PathBuf,
+    /// Working size in pixels, a power of two.
+    #[arg(long, default_value_t = 128)]
+    size: usize,
+    /// Seed of the project's random draws.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Find lamps, interview light and camera response from the mirror balls and the pictures.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight calibrate interview --json")]
+struct CalibrateArgs {
+    /// The project's folder.
+    project: PathBuf,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Train the project's network, or go on training it. Ctrl-C stops it and keeps the checkpoint.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight train interview --preset quick --exclude-frames 5,14,25,36")]
+struct TrainArgs {
+    /// The project's folder.
+    project: PathBuf,
+    /// Where the settings start from.
+    #[arg(long, value_enum, default_value = "quick")]
+    preset: Preset,
+    /// End after this many minutes.
+    #[arg(long, conflicts_with = "epochs")]
+    minutes: Option<f64>,
+    /// End after this many epochs.
+    #[arg(long)]
+    epochs: Option<u32>,
+    /// Interview frames that training must not see, such as 5,14,25,36.
+    #[arg(long, value_delimiter = ',')]
+    exclude_frames: Vec<usize>,
+    /// Start over instead of going on from the checkpoint.
+    #[arg(long)]
+    fresh: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Relight the interview under an environment and write pictures or a clip.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: afterlight relight interview --environment courtyard.hdr --turntable --to clip.mp4"
+)]
+struct RelightArgs {
+    /// The project's folder.
+    project: PathBuf,
+    /// A lat-long EXR or HDR file, or the name of one of the shoot's own environments.
+    #[arg(long)]
+    environment: PathBuf,
+    /// Turn the environment: positive moves it to camera-right in front.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    yaw: f32,
+    /// Turn the environment once around over the frames, from --yaw on.
+    #[arg(long)]
+    turntable: bool,
+    /// Frames A to B, both included; all where this is left out.
+    #[arg(long, value_name = "A-B", value_parser = parse_range)]
+    frames: Option<(usize, usize)>,
+    /// Exposure in stops.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    exposure: f32,
+    /// Leave out the environment behind the subject.
+    #[arg(long)]
+    no_background: bool,
+    /// What to write: out.%04d.png, out.%04d.exr, clip.mp4 or clip.mov.
+    #[arg(long)]
+    to: PathBuf,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Measure relit frames and OLATs against a truth.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight evaluate interview --truth shoot --with ratio")]
+struct EvaluateArgs {
+    /// The project's folder.
+    project: PathBuf,
+    /// A folder with truth.json and truth/.
+    #[arg(long)]
+    truth: PathBuf,
+    /// What predicts.
+    #[arg(long, value_enum, default_value = "network")]
+    with: With,
+    /// Also bring the table in this Markdown file up to date, in the section of the shoot's name.
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
+    /// Also write predicted beside true OLATs as a contact sheet.
+    #[arg(long, value_name = "PNG")]
+    sheet: Option<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Open the studio.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight studio interview")]
+struct StudioArgs {
+    /// The project's folder.
+    project: Option<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// Run the whole way on a shoot of the virtual stage: no data and no download needed.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight demo demo")]
+struct DemoArgs {
+    /// The folder to work in. What is there already is kept and not made again.
+    #[arg(default_value = "demo")]
+    dir: PathBuf,
+    /// Make the project only, for the studio to open.
+    #[arg(long)]
+    prepare: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Pack a project's network as a small starting point for others: half floats, without the
+/// optimiser's state.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight pack interview --to assets/starter")]
+struct PackArgs {
+    /// The project's folder.
+    project: PathBuf,
+    /// The folder to write.
+    #[arg(long)]
+    to: PathBuf,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+#[derive(Debug, Args)]
+struct OutputArgs {
+    /// Print one JSON object with the figures instead of sentences.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct DeviceArgs {
+    /// Where the network runs.
+    #[arg(long, value_enum, default_value = "auto")]
+    device: DeviceChoice,
+}
+
+fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
+    let (from, to) = text.split_once('-').unwrap_or((text, text));
+    let number = |s: &str| s.trim().parse::<usize>().map_err(|e| format!("{s:?} is no frame number: {e}"));
+    let (from, to) = (number(from)?, number(to)?);
+    if from <= to { Ok((from, to)) } else { Err(format!("{from} comes after {to}")) }
+}

@@ -1,0 +1,170 @@
+//! Pass `background`: the environment behind the subject, as a camera on +Z that looks along −Z sees
+//! it, turned by the same yaw as the light.
+
+use crate::imaging::{Image, Mask};
+use crate::light::latlong::uv_from_direction;
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// How the environment is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraView {
+    /// Vertical field of view in degrees, above 0 and below 180. It need not be the interview's: that
+    /// is filmed from afar through a long lens (about 6°), which would show a few texels of a
+    /// panorama, while a lens of about 40° shows a place.
+    pub vertical_fov_deg: f32,
+}
+
+impl Default for CameraView {
+    fn default() -> Self {
+        Self { vertical_fov_deg: 40.0 }
+    }
+}
+
+/// Adds `level` · environment to a premultiplied picture where `mask` lets it through. The panorama is
+/// smoothed with a cubic B-spline, which has no ringing beside a sun and no facets when a small
+/// panorama fills a large picture; a large one is sampled as often as it has texels.
+pub fn draw_background(
+    picture: &mut Image,
+    mask: &Mask,
+    panorama: &Image,
+    yaw_deg: f32,
+    view: CameraView,
+    level: f32,
+) {
+    let (width, height) = picture.size();
+    let half_height = (view.vertical_fov_deg.to_radians() / 2.0).tan();
+    let pixel = 2.0 * half_height / height as f32;
+    let texel = std::f32::consts::PI / panorama.height as f32;
+    let samples = (pixel / texel).ceil().max(1.0) as usize;
+    // Reduced first, so that a turn more gives the same numbers.
+    let turn = yaw_deg.rem_euclid(360.0) / 360.0;
+    let share = level / (samples * samples) as f32;
+    picture.pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+        for (x, out) in row.iter_mut().enumerate() {
+            let open = 1.0 - mask.at(x, y);
+            if open <= 0.0 {
+                continue;
+            }
+            let mut sum = [0f32; 3];
+            for sample in 0..samples * samples {
+                let (i, j) = (sample % samples, sample / samples);
+                let across = x as f32 + (i as f32 + 0.5) / samples as f32 - width as f32 / 2.0;
+                let down = y as f32 + (j as f32 + 0.5) / samples as f32 - height as f32 / 2.0;
+                let (u, v) = uv_from_direction(Vec3::new(across * pixel, -down * pixel, -1.0));
+                let color = spline(panorama, u - turn, v);
+                (0..3).for_each(|c| sum[c] += color[c]);
+            }
+            (0..3).for_each(|c| out[c] += open * share * sum[c]);
+        }
+    });
+}
+
+/// The panorama at (u, v), smoothed with the uniform cubic B-spline over 4 × 4 texels. Columns wrap;
+/// beyond a pole the panorama goes on half a turn away.
+fn spline(panorama: &Image, u: f32, v: f32) -> [f32; 3] {
+    let (width, height) = (panorama.width as isize, panorama.height as isize);
+    let (x, y) = (u * width as f32 - 0.5, v * height as f32 - 0.5);
+    let (column, row) = (x.floor(), y.floor());
+    let (across, down) = (weights(x - column), weights(y - row));
+    let mut sum = [0f32; 3];
+    for (j, wy) in down.into_iter().enumerate() {
+        let r = row as isize + j as isize - 1;
+        let (r, half_turn) = match r {
+            r if r < 0 => (-1 - r, width / 2),
+            r if r >= height => (2 * height - 1 - r, width / 2),
+            r => (r, 0),
+        };
+        // Panoramas of fewer than two rows cannot be reflected this far.
+        let r = r.clamp(0, height - 1);
+        for (i, wx) in across.into_iter().enumerate() {
+            let c = (column as isize + i as isize - 1 + half_turn).rem_euclid(width);
+            let texel = panorama.at(c as usize, r as usize);
+            (0..3).for_each(|k| sum[k] += wx * wy * texel[k]);
+        }
+    }
+    sum
+}
+
+/// Weights of four texels for a point `f` ∈ [0, 1) beyond the second one. They add up to 1.
+fn weights(f: f32) -> [f32; 4] {
+    let g = 1.0 - f;
+    [g * g * g, 4.0 - 3.0 * f * f * (2.0 - f), 4.0 - 3.0 * g * g * (2.0 - g), f * f * f].map(|w| w / 6.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imaging::Raster;
+
+    fn seen(panorama: &Image, size: (usize, usize), yaw_deg: f32, fov: f32) -> Image {
+        let mut picture = Image::filled(size.0, size.1, [0.0; 3]);
+        let mask = Mask::filled(size.0, size.1, 0.0);
+        draw_background(&mut picture, &mask, panorama, yaw_deg, CameraView { vertical_fov_deg: fov }, 1.0);
+        picture
+    }
+
+    /// Centre of brightness in pixels from the picture's centre, to the right and down.
+    fn centroid(picture: &Image) -> (f32, f32) {
+        let (mut x, mut y, mut total) = (0.0, 0.0, 0.0);
+        for (i, pixel) in picture.pixels.iter().enumerate() {
+            x += pixel[0] * ((i % picture.width) as f32 + 0.5 - picture.width as f32 / 2.0);
+            y += pixel[0] * ((i / picture.width) as f32 + 0.5 - picture.height as f32 / 2.0);
+            total += pixel[0];
+        }
+        (x / total, y / total)
+    }
+
+    fn spot(width: usize, height: usize, column: usize, row: usize) -> Image {
+        Raster::from_fn(width, height, |x, y| if (x, y) == (column, row) { [1e6; 3] } else { [0.0; 3] })
+    }
+
+    #[test]
+    fn an_even_world_stays_even() {
+        for size in [(1, 1), (2, 1), (16, 8), (257, 129)] {
+            for fov in [6.0, 40.0, 170.0] {
+                let picture = seen(&Image::filled(size.0, size.1, [0.5, 1.0, 2.0]), (31, 17), 33.0, fov);
+                assert!(picture.pixels.iter().all(|p| (p[0] - 0.5).abs() < 1e-5 && (p[2] - 2.0).abs() < 1e-5));
+            }
+        }
+    }
+
+    #[test]
+    fn the_centre_of_the_panorama_is_behind_the_subject_and_positive_yaw_moves_it_right() {
+        let panorama = spot(65, 33, 32, 16);
+        let (x, y) = centroid(&seen(&panorama, (65, 65), 0.0, 60.0));
+        assert!(x.abs() < 0.05 && y.abs() < 0.05, "({x}, {y})");
+        let half_picture = 32.5 / 30f32.to_radians().tan();
+        let (x, _) = centroid(&seen(&panorama, (65, 65), 10.0, 60.0));
+        assert!((x - half_picture * 10f32.to_radians().tan()).abs() < 0.5, "{x}");
+        let (_, y) = centroid(&seen(&spot(65, 33, 32, 14), (65, 65), 0.0, 60.0));
+        assert!(y < -2.0, "a texel above the horizon is at {y}");
+    }
+
+    #[test]
+    fn a_whole_turn_changes_nothing() {
+        let panorama = Raster::from_fn(64, 32, |x, y| [x as f32, y as f32, (x * y) as f32]);
+        assert_eq!(seen(&panorama, (20, 30), 77.5, 40.0), seen(&panorama, (20, 30), 77.5 - 360.0, 40.0));
+    }
+
+    #[test]
+    fn a_small_panorama_is_shown_without_facets() {
+        // Second differences along a row of a magnified edge: those of interpolation by straight
+        // lines would be one whole slope at a texel's centre.
+        let panorama = Raster::from_fn(64, 32, |x, _| if x < 32 { [0.0; 3] } else { [1.0; 3] });
+        let picture = seen(&panorama, (512, 1), 0.0, 0.1);
+        let row: Vec<f32> = picture.pixels.iter().map(|p| p[0]).collect();
+        let slope = row.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
+        let bend = row.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f32::max);
+        assert!(slope > 0.0 && bend < 0.1 * slope, "slope {slope}, bend {bend}");
+    }
+
+    #[test]
+    fn a_large_panorama_keeps_its_mean() {
+        // Stripes of one texel, eight and more to a pixel, must not alias.
+        let panorama = Raster::from_fn(2048, 1024, |x, _| [(x % 2) as f32; 3]);
+        let picture = seen(&panorama, (24, 24), 0.0, 40.0);
+        assert!(picture.pixels.iter().all(|p| (p[0] - 0.5).abs() < 0.05));
+    }
+}

@@ -1,0 +1,120 @@
+//! How bright subject and background are, before the scene's own exposure.
+//!
+//! Neither has an absolute scale: an HDRI's radiance is in units of its own, and a reflectance field
+//! in units of the OLAT session. Their ratio cannot be measured either where the mirror balls were
+//! photographed through a filter of unknown density. So both are set by what is known of people.
+
+use super::reference::{SOLID, lit_lamps, relight};
+use crate::imaging::{Image, Mask, color::luminance};
+use crate::light::latlong::texel_solid_angle;
+use crate::light::{Environment, LightWeights};
+use crate::reflectance::ReflectanceField;
+use serde::{Deserialize, Serialize};
+
+/// Mean luminance factor assumed of a subject: between dark skin (0.1) and white clothes (0.8), near
+/// light skin (0.35).
+const SUBJECT_ALBEDO: f32 = 0.35;
+
+/// Where the subject's mean lands at 0 stops: the middle grey of photography.
+const MIDDLE_GREY: f32 = 0.18;
+
+/// Factors from stored units to the picture's, constant over a clip.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Levels {
+    /// Times Σ weights · field.
+    pub subject: f32,
+    /// Times the environment's radiance.
+    pub background: f32,
+}
+
+impl Default for Levels {
+    /// Units as they are stored.
+    fn default() -> Self {
+        Self { subject: 1.0, background: 1.0 }
+    }
+}
+
+impl Levels {
+    /// Levels at which a subject of albedo 0.35 in light of the environment's mean radiance is middle
+    /// grey, and stands before that environment as it would if it were there. `even` are the weights
+    /// of an environment of radiance 1 everywhere; `field` and `mask` are any one frame of the clip.
+    /// Where the field or the environment is black, its level is that of the other's default.
+    pub fn balanced(
+        environment: &Environment,
+        even: &LightWeights,
+        field: &ReflectanceField,
+        mask: &Mask,
+    ) -> Self {
+        let albedo_in_field_units = mean_solid_luminance(
+            &relight(field, &even.per_lamp, &lit_lamps(&even.per_lamp)),
+            mask,
+        );
+        let gain = positive(MIDDLE_GREY / (SUBJECT_ALBEDO * mean_radiance(&environment.radiance)));
+        let subject = positive(SUBJECT_ALBEDO / albedo_in_field_units);
+        Self { subject: gain * subject, background: gain }
+    }
+}
+
+/// A factor that can be used: 1 in place of what division by nothing gives.
+fn positive(factor: f32) -> f32 {
+    if factor.is_finite() && factor > 0.0 { factor } else { 1.0 }
+}
+
+fn mean_solid_luminance(picture: &Image, mask: &Mask) -> f32 {
+    let (mut sum, mut count) = (0f64, 0u32);
+    for (pixel, &alpha) in picture.pixels.iter().zip(&mask.pixels) {
+        let y = luminance(*pixel);
+        if alpha >= SOLID && y.is_finite() {
+            sum += f64::from(y);
+            count += 1;
+        }
+    }
+    (sum / f64::from(count)) as f32
+}
+
+/// Mean luminance over the sphere.
+fn mean_radiance(panorama: &Image) -> f32 {
+    let (width, height) = panorama.size();
+    let rows = panorama.pixels.chunks(width.max(1)).enumerate();
+    let sum: f64 = rows
+        .map(|(y, row)| {
+            let light: f64 = row.iter().map(|&p| f64::from(luminance(p))).sum();
+            light * texel_solid_angle(y, width, height)
+        })
+        .sum();
+    (sum / (4.0 * std::f64::consts::PI)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn environment(radiance: Image) -> Environment {
+        Environment { name: "test".into(), radiance, repaired_texels: 0 }
+    }
+
+    #[test]
+    fn a_subject_in_even_light_is_middle_grey_whatever_the_units() {
+        let mask = Mask::filled(8, 8, 1.0);
+        for (unit, brightness) in [(1.0, 1.0), (0.02, 700.0), (300.0, 0.001)] {
+            let field = ReflectanceField::from_olats(&vec![Image::filled(8, 8, [unit; 3]); 4]);
+            let even = LightWeights { per_lamp: vec![[0.25; 3]; 4], uncovered: 0.0 };
+            let light = environment(Image::filled(32, 16, [brightness; 3]));
+            let levels = Levels::balanced(&light, &even, &field, &mask);
+            let relit = unit * brightness * levels.subject;
+            assert!((relit - MIDDLE_GREY).abs() < 1e-5, "{unit} {brightness}: {relit}");
+            assert!((levels.background * brightness * SUBJECT_ALBEDO - MIDDLE_GREY).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn black_light_black_fields_and_empty_mattes_leave_usable_levels() {
+        let even = LightWeights { per_lamp: vec![[1.0; 3]; 2], uncovered: 0.0 };
+        for (light, value, alpha) in [(0.0, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, f32::NAN, 1.0), (1.0, 1.0, 0.0)] {
+            let field = ReflectanceField::from_olats(&vec![Image::filled(4, 4, [value; 3]); 2]);
+            let light = environment(Image::filled(4, 2, [light; 3]));
+            let levels = Levels::balanced(&light, &even, &field, &Mask::filled(4, 4, alpha));
+            assert!(levels.subject.is_normal() && levels.background.is_normal(), "{levels:?}");
+        }
+    }
+}

@@ -1,0 +1,323 @@
+//! Scores of a method against the truth.
+
+use super::metrics::{Compared, Psnr, psnr};
+use super::truth::Truth;
+use crate::calibration::Calibration;
+use crate::compositor::reference::{lit_lamps, relight};
+use crate::error::{Error, Result};
+use crate::footage::{Exemplar, Frame};
+use crate::imaging::{Image, Mask};
+use crate::light::Environment;
+use crate::progress::Progress;
+use crate::project::Project;
+use crate::reflectance::ReflectanceField;
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Where the reflectance field of a frame comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// The trained network predicts it.
+    Network,
+    /// The true OLATs: the best that any sum over this rig's lamps can reach.
+    TruthOlats,
+    /// The pose of the OLAT session that looks most like the frame, as it is.
+    Nearest,
+    /// That pose times frame / pose, both under the interview's light.
+    Ratio,
+}
+
+/// How near a method came to the truth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scores {
+    pub method: Method,
+    /// Frames that were measured.
+    pub frames: Vec<usize>,
+    /// Environment → mean PSNR over the frames in decibels.
+    pub relit_psnr_db: BTreeMap<String, f64>,
+    /// Environment → PSNR of each of `frames`.
+    pub relit_psnr_by_frame_db: BTreeMap<String, Vec<f64>>,
+    /// Mean PSNR of the OLATs over the frames whose true OLATs are known.
+    pub olat_psnr_db: Option<f64>,
+    /// Frame → PSNR of its OLATs.
+    pub olat_psnr_by_frame_db: BTreeMap<usize, f64>,
+}
+
+/// Refuses to judge a network by frames that it was trained on.
+///
+/// # Errors
+/// Names the frames and the option that keeps them out.
+pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Result<()> {
+    let list = |frames: &[usize]| frames.iter().map(usize::to_string).collect::<Vec<_>>().join(",");
+    let seen: Vec<usize> = truth_frames.iter().copied().filter(|f| training_frames.contains(f)).collect();
+    if seen.is_empty() {
+        return Ok(());
+    }
+    Err(Error::unexpected(
+        "the evaluation",
+        "truth frames that the network was not trained on",
+        format!("frames {} among the training frames", list(&seen)),
+        format!("Train again with: afterlight train PROJECT --fresh --exclude-frames {}", list(truth_frames)),
+    ))
+}
+
+/// Scores `method` under the shoot's environments. `predict` is asked for [`Method::Network`] alone.
+///
+/// # Errors
+/// When a picture cannot be read, `predict` fails, or the method has no truth to work with.
+pub fn score(
+    project: &Project,
+    calibration: &Calibration,
+    truth: &Truth,
+    method: Method,
+    predict: &mut dyn FnMut(&Frame) -> Result<ReflectanceField>,
+    progress: &Progress,
+) -> Result<Scores> {
+    let weights = truth
+        .environments
+        .iter()
+        .map(|named| {
+            let environment = Environment::load(&project.shoot_path(&named.file))?;
+            Ok((named.name.clone(), crate::light::weights::smooth(&environment, &calibration.rig, 0.0).per_lamp))
+        })
+        .collect::<Result<_>>()?;
+    score_under(project, calibration, truth, &weights, method, predict, progress)
+}
+
+/// [`score`] with the lamps' weights under each environment given, in any unit.
+///
+/// # Errors
+/// As [`score`].
+pub fn score_under(
+    project: &Project,
+    calibration: &Calibration,
+    truth: &Truth,
+    weights: &BTreeMap<String, Vec<[f32; 3]>>,
+    method: Method,
+    predict: &mut dyn FnMut(&Frame) -> Result<ReflectanceField>,
+    progress: &Progress,
+) -> Result<Scores> {
+    let poses = match method {
+        Method::Nearest | Method::Ratio => Pose::load_all(project, calibration)?,
+        Method::Network | Method::TruthOlats => Vec::new(),
+    };
+    let frames: Vec<usize> =
+        truth.frames.iter().copied().filter(|&f| method != Method::TruthOlats || truth.has_olats(f)).collect();
+    if frames.is_empty() {
+        return Err(Error::unexpected(
+            "the truth",
+            "at least one frame with true OLATs",
+            "none",
+            "Evaluate another method: --with network, nearest or ratio",
+        ));
+    }
+    let mut masks = Vec::new();
+    // Environment → (pictures, truths), one per frame.
+    let mut relit: BTreeMap<&str, (Vec<[Image; 1]>, Vec<[Image; 1]>)> = BTreeMap::new();
+    let mut olats: Vec<(usize, Vec<Image>, Vec<Image>)> = Vec::new();
+    for (done, &index) in frames.iter().enumerate() {
+        progress.check("nothing was written")?;
+        progress.step("evaluate", done as u64, frames.len() as u64, format!("frame {index}"));
+        let frame = Frame::load(project, &calibration.response, index)?;
+        let true_olats = if truth.has_olats(index) { Some(truth.olats(index)?) } else { None };
+        let field = match (method, &true_olats) {
+            (Method::Network, _) => predict(&frame)?,
+            (Method::TruthOlats, Some(olats)) => ReflectanceField::from_olats(olats),
+            (Method::Ratio, _) => nearest(&poses, &frame)?.ratio_field(&frame.plate),
+            _ => ReflectanceField::from_olats(&nearest(&poses, &frame)?.exemplar.olats),
+        };
+        for (name, weights) in weights {
+            check_lamps(&field, weights)?;
+            let (pictures, truths) = relit.entry(name).or_default();
+            pictures.push([relight(&field, weights, &lit_lamps(weights))]);
+            truths.push([truth.relit(index, name)?]);
+        }
+        if let Some(truths) = true_olats {
+            olats.push((done, (0..field.lamps).map(|lamp| field.olat(lamp)).collect(), truths));
+        }
+        masks.push(frame.mask);
+    }
+    progress.step("evaluate", frames.len() as u64, frames.len() as u64, "");
+    let relit = relit
+        .into_iter()
+        .map(|(name, (pictures, truths))| Ok((name.to_owned(), relit_psnr(&pictures, &truths, &masks)?)))
+        .collect::<Result<BTreeMap<String, Psnr>>>()?;
+    let compared: Vec<Compared> = olats
+        .iter()
+        .map(|(at, pictures, truths)| Compared { pictures, truths, mask: &masks[*at] })
+        .collect();
+    let olat = if compared.is_empty() { None } else { Some(psnr(&compared)?) };
+    Ok(Scores {
+        method,
+        relit_psnr_db: relit.iter().map(|(name, p)| (name.clone(), p.mean_db)).collect(),
+        relit_psnr_by_frame_db: relit.into_iter().map(|(name, p)| (name, p.frames_db)).collect(),
+        olat_psnr_db: olat.as_ref().map(|p| p.mean_db),
+        olat_psnr_by_frame_db: olats
+            .iter()
+            .zip(olat.iter().flat_map(|p| &p.frames_db))
+            .map(|((at, ..), &db)| (frames[*at], db))
+            .collect(),
+        frames,
+    })
+}
+
+fn relit_psnr(pictures: &[[Image; 1]], truths: &[[Image; 1]], masks: &[Mask]) -> Result<Psnr> {
+    let frames = pictures.iter().zip(truths).zip(masks);
+    let compared: Vec<Compared> =
+        frames.map(|((pictures, truths), mask)| Compared { pictures, truths, mask }).collect();
+    psnr(&compared)
+}
+
+/// A pose of the OLAT session, and what it looks like under the interview's light.
+struct Pose {
+    exemplar: Exemplar,
+    interview: Image,
+    look: Image,
+}
+
+impl Pose {
+    fn load_all(project: &Project, calibration: &Calibration) -> Result<Vec<Self>> {
+        let weights: Vec<[f32; 3]> =
+            calibration.interview_weights.iter().map(|w| w.map(|v| v * calibration.exposure)).collect();
+        let exemplars = Exemplar::load_all(project, &calibration.response)?;
+        Ok(exemplars
+            .into_iter()
+            .map(|exemplar| {
+                let interview = exemplar.relit(&weights);
+                Self { look: look(&interview, &exemplar.mask), interview, exemplar }
+            })
+            .collect())
+    }
+
+    /// OLATs times frame / pose, both under the interview's light. The offset, a thousandth of white,
+    /// keeps the quotient finite in the dark.
+    fn ratio_field(&self, plate: &Image) -> ReflectanceField {
+        let quotient = |i: usize| -> [f32; 3] {
+            std::array::from_fn(|c| plate.pixels[i][c] / (self.interview.pixels[i][c] + 1e-3))
+        };
+        let times = |olat: &Image| Image {
+            pixels: olat
+                .pixels
+                .iter()
+                .enumerate()
+                .map(|(i, pixel)| {
+                    let q = quotient(i);
+                    std::array::from_fn(|c| pixel[c] * q[c])
+                })
+                .collect(),
+            ..*olat
+        };
+        ReflectanceField::from_olats(&self.exemplar.olats.iter().map(times).collect::<Vec<_>>())
+    }
+}
+
+/// The pose whose look under the interview's light is nearest to the frame's in square error.
+fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
+    let there = look(&frame.plate, &frame.mask);
+    let distance = |pose: &Pose| -> f64 {
+        let pairs = pose.look.pixels.iter().flatten().zip(there.pixels.iter().flatten());
+        pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum()
+    };
+    poses.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).ok_or_else(|| {
+        Error::unexpected("the shoot", "at least one pose of the OLAT session", "none", "Import the shoot again")
+    })
+}
+
+/// An encoding whose slope at black is finite, cut out by the matte.
+fn look(linear: &Image, mask: &Mask) -> Image {
+    let encode = |v: f32| (v.max(0.0) + 0.01).powf(1.0 / 2.2) - 0.01f32.powf(1.0 / 2.2);
+    let pixels =
+        linear.pixels.iter().zip(&mask.pixels).map(|(p, alpha)| p.map(|v| encode(v) * alpha)).collect();
+    Image { width: linear.width, height: linear.height, pixels }
+}
+
+fn check_lamps(field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<()> {
+    if field.lamps == weights.len() {
+        return Ok(());
+    }
+    Err(Error::unexpected(
+        "the reflectance field",
+        format!("{} lamps as in the calibration", weights.len()),
+        format!("{} lamps", field.lamps),
+        "Calibrate and train this project again",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::footage::{ImportSettings, import};
+    use crate::imaging::DualGamma;
+    use crate::light::Rig;
+    use std::path::Path;
+
+    type Weights = Vec<[f32; 3]>;
+
+    #[derive(Deserialize)]
+    struct Facts {
+        g1: f32,
+        g2: f32,
+        weights_linear_interview_per_olat: Weights,
+        hdri_bank_weights: BTreeMap<String, Weights>,
+    }
+
+    /// Scores that an independent program (numpy and PyTorch) published for this shoot at 128 × 128,
+    /// with the true response and the true weights.
+    #[test]
+    fn the_measure_is_the_published_one() {
+        let shoot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/stage");
+        if !shoot.is_dir() {
+            println!("skipped: {} is not here", shoot.display());
+            return;
+        }
+        let facts = std::fs::read_to_string(shoot.join("truth.json")).unwrap();
+        let facts: Facts = serde_json::from_str(&facts).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let settings = ImportSettings { size: 128, seed: 0 };
+        let project = import(folder.path(), &shoot, &settings, &Progress::silent()).unwrap();
+        let calibration = Calibration {
+            response: DualGamma { gamma1: facts.g1, gamma2: facts.g2 },
+            exposure: 1.0,
+            interview_weights: facts.weights_linear_interview_per_olat,
+            uncovered_energy: 0.0,
+            probe_residual: 0.0,
+            gamma_residual: 0.0,
+            rig: Rig::default(),
+        };
+        let truth = Truth::open(&project, &shoot).unwrap();
+        assert_eq!(truth.frames, [5, 14, 25, 36]);
+        assert_eq!(Truth::open(&project, &shoot.join("truth")).unwrap(), truth);
+        let published = [
+            (Method::TruthOlats, 30.9, 38.4),
+            (Method::Nearest, 22.7, 22.9),
+            (Method::Ratio, 24.2, 31.1),
+        ];
+        for (method, grace, pisa) in published {
+            let scores = score_under(
+                &project,
+                &calibration,
+                &truth,
+                &facts.hdri_bank_weights,
+                method,
+                &mut |_| unreachable!("only the network predicts"),
+                &Progress::silent(),
+            )
+            .unwrap();
+            println!("{}", serde_json::to_string(&scores).unwrap());
+            for (name, wanted) in [("grace", grace), ("pisa", pisa)] {
+                let found = scores.relit_psnr_db[name];
+                assert!((found - wanted).abs() < 0.3, "{method:?} {name}: {found:.2} dB, published {wanted}");
+            }
+            assert!(scores.olat_psnr_db.is_some_and(f64::is_finite));
+        }
+    }
+
+    #[test]
+    fn a_truth_frame_in_the_training_set_is_named_with_the_remedy() {
+        assert!(excluded_check(&[0, 1, 2], &[5, 14]).is_ok());
+        let error = excluded_check(&[0, 5, 14, 20], &[5, 14, 25]).unwrap_err().to_string();
+        assert!(error.contains("frames 5,14 among") && error.contains("--exclude-frames 5,14,25"), "{error}");
+    }
+}

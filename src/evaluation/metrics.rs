@@ -1,0 +1,191 @@
+//! The measure: PSNR of encoded pictures inside the subject.
+//!
+//! A picture is compared where its matte exceeds [`SUBJECT`]. An HDRI has no absolute scale, so one
+//! factor for all frames of an environment makes the mean luminance equal to the truth's. Each frame's
+//! exposure is e = 0.5 / (95th percentile of the truth's values); both pictures become
+//! clip(e·x, 0, 1)^(1/2.2). PSNR is over all channels with peak 1, and the mean is over frames.
+
+use crate::error::{Error, Result};
+use crate::imaging::{Image, Mask, color::luminance};
+
+/// Coverage above which a pixel counts as subject.
+pub const SUBJECT: f32 = 0.98;
+
+/// Mean squared error below which pictures count as equal: 120 dB, finite in every report.
+const LEAST_ERROR: f64 = 1e-12;
+
+/// Pictures of one frame that are measured together, with their truths: one relit picture, or the
+/// frame under every lamp. All have the size of the matte.
+#[derive(Clone, Copy, Debug)]
+pub struct Compared<'a> {
+    pub pictures: &'a [Image],
+    pub truths: &'a [Image],
+    pub mask: &'a Mask,
+}
+
+/// What was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Psnr {
+    /// Mean over frames in decibels.
+    pub mean_db: f64,
+    /// Each frame in decibels.
+    pub frames_db: Vec<f64>,
+    /// The factor that all pictures were multiplied by.
+    pub scale: f64,
+}
+
+/// PSNR of the frames. The pictures of one frame share an exposure, and the error is pooled over them:
+/// of a frame's OLATs the bright ones count, where a mean of decibels would reward those that are black.
+///
+/// # Errors
+/// When there is no frame, shapes differ, or no pixel is subject.
+pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
+    if frames.is_empty() {
+        return Err(Error::unexpected("the truth", "at least one frame", "none", "Give another truth folder"));
+    }
+    frames.iter().try_for_each(check)?;
+    let mean = |pictures: fn(&Compared) -> Vec<[f32; 3]>| {
+        let total = |f: &Compared| pictures(f).iter().map(|&p| f64::from(luminance(p))).sum::<f64>();
+        frames.iter().map(total).sum::<f64>()
+    };
+    let ratio = mean(|f| subject(f.truths, f.mask)) / mean(|f| subject(f.pictures, f.mask));
+    // A black prediction cannot be scaled to anything.
+    let scale = if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 };
+    let frames_db: Vec<f64> = frames
+        .iter()
+        .map(|f| frame_db(&subject(f.pictures, f.mask), &subject(f.truths, f.mask), scale))
+        .collect();
+    Ok(Psnr { mean_db: frames_db.iter().sum::<f64>() / frames_db.len() as f64, frames_db, scale })
+}
+
+/// The subject's pixels of all pictures. What is no number counts as black.
+fn subject(pictures: &[Image], mask: &Mask) -> Vec<[f32; 3]> {
+    let inside = |image: &Image| {
+        let pairs = image.pixels.iter().zip(&mask.pixels);
+        pairs.filter(|&(_, &alpha)| alpha > SUBJECT).map(|(&pixel, _)| pixel).collect::<Vec<_>>()
+    };
+    let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
+    pictures.iter().flat_map(inside).map(|pixel| pixel.map(finite)).collect()
+}
+
+fn frame_db(picture: &[[f32; 3]], truth: &[[f32; 3]], scale: f64) -> f64 {
+    let exposure = 0.5 / percentile(truth.as_flattened(), 95.0);
+    let encode = |v: f64| (exposure * v).clamp(0.0, 1.0).powf(1.0 / 2.2);
+    let squares = picture.as_flattened().iter().zip(truth.as_flattened()).map(|(&p, &t)| {
+        let error = encode(f64::from(p) * scale) - encode(f64::from(t));
+        error * error
+    });
+    let error = squares.sum::<f64>() / (3 * truth.len()) as f64;
+    -10.0 * error.max(LEAST_ERROR).log10()
+}
+
+/// The value that `percent` of the values lie below, between neighbours by straight lines (as numpy
+/// has it). At least the smallest normal number, so that black truth has an exposure.
+fn percentile(values: &[f32], percent: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let place = percent / 100.0 * (sorted.len() - 1) as f64;
+    let (low, share) = (place.floor() as usize, place.fract());
+    let high = (low + 1).min(sorted.len() - 1);
+    let value = f64::from(sorted[low]) * (1.0 - share) + f64::from(sorted[high]) * share;
+    value.max(f64::from(f32::MIN_POSITIVE))
+}
+
+fn check(frame: &Compared) -> Result<()> {
+    let remedy = "Give the truth that belongs to this shoot";
+    if frame.pictures.len() != frame.truths.len() {
+        let (expected, found) = (frame.truths.len(), frame.pictures.len());
+        return Err(Error::unexpected("the pictures to compare", expected.to_string(), found.to_string(), remedy));
+    }
+    let size = frame.mask.size();
+    if let Some(other) = frame.pictures.iter().chain(frame.truths).find(|p| p.size() != size) {
+        let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
+        return Err(Error::unexpected("a picture to compare", say(size), say(other.size()), remedy));
+    }
+    if frame.truths.is_empty() || !frame.mask.pixels.iter().any(|&alpha| alpha > SUBJECT) {
+        return Err(Error::unexpected(
+            "the subject of a truth frame",
+            format!("a pixel that is covered by more than {SUBJECT}"),
+            "none",
+            "Check the mattes of the interview, or use a larger working size",
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imaging::Raster;
+    use proptest::prelude::*;
+
+    fn picture(seed: usize) -> Image {
+        let value = |i: usize| ((i + seed).wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
+        Raster::from_fn(12, 9, |x, y| std::array::from_fn(|c| value(c + 3 * (x + 12 * y))))
+    }
+
+    fn one(picture: &Image, truth: &Image, mask: &Mask) -> Psnr {
+        let (pictures, truths) = ([picture.clone()], [truth.clone()]);
+        psnr(&[Compared { pictures: &pictures, truths: &truths, mask }]).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn the_pictures_units_do_not_matter(unit in 1e-4f32..1e4) {
+            let (truth, mask) = (picture(0), Mask::filled(12, 9, 1.0));
+            let there = one(&picture(77), &truth, &mask);
+            let scaled = one(&picture(77).map(|p| p.map(|v| v * unit)), &truth, &mask);
+            prop_assert!((there.mean_db - scaled.mean_db).abs() < 1e-3);
+            prop_assert!((there.scale / scaled.scale / f64::from(unit) - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_known_error_has_its_decibels() {
+        // The 95th percentile of an even truth is its value, so it encodes to 0.5^(1/2.2); with equal
+        // means, half of the pixels at 0.9 and half at 1.1 encode to 0.45 and 0.55 to that power.
+        let truth = Image::filled(10, 10, [3.0; 3]);
+        let wrong = Raster::from_fn(10, 10, |x, _| [if x % 2 == 0 { 0.9 } else { 1.1 }; 3]);
+        let found = one(&wrong, &truth, &Mask::filled(10, 10, 1.0));
+        let encode = |v: f64| v.powf(1.0 / 2.2);
+        let error = [0.45, 0.55].map(|v| (encode(v) - encode(0.5)).powi(2)).iter().sum::<f64>() / 2.0;
+        assert!((found.mean_db + 10.0 * error.log10()).abs() < 1e-4, "{found:?}");
+        assert!((found.scale - 3.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn only_the_subject_counts() {
+        let mask = Raster::from_fn(12, 9, |x, _| if x < 6 { 1.0 } else { 0.97 });
+        let mut spoilt = picture(3);
+        for y in 0..9 {
+            spoilt.pixels[y * 12 + 8] = [f32::NAN, 1e9, -5.0];
+        }
+        assert_eq!(one(&spoilt, &picture(3), &mask).mean_db, 120.0);
+    }
+
+    #[test]
+    fn black_and_broken_pictures_have_finite_scores() {
+        let mask = Mask::filled(12, 9, 1.0);
+        for value in [0.0, f32::NAN, f32::INFINITY, -1.0] {
+            assert!(one(&Image::filled(12, 9, [value; 3]), &picture(0), &mask).mean_db.is_finite());
+            assert!(one(&picture(0), &Image::filled(12, 9, [value; 3]), &mask).mean_db.is_finite());
+        }
+    }
+
+    #[test]
+    fn percentiles_are_those_of_numpy() {
+        assert_eq!(percentile(&[4.0, 1.0, 3.0, 2.0], 50.0), 2.5);
+        assert!((percentile(&[0.0, 1.0, 2.0, 3.0, 10.0], 95.0) - 8.6).abs() < 1e-12);
+        assert_eq!(percentile(&[7.0], 95.0), 7.0);
+    }
+
+    #[test]
+    fn nothing_to_compare_is_an_error() {
+        assert!(psnr(&[]).is_err());
+        let (a, small) = ([picture(0)], [Image::filled(2, 2, [0.0; 3])]);
+        let mask = Mask::filled(12, 9, 1.0);
+        assert!(psnr(&[Compared { pictures: &a, truths: &small, mask: &mask }]).is_err());
+        let empty = Mask::filled(12, 9, 0.5);
+        assert!(psnr(&[Compared { pictures: &a, truths: &a, mask: &empty }]).is_err());
+    }
+}

@@ -1,0 +1,63 @@
+//! Scores as a Markdown table, for `docs/accuracy.md`.
+
+use super::accuracy::Scores;
+use std::collections::BTreeSet;
+
+/// One line of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// What was measured.
+    pub name: &'a str,
+    /// What it cost, in words: `18 min of training`. May be empty.
+    pub cost: &'a str,
+    pub scores: &'a Scores,
+}
+
+/// A table with a column per environment, one for the OLATs and one for the cost.
+pub fn markdown(rows: &[Row]) -> String {
+    let environments: BTreeSet<&String> = rows.iter().flat_map(|r| r.scores.relit_psnr_db.keys()).collect();
+    let decibels = |db: Option<&f64>| db.map_or("–".to_owned(), |db| format!("{db:.1}"));
+    let mut table = String::from("| method |");
+    environments.iter().for_each(|name| table += &format!(" {name}, dB |"));
+    table += " OLATs, dB | frames | cost |\n|---|";
+    table += &"---:|".repeat(environments.len() + 2);
+    table += "---|\n";
+    for row in rows {
+        table += &format!("| {} |", row.name);
+        for name in &environments {
+            table += &format!(" {} |", decibels(row.scores.relit_psnr_db.get(*name)));
+        }
+        let olats = decibels(row.scores.olat_psnr_db.as_ref());
+        table += &format!(" {olats} | {} | {} |\n", row.scores.frames.len(), row.cost);
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Method;
+    use super::*;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn every_environment_has_a_column_and_gaps_are_marked() {
+        let scores = |name: &str, olat_psnr_db| Scores {
+            method: Method::Ratio,
+            frames: vec![5, 14],
+            relit_psnr_db: BTreeMap::from([(name.to_owned(), 24.25)]),
+            relit_psnr_by_frame_db: BTreeMap::new(),
+            olat_psnr_db,
+            olat_psnr_by_frame_db: BTreeMap::new(),
+        };
+        let (a, b) = (scores("grace", Some(30.0)), scores("pisa", None));
+        let table = markdown(&[
+            Row { name: "ratio", cost: "", scores: &a },
+            Row { name: "network", cost: "18 min", scores: &b },
+        ]);
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(lines[0], "| method | grace, dB | pisa, dB | OLATs, dB | frames | cost |");
+        assert_eq!(lines[1], "|---|---:|---:|---:|---:|---|");
+        assert_eq!(lines[2], "| ratio | 24.2 | – | 30.0 | 2 |  |");
+        assert_eq!(lines[3], "| network | – | 24.2 | – | 2 | 18 min |");
+    }
+}

@@ -1,0 +1,98 @@
+//! The truth of a rendered shoot: what some interview frames really look like under the shoot's
+//! environments and under each lamp. For judging only; nothing is ever fitted to it.
+//!
+//! ```text
+//! truth/FRAME_relit_ENVIRONMENT.exr     linear light
+//! truth/FRAME_olat/LAMP.exr             linear light, of some frames only
+//! ```
+
+use crate::error::{Error, Result};
+use crate::imaging::{Image, file::read_linear, resample::resize_area};
+use crate::project::{NamedEnvironment, Project};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Which truth there is for a project, found by file names. Pictures are read when asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    folder: PathBuf,
+    size: usize,
+    frame_names: Vec<String>,
+    lamps: Vec<String>,
+    /// Frames of the project with relit truth, ascending.
+    pub frames: Vec<usize>,
+    /// The environments that they are relit under; `file` is relative to the shoot's folder.
+    pub environments: Vec<NamedEnvironment>,
+}
+
+impl Truth {
+    /// Finds the truth for `project` in `folder`: the `truth` folder itself or the shoot that has one.
+    ///
+    /// # Errors
+    /// When there is none, or a frame is relit under one environment and not under another.
+    pub fn open(project: &Project, folder: &Path) -> Result<Self> {
+        let shoot = &project.settings.shoot;
+        let inside = folder.join("truth");
+        let mut truth = Self {
+            folder: if inside.is_dir() { inside } else { folder.to_path_buf() },
+            size: project.settings.size,
+            frame_names: shoot.frames.clone(),
+            lamps: shoot.lamps.clone(),
+            frames: Vec::new(),
+            environments: Vec::new(),
+        };
+        let there = |frame: usize, name: &str| truth.relit_path(frame, name).is_file();
+        let every = 0..shoot.frames.len();
+        let environments: Vec<NamedEnvironment> =
+            shoot.environments.iter().filter(|e| every.clone().any(|f| there(f, &e.name))).cloned().collect();
+        let frames: Vec<usize> =
+            every.filter(|&f| environments.iter().any(|e| there(f, &e.name))).collect();
+        let missing = frames
+            .iter()
+            .flat_map(|&f| environments.iter().map(move |e| (f, e)))
+            .find(|&(f, e)| !there(f, &e.name));
+        if let Some((frame, environment)) = missing {
+            let path = truth.relit_path(frame, &environment.name);
+            let remedy = "Complete the truth, or remove that frame from it";
+            return Err(Error::file("open", path, "other environments have this frame", remedy));
+        }
+        if frames.is_empty() {
+            return Err(Error::unexpected(
+                truth.folder.display(),
+                "relit truth such as frame_005_relit_pisa.exr for an environment of the shoot",
+                "none",
+                "Give the shoot's folder or its truth folder with --truth DIR",
+            ));
+        }
+        (truth.frames, truth.environments) = (frames, environments);
+        Ok(truth)
+    }
+
+    /// A frame under an environment, linear, at the project's size.
+    pub fn relit(&self, frame: usize, environment: &str) -> Result<Image> {
+        self.read(&self.relit_path(frame, environment))
+    }
+
+    /// Whether the frame's OLATs are known.
+    pub fn has_olats(&self, frame: usize) -> bool {
+        self.olat_folder(frame).is_dir()
+    }
+
+    /// A frame under each lamp alone, linear, at the project's size.
+    pub fn olats(&self, frame: usize) -> Result<Vec<Image>> {
+        let folder = self.olat_folder(frame);
+        self.lamps.par_iter().map(|lamp| self.read(&folder.join(format!("{lamp}.exr")))).collect()
+    }
+
+    fn relit_path(&self, frame: usize, environment: &str) -> PathBuf {
+        self.folder.join(format!("{}_relit_{environment}.exr", self.frame_names[frame]))
+    }
+
+    fn olat_folder(&self, frame: usize) -> PathBuf {
+        self.folder.join(format!("{}_olat", self.frame_names[frame]))
+    }
+
+    fn read(&self, path: &Path) -> Result<Image> {
+        Ok(resize_area(&read_linear(path)?, self.size, self.size))
+    }
+}

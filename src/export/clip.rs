@@ -1,0 +1,298 @@
+//! A movie, encoded by the system's ffmpeg as a child process that reads raw frames.
+
+use super::rational_rate;
+use super::still::{no_display, straight};
+use crate::compositor::Picture;
+use crate::error::{Error, Result};
+use crate::imaging::color::byte_from_unit;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::thread::JoinHandle;
+
+/// How much of ffmpeg's complaints is kept.
+const TAIL: usize = 2000;
+
+/// Writes a movie frame by frame. `.mp4` is H.264 for review; `.mov` is ProRes 4444 with straight alpha.
+/// Both are tagged Rec.709. The file appears under its name when [`ClipWriter::finish`] has returned;
+/// a writer that is dropped before leaves nothing.
+#[derive(Debug)]
+pub struct ClipWriter {
+    path: PathBuf,
+    beside: PathBuf,
+    size: (usize, usize),
+    alpha: bool,
+    child: Child,
+    frames: Option<ChildStdin>,
+    complaints: Option<JoinHandle<String>>,
+}
+
+impl ClipWriter {
+    /// Starts a movie of `width × height` pixels (odd sizes are padded by repeating the last column or
+    /// row, since H.264 halves its colour) at `frame_rate` frames per second.
+    ///
+    /// # Errors
+    /// When ffmpeg is not installed, the size or rate is impossible, or the folder cannot be made.
+    pub fn create(path: &Path, width: usize, height: usize, frame_rate: f64) -> Result<Self> {
+        Self::create_with("ffmpeg", path, width, height, frame_rate)
+    }
+
+    fn create_with(program: &str, path: &Path, width: usize, height: usize, frame_rate: f64) -> Result<Self> {
+        let impossible = |expected: &str, found: String| {
+            Error::unexpected(path.display(), expected, found, "Check the project's size and frame rate")
+        };
+        if width == 0 || height == 0 {
+            return Err(impossible("at least one pixel", format!("{width} × {height}")));
+        }
+        if !(0.01..=1000.0).contains(&frame_rate) {
+            return Err(impossible("a frame rate from 0.01 to 1000", frame_rate.to_string()));
+        }
+        let fail = |e: std::io::Error| Error::file("write", path, e, "Check that the folder can be written");
+        let folder = path.parent().unwrap_or(Path::new("."));
+        std::fs::create_dir_all(folder).map_err(fail)?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let beside = folder.join(format!(".{name}.{}", std::process::id()));
+        let alpha = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mov"));
+        let mut child = Command::new(program)
+            .args(arguments(width, height, frame_rate, alpha))
+            // Without the scheme a colon in the name would be read as one.
+            .arg({
+                let mut file = std::ffi::OsString::from("file:");
+                file.push(&beside);
+                file
+            })
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(|e| {
+                let remedy = "Movies need ffmpeg: install it (apt install ffmpeg) or write stills, such as out.%04d.png";
+                Error::file("start ffmpeg for", path, e, remedy)
+            })?;
+        let stderr = child.stderr.take();
+        // Read while frames are written: a full pipe of complaints would stop ffmpeg for good.
+        let complaints = std::thread::spawn(move || stderr.map(tail).unwrap_or_default());
+        Ok(Self {
+            path: path.to_path_buf(),
+            beside,
+            size: (width, height),
+            alpha,
+            frames: child.stdin.take(),
+            child,
+            complaints: Some(complaints),
+        })
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// When the picture has another size or no display codes, or ffmpeg has stopped.
+    pub fn push(&mut self, picture: &Picture) -> Result<()> {
+        if picture.linear.size() != self.size {
+            let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
+            let (expected, found) = (say(self.size), say(picture.linear.size()));
+            return Err(Error::unexpected(self.path.display(), expected, found, "Keep one size for all frames"));
+        }
+        let display = picture.display.as_ref().ok_or_else(|| no_display(&self.path))?;
+        let bytes: Vec<u8> = if self.alpha {
+            let word = |v: f32| ((v.max(0.0).min(1.0) * 65535.0 + 0.5) as u16).to_le_bytes();
+            padded(&straight(picture).map(|p| p.map(word)).collect::<Vec<_>>(), self.size).flatten().flatten().collect()
+        } else {
+            let pixels: Vec<[u8; 3]> = display.0.pixels.iter().map(|p| p.map(byte_from_unit)).collect();
+            padded(&pixels, self.size).flatten().collect()
+        };
+        match self.frames.as_mut().map(|frames| frames.write_all(&bytes)) {
+            Some(Ok(())) => Ok(()),
+            // A closed pipe says nothing: the reason is among ffmpeg's own words.
+            _ => Err(self.failure()),
+        }
+    }
+
+    /// Ends the movie and gives it its name.
+    ///
+    /// # Errors
+    /// When ffmpeg fails; then there is no file.
+    pub fn finish(mut self) -> Result<()> {
+        drop(self.frames.take());
+        match self.child.wait() {
+            Ok(status) if status.success() => (),
+            _ => return Err(self.failure()),
+        }
+        File::open(&self.beside)
+            .and_then(|file| file.sync_all())
+            .and_then(|()| std::fs::rename(&self.beside, &self.path))
+            .map_err(|e| Error::file("write", &self.path, e, "Check that the folder can be written and the disk has room"))
+    }
+
+    /// The error that ffmpeg explains.
+    fn failure(&mut self) -> Error {
+        drop(self.frames.take());
+        // It ends by itself once its input is closed; one that has ended cannot be waited for twice.
+        let status = self.child.wait().map_or_else(|e| e.to_string(), |s| s.to_string());
+        let said = self.complaints.take().and_then(|thread| thread.join().ok()).unwrap_or_default();
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        let cause = if said.is_empty() { format!("ffmpeg ended with {status}") } else { format!("ffmpeg says: {said}") };
+        Error::file("write", &self.path, cause, "Check that this ffmpeg can encode H.264 and ProRes, or write stills")
+    }
+}
+
+impl Drop for ClipWriter {
+    fn drop(&mut self) {
+        // After `finish` the child has ended and the file has moved: then these find nothing to do.
+        drop(self.frames.take());
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        let _ = std::fs::remove_file(&self.beside);
+    }
+}
+
+fn arguments(width: usize, height: usize, frame_rate: f64, alpha: bool) -> Vec<String> {
+    let even = |n: usize| n.next_multiple_of(2);
+    let (frames, seconds) = rational_rate(frame_rate);
+    let input = if alpha { "rgba64le" } else { "rgb24" };
+    // ffmpeg would use the matrix of standard definition unless told.
+    let matrix = "scale=out_color_matrix=bt709:out_range=tv";
+    let mut line = format!(
+        "-hide_banner -loglevel error -nostats -y -f rawvideo -pixel_format {input} -video_size {}x{} \
+         -framerate {frames}/{seconds} -i pipe:0 -an -vf {matrix} \
+         -color_primaries bt709 -color_trc bt709 -colorspace bt709 -color_range tv ",
+        even(width),
+        even(height),
+    );
+    line += if alpha {
+        "-c:v prores_ks -profile:v 4444 -pix_fmt yuva444p10le -alpha_bits 16 -f mov"
+    } else {
+        "-c:v libx264 -preset medium -crf 16 -pix_fmt yuv420p -movflags +faststart -f mp4"
+    };
+    line.split_whitespace().map(str::to_owned).collect()
+}
+
+/// Pixels row by row, with the last column and the last row repeated where their number is odd.
+fn padded<T: Copy>(pixels: &[T], (width, height): (usize, usize)) -> impl Iterator<Item = T> + '_ {
+    (0..height.next_multiple_of(2)).flat_map(move |y| {
+        let row = &pixels[y.min(height - 1) * width..][..width];
+        (0..width.next_multiple_of(2)).map(move |x| row[x.min(width - 1)])
+    })
+}
+
+/// The last words of a stream.
+fn tail(mut stream: impl Read) -> String {
+    let (mut kept, mut buffer) = (Vec::new(), [0u8; 1024]);
+    // A stream that breaks has said what it had to say.
+    while let Ok(n @ 1..) = stream.read(&mut buffer) {
+        kept.extend_from_slice(&buffer[..n]);
+        kept.drain(..kept.len().saturating_sub(TAIL));
+    }
+    String::from_utf8_lossy(&kept).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::still::tests::picture;
+    use super::*;
+
+    /// Decoded frames as RGBA bytes, or `None` where there is no ffmpeg.
+    fn decoded(path: &Path) -> Vec<u8> {
+        let output = Command::new("ffmpeg")
+            .args(["-v", "error", "-i"])
+            .arg(path)
+            .args(["-f", "rawvideo", "-pix_fmt", "rgba", "-vf", "scale=in_color_matrix=bt709", "-"])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    }
+
+    fn ffmpeg_is_here() -> bool {
+        let here = Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).status().is_ok();
+        if !here {
+            println!("skipped: there is no ffmpeg");
+        }
+        here
+    }
+
+    #[test]
+    fn a_movie_has_the_frames_and_colours_that_were_pushed() {
+        if !ffmpeg_is_here() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let shown = picture(33, 17, [0.6, 0.2, 0.05], true);
+        let code = shown.display.as_ref().unwrap().0.pixels[0].map(byte_from_unit);
+        for name in ["new/clip.mp4", "a:b %d.mov"] {
+            let path = folder.path().join(name);
+            let mut writer = ClipWriter::create(&path, 33, 17, 29.97).unwrap();
+            (0..3).for_each(|_| writer.push(&shown).unwrap());
+            writer.finish().unwrap();
+            let bytes = decoded(&path);
+            assert_eq!(bytes.len(), 3 * 34 * 18 * 4);
+            // Limited range and halved colour cost a few codes; a wrong matrix costs twenty.
+            for pixel in bytes.chunks(4) {
+                assert!((0..3).all(|c| pixel[c].abs_diff(code[c]) <= 4), "{pixel:?} is not {code:?}");
+            }
+            assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().filter(|e| e.as_ref().unwrap().path().is_file()).count(), 1);
+        }
+    }
+
+    #[test]
+    fn a_mov_keeps_straight_alpha() {
+        if !ffmpeg_is_here() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("cut.mov");
+        let shown = picture(64, 16, [0.5; 3], false);
+        let mut writer = ClipWriter::create(&path, 64, 16, 24.0).unwrap();
+        writer.push(&shown).unwrap();
+        writer.finish().unwrap();
+        let bytes = decoded(&path);
+        for (x, pixel) in bytes.chunks(4).take(48).enumerate() {
+            let alpha = byte_from_unit(shown.alpha.pixels[x]);
+            assert!(pixel[3].abs_diff(alpha) <= 2 && pixel[0].abs_diff(188) <= 3, "{x}: {pixel:?}, {alpha}");
+        }
+    }
+
+    #[test]
+    fn a_writer_that_is_dropped_leaves_nothing() {
+        if !ffmpeg_is_here() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let mut writer = ClipWriter::create(&folder.path().join("clip.mp4"), 16, 16, 24.0).unwrap();
+        writer.push(&picture(16, 16, [0.5; 3], true)).unwrap();
+        assert!(writer.push(&picture(8, 16, [0.5; 3], true)).unwrap_err().to_string().contains("8 × 16"));
+        drop(writer);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_missing_ffmpeg_is_a_sentence_with_a_remedy() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("clip.mp4");
+        let error = ClipWriter::create_with("no-such-ffmpeg", &path, 16, 16, 24.0).unwrap_err().to_string();
+        assert!(error.contains("clip.mp4") && error.contains("install"), "{error}");
+    }
+
+    #[test]
+    fn what_ffmpeg_says_reaches_the_person() {
+        if !ffmpeg_is_here() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        // A movie without a frame is one that no encoder accepts.
+        let writer = ClipWriter::create(&folder.path().join("clip.mov"), 16, 16, 24.0).unwrap();
+        match writer.finish() {
+            Err(error) => assert!(error.to_string().contains("ffmpeg"), "{error}"),
+            Ok(()) => assert!(folder.path().join("clip.mov").exists()),
+        }
+        assert_eq!(tail(&[b'x'; 10_000][..]).len(), TAIL);
+    }
+
+    #[test]
+    fn impossible_movies_are_refused() {
+        for (width, rate) in [(0, 24.0), (16, 0.0), (16, f64::NAN), (16, f64::INFINITY)] {
+            assert!(ClipWriter::create(Path::new("/nowhere/a.mp4"), width, 16, rate).is_err());
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Where pictures go, as a person writes it: `out.%04d.png`, `look.exr`, `clip.mp4`.
+
+use crate::error::{Error, Result};
+use crate::scene::Output;
+use std::path::{Path, PathBuf};
+
+/// A destination for one picture or many.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Destination {
+    /// One file per frame: PNG for a display or EXR in linear light.
+    Stills(Stills),
+    /// One movie: `.mp4`, or `.mov` with alpha.
+    Clip(PathBuf),
+}
+
+/// Files of stills: one path, or a pattern with the frame's number in it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stills {
+    before: String,
+    /// Least number of digits, where the path has a number.
+    digits: Option<usize>,
+    after: String,
+}
+
+impl Destination {
+    /// Understands a path by its extension. A number is written like in printf: `%d`, or `%04d` for at
+    /// least four digits with zeros in front; `%%` is a percent sign.
+    ///
+    /// # Errors
+    /// When the extension is another one, or the pattern is not understood.
+    pub fn parse(text: &str) -> Result<Self> {
+        let extension = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
+        match extension.to_str() {
+            Some("png" | "exr") => Ok(Self::Stills(Stills::parse(text)?)),
+            Some("mp4" | "mov") => Ok(Self::Clip(PathBuf::from(text))),
+            _ => Err(Error::unexpected(
+                format!("the destination {text}"),
+                "a name that ends in .png, .exr, .mp4 or .mov",
+                if extension.is_empty() { "no extension".to_owned() } else { extension.display().to_string() },
+                "Write for example out.%04d.png or clip.mp4",
+            )),
+        }
+    }
+
+    /// What the scene has to make for this destination.
+    pub fn output(&self) -> Output {
+        match self {
+            Self::Stills(stills) if stills.is_linear() => Output::Linear,
+            _ => Output::Display,
+        }
+    }
+
+    /// Refuses several frames where there is one file for all of them.
+    ///
+    /// # Errors
+    /// Says how to write a pattern.
+    pub fn check_frames(&self, frames: usize) -> Result<()> {
+        match self {
+            Self::Stills(stills) if stills.digits.is_none() && frames > 1 => Err(Error::unexpected(
+                format!("the destination {}", stills.path(0).display()),
+                format!("a number for each of {frames} frames"),
+                "one name",
+                "Put a number into the name, such as out.%04d.png, or write a movie, such as clip.mp4",
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Stills {
+    /// The file of frame `frame`.
+    pub fn path(&self, frame: usize) -> PathBuf {
+        let number = self.digits.map_or(String::new(), |digits| format!("{frame:0digits$}"));
+        PathBuf::from(format!("{}{number}{}", self.before, self.after))
+    }
+
+    /// Whether the files hold linear light.
+    pub fn is_linear(&self) -> bool {
+        self.after.to_ascii_lowercase().ends_with(".exr") || self.before.to_ascii_lowercase().ends_with(".exr")
+    }
+
+    fn parse(text: &str) -> Result<Self> {
+        let wrong = |found: String| {
+            Error::unexpected(
+                format!("the destination {text}"),
+                "at most one number, written %d or %04d",
+                found,
+                "Write for example out.%04d.png; a percent sign itself is %%",
+            )
+        };
+        let mut stills = Self { before: String::new(), digits: None, after: String::new() };
+        let mut rest = text;
+        while let Some((literal, conversion)) = rest.split_once('%') {
+            stills.current().push_str(literal);
+            if let Some(next) = conversion.strip_prefix('%') {
+                stills.current().push('%');
+                rest = next;
+                continue;
+            }
+            let digits = conversion.find(|c: char| !c.is_ascii_digit()).unwrap_or(conversion.len());
+            let (width, next) = conversion.split_at(digits);
+            rest = next.strip_prefix('d').ok_or_else(|| wrong(format!("%{conversion}")))?;
+            if stills.digits.is_some() {
+                return Err(wrong("two numbers".to_owned()));
+            }
+            let width = if width.is_empty() { Ok(1) } else { width.parse() };
+            // Longer names than this no file system takes.
+            stills.digits = Some(width.ok().filter(|w| *w <= 20).ok_or_else(|| wrong(format!("%{conversion}")))?);
+        }
+        stills.current().push_str(rest);
+        Ok(stills)
+    }
+
+    /// The part of the path that is being read.
+    fn current(&mut self) -> &mut String {
+        if self.digits.is_some() { &mut self.after } else { &mut self.before }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(text: &str, frame: usize) -> String {
+        match Destination::parse(text).unwrap() {
+            Destination::Stills(stills) => stills.path(frame).display().to_string(),
+            Destination::Clip(path) => panic!("{} is a clip", path.display()),
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_like_printf() {
+        assert_eq!(path("out.%04d.png", 7), "out.0007.png");
+        assert_eq!(path("a/%d/b.exr", 12), "a/12/b.exr");
+        assert_eq!(path("%3d.png", 1234), "1234.png");
+        assert_eq!(path("100%%_%02d.png", 5), "100%_05.png");
+        assert_eq!(path("one.png", 5), "one.png");
+    }
+
+    #[test]
+    fn the_extension_decides_what_is_made() {
+        for (text, output) in [("a.PNG", Output::Display), ("a.%d.EXR", Output::Linear), ("one.exr", Output::Linear)] {
+            assert_eq!(Destination::parse(text).unwrap().output(), output);
+        }
+        assert_eq!(Destination::parse("x.mov").unwrap(), Destination::Clip("x.mov".into()));
+        assert_eq!(Destination::parse("x.mov").unwrap().output(), Output::Display);
+    }
+
+    #[test]
+    fn what_is_not_understood_is_refused_with_an_example() {
+        for text in ["clip", "clip.avi", "%s.png", "%04d_%d.png", "50%.png", "%99d.png", "%99999999999999999999d.png"] {
+            let error = Destination::parse(text).unwrap_err().to_string();
+            assert!(error.contains("%04d"), "{error}");
+        }
+    }
+
+    #[test]
+    fn several_frames_need_a_number_or_a_movie() {
+        let check = |text: &str, frames| Destination::parse(text).unwrap().check_frames(frames);
+        assert!(check("a.png", 1).is_ok() && check("a.%d.png", 9).is_ok() && check("a.mp4", 9).is_ok());
+        assert!(check("a.png", 2).unwrap_err().to_string().contains("2 frames"));
+    }
+}

@@ -1,0 +1,41 @@
+//! Export: pictures as PNG and EXR stills, as movies, and as contact sheets.
+
+mod clip;
+mod destination;
+mod lettering;
+mod sheet;
+mod still;
+
+pub use clip::ClipWriter;
+pub use destination::{Destination, Stills};
+pub use sheet::{Tile, contact_sheet};
+pub use still::{write_still, write_still_exr, write_still_png};
+
+/// Frames per second as a fraction. The rates of television (23.976, 29.97, 59.94 …) are recognised,
+/// whatever the number of digits that they were written with.
+fn rational_rate(frames_per_second: f64) -> (i32, u32) {
+    let whole = frames_per_second.round();
+    if (whole - frames_per_second).abs() < 1e-6 {
+        return (whole as i32, 1);
+    }
+    let television = (frames_per_second * 1.001).round();
+    if (television / 1.001 - frames_per_second).abs() < 5e-3 {
+        return (1000 * television as i32, 1001);
+    }
+    ((frames_per_second * 1000.0).round() as i32, 1000)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rational_rate;
+
+    #[test]
+    fn rates_of_film_and_television_are_exact() {
+        assert_eq!(rational_rate(24.0), (24, 1));
+        for rate in [23.976, 23.98, 24000.0 / 1001.0] {
+            assert_eq!(rational_rate(rate), (24000, 1001));
+        }
+        assert_eq!(rational_rate(29.97), (30000, 1001));
+        assert_eq!(rational_rate(12.5), (12500, 1000));
+    }
+}

@@ -1,0 +1,36 @@
+//! Changes of a picture that leave its lighting honest: shifts only. A flip or a turn would need
+//! other lamps.
+
+use burn::tensor::{Tensor, ops::PadMode};
+
+/// Moves pictures `[n, c, h, w]` by `dx` columns to the right and `dy` rows down; what comes in is 0.
+pub fn shift(x: Tensor<4>, dx: i64, dy: i64) -> Tensor<4> {
+    shift_axis(shift_axis(x, 3, dx), 2, dy)
+}
+
+fn shift_axis(x: Tensor<4>, axis: usize, by: i64) -> Tensor<4> {
+    let length = x.dims()[axis];
+    let distance = (by.unsigned_abs() as usize).min(length);
+    if distance == 0 {
+        return x;
+    }
+    let mut padding = [(0, 0); 4];
+    padding[axis] = if by > 0 { (distance, 0) } else { (0, distance) };
+    let padded = x.pad(padding, PadMode::Constant(0.0));
+    padded.narrow(axis, if by > 0 { 0 } else { distance }, length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn::tensor::Device;
+
+    #[test]
+    fn a_shift_moves_pixels_and_lets_black_in() {
+        let x = Tensor::<1>::from_floats([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &Device::flex()).reshape([1, 1, 2, 3]);
+        let values = |x: Tensor<4>| x.into_data().to_vec::<f32>().unwrap();
+        assert_eq!(values(shift(x.clone(), 1, 0)), [0.0, 1.0, 2.0, 0.0, 4.0, 5.0]);
+        assert_eq!(values(shift(x.clone(), -1, 1)), [0.0, 0.0, 0.0, 2.0, 3.0, 0.0]);
+        assert_eq!(values(shift(x, 9, 0)), [0.0; 6]);
+    }
+}

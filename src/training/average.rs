@@ -1,0 +1,40 @@
+//! The moving average of a network's weights, which predicts more steadily than the last step's.
+
+use crate::reflectance::UNet;
+use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
+use burn::tensor::Tensor;
+use std::collections::VecDeque;
+
+/// `average ← keep · average + (1 − keep) · live`, parameter by parameter. Both have one shape.
+pub fn blend(average: UNet, live: &UNet, keep: f32) -> UNet {
+    let mut collector = Collector::default();
+    live.visit(&mut collector);
+    average.map(&mut Blender { live: collector.0, keep })
+}
+
+/// All parameters, flattened, in the module's order.
+#[derive(Default)]
+struct Collector(VecDeque<Tensor<1>>);
+
+impl ModuleVisitor for Collector {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let value = param.val();
+        let count = value.dims().iter().product::<usize>();
+        self.0.push_back(value.inner().reshape([count]));
+    }
+}
+
+struct Blender {
+    live: VecDeque<Tensor<1>>,
+    keep: f32,
+}
+
+impl ModuleMapper for Blender {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        let Some(live) = self.live.pop_front() else { return param };
+        param.map(|average| {
+            let live = live.reshape(average.dims());
+            average * self.keep + live * (1.0 - self.keep)
+        })
+    }
+}

@@ -1,0 +1,97 @@
+//! What a training run is made of; a preset is a starting point.
+
+use crate::reflectance::{Formulation, Normalization};
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+/// A named configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Preset {
+    /// The best picture in ten minutes on two cores.
+    Quick,
+    /// The paper's network and schedule.
+    Paper,
+}
+
+/// Everything that decides what a training run does, apart from the pictures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrainingConfig {
+    /// Channels of the network's first block.
+    pub width: usize,
+    /// Channels of its widest blocks.
+    pub most_channels: usize,
+    pub normalization: Normalization,
+    pub formulation: Formulation,
+    /// Weight of the reconstruction loss, λ1.
+    pub reconstruction: f32,
+    /// Weight of the rendering loss, λ2.
+    pub rendering: f32,
+    /// Adam's learning rate once warmed up.
+    pub learning_rate: f64,
+    /// Steps over which the rate grows linearly from zero.
+    pub warm_up: u64,
+    /// Whether the rate falls along a half cosine to 2 % over the run.
+    pub decay: bool,
+    /// The norm of all gradients together is clipped to this.
+    pub gradient_norm: f32,
+    /// Time constant of the weights' moving average, which predicts; 0 switches it off.
+    pub averaging: f32,
+    /// Exemplars are shifted by up to this share of the picture's size.
+    pub shift: f32,
+    /// Epochs over the exemplars before each turn over the interview's frames.
+    pub exemplar_epochs: u32,
+    /// Epochs over the interview's frames in each turn.
+    pub video_epochs: u32,
+    /// Frames in one epoch over the interview, drawn anew each time; none means all.
+    pub frames_per_epoch: Option<usize>,
+    /// Epochs of the whole run.
+    pub epochs: u32,
+    /// Minutes after which the run ends, whatever the epochs.
+    pub minutes: Option<f64>,
+}
+
+impl Preset {
+    /// The configuration of this name.
+    pub fn config(self) -> TrainingConfig {
+        match self {
+            Self::Quick => TrainingConfig {
+                width: 16,
+                most_channels: 128,
+                normalization: Normalization::Group,
+                formulation: Formulation::Ratio,
+                reconstruction: 1.0,
+                rendering: 0.5,
+                learning_rate: 1e-3,
+                warm_up: 50,
+                decay: true,
+                gradient_norm: 1.0,
+                averaging: 0.99,
+                shift: 0.05,
+                exemplar_epochs: 4,
+                video_epochs: 1,
+                frames_per_epoch: Some(8),
+                epochs: 100_000,
+                minutes: Some(10.0),
+            },
+            Self::Paper => TrainingConfig {
+                width: 32,
+                most_channels: 512,
+                normalization: Normalization::Batch,
+                formulation: Formulation::Direct,
+                reconstruction: 1.0,
+                rendering: 1.0,
+                learning_rate: 1e-3,
+                warm_up: 100,
+                decay: false,
+                gradient_norm: 1.0,
+                averaging: 0.0,
+                shift: 0.0,
+                exemplar_epochs: 100,
+                video_epochs: 4,
+                frames_per_epoch: None,
+                epochs: 1040,
+                minutes: None,
+            },
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! What training learns from, on the device: the exemplars and the interview's frames.
+
+use super::config::TrainingConfig;
+use crate::calibration::Calibration;
+use crate::error::{Error, Result};
+use crate::footage::{Exemplar, Frame};
+use crate::imaging::{Image, Mask};
+use crate::progress::Progress;
+use crate::project::Project;
+use crate::reflectance::Formulation;
+use crate::reflectance::render::{
+    RATIO_FLOOR, tensor_from_image, tensor_from_images, tensor_from_mask, tensor_from_weights,
+};
+use burn::tensor::{Device, Tensor};
+use rayon::prelude::*;
+
+/// A linear look of the subject under the interview's light: `[1, 3, h, w]`, and its mask `[1, 1, h, w]`.
+#[derive(Clone)]
+pub struct Look {
+    pub linear: Tensor<4>,
+    pub mask: Tensor<4>,
+}
+
+/// A pose: its look under the interview's light, simulated, and its OLATs `[lamps, 3, h, w]`.
+#[derive(Clone)]
+pub struct Lesson {
+    pub look: Look,
+    pub olats: Tensor<4>,
+}
+
+/// All of it.
+pub struct TrainingData {
+    pub exemplars: Vec<Lesson>,
+    pub frames: Vec<Look>,
+    /// The project's numbers of `frames`.
+    pub frame_numbers: Vec<usize>,
+    /// Weights of the lamps in the interview's light, exposure included, `[lamps, 3, 1, 1]`.
+    pub weights: Tensor<4>,
+    /// The sigmoid's 1 in linear units (of the ratio, where that is learnt).
+    pub scale: f32,
+    /// Brings OLATs to about the exposure of the interview before they are compared.
+    pub olat_gain: f32,
+    /// Mean of the sigmoid's target.
+    pub mean_output: f32,
+}
+
+impl TrainingData {
+    /// Reads the project's pictures, leaving out the interview frames in `exclude`.
+    ///
+    /// # Errors
+    /// When a file cannot be read or no pose shows the subject.
+    pub fn load(
+        project: &Project,
+        calibration: &Calibration,
+        config: &TrainingConfig,
+        exclude: &[usize],
+        device: &Device,
+        progress: &Progress,
+    ) -> Result<Self> {
+        let weights: Vec<[f32; 3]> =
+            calibration.interview_weights.iter().map(|w| w.map(|v| v * calibration.exposure)).collect();
+        let poses = project.settings.shoot.poses.len();
+        let mut exemplars = Vec::with_capacity(poses);
+        let (mut levels, mut targets) = (Vec::new(), Vec::new());
+        for pose in 0..poses {
+            progress.check("nothing was trained yet")?;
+            progress.step("reading exemplars", pose as u64, poses as u64, "");
+            let exemplar = Exemplar::load(project, &calibration.response, pose)?;
+            let look = exemplar.relit(&weights);
+            for (level, interview) in sample_subject(&exemplar, &look) {
+                levels.push(level);
+                targets.push(match config.formulation {
+                    Formulation::Direct => level,
+                    Formulation::Ratio => level / (interview.max(0.0) + RATIO_FLOOR),
+                });
+            }
+            exemplars.push(Lesson {
+                olats: tensor_from_images(&exemplar.olats, device),
+                look: Look::new(&look, &exemplar.mask, device),
+            });
+        }
+        progress.step("reading exemplars", poses as u64, poses as u64, "");
+        let frame_numbers: Vec<usize> =
+            (0..project.settings.shoot.frames.len()).filter(|f| !exclude.contains(f)).collect();
+        let frames = frame_numbers
+            .par_iter()
+            .map(|&f| Frame::load(project, &calibration.response, f))
+            .collect::<Result<Vec<_>>>()?;
+        let empty = || {
+            Error::unexpected(
+                project.shoot_path("exemplar_masks").display(),
+                "mattes that cover a lit subject",
+                "no pixel inside any matte with light on it",
+                "Check the mattes: white where the subject is",
+            )
+        };
+        let mean = targets.iter().map(|&v| f64::from(v)).sum::<f64>() / targets.len().max(1) as f64;
+        let scale = bright_level(&mut targets).ok_or_else(empty)?;
+        let olat_gain = 1.0 / bright_level(&mut levels).ok_or_else(empty)?;
+        Ok(Self {
+            exemplars,
+            frames: frames.iter().map(|f| Look::new(&f.plate, &f.mask, device)).collect(),
+            frame_numbers,
+            weights: tensor_from_weights(&weights, device),
+            scale,
+            olat_gain,
+            mean_output: mean as f32 / scale,
+        })
+    }
+}
+
+impl Look {
+    fn new(linear: &Image, mask: &Mask, device: &Device) -> Self {
+        Self { linear: tensor_from_image(linear, device), mask: tensor_from_mask(mask, device) }
+    }
+}
+
+/// Pairs of OLAT and interview look at every fourth pixel of the subject, for all lamps and channels.
+fn sample_subject<'a>(exemplar: &'a Exemplar, look: &'a Image) -> impl Iterator<Item = (f32, f32)> + 'a {
+    let mask = &exemplar.mask.pixels;
+    let subject: Vec<usize> = (0..mask.len()).filter(|&i| mask[i] > 0.9).step_by(4).collect();
+    exemplar.olats.iter().flat_map(move |olat| {
+        subject
+            .clone()
+            .into_iter()
+            .flat_map(move |i| (0..3).map(move |c| (olat.pixels[i][c], look.pixels[i][c])))
+    })
+}
+
+/// The level that all but the brightest 0.1 % stay below, when there is light at all.
+fn bright_level(values: &mut [f32]) -> Option<f32> {
+    let rank = (values.len() as f64 * 0.999) as usize;
+    if rank >= values.len() {
+        return None;
+    }
+    let (_, &mut level, _) = values.select_nth_unstable_by(rank, f32::total_cmp);
+    (level > 0.0 && level.is_finite()).then_some(level)
+}

@@ -1,0 +1,48 @@
+//! Clipping of all gradients by their common norm.
+
+use crate::reflectance::UNet;
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::optim::GradientsParams;
+use burn::tensor::Tensor;
+
+/// Scales `gradients` so that their common Euclidean norm is at most `most`, and returns the norm
+/// they had. It is NaN or infinite when any of them is: such a step must not be taken.
+pub fn clip(network: &UNet, gradients: &mut GradientsParams, most: f32) -> f32 {
+    let mut squares = Squares { gradients, sums: Vec::new() };
+    network.visit(&mut squares);
+    let sums = squares.sums;
+    if sums.is_empty() {
+        return 0.0;
+    }
+    let norm = Tensor::cat(sums, 0).sum().sqrt().into_scalar::<f32>();
+    if norm > most {
+        network.visit(&mut Scaler { gradients, factor: most / norm });
+    }
+    norm
+}
+
+struct Squares<'a> {
+    gradients: &'a GradientsParams,
+    sums: Vec<Tensor<1>>,
+}
+
+impl ModuleVisitor for Squares<'_> {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        if let Some(gradient) = self.gradients.get::<D>(param.id) {
+            self.sums.push((gradient.clone() * gradient).sum());
+        }
+    }
+}
+
+struct Scaler<'a> {
+    gradients: &'a mut GradientsParams,
+    factor: f32,
+}
+
+impl ModuleVisitor for Scaler<'_> {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        if let Some(gradient) = self.gradients.remove::<D>(param.id) {
+            self.gradients.register(param.id, gradient * self.factor);
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! Training the network on a project's exemplars and interview frames (the paper's sections 3.3 and 4).
+
+mod augment;
+mod average;
+pub mod config;
+mod data;
+mod gradient;
+pub mod loss;
+pub mod schedule;
+mod trainer;
+
+pub use config::{Preset, TrainingConfig};
+pub use trainer::{TrainReport, TrainSettings, Trainer, train};

@@ -1,0 +1,155 @@
+//! Which picture a step learns from: a pure function of the step, so that a resumed run goes on as
+//! if it had never stopped.
+
+use super::config::TrainingConfig;
+use chacha20::ChaCha8Rng;
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+
+/// What one step learns from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lesson {
+    /// Exemplar number `pose`, with both losses.
+    Exemplar { pose: usize },
+    /// Interview frame number `frame` among those allowed, with the rendering loss alone.
+    Video { frame: usize },
+}
+
+/// The order of lessons of a run.
+#[derive(Clone, Debug)]
+pub struct Schedule {
+    poses: usize,
+    frames: usize,
+    exemplar_epochs: u32,
+    video_epochs: u32,
+    frames_per_epoch: usize,
+    epochs: u32,
+    seed: u64,
+}
+
+impl Schedule {
+    /// The schedule of `config` over `poses` exemplars and `frames` interview frames. Without frames
+    /// only exemplars are used.
+    pub fn new(config: &TrainingConfig, poses: usize, frames: usize, seed: u64) -> Self {
+        Self {
+            poses,
+            frames,
+            exemplar_epochs: config.exemplar_epochs.max(1),
+            video_epochs: if frames == 0 { 0 } else { config.video_epochs },
+            frames_per_epoch: config.frames_per_epoch.unwrap_or(frames).min(frames),
+            epochs: config.epochs,
+            seed,
+        }
+    }
+
+    /// Steps in one round: the exemplars' epochs, then the interview's.
+    fn round_steps(&self) -> u64 {
+        u64::from(self.exemplar_epochs) * self.poses as u64
+            + u64::from(self.video_epochs) * self.frames_per_epoch as u64
+    }
+
+    /// Steps of the whole run.
+    pub fn steps(&self) -> u64 {
+        let round = u64::from(self.exemplar_epochs + self.video_epochs);
+        let (rounds, rest) = (u64::from(self.epochs) / round, u64::from(self.epochs) % round);
+        let exemplar = rest.min(u64::from(self.exemplar_epochs));
+        rounds * self.round_steps()
+            + exemplar * self.poses as u64
+            + (rest - exemplar) * self.frames_per_epoch as u64
+    }
+
+    /// What step number `step`, from 0, learns from. Each epoch has its own order, drawn from the seed.
+    pub fn lesson(&self, step: u64) -> Lesson {
+        let (round, within) = (step / self.round_steps(), step % self.round_steps());
+        let exemplar_steps = u64::from(self.exemplar_epochs) * self.poses as u64;
+        let epochs = u64::from(self.exemplar_epochs + self.video_epochs);
+        if within < exemplar_steps {
+            let (epoch, place) = (within / self.poses as u64, within % self.poses as u64);
+            Lesson::Exemplar { pose: self.shuffled(round * epochs + epoch, self.poses)[place as usize] }
+        } else {
+            let per_epoch = self.frames_per_epoch as u64;
+            let (epoch, place) = ((within - exemplar_steps) / per_epoch, (within - exemplar_steps) % per_epoch);
+            let epoch = round * epochs + u64::from(self.exemplar_epochs) + epoch;
+            Lesson::Video { frame: self.shuffled(epoch, self.frames)[place as usize] }
+        }
+    }
+
+    fn shuffled(&self, epoch: u64, count: usize) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..count).collect();
+        order.shuffle(&mut draw(self.seed, epoch, 0));
+        order
+    }
+
+    /// The shift in pixels, at most `most` on each axis, by which step `step` moves its exemplar.
+    pub fn shift(&self, step: u64, most: i64) -> (i64, i64) {
+        let mut rng = draw(self.seed, step, 1);
+        (rng.random_range(-most..=most), rng.random_range(-most..=most))
+    }
+}
+
+/// A generator for one purpose at one place of the run.
+fn draw(seed: u64, place: u64, purpose: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ purpose.rotate_left(32));
+    rng.set_stream(place);
+    rng
+}
+
+/// The learning rate at `step`, with `done` the finished share of the run in `[0, 1]`.
+pub fn learning_rate(config: &TrainingConfig, step: u64, done: f64) -> f64 {
+    let warm = ((step + 1) as f64 / config.warm_up.max(1) as f64).min(1.0);
+    let fall = if config.decay {
+        0.02 + 0.98 * 0.5 * (1.0 + (std::f64::consts::PI * done.clamp(0.0, 1.0)).cos())
+    } else {
+        1.0
+    };
+    config.learning_rate * warm * fall
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::training::Preset;
+
+    #[test]
+    fn the_paper_alternates_a_hundred_epochs_with_four() {
+        let schedule = Schedule::new(&Preset::Paper.config(), 6, 100, 1);
+        assert_eq!(schedule.steps(), 10 * (100 * 6 + 4 * 100));
+        for step in 0..600 {
+            assert!(matches!(schedule.lesson(step), Lesson::Exemplar { .. }));
+        }
+        for step in 600..1000 {
+            assert!(matches!(schedule.lesson(step), Lesson::Video { .. }));
+        }
+        assert!(matches!(schedule.lesson(1000), Lesson::Exemplar { .. }));
+    }
+
+    #[test]
+    fn every_epoch_visits_each_picture_once_in_its_own_order() {
+        let schedule = Schedule::new(&Preset::Paper.config(), 6, 40, 7);
+        let epoch = |e: u64| (0..6).map(|i| schedule.lesson(e * 6 + i)).collect::<Vec<_>>();
+        let mut orders = std::collections::HashSet::new();
+        for e in 0..20 {
+            let lessons = epoch(e);
+            for pose in 0..6 {
+                assert!(lessons.contains(&Lesson::Exemplar { pose }));
+            }
+            orders.insert(format!("{lessons:?}"));
+        }
+        assert!(orders.len() > 10);
+        assert_eq!(epoch(3), epoch(3));
+    }
+
+    #[test]
+    fn an_interview_without_frames_leaves_the_exemplars() {
+        let schedule = Schedule::new(&Preset::Quick.config(), 3, 0, 1);
+        assert!((0..500).all(|s| matches!(schedule.lesson(s), Lesson::Exemplar { .. })));
+    }
+
+    #[test]
+    fn the_rate_warms_up_and_falls() {
+        let config = Preset::Quick.config();
+        assert!(learning_rate(&config, 0, 0.0) < 0.05 * config.learning_rate);
+        assert!((learning_rate(&config, 1000, 0.0) / config.learning_rate - 1.0).abs() < 1e-9);
+        assert!((learning_rate(&config, 1000, 1.0) / config.learning_rate - 0.02).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,375 @@
+//! The training loop: one lesson a step, both losses, checkpoints as it goes.
+
+use super::config::TrainingConfig;
+use super::data::{Look, TrainingData};
+use super::schedule::{self, Schedule};
+use super::{augment, average, gradient, loss};
+use crate::calibration::Calibration;
+use crate::error::{Error, Result};
+use crate::gpu::{ComputeDevice, DeviceChoice};
+use crate::progress::Progress;
+use crate::project::Project;
+use crate::reflectance::checkpoint::{self, CheckpointInfo, TrainingState};
+use crate::reflectance::predictor::check_fits;
+use crate::reflectance::render::{encode, olats, relight};
+use crate::reflectance::{UNet, UNetConfig};
+use burn::module::Module;
+use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::tensor::{Device, Tensor};
+use serde::Serialize;
+use std::fs::OpenOptions;
+use std::io::{BufWriter, Write};
+use std::time::{Duration, Instant};
+
+/// Training steps between two checkpoints are at most this far apart in time.
+const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(120);
+/// This many steps in a row that are not finite end a run.
+const MOST_BAD_STEPS: u32 = 3;
+
+/// What a person asks of a run.
+#[derive(Clone, Debug)]
+pub struct TrainSettings {
+    pub config: TrainingConfig,
+    /// Interview frames that training must not see.
+    pub exclude_frames: Vec<usize>,
+    /// Start over, where a checkpoint would be gone on from.
+    pub fresh: bool,
+    pub device: DeviceChoice,
+}
+
+/// What a run did.
+#[derive(Clone, Debug, Serialize)]
+pub struct TrainReport {
+    /// Steps made since the start, earlier runs counted in.
+    pub steps: u64,
+    /// Seconds of training since the start, earlier runs counted in.
+    pub seconds: f64,
+    /// Where the network ran and why.
+    pub device: String,
+    /// Number of the network's parameters.
+    pub parameters: usize,
+    /// Mean over the last steps of the reconstruction loss, in encoded units.
+    pub loss_rec: f32,
+    /// Mean over the last steps of the rendering loss, in encoded units.
+    pub loss_render: f32,
+    /// Steps that were skipped because they were not finite.
+    pub skipped_steps: u64,
+}
+
+/// The figures of one step.
+#[derive(Clone, Copy, Debug)]
+pub struct StepReport {
+    /// Reconstruction loss; none for a lesson from the interview.
+    pub reconstruction: Option<f32>,
+    pub rendering: f32,
+    pub gradient_norm: f32,
+    pub learning_rate: f64,
+    /// Whether the weights were changed: not by a step that is not finite.
+    pub taken: bool,
+}
+
+/// A network in training.
+pub struct Trainer {
+    config: TrainingConfig,
+    schedule: Schedule,
+    data: TrainingData,
+    info: CheckpointInfo,
+    /// On the autodiff device.
+    live: UNet,
+    /// On the plain device.
+    average: UNet,
+    optimizer: ModuleOptimizer,
+}
+
+impl Trainer {
+    /// A trainer at the start, or where the project's checkpoint stands unless `fresh`.
+    ///
+    /// # Errors
+    /// When pictures cannot be read, or a checkpoint is there that does not fit.
+    pub fn new(
+        project: &Project,
+        calibration: &Calibration,
+        settings: &TrainSettings,
+        device: &Device,
+        progress: &Progress,
+    ) -> Result<Self> {
+        let config = settings.config.clone();
+        let network = UNetConfig {
+            size: project.settings.size,
+            lamps: project.settings.shoot.lamps.len(),
+            width: config.width,
+            most_channels: config.most_channels,
+            normalization: config.normalization,
+            formulation: config.formulation,
+        };
+        network.check()?;
+        let folder = project.checkpoint_path();
+        let resume = !settings.fresh && folder.join("checkpoint.toml").exists();
+        if resume {
+            let info = checkpoint::info(&folder)?;
+            check_fits(&info, project)?;
+            if info.network != network {
+                return Err(Error::unexpected(
+                    folder.display(),
+                    format!("the network that was asked for ({network:?})"),
+                    format!("{:?}", info.network),
+                    "Go on with the settings it was begun with, or start over with --fresh",
+                ));
+            }
+        }
+        let autodiff = device.clone().autodiff();
+        let data =
+            TrainingData::load(project, calibration, &config, &settings.exclude_frames, &autodiff, progress)?;
+        let seed = project.settings.seed;
+        let schedule = Schedule::new(&config, data.exemplars.len(), data.frames.len(), seed);
+        let optimizer = AdamConfig::new().with_epsilon(1e-8).init();
+        if resume {
+            let (mut info, average, live, moments) = checkpoint::load_training(&folder, device, &autodiff)?;
+            info.training_frames.extend(&data.frame_numbers);
+            info.training_frames.sort_unstable();
+            info.training_frames.dedup();
+            let optimizer = optimizer.from_bytes(moments).map_err(|e| {
+                Error::unexpected(
+                    folder.display(),
+                    "an optimiser's state",
+                    e.to_string(),
+                    "Start over with --fresh",
+                )
+            })?;
+            return Ok(Self { config, schedule, data, info, live, average, optimizer });
+        }
+        autodiff.seed(seed);
+        let live = network.init(data.mean_output, &autodiff).materialize();
+        let info = CheckpointInfo {
+            step: 0,
+            seconds: 0.0,
+            scale: data.scale,
+            training_frames: data.frame_numbers.clone(),
+            network,
+        };
+        Ok(Self { average: live.valid(), config, schedule, data, info, live, optimizer })
+    }
+
+    /// Makes one step; `done` is the finished share of the run, for the learning rate.
+    pub fn step(&mut self, done: f64) -> StepReport {
+        let step = self.info.step;
+        let (reconstruction, rendering) = match self.schedule.lesson(step) {
+            schedule::Lesson::Exemplar { pose } => {
+                let exemplar = &self.data.exemplars[pose];
+                let most = (self.config.shift * self.info.network.size as f32).round() as i64;
+                let (dx, dy) = self.schedule.shift(step, most);
+                let moved = |x: &Tensor<4>| augment::shift(x.clone(), dx, dy);
+                let look = Look { linear: moved(&exemplar.look.linear), mask: moved(&exemplar.look.mask) };
+                let predicted = self.predict(&look);
+                let rendering = self.rendering_loss(predicted.clone(), &look);
+                let truth = moved(&exemplar.olats);
+                // OLATs are dark; both sides are brought to the exposure of the interview.
+                let gain = self.data.olat_gain;
+                let reconstruction =
+                    loss::feature_distance(predicted * gain, truth * gain, &look.mask);
+                (Some(reconstruction), rendering)
+            }
+            schedule::Lesson::Video { frame } => {
+                let look = &self.data.frames[frame];
+                (None, self.rendering_loss(self.predict(look), look))
+            }
+        };
+        let mut total = rendering.clone() * self.config.rendering;
+        if let Some(reconstruction) = &reconstruction {
+            total = total + reconstruction.clone() * self.config.reconstruction;
+        }
+        let mut gradients = GradientsParams::from_grads(total.backward(), &self.live);
+        let gradient_norm = gradient::clip(&self.live, &mut gradients, self.config.gradient_norm);
+        let learning_rate = schedule::learning_rate(&self.config, step, done);
+        let value = |loss: Tensor<1>| loss.into_scalar::<f32>();
+        let (reconstruction, rendering) = (reconstruction.map(value), value(rendering));
+        let taken = gradient_norm.is_finite() && rendering.is_finite() && reconstruction.is_none_or(f32::is_finite);
+        if taken {
+            self.live = self.optimizer.step(learning_rate, self.live.clone(), gradients);
+            // Early on the average follows fast, so that it does not remember the start.
+            let keep = self.config.averaging.min((step + 1) as f32 / (step + 10) as f32);
+            self.average = if self.config.averaging > 0.0 {
+                average::blend(self.average.clone(), &self.live, keep)
+            } else {
+                self.live.valid()
+            };
+        }
+        self.info.step += 1;
+        StepReport { reconstruction, rendering, gradient_norm, learning_rate, taken }
+    }
+
+    fn predict(&self, look: &Look) -> Tensor<4> {
+        let output = self.live.forward(encode(look.linear.clone()) * look.mask.clone());
+        olats(output, &look.linear, self.info.network.formulation, self.info.scale)
+    }
+
+    fn rendering_loss(&self, predicted: Tensor<4>, look: &Look) -> Tensor<1> {
+        loss::feature_distance(relight(predicted, &self.data.weights), look.linear.clone(), &look.mask)
+    }
+
+    /// The network that predicts.
+    pub fn network(&self) -> &UNet {
+        &self.average
+    }
+
+    /// Where the run stands.
+    pub fn info(&self) -> &CheckpointInfo {
+        &self.info
+    }
+
+    /// Writes the checkpoint.
+    pub fn save(&self, project: &Project) -> Result<()> {
+        let optimizer = self.optimizer.into_bytes().map_err(|e| {
+            Error::unexpected("the optimiser", "a state that can be packed", e.to_string(), "Report this fault")
+        })?;
+        let state = TrainingState { live_weights: checkpoint::weight_bytes(&self.live)?, optimizer };
+        checkpoint::save(&project.checkpoint_path(), &self.info, &self.average, &state)
+    }
+}
+
+/// Trains the project's network until the schedule or the time is over or a stop is asked for; in
+/// each case the checkpoint is written. Every step's losses go to `training.csv`.
+///
+/// # Errors
+/// When pictures cannot be read, the checkpoint cannot be written, or three steps in a row are not
+/// finite: then the last good checkpoint stays.
+pub fn train(
+    project: &Project,
+    calibration: &Calibration,
+    settings: &TrainSettings,
+    progress: &Progress,
+) -> Result<TrainReport> {
+    let compute = ComputeDevice::choose(settings.device);
+    progress.say(format!("The network runs on the {}", compute.description));
+    let mut trainer = Trainer::new(project, calibration, settings, &compute.device, progress)?;
+    let fresh = trainer.info.step == 0;
+    let mut log = Log::open(project, fresh)?;
+    let started = Instant::now();
+    let (first_step, earlier) = (trainer.info.step, trainer.info.seconds);
+    let limit = settings.config.minutes.map(|m| m * 60.0);
+    let mut saved = Instant::now();
+    let (mut bad, mut skipped) = (0, 0);
+    let mut recent = Recent::default();
+    loop {
+        let seconds = started.elapsed().as_secs_f64();
+        let steps = trainer.schedule.steps();
+        let by_time = limit.map_or(0.0, |l| seconds / l);
+        let by_step = (trainer.info.step as f64 / steps.max(1) as f64).min(1.0);
+        let done = by_time.max(by_step);
+        if done >= 1.0 || progress.cancelled() {
+            break;
+        }
+        let report = trainer.step(done);
+        trainer.info.seconds = earlier + started.elapsed().as_secs_f64();
+        log.write(&trainer.info, &report)?;
+        if report.taken {
+            bad = 0;
+            recent.add(&report);
+        } else {
+            bad += 1;
+            skipped += 1;
+            progress.say(format!("Step {} was not finite and has been skipped", trainer.info.step));
+            if bad == MOST_BAD_STEPS {
+                return Err(Error::unexpected(
+                    "training",
+                    "finite losses",
+                    format!("{bad} steps in a row that are not"),
+                    "The last checkpoint is kept. Check the pictures for blown or empty exemplars",
+                ));
+            }
+        }
+        progress.step("training", (done * 1000.0) as u64, 1000, recent.note(trainer.info.step));
+        if saved.elapsed() > CHECKPOINT_INTERVAL {
+            trainer.save(project)?;
+            log.flush()?;
+            saved = Instant::now();
+        }
+    }
+    trainer.save(project)?;
+    log.flush()?;
+    progress.step("training", 1000, 1000, recent.note(trainer.info.step));
+    if progress.cancelled() {
+        progress.say(format!(
+            "Stopped after {} steps; the checkpoint is kept, and training goes on from it",
+            trainer.info.step - first_step
+        ));
+    }
+    Ok(TrainReport {
+        steps: trainer.info.step,
+        seconds: trainer.info.seconds,
+        device: compute.description,
+        parameters: trainer.average.num_params(),
+        loss_rec: recent.reconstruction.unwrap_or(f32::NAN),
+        loss_render: recent.rendering.unwrap_or(f32::NAN),
+        skipped_steps: skipped,
+    })
+}
+
+/// Losses smoothed over about twenty steps.
+#[derive(Default)]
+struct Recent {
+    reconstruction: Option<f32>,
+    rendering: Option<f32>,
+}
+
+impl Recent {
+    fn add(&mut self, report: &StepReport) {
+        let smooth = |old: Option<f32>, new: f32| Some(old.map_or(new, |old| 0.95 * old + 0.05 * new));
+        self.rendering = smooth(self.rendering, report.rendering);
+        if let Some(reconstruction) = report.reconstruction {
+            self.reconstruction = smooth(self.reconstruction, reconstruction);
+        }
+    }
+
+    fn note(&self, step: u64) -> String {
+        let show = |loss: Option<f32>| loss.map_or("–".to_owned(), |l| format!("{l:.4}"));
+        format!("step {step}, OLATs {}, relit {}", show(self.reconstruction), show(self.rendering))
+    }
+}
+
+/// `training.csv`: one line a step.
+struct Log {
+    path: std::path::PathBuf,
+    out: BufWriter<std::fs::File>,
+}
+
+impl Log {
+    fn open(project: &Project, fresh: bool) -> Result<Self> {
+        let path = project.root.join("training.csv");
+        let fail = |e: std::io::Error| Error::file("write", &path, e, "Check that the folder can be written");
+        let mut options = OpenOptions::new();
+        options.create(true).write(true).append(!fresh).truncate(fresh);
+        let file = options.open(&path).map_err(fail)?;
+        let empty = file.metadata().map_err(fail)?.len() == 0;
+        let mut log = Self { out: BufWriter::new(file), path };
+        if empty {
+            log.line("step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken")?;
+        }
+        Ok(log)
+    }
+
+    fn write(&mut self, info: &CheckpointInfo, report: &StepReport) -> Result<()> {
+        let reconstruction = report.reconstruction.map_or(String::new(), |l| l.to_string());
+        self.line(&format!(
+            "{},{:.3},{reconstruction},{},{:e},{},{}",
+            info.step,
+            info.seconds,
+            report.rendering,
+            report.learning_rate,
+            report.gradient_norm,
+            report.taken
+        ))
+    }
+
+    fn line(&mut self, line: &str) -> Result<()> {
+        writeln!(self.out, "{line}").map_err(|e| self.failure(&e))
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.out.flush().map_err(|e| self.failure(&e))
+    }
+
+    fn failure(&self, cause: &std::io::Error) -> Error {
+        Error::file("write", &self.path, cause, "Check that the disk has room")
+    }
+}

@@ -1,0 +1,113 @@
+//! The camera: rays through pixels, and what the sensor makes of light.
+
+use crate::imaging::{DualGamma, Encoded, Image, Raster};
+use chacha20::ChaCha8Rng;
+use glam::Vec3;
+use rand::{RngExt, SeedableRng};
+
+/// Where the camera stands.
+pub const POSITION: Vec3 = Vec3::new(0.0, 0.0, 4.0);
+/// Height of what the camera sees at the subject, in metres.
+pub const FRAME_HEIGHT_M: f32 = 0.44;
+
+/// Unit direction from the camera through (`x`, `y`), counted in pixels from the top left corner of
+/// a square picture of `size` pixels that shows `height_m` metres at the subject.
+pub fn ray(x: f32, y: f32, size: usize, height_m: f32) -> Vec3 {
+    let across = (x / size as f32 - 0.5) * height_m;
+    let up = (0.5 - y / size as f32) * height_m;
+    (Vec3::new(across, up, 0.0) - POSITION).normalize()
+}
+
+/// Vertical field of view in degrees.
+pub fn field_of_view_deg() -> f64 {
+    2.0 * (0.5 * f64::from(FRAME_HEIGHT_M) / f64::from(POSITION.z)).atan().to_degrees()
+}
+
+/// A camera's sensor: noise, response and eight bits.
+pub struct Sensor {
+    /// Encoded → linear.
+    pub response: DualGamma,
+    /// Least linear value of every code but 0.
+    thresholds: Vec<f32>,
+    seed: u64,
+}
+
+impl Sensor {
+    /// A sensor with a response drawn from the seed, within what consumer cameras have.
+    pub fn new(seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_6e73_6f72);
+        let response =
+            DualGamma { gamma1: random.random_range(2.3..2.8), gamma2: random.random_range(1.9..2.3) };
+        let thresholds = (1..=255).map(|code| response.decode_value((code as f32 - 0.5) / 255.0)).collect();
+        Self { response, thresholds, seed }
+    }
+
+    /// The 8-bit photograph of linear light. The noise (σ = 0.003·√L + 5·10⁻⁵) depends on the seed
+    /// and on `name` alone, so the order in which pictures are taken does not matter.
+    pub fn photograph(&self, light: &Image, name: &str) -> Encoded {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ hash(name));
+        let mut spare = None;
+        Encoded(light.map(|pixel| {
+            pixel.map(|level| {
+                let level = level.max(0.0);
+                let noisy = level + (0.003 * level.sqrt() + 5e-5) * gaussian(&mut random, &mut spare);
+                self.thresholds.partition_point(|&least| least <= noisy) as f32 / 255.0
+            })
+        }))
+    }
+}
+
+/// The green cloth behind the interview, lit flat, a little darker towards the corners.
+pub fn green_screen(size: usize) -> Image {
+    let middle = size as f32 * 0.5;
+    Raster::from_fn(size, size, |x, y| {
+        let off = ((x as f32 + 0.5 - middle).hypot(y as f32 + 0.5 - middle) / middle).powi(2);
+        [0.035, 0.250, 0.060].map(|c: f32| c * (1.0 - 0.07 * off))
+    })
+}
+
+/// A draw from the normal distribution (Box and Muller 1958), which makes two at a time.
+fn gaussian(random: &mut ChaCha8Rng, spare: &mut Option<f32>) -> f32 {
+    if let Some(value) = spare.take() {
+        return value;
+    }
+    let (a, b): (f32, f32) = (random.random(), random.random());
+    let radius = (-2.0 * (1.0 - a).max(f32::MIN_POSITIVE).ln()).sqrt();
+    let (sin, cos) = (std::f32::consts::TAU * b).sin_cos();
+    *spare = Some(radius * sin);
+    radius * cos
+}
+
+/// 64 bits of a name (FNV-1a).
+fn hash(name: &str) -> u64 {
+    name.bytes().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_photograph_is_the_encoded_light_to_rounding_and_noise() {
+        let sensor = Sensor::new(5);
+        let light = Raster::filled(64, 64, [0.3, 0.02, 0.0]);
+        let taken = sensor.photograph(&light, "a");
+        let decoded = sensor.response.decode(&taken);
+        for channel in 0..3 {
+            let mean = decoded.pixels.iter().map(|p| p[channel]).sum::<f32>() / 4096.0;
+            assert!((mean - light.pixels[0][channel]).abs() < 5e-4, "channel {channel}: {mean}");
+        }
+        assert_eq!(taken, sensor.photograph(&light, "a"));
+        assert_ne!(taken, sensor.photograph(&light, "b"));
+    }
+
+    #[test]
+    fn rounding_is_that_of_the_exact_encoding() {
+        let sensor = Sensor::new(1);
+        for i in 0..2000 {
+            let level = (i as f32 / 2000.0).powi(3);
+            let code = sensor.thresholds.partition_point(|&least| least <= level) as f32;
+            assert!((code - 255.0 * sensor.response.encode_value(level)).abs() < 0.501, "{level}");
+        }
+    }
+}

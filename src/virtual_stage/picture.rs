@@ -1,0 +1,208 @@
+//! Pictures of the subject under many lights at once: what the camera sees is found once per pose,
+//! the light of every lamp is traced once, and every picture is a weighted sum of that.
+
+use super::camera::{self, FRAME_HEIGHT_M};
+use super::dome::Dome;
+use super::effects::Tally;
+use super::grid::{CELL_M, Grid};
+use super::material::{Surface, surface};
+use super::motion::Pose;
+use super::subject::{Part, Subject};
+use super::transport::{Effort, Point, Transport};
+use crate::imaging::{Image, Mask, Raster};
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// What is asked for of one pose.
+pub struct Request<'a> {
+    /// Whether every bank's own picture is wanted.
+    pub banks: bool,
+    /// Sums: for each one weight per lamp and channel.
+    pub sums: &'a [&'a [[f32; 3]]],
+}
+
+/// Linear pictures of one pose before black, premultiplied by the subject's coverage.
+pub struct Pictures {
+    pub coverage: Mask,
+    /// Mean normals of the covered part; zero elsewhere.
+    pub normals: Image,
+    /// One per bank, in units where all lamps together are a sphere of radiance 1; empty where not
+    /// asked for.
+    pub banks: Vec<Image>,
+    /// One per sum asked for.
+    pub sums: Vec<Image>,
+    pub tally: Tally,
+}
+
+/// Places inside a pixel that are looked at first, none in line with another.
+const FIRST: [[f32; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+/// A pixel on the silhouette is looked at in so many rows and columns.
+const SILHOUETTE: usize = 4;
+/// Points whose normals are nearer than this cosine, and whose depths are nearer than this length
+/// in metres, are lit as one.
+const SMOOTH_COSINE: f32 = 0.985;
+const SMOOTH_DEPTH_M: f32 = 0.004;
+
+/// The pictures of the subject in `pose`, `size × size`.
+pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort) -> Pictures {
+    let subject = Subject::new(pose);
+    let grid = Grid::bake(&subject);
+    let transport = Transport { dome, subject: &subject, grid: &grid, effort };
+    let wanted: Vec<bool> = (0..dome.lamps.len())
+        .map(|lamp| request.banks || request.sums.iter().any(|sum| sum[lamp] != [0.0; 3]))
+        .collect();
+    let bank_count = if request.banks { dome.banks.len() } else { 0 };
+    let layers = bank_count + request.sums.len();
+    let rows: Vec<Row> = (0..size)
+        .into_par_iter()
+        .map(|y| {
+            let mut row = Row::new(size, layers);
+            let mut lamps = vec![Vec3::ZERO; dome.lamps.len()];
+            for x in 0..size {
+                let points = visible_points(&subject, &grid, x, y, size, &mut row.tally);
+                if points.is_empty() {
+                    continue;
+                }
+                lamps.fill(Vec3::ZERO);
+                for (point, share) in &points {
+                    row.coverage[x] += share;
+                    row.normals[x] += point.normal * *share;
+                    transport.add(point, *share, &wanted, &mut lamps, &mut row.tally);
+                }
+                let out = &mut row.light[x * layers..][..layers];
+                if request.banks {
+                    for (light, &bank) in lamps.iter().zip(&dome.bank_of_lamp) {
+                        out[bank] += *light;
+                    }
+                }
+                for (out, weights) in out[bank_count..].iter_mut().zip(request.sums) {
+                    *out = lamps.iter().zip(*weights).map(|(light, &w)| *light * Vec3::from(w)).sum();
+                }
+            }
+            row
+        })
+        .collect();
+    let mut tally = Tally::default();
+    rows.iter().for_each(|row| tally.add(&row.tally));
+    let layer = |i: usize| Raster::from_fn(size, size, |x, y| rows[y].light[x * layers + i].to_array());
+    Pictures {
+        coverage: Raster::from_fn(size, size, |x, y| rows[y].coverage[x].min(1.0)),
+        normals: Raster::from_fn(size, size, |x, y| rows[y].normals[x].normalize_or_zero().to_array()),
+        banks: (0..bank_count).map(layer).collect(),
+        sums: (bank_count..layers).map(layer).collect(),
+        tally,
+    }
+}
+
+struct Row {
+    coverage: Vec<f32>,
+    normals: Vec<Vec3>,
+    /// `layers` values for each pixel.
+    light: Vec<Vec3>,
+    tally: Tally,
+}
+
+impl Row {
+    fn new(size: usize, layers: usize) -> Self {
+        Self {
+            coverage: vec![0.0; size],
+            normals: vec![Vec3::ZERO; size],
+            light: vec![Vec3::ZERO; size * layers],
+            tally: Tally::default(),
+        }
+    }
+}
+
+/// What a ray from the camera meets.
+struct Hit {
+    part: Part,
+    point: Point,
+}
+
+/// The points that fill pixel (`x`, `y`), each with its share of the pixel.
+fn visible_points(
+    subject: &Subject,
+    grid: &Grid,
+    x: usize,
+    y: usize,
+    size: usize,
+    tally: &mut Tally,
+) -> Vec<(Point, f32)> {
+    let look = |[dx, dy]: [f32; 2]| hit(subject, grid, camera::ray(x as f32 + dx, y as f32 + dy, size, FRAME_HEIGHT_M));
+    tally.pixels += 1;
+    let mut hits: Vec<Hit> = FIRST.into_iter().filter_map(look).collect();
+    let mut samples = FIRST.len();
+    if hits.is_empty() {
+        return Vec::new();
+    }
+    tally.covered += 1;
+    if hits.len() < FIRST.len() {
+        tally.silhouette += 1;
+        samples = SILHOUETTE * SILHOUETTE;
+        let inside = |i: usize| (i as f32 + 0.5) / SILHOUETTE as f32;
+        hits = (0..samples).filter_map(|i| look([inside(i % SILHOUETTE), inside(i / SILHOUETTE)])).collect();
+    }
+    let groups = group(hits);
+    if groups.len() > 1 {
+        tally.split += 1;
+    }
+    groups.into_iter().map(|g| (mean(&g), g.len() as f32 / samples as f32)).collect()
+}
+
+/// Gathers hits that lie on one smooth surface of one part.
+fn group(hits: Vec<Hit>) -> Vec<Vec<Point>> {
+    let mut groups: Vec<(Part, Vec<Point>)> = Vec::new();
+    for hit in hits {
+        let alike = |(part, points): &&mut (Part, Vec<Point>)| {
+            *part == hit.part
+                && points[0].normal.dot(hit.point.normal) > SMOOTH_COSINE
+                && (points[0].place.z - hit.point.place.z).abs() < SMOOTH_DEPTH_M
+        };
+        match groups.iter_mut().find(alike) {
+            Some((_, points)) => points.push(hit.point),
+            None => groups.push((hit.part, vec![hit.point])),
+        }
+    }
+    groups.into_iter().map(|(_, points)| points).collect()
+}
+
+/// One point for several on a smooth surface: the means of place, normal and surface.
+fn mean(points: &[Point]) -> Point {
+    let share = 1.0 / points.len() as f32;
+    let vector = |f: fn(&Point) -> Vec3| points.iter().map(f).sum::<Vec3>() * share;
+    let number = |f: fn(&Point) -> f32| points.iter().map(f).sum::<f32>() * share;
+    Point {
+        place: vector(|p| p.place),
+        normal: vector(|p| p.normal).normalize(),
+        view: vector(|p| p.view).normalize(),
+        surface: Surface {
+            albedo: vector(|p| p.surface.albedo),
+            mirror: vector(|p| p.surface.mirror),
+            roughness: number(|p| p.surface.roughness),
+            sheen: number(|p| p.surface.sheen),
+            below: vector(|p| p.surface.below),
+        },
+    }
+}
+
+/// Where the ray along `direction` from the camera meets the subject.
+fn hit(subject: &Subject, grid: &Grid, direction: Vec3) -> Option<Hit> {
+    const NEAR_M: f32 = 1.5 * CELL_M;
+    let mut t = grid.approach(camera::POSITION, direction, 0.0, NEAR_M)?;
+    // The grid leads to the surface; the last steps take the subject's own distance. Pleats and
+    // blends bend distances, hence the shortened step.
+    for _ in 0..160 {
+        let place = camera::POSITION + direction * t;
+        let (part, distance) = subject.parts(place);
+        if distance < 1.5e-4 {
+            let normal = subject.normal(place);
+            let surface = surface(subject, part, place, camera::POSITION);
+            return Some(Hit { part, point: Point { place, normal, view: -direction, surface } });
+        }
+        t += 0.75 * distance;
+        if distance > 2.0 * NEAR_M {
+            t = grid.approach(camera::POSITION, direction, t, NEAR_M)?;
+        }
+    }
+    None
+}

@@ -1,0 +1,85 @@
+//! Solid shapes as signed distances in metres: negative inside, positive outside. The primitives and
+//! blends are those of I. Quilez, "Distance functions" and "Smooth minimum".
+
+use glam::{Vec2, Vec3};
+
+/// A ball about the origin.
+pub fn ball(p: Vec3, radius: f32) -> f32 {
+    p.length() - radius
+}
+
+/// An ellipsoid about the origin; exact on its surface, a bound elsewhere.
+pub fn ellipsoid(p: Vec3, radii: Vec3) -> f32 {
+    let k0 = (p / radii).length();
+    let k1 = (p / (radii * radii)).length();
+    // At the very centre both lengths vanish; the distance there is that of the smallest radius.
+    if k1 < 1e-6 { -radii.min_element() } else { k0 * (k0 - 1.0) / k1 }
+}
+
+/// A rod from `a` to `b` whose radius goes from `radius_a` to `radius_b`.
+pub fn rod(p: Vec3, a: Vec3, b: Vec3, radius_a: f32, radius_b: f32) -> f32 {
+    let (pa, ba) = (p - a, b - a);
+    let along = (pa.dot(ba) / ba.length_squared()).clamp(0.0, 1.0);
+    (pa - ba * along).length() - (radius_a + (radius_b - radius_a) * along)
+}
+
+/// A ring about the Y axis.
+pub fn ring(p: Vec3, radius: f32, thickness: f32) -> f32 {
+    Vec2::new(p.x.hypot(p.z) - radius, p.y).length() - thickness
+}
+
+/// An almond in a plane: between two arcs that meet at (±`half_width`, 0) and pass (0, `up`) and
+/// (0, −`down`).
+pub fn almond(p: Vec2, half_width: f32, up: f32, down: f32) -> f32 {
+    let arc = |height: f32, y: f32| {
+        let radius = (half_width * half_width + height * height) / (2.0 * height);
+        p.x.hypot(y - (height - radius)) - radius
+    };
+    arc(up, p.y).max(arc(down, -p.y))
+}
+
+/// Either shape, with a fillet about `k` metres wide where they meet.
+pub fn join(a: f32, b: f32, k: f32) -> f32 {
+    let h = (k - (a - b).abs()).max(0.0) / k;
+    a.min(b) - h * h * k * 0.25
+}
+
+/// The first shape without the second, with an edge rounded over about `k` metres.
+pub fn cut(a: f32, b: f32, k: f32) -> f32 {
+    -join(-a, b, k)
+}
+
+/// What both shapes share, with an edge rounded over about `k` metres.
+pub fn common(a: f32, b: f32, k: f32) -> f32 {
+    -join(-a, -b, k)
+}
+
+/// 0 below `from`, 1 above `to`, smooth between.
+pub fn ramp(from: f32, to: f32, x: f32) -> f32 {
+    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// Smooth noise in `[−1, 1]` with features one unit wide, the same for the same place always.
+pub fn noise(p: Vec3) -> f32 {
+    let cell = p.floor();
+    let f = p - cell;
+    let f = f * f * (Vec3::splat(3.0) - 2.0 * f);
+    let corner = |x: f32, y: f32, z: f32| lattice(cell + Vec3::new(x, y, z));
+    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+    let layer = |z: f32| {
+        let low = mix(corner(0.0, 0.0, z), corner(1.0, 0.0, z), f.x);
+        let high = mix(corner(0.0, 1.0, z), corner(1.0, 1.0, z), f.x);
+        mix(low, high, f.y)
+    };
+    mix(layer(0.0), layer(1.0), f.z)
+}
+
+/// A value in `[−1, 1]` for a point of the integer lattice (an integer hash after C. Wellons).
+fn lattice(p: Vec3) -> f32 {
+    let fold = |h: u32, v: f32| (h ^ (v as i32 as u32)).wrapping_mul(0x85eb_ca6b).rotate_left(13);
+    let mut h = fold(fold(fold(0x9e37_79b9, p.x), p.y), p.z);
+    h = (h ^ (h >> 16)).wrapping_mul(0x7feb_352d);
+    h = (h ^ (h >> 15)).wrapping_mul(0x846c_a68b);
+    (h ^ (h >> 16)) as f32 / u32::MAX as f32 * 2.0 - 1.0
+}

@@ -1,0 +1,108 @@
+//! The subject: a head that moves on a dressed trunk, as one signed distance with a part for
+//! every point of its surface.
+
+use super::attire;
+use super::head::Head;
+use super::motion::Pose;
+use super::shape::{join, rod};
+use glam::{Mat3, Vec3};
+
+/// What a point of the subject belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    Skin,
+    Eye,
+    Tooth,
+    Wrap,
+    Gold,
+    Shirt,
+    Jacket,
+}
+
+/// Corner of the box that holds all of the subject that can be seen or can throw a shadow.
+pub const BOX_LOW: Vec3 = Vec3::new(-0.29, -0.35, -0.19);
+/// The opposite corner.
+pub const BOX_HIGH: Vec3 = Vec3::new(0.29, 0.26, 0.19);
+
+/// The joint that the head turns about, in the head's axes.
+const NECK_JOINT: Vec3 = Vec3::new(0.0, -0.085, -0.025);
+/// The origin of the head's axes on the stage.
+const HEAD_ORIGIN: Vec3 = Vec3::new(0.0, 0.024, 0.0);
+/// The foot of the neck on the stage.
+const NECK_FOOT: Vec3 = Vec3::new(0.0, -0.205, -0.038);
+
+/// A subject in one pose.
+pub struct Subject {
+    pub head: Head,
+    head_from_stage: Mat3,
+    /// Where the neck joins the head, on the stage.
+    joint: Vec3,
+    /// The cords of the neck on the +X and −X sides: below the ear and above the breastbone.
+    cords: [(Vec3, Vec3); 2],
+}
+
+impl Subject {
+    /// The subject in pose `pose`.
+    pub fn new(pose: &Pose) -> Self {
+        let stage_from_head = pose.rotation();
+        let joint = HEAD_ORIGIN + NECK_JOINT + pose.shift();
+        let cord = |side: f32| {
+            let mastoid = stage_from_head * (Vec3::new(0.056 * side, -0.052, -0.024) - NECK_JOINT) + joint;
+            (mastoid, Vec3::new(0.014 * side, -0.168, 0.020))
+        };
+        Self {
+            head: Head::new(pose),
+            head_from_stage: stage_from_head.transpose(),
+            joint,
+            cords: [cord(1.0), cord(-1.0)],
+        }
+    }
+
+    /// A place of the stage in the head's axes.
+    pub fn head_place(&self, p: Vec3) -> Vec3 {
+        self.head_from_stage * (p - self.joint) + NECK_JOINT
+    }
+
+    /// Signed distance to the nearest surface in metres; a bound far from it.
+    pub fn distance(&self, p: Vec3) -> f32 {
+        self.parts(p).1
+    }
+
+    /// The nearest part and its signed distance.
+    pub fn parts(&self, p: Vec3) -> (Part, f32) {
+        let q = self.head_place(p);
+        let head = self.head.distances(q);
+        let neck = self.neck(p);
+        let skin = join(head.skin, neck, 0.018);
+        let trunk = attire::trunk(p);
+        let all = [
+            (Part::Eye, head.eyes),
+            (Part::Tooth, head.teeth),
+            (Part::Wrap, attire::wrap(q)),
+            (Part::Gold, attire::earrings(q)),
+            (Part::Shirt, attire::shirt(p, trunk, neck)),
+            (Part::Jacket, attire::jacket(p, trunk, neck)),
+        ];
+        all.into_iter().fold((Part::Skin, skin), |best, next| if next.1 < best.1 { next } else { best })
+    }
+
+    fn neck(&self, p: Vec3) -> f32 {
+        let mut d = rod(p, self.joint + Vec3::new(0.0, 0.02, 0.0), NECK_FOOT, 0.046, 0.052);
+        for (mastoid, breastbone) in self.cords {
+            d = join(d, rod(p, mastoid, breastbone, 0.008, 0.006), 0.018);
+        }
+        d
+    }
+
+    /// Unit normal of the surface near `p`: the gradient by a tetrahedron of four differences.
+    pub fn normal(&self, p: Vec3) -> Vec3 {
+        const STEP: f32 = 4e-4;
+        let corners = [
+            Vec3::new(1.0, -1.0, -1.0),
+            Vec3::new(-1.0, -1.0, 1.0),
+            Vec3::new(-1.0, 1.0, -1.0),
+            Vec3::ONE,
+        ];
+        corners.iter().map(|&c| c * self.distance(p + c * STEP)).sum::<Vec3>().normalize_or(Vec3::Z)
+    }
+}

@@ -1,0 +1,152 @@
+//! How light from every lamp reaches the camera from one point of the subject.
+
+use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
+use super::effects::Tally;
+use super::grid::{CELL_M, Grid};
+use super::material::Surface;
+use super::subject::Subject;
+use glam::Vec3;
+use std::f32::consts::PI;
+
+/// How far diffuse light reaches round the terminator of skin, as a cosine per channel.
+const BLEED: Vec3 = Vec3::new(0.20, 0.11, 0.08);
+/// Share of the light that skin passes on at the very edge of a cast shadow, per channel.
+const LEAK: Vec3 = Vec3::new(0.27, 0.18, 0.14);
+/// Beyond so many mean free paths, less than a thousandth is left.
+const DEEP: f32 = 7.0;
+
+/// Whether work that cannot change the picture is left out (as always) or done (to prove that).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    CalledFor,
+    Everything,
+}
+
+/// A point of the surface that the camera sees.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    pub place: Vec3,
+    pub normal: Vec3,
+    /// Unit direction towards the camera.
+    pub view: Vec3,
+    pub surface: Surface,
+}
+
+/// Everything that light can meet.
+pub struct Transport<'a> {
+    pub dome: &'a Dome,
+    pub subject: &'a Subject,
+    pub grid: &'a Grid,
+    pub effort: Effort,
+}
+
+impl Transport<'_> {
+    /// Adds, for every lamp, `share` of the radiance that `point` sends to the camera while the lamp
+    /// shines with unit radiance from its share of the sphere. Lamps that are not `wanted` are left.
+    pub fn add(&self, point: &Point, share: f32, wanted: &[bool], out: &mut [Vec3], tally: &mut Tally) {
+        let everything = self.effort == Effort::Everything;
+        let surface = &point.surface;
+        let skin = surface.below.x > 0.0;
+        let reach = if skin { BLEED.x } else { 0.0 };
+        let open = self.openness(point);
+        let start = point.place + point.normal * (0.8 * CELL_M);
+        let enough = if skin { DEEP * surface.below.x } else { CELL_M };
+        let scale = share * open * self.dome.lamp_solid_angle();
+        let gloss = Gloss::new(point);
+        tally.points += 1;
+        for ((lamp, sum), _) in self.dome.lamps.iter().zip(out).zip(wanted).filter(|(_, wanted)| **wanted) {
+            let towards = *lamp * RADIUS_M - point.place;
+            let distance = towards.length();
+            let light = towards / distance;
+            let facing = point.normal.dot(light);
+            tally.lamp_samples += 1;
+            if facing <= -reach && !everything {
+                continue;
+            }
+            tally.shadow_rays += 1;
+            let passage = self.grid.pass(start, light, enough);
+            let penumbra = LAMP_RADIUS_M / distance;
+            let visible = super::shape::ramp(-penumbra, penumbra, passage.clearance);
+            let mut lit = Vec3::splat(facing.max(0.0) * visible);
+            if (skin && (visible < 1.0 || facing < BLEED.x)) || everything {
+                tally.subsurface += 1;
+                lit = bleed(facing, visible, passage.depth_m, surface.below);
+            }
+            let mut radiance = surface.albedo * lit / PI;
+            if (facing > 0.0 && visible > 0.0) || everything {
+                tally.highlights += 1;
+                radiance += gloss.highlight(light, facing) * (facing.max(0.0) * visible);
+                if surface.sheen > 0.0 || everything {
+                    tally.sheen += 1;
+                    radiance += gloss.sheen(light) * (facing.max(0.0) * visible);
+                }
+            }
+            let falloff = (RADIUS_M / distance).powi(2);
+            *sum += radiance * (scale * falloff);
+        }
+    }
+
+    /// Share of light that creases finer than the grid leave open: three probes along the normal.
+    fn openness(&self, point: &Point) -> f32 {
+        let missing: f32 = [(0.0016, 0.55), (0.0035, 0.30), (0.0070, 0.15)]
+            .iter()
+            .map(|&(height, weight)| {
+                let clear = self.subject.distance(point.place + point.normal * height);
+                weight * (1.0 - clear / height).clamp(0.0, 1.0)
+            })
+            .sum();
+        1.0 - 0.85 * missing
+    }
+}
+
+/// Cosine and shadow of skin: light that enters beside a shadow's edge or just before the
+/// terminator comes out beyond it, red farthest.
+fn bleed(facing: f32, visible: f32, depth_m: f32, below: Vec3) -> Vec3 {
+    if below.x <= 0.0 {
+        return Vec3::splat(facing.max(0.0) * visible);
+    }
+    let hair = below.x / 3.67e-3;
+    let reach = BLEED * hair;
+    // Reaching round the terminator spreads the same light over more of the surface. Far from the
+    // terminator the cosine is kept, so that the skip there is exact.
+    let rise = ((Vec3::splat(facing) + reach) / (2.0 * reach)).clamp(Vec3::ZERO, Vec3::ONE);
+    let soft = reach * rise * rise;
+    let cosine = Vec3::select(Vec3::splat(facing).cmpge(reach), Vec3::splat(facing.max(0.0)), soft);
+    let through = LEAK * hair * (-depth_m / below).exp();
+    cosine * through.max(Vec3::splat(visible))
+}
+
+/// The parts of a highlight that depend on the point alone.
+struct Gloss<'a> {
+    point: &'a Point,
+    alpha2: f32,
+    /// Cosine between normal and view, kept from 0 at the silhouette.
+    seen: f32,
+}
+
+impl<'a> Gloss<'a> {
+    fn new(point: &'a Point) -> Self {
+        let alpha = point.surface.roughness;
+        Self { point, alpha2: alpha * alpha, seen: point.normal.dot(point.view).max(0.02) }
+    }
+
+    /// Microfacet reflectance: GGX with Smith's height-correlated shadowing and Schlick's Fresnel
+    /// (Heitz 2014). `facing` is the cosine between normal and light.
+    fn highlight(&self, light: Vec3, facing: f32) -> Vec3 {
+        let facing = facing.max(0.0);
+        let half = (light + self.point.view).normalize_or(self.point.normal);
+        let (nh, vh) = (self.point.normal.dot(half), self.point.view.dot(half).max(0.0));
+        let spread = nh * nh * (self.alpha2 - 1.0) + 1.0;
+        let facets = self.alpha2 / (PI * spread * spread);
+        let smith = |a: f32, b: f32| a * (b * b * (1.0 - self.alpha2) + self.alpha2).sqrt();
+        let shadowing = 0.5 / (smith(facing, self.seen) + smith(self.seen, facing)).max(1e-6);
+        let mirror = self.point.surface.mirror;
+        (mirror + (Vec3::ONE - mirror) * (1.0 - vh).powi(5)) * (facets * shadowing)
+    }
+
+    /// Fibres that stand off the cloth: Disney's sheen (Burley 2012).
+    fn sheen(&self, light: Vec3) -> Vec3 {
+        let half = (light + self.point.view).normalize_or(self.point.normal);
+        Vec3::splat(self.point.surface.sheen * (1.0 - self.point.view.dot(half).max(0.0)).powi(5))
+    }
+}

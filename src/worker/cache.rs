@@ -1,0 +1,92 @@
+//! Reflectance fields at hand, within a budget of memory: what was used longest ago goes first.
+
+use super::PredictedFrame;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// The fields of some frames.
+pub struct FieldCache {
+    budget_bytes: usize,
+    /// The newest used at the back.
+    frames: VecDeque<Arc<PredictedFrame>>,
+}
+
+impl FieldCache {
+    /// A cache of at most `budget_bytes`; one field is kept even where it is larger.
+    pub fn new(budget_bytes: usize) -> Self {
+        Self { budget_bytes, frames: VecDeque::new() }
+    }
+
+    /// The field of frame `index`, which now counts as used.
+    pub fn get(&mut self, index: usize) -> Option<Arc<PredictedFrame>> {
+        let place = self.frames.iter().position(|p| p.frame.index == index)?;
+        let found = self.frames.remove(place)?;
+        self.frames.push_back(found.clone());
+        Some(found)
+    }
+
+    /// Keeps a field in place of an older one of the same frame.
+    pub fn insert(&mut self, predicted: Arc<PredictedFrame>) {
+        self.frames.retain(|p| p.frame.index != predicted.frame.index);
+        self.frames.push_back(predicted);
+        let mut held: usize = self.frames.iter().map(|p| bytes(p)).sum();
+        while held > self.budget_bytes && self.frames.len() > 1 {
+            held -= self.frames.pop_front().map_or(0, |p| bytes(&p));
+        }
+    }
+
+    /// Numbers of the frames that are at hand, in no order.
+    pub fn indices(&self) -> impl Iterator<Item = usize> {
+        self.frames.iter().map(|p| p.frame.index)
+    }
+}
+
+/// Memory of a field and its frame: three channels a lamp, the plate and the matte.
+fn bytes(predicted: &PredictedFrame) -> usize {
+    (predicted.field.values.len() + 4 * predicted.frame.mask.pixels.len()) * size_of::<f32>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::footage::Frame;
+    use crate::imaging::{Image, Mask};
+    use crate::reflectance::ReflectanceField;
+
+    /// 40 bytes: one pixel under two lamps, its plate and its matte, ten values of four bytes.
+    fn predicted(index: usize) -> Arc<PredictedFrame> {
+        Arc::new(PredictedFrame {
+            frame: Arc::new(Frame {
+                index,
+                plate: Image::filled(1, 1, [0.0; 3]),
+                mask: Mask::filled(1, 1, 1.0),
+            }),
+            field: Arc::new(ReflectanceField { width: 1, height: 1, lamps: 2, values: vec![0.0; 6] }),
+            ms: 1.0,
+        })
+    }
+
+    fn indices(cache: &FieldCache) -> Vec<usize> {
+        cache.indices().collect()
+    }
+
+    #[test]
+    fn what_was_used_longest_ago_goes_first() {
+        let mut cache = FieldCache::new(3 * 40);
+        (0..3).for_each(|i| cache.insert(predicted(i)));
+        assert!(cache.get(0).is_some());
+        cache.insert(predicted(3));
+        assert_eq!(indices(&cache), [2, 0, 3]);
+        assert!(cache.get(1).is_none());
+    }
+
+    #[test]
+    fn a_frame_is_kept_once_and_one_frame_is_always_kept() {
+        let mut cache = FieldCache::new(0);
+        cache.insert(predicted(7));
+        cache.insert(predicted(7));
+        assert_eq!(indices(&cache), [7]);
+        cache.insert(predicted(8));
+        assert_eq!(indices(&cache), [8]);
+    }
+}

@@ -1,0 +1,169 @@
+//! Reads panoramas beside the window's thread, one after the other, and makes their thumbnails.
+
+use super::latest::doorbell;
+use crate::error::Result;
+use crate::imaging::color::{byte_from_unit, luminance, srgb_from_linear};
+use crate::imaging::resample::resize_area;
+use crate::imaging::Image;
+use crate::light::Environment;
+use crate::progress::Cancel;
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+/// Panoramas that have been read and not been taken yet.
+const MOST_WAITING: usize = 4;
+
+/// A panorama as the window wants it.
+#[derive(Clone, Debug)]
+pub struct Panorama {
+    pub environment: Arc<Environment>,
+    pub thumbnail: Thumbnail,
+}
+
+/// A small tone-mapped picture of a panorama.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Thumbnail {
+    pub width: usize,
+    pub height: usize,
+    /// sRGB codes, three bytes a pixel, row by row.
+    pub rgb: Vec<u8>,
+}
+
+/// The reading thread. Dropping it stops it after the file in hand.
+pub struct Library {
+    wanted: Arc<Mutex<VecDeque<PathBuf>>>,
+    read: Option<Receiver<(PathBuf, Result<Panorama>)>>,
+    ring: Box<dyn Fn()>,
+    stop: Cancel,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Library {
+    /// Starts the thread; `wake` is called after each file.
+    pub fn start(wake: impl Fn() + Send + 'static) -> Self {
+        let wanted = Arc::new(Mutex::new(VecDeque::<PathBuf>::new()));
+        let (send, read) = sync_channel(MOST_WAITING);
+        let (ring, rung) = doorbell();
+        let stop = Cancel::default();
+        let (queue, stopped) = (wanted.clone(), stop.clone());
+        let thread = std::thread::spawn(move || {
+            while !stopped.requested() {
+                let next = queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+                let Some(path) = next else {
+                    if rung.recv().is_err() {
+                        break;
+                    }
+                    continue;
+                };
+                let panorama = Panorama::load(&path);
+                if send.send((path, panorama)).is_err() {
+                    break;
+                }
+                wake();
+            }
+        });
+        Self { wanted, read: Some(read), ring: Box::new(ring), stop, thread: Some(thread) }
+    }
+
+    /// Asks for a file.
+    pub fn load(&self, path: PathBuf) {
+        self.wanted.lock().unwrap_or_else(PoisonError::into_inner).push_back(path);
+        (self.ring)();
+    }
+
+    /// The files that have been read since the last call, in the order in which they were asked for.
+    pub fn loaded(&self) -> impl Iterator<Item = (PathBuf, Result<Panorama>)> {
+        self.read.iter().flat_map(|read| read.try_iter())
+    }
+}
+
+impl Drop for Library {
+    fn drop(&mut self) {
+        self.stop.request();
+        // Without a receiver, a thread that waits to hand over a panorama goes on and ends.
+        drop(self.read.take());
+        (self.ring)();
+        if let Some(thread) = self.thread.take() {
+            drop(thread.join());
+        }
+    }
+}
+
+impl Panorama {
+    /// Reads a panorama.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is no panorama.
+    pub fn load(path: &Path) -> Result<Self> {
+        let environment = Environment::load(path)?;
+        let thumbnail = Thumbnail::of(&environment.radiance);
+        Ok(Self { environment: Arc::new(environment), thumbnail })
+    }
+}
+
+impl Thumbnail {
+    /// Columns of a thumbnail: sharp in a panel of 240 points on a screen of two pixels a point.
+    const WIDTH: usize = 480;
+
+    /// A panorama at a glance: its log-average luminance at middle grey, highlights rolled off
+    /// (Reinhard et al., SIGGRAPH 2002, equations 1 to 4).
+    pub fn of(radiance: &Image) -> Self {
+        let (width, height) = (Self::WIDTH.min(radiance.width), (Self::WIDTH / 2).min(radiance.height));
+        let small = resize_area(radiance, width, height);
+        // Black texels say nothing about exposure; they would pull the average to nothing.
+        let lit: Vec<f32> = small.pixels.iter().map(|&p| luminance(p)).filter(|&y| y > 0.0).collect();
+        let log_sum: f64 = lit.iter().map(|&y| f64::from(y).ln()).sum();
+        let average = (log_sum / lit.len().max(1) as f64).exp() as f32;
+        let white = lit.iter().copied().fold(0.0, f32::max) * 0.18 / average;
+        let rgb = small
+            .pixels
+            .iter()
+            .flat_map(|&pixel| {
+                let y = luminance(pixel) * 0.18 / average;
+                let shown = (1.0 + y / (white * white).max(1.0)) / (1.0 + y) * 0.18 / average;
+                pixel.map(|v| byte_from_unit(srgb_from_linear(v * shown)))
+            })
+            .collect();
+        Self { width, height, rgb }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thumbnail_does_not_depend_on_the_panoramas_units() {
+        let picture = Image::from_fn(64, 32, |x, y| [x as f32 / 64.0, y as f32 / 32.0, 0.3]);
+        let brighter = picture.map(|p| p.map(|v| v * 1024.0));
+        let (a, b) = (Thumbnail::of(&picture), Thumbnail::of(&brighter));
+        let worst = a.rgb.iter().zip(&b.rgb).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(worst <= Some(1), "{worst:?}");
+    }
+
+    #[test]
+    fn black_panoramas_and_suns_have_thumbnails() {
+        assert!(Thumbnail::of(&Image::filled(4, 2, [0.0; 3])).rgb.iter().all(|&v| v == 0));
+        let sun = Image::from_fn(64, 32, |x, y| [if (x, y) == (9, 9) { 1e6 } else { 0.5 }; 3]);
+        let grey = Thumbnail::of(&sun).rgb[0];
+        assert!((80..160).contains(&grey), "a sun leaves the sky at {grey}");
+    }
+
+    #[test]
+    fn files_come_back_in_order_and_broken_ones_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let good = folder.path().join("good.exr");
+        crate::imaging::file::write_exr(&good, &Image::filled(8, 4, [1.0; 3])).unwrap();
+        let (wake, woken) = std::sync::mpsc::channel();
+        let library = Library::start(move || wake.send(()).unwrap());
+        library.load(folder.path().join("missing.exr"));
+        library.load(good);
+        (0..2).for_each(|_| woken.recv().unwrap());
+        let loaded: Vec<_> = library.loaded().collect();
+        assert!(loaded[0].1.as_ref().unwrap_err().to_string().contains("missing.exr"));
+        assert_eq!(loaded[1].1.as_ref().unwrap().environment.radiance.size(), (8, 4));
+    }
+}

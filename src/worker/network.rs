@@ -1,0 +1,123 @@
+//! The thread that owns the network: it predicts the newest frame asked for, and runs jobs.
+
+use super::event::{Event, Need};
+use super::job::Job;
+use super::latest::Latest;
+use super::PredictedFrame;
+use crate::calibration::Calibration;
+use crate::error::{Error, Result};
+use crate::footage::Frame;
+use crate::gpu::{ComputeDevice, DeviceChoice};
+use crate::light::Rig;
+use crate::progress::{Cancel, Progress, Report};
+use crate::project::Project;
+use crate::reflectance::{Predictor, ReflectanceField};
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+use std::time::Instant;
+
+/// Where predicted frames come from.
+pub struct Source {
+    pub rig: Rig,
+    /// Where the prediction runs, and why there.
+    pub device: String,
+    /// Reads a frame and predicts its field. It stays on the thread that made it.
+    pub predict: Box<dyn FnMut(usize) -> Result<(Frame, ReflectanceField)>>,
+}
+
+/// Opens a project's calibration and network.
+///
+/// # Errors
+/// [`Event::Blocked`] with what is missing, where the project is not that far.
+pub fn open_project(project: &Project, device: DeviceChoice) -> std::result::Result<Source, Event> {
+    let blocked = |need| move |e: Error| Event::Blocked { sentence: e.to_string(), need };
+    let missing = |path: &std::path::Path, need| (!path.exists()).then_some(need);
+    let need = missing(&project.calibration_path(), Need::Calibration);
+    let calibration = Calibration::load(project).map_err(blocked(need))?;
+    let compute = ComputeDevice::choose(device);
+    let need = missing(&project.checkpoint_path(), Need::Network);
+    let predictor = Predictor::open(project, &compute.device).map_err(blocked(need))?;
+    let (project, response) = (project.clone(), calibration.response);
+    Ok(Source {
+        rig: calibration.rig,
+        device: compute.description,
+        predict: Box::new(move |index| {
+            let frame = Frame::load(&project, &response, index)?;
+            let field = predictor.predict(&frame)?;
+            Ok((frame, field))
+        }),
+    })
+}
+
+/// The thread's ends of what connects it.
+pub(super) struct Network<Open, Tell> {
+    pub open: Open,
+    pub frames: Arc<Latest<usize>>,
+    pub jobs: Arc<Latest<(Job, Cancel)>>,
+    pub rigs: Arc<Latest<Arc<Rig>>>,
+    pub fields: Arc<Latest<Arc<PredictedFrame>>>,
+    pub tell: Tell,
+    pub stop: Cancel,
+}
+
+impl<Open, Tell> Network<Open, Tell>
+where
+    Open: FnMut() -> std::result::Result<Source, Event>,
+    Tell: Fn(Event) + Sync,
+{
+    /// Works until it is stopped.
+    pub fn run(mut self, bell: &Receiver<()>) {
+        let mut source = self.open();
+        while !self.stop.requested() {
+            if let Some((job, cancel)) = self.jobs.take() {
+                // What the job is about to replace must not take memory beside it.
+                drop(source.take());
+                self.work(job, cancel);
+                source = self.open();
+            } else if let Some(index) = self.frames.take() {
+                if let Some(source) = &mut source {
+                    self.predict(source, index);
+                }
+            } else if bell.recv().is_err() {
+                break;
+            }
+        }
+    }
+
+    fn open(&mut self) -> Option<Source> {
+        (self.tell)(Event::Opening);
+        match (self.open)() {
+            Ok(source) => {
+                self.rigs.put(Arc::new(source.rig.clone()));
+                (self.tell)(Event::Ready { device: source.device.clone() });
+                Some(source)
+            }
+            Err(blocked) => {
+                (self.tell)(blocked);
+                None
+            }
+        }
+    }
+
+    fn predict(&self, source: &mut Source, index: usize) {
+        let started = Instant::now();
+        match (source.predict)(index) {
+            Ok((frame, field)) => self.fields.put(Arc::new(PredictedFrame {
+                frame: Arc::new(frame),
+                field: Arc::new(field),
+                ms: started.elapsed().as_secs_f64() * 1e3,
+            })),
+            Err(e) => (self.tell)(Event::Failed { sentence: e.to_string() }),
+        }
+    }
+
+    fn work(&self, job: Job, cancel: Cancel) {
+        (self.tell)(Event::Started { what: job.what() });
+        let report = |report: Report| (self.tell)(Event::Report(report));
+        let sentence = match job.run(&Progress::new(&report, cancel)) {
+            Ok(outcome) => outcome.sentence(),
+            Err(e) => e.to_string(),
+        };
+        (self.tell)(Event::Finished { sentence });
+    }
+}

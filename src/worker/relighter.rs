@@ -1,0 +1,159 @@
+//! The thread that relights: it keeps the fields at hand and answers the newest [`Ask`], so that a
+//! turn of the light is shown at once, whatever the network is doing.
+
+use super::PredictedFrame;
+use super::cache::FieldCache;
+use super::event::Event;
+use super::latest::Latest;
+use crate::compositor::{CameraView, Ingredients, Levels, PassReport, Upstream, compose};
+use crate::error::Result;
+use crate::imaging::color::byte_from_unit;
+use crate::light::weights::{Partition, smooth};
+use crate::light::{Environment, LightWeights, Rig};
+use crate::progress::Cancel;
+use crate::scene::{Output, Scene};
+use std::collections::HashSet;
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+use std::time::Instant;
+
+/// A picture that the window wants.
+#[derive(Clone, Debug)]
+pub struct Ask {
+    /// Its output is a display whatever it says.
+    pub scene: Scene,
+    pub environment: Arc<Environment>,
+}
+
+/// A relit picture, ready for a texture.
+#[derive(Clone, Debug)]
+pub struct Relit {
+    /// What the picture shows. While a frame is being predicted, this is an older frame in the new
+    /// light.
+    pub scene: Scene,
+    /// Name of the environment.
+    pub environment: String,
+    pub width: usize,
+    pub height: usize,
+    /// sRGB codes, three bytes a pixel, row by row.
+    pub rgb: Vec<u8>,
+    /// What ran and what did not.
+    pub passes: Vec<PassReport>,
+    /// What the frame's prediction took in milliseconds when it was made.
+    pub predict_ms: f64,
+    /// What relighting took in milliseconds, from the ask to the codes.
+    pub relight_ms: f64,
+    /// Share of the environment's energy from where the rig has no lamp.
+    pub uncovered: f32,
+    /// Frames whose field is at hand.
+    pub frames_at_hand: HashSet<usize>,
+}
+
+/// The thread's ends of what connects it.
+pub(super) struct Relighter<Tell> {
+    pub asks: Arc<Latest<Ask>>,
+    pub rigs: Arc<Latest<Arc<Rig>>>,
+    pub fields: Arc<Latest<Arc<PredictedFrame>>>,
+    pub frames: Arc<Latest<usize>>,
+    pub relit: Arc<Latest<Arc<Relit>>>,
+    pub tell: Tell,
+    pub stop: Cancel,
+    pub cache: FieldCache,
+}
+
+/// What the thread knows of the light.
+struct Light {
+    environment: Arc<Environment>,
+    levels: Levels,
+    yaw_deg: f32,
+    weights: LightWeights,
+}
+
+/// What the thread knows of the shoot.
+struct Stage {
+    rig: Arc<Rig>,
+    partition: Partition,
+    /// The first frame that was predicted: it sets the level of every light for the whole session.
+    reference: Option<Arc<PredictedFrame>>,
+    light: Option<Light>,
+}
+
+impl<Tell: Fn(Event)> Relighter<Tell> {
+    /// Works until it is stopped.
+    pub fn run(mut self, bell: &Receiver<()>) {
+        let mut stage: Option<Stage> = None;
+        let mut ask: Option<Ask> = None;
+        let mut shown: Option<Arc<PredictedFrame>> = None;
+        // The frame that the network was last sent for: one that fails is not sent for again until
+        // another was wanted.
+        let mut sent: Option<usize> = None;
+        while bell.recv().is_ok() && !self.stop.requested() {
+            if let Some(rig) = self.rigs.take() {
+                let partition = Partition::new(&rig);
+                stage = Some(Stage { rig, partition, reference: None, light: None });
+                self.cache = FieldCache::new(super::FIELD_BUDGET_BYTES);
+                (shown, sent) = (None, None);
+            }
+            let mut fresh = None;
+            if let Some(predicted) = self.fields.take() {
+                fresh = Some(predicted.frame.index);
+                self.cache.insert(predicted);
+            }
+            ask = self.asks.take().or(ask);
+            let (Some(stage), Some(ask)) = (&mut stage, &ask) else { continue };
+            let started = Instant::now();
+            let wanted = ask.scene.frame;
+            if let Some(field) = self.cache.get(wanted) {
+                shown = Some(field);
+                sent = None;
+            } else if sent != Some(wanted) {
+                sent = Some(wanted);
+                self.frames.put(wanted);
+            }
+            let Some(shown) = &shown else { continue };
+            let predicted_now = fresh == Some(shown.frame.index);
+            match self.relight(stage, ask, shown, predicted_now, started) {
+                Ok(relit) => self.relit.put(Arc::new(relit)),
+                Err(e) => (self.tell)(Event::Failed { sentence: e.to_string() }),
+            }
+        }
+    }
+
+    fn relight(
+        &self,
+        stage: &mut Stage,
+        ask: &Ask,
+        shown: &PredictedFrame,
+        predicted_now: bool,
+        started: Instant,
+    ) -> Result<Relit> {
+        let scene = Scene { frame: shown.frame.index, output: Output::Display, ..ask.scene.clone() };
+        let (light, weights_ms) = stage.light(ask, shown);
+        let picture = compose(
+            &scene,
+            &Ingredients {
+                field: &shown.field,
+                mask: &shown.frame.mask,
+                weights: &light.weights,
+                environment: &light.environment,
+                levels: light.levels,
+                view: CameraView::default(),
+                upstream: Upstream { predict_ms: predicted_now.then_some(shown.ms), weights_ms },
+            },
+        )?;
+        let (width, height) = picture.linear.size();
+        let codes = picture.display.iter().flat_map(|shown| shown.0.pixels.iter().flatten());
+        Ok(Relit {
+            scene,
+            environment: light.environment.name.clone(),
+            width,
+            height,
+            rgb: codes.map(|&code| byte_from_unit(code)).collect(),
+            passes: picture.passes,
+            predict_ms: shown.ms,
+            relight_ms: started.elapsed().as_secs_f64() * 1e3,
+            uncovered: light.weights.uncovered,
+            frames_at_hand: self.cache.indices().collect(),
+        })
+    }
+}
