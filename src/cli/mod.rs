@@ -3,16 +3,17 @@
 
 mod console;
 
-use crate::calibration::{Calibration, calibrate};
-use crate::demo;
 use crate::error::Result;
-use crate::evaluation::{self, EvaluateSettings, With};
-use crate::export::relight::{RelightSettings, Turn, relight};
-use crate::footage::{ImportSettings, import};
+use crate::evaluation::{EvaluateSettings, Method, Truth};
+use crate::export::relight::RelightSettings;
+use crate::footage::ImportSettings;
 use crate::gpu::DeviceChoice;
 use crate::project::Project;
-use crate::training::{Preset, TrainSettings, train};
-use crate::virtual_stage::{StageSettings, write_shoot};
+use crate::scene::Background;
+use crate::studio;
+use crate::training::{Preset, TrainSettings};
+use crate::virtual_stage::StageSettings;
+use crate::worker::Job;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
 use std::path::PathBuf;
@@ -111,6 +112,9 @@ struct TrainArgs {
     /// Interview frames that training must not see, such as 5,14,25,36.
     #[arg(long, value_delimiter = ',')]
     exclude_frames: Vec<usize>,
+    /// Keep the frames of this truth out of training, so that they can judge it.
+    #[arg(long, value_name = "DIR")]
+    exclude_truth: Option<PathBuf>,
     /// Start over instead of going on from the checkpoint.
     #[arg(long)]
     fresh: bool,
@@ -148,7 +152,7 @@ struct RelightArgs {
     no_background: bool,
     /// What to write: out.%04d.png, out.%04d.exr, clip.mp4 or clip.mov.
     #[arg(long)]
-    to: PathBuf,
+    to: String,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -166,8 +170,8 @@ struct EvaluateArgs {
     truth: PathBuf,
     /// What predicts.
     #[arg(long, value_enum, default_value = "network")]
-    with: With,
-    /// Also bring the table in this Markdown file up to date, in the section of the shoot's name.
+    with: Method,
+    /// Also measure all methods and write their table into this Markdown file, in the shoot's section.
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
     /// Also write predicted beside true OLATs as a contact sheet.
@@ -231,6 +235,93 @@ struct DeviceArgs {
     /// Where the network runs.
     #[arg(long, value_enum, default_value = "auto")]
     device: DeviceChoice,
+}
+
+impl Cli {
+    /// Does what was asked.
+    ///
+    /// # Errors
+    /// Whatever the action failed with, as one sentence.
+    pub fn run(self) -> Result<()> {
+        let Some(command) = self.command else {
+            return open_studio(self.project, DeviceChoice::Auto);
+        };
+        match command {
+            Command::Studio(args) => open_studio(args.project, args.device.device),
+            Command::Stage(args) => {
+                let StageArgs { dir, frames, size, seed, lamps, output } = args;
+                let settings = StageSettings { frames, size, seed, lamps };
+                do_job(&output, || Ok(Job::Stage { folder: dir, settings }))
+            }
+            Command::Import(args) => {
+                let ImportArgs { project, shoot, size, seed, output } = args;
+                let settings = ImportSettings { size, seed };
+                do_job(&output, || Ok(Job::Import { project, shoot, settings }))
+            }
+            Command::Calibrate(args) => do_job(&args.output, || Ok(Job::Calibrate { project: args.project })),
+            Command::Train(args) => do_job(&args.output, || args.job()),
+            Command::Relight(args) => do_job(&args.output, || Ok(args.job())),
+            Command::Evaluate(args) => {
+                let EvaluateArgs { project, truth, with, table, sheet, device, output } = args;
+                let settings = EvaluateSettings { truth, method: with, table, sheet, device: device.device };
+                do_job(&output, || Ok(Job::Evaluate { project, settings }))
+            }
+            Command::Demo(args) => {
+                let DemoArgs { dir, prepare, device, output } = args;
+                do_job(&output, || Ok(Job::Demo { folder: dir, prepare, device: device.device }))
+            }
+            Command::Pack(args) => do_job(&args.output, || Ok(Job::Pack { project: args.project, to: args.to })),
+        }
+    }
+}
+
+/// Runs a job on this thread and prints what came of it.
+fn do_job(output: &OutputArgs, job: impl FnOnce() -> Result<Job>) -> Result<()> {
+    let console = Console::new(output.json);
+    let job = job()?;
+    let outcome = console.run(|progress| job.run(progress))?;
+    console.finish(&outcome, || outcome.sentence());
+    Ok(())
+}
+
+fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {
+    let project = project.map(|root| Project::open(&root)).transpose()?;
+    studio::run(project, device)
+}
+
+impl TrainArgs {
+    fn job(&self) -> Result<Job> {
+        let mut config = self.preset.config();
+        if self.minutes.is_some() {
+            config.minutes = self.minutes;
+        }
+        if let Some(epochs) = self.epochs {
+            config.epochs = epochs;
+            config.minutes = None;
+        }
+        let mut exclude_frames = self.exclude_frames.clone();
+        if let Some(truth) = &self.exclude_truth {
+            exclude_frames.extend(Truth::open(&Project::open(&self.project)?, truth)?.frames);
+        }
+        let settings = TrainSettings { config, exclude_frames, fresh: self.fresh, device: self.device.device };
+        Ok(Job::Train { project: self.project.clone(), settings })
+    }
+}
+
+impl RelightArgs {
+    fn job(&self) -> Job {
+        let settings = RelightSettings {
+            environment: self.environment.clone(),
+            yaw_deg: self.yaw,
+            turntable: self.turntable,
+            frames: self.frames,
+            exposure_stops: self.exposure,
+            background: if self.no_background { Background::None } else { Background::Environment },
+            to: self.to.clone(),
+            device: self.device.device,
+        };
+        Job::Relight { project: self.project.clone(), settings }
+    }
 }
 
 fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {

@@ -18,7 +18,9 @@ pub struct CameraView {
 
 impl Default for CameraView {
     fn default() -> Self {
-        Self { vertical_fov_deg: 40.0 }
+        Self {
+            vertical_fov_deg: 40.0,
+        }
     }
 }
 
@@ -41,24 +43,28 @@ pub fn draw_background(
     // Reduced first, so that a turn more gives the same numbers.
     let turn = yaw_deg.rem_euclid(360.0) / 360.0;
     let share = level / (samples * samples) as f32;
-    picture.pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
-        for (x, out) in row.iter_mut().enumerate() {
-            let open = 1.0 - mask.at(x, y);
-            if open <= 0.0 {
-                continue;
+    picture
+        .pixels
+        .par_chunks_mut(width.max(1))
+        .enumerate()
+        .for_each(|(y, row)| {
+            for (x, out) in row.iter_mut().enumerate() {
+                let open = 1.0 - mask.at(x, y);
+                if open <= 0.0 {
+                    continue;
+                }
+                let mut sum = [0f32; 3];
+                for sample in 0..samples * samples {
+                    let (i, j) = (sample % samples, sample / samples);
+                    let across = x as f32 + (i as f32 + 0.5) / samples as f32 - width as f32 / 2.0;
+                    let down = y as f32 + (j as f32 + 0.5) / samples as f32 - height as f32 / 2.0;
+                    let (u, v) = uv_from_direction(Vec3::new(across * pixel, -down * pixel, -1.0));
+                    let color = spline(panorama, u - turn, v);
+                    (0..3).for_each(|c| sum[c] += color[c]);
+                }
+                (0..3).for_each(|c| out[c] += open * share * sum[c]);
             }
-            let mut sum = [0f32; 3];
-            for sample in 0..samples * samples {
-                let (i, j) = (sample % samples, sample / samples);
-                let across = x as f32 + (i as f32 + 0.5) / samples as f32 - width as f32 / 2.0;
-                let down = y as f32 + (j as f32 + 0.5) / samples as f32 - height as f32 / 2.0;
-                let (u, v) = uv_from_direction(Vec3::new(across * pixel, -down * pixel, -1.0));
-                let color = spline(panorama, u - turn, v);
-                (0..3).for_each(|c| sum[c] += color[c]);
-            }
-            (0..3).for_each(|c| out[c] += open * share * sum[c]);
-        }
-    });
+        });
 }
 
 /// The panorama at (u, v), smoothed with the uniform cubic B-spline over 4 × 4 texels. Columns wrap;
@@ -90,7 +96,13 @@ fn spline(panorama: &Image, u: f32, v: f32) -> [f32; 3] {
 /// Weights of four texels for a point `f` ∈ [0, 1) beyond the second one. They add up to 1.
 fn weights(f: f32) -> [f32; 4] {
     let g = 1.0 - f;
-    [g * g * g, 4.0 - 3.0 * f * f * (2.0 - f), 4.0 - 3.0 * g * g * (2.0 - g), f * f * f].map(|w| w / 6.0)
+    [
+        g * g * g,
+        4.0 - 3.0 * f * f * (2.0 - f),
+        4.0 - 3.0 * g * g * (2.0 - g),
+        f * f * f,
+    ]
+    .map(|w| w / 6.0)
 }
 
 #[cfg(test)]
@@ -101,7 +113,16 @@ mod tests {
     fn seen(panorama: &Image, size: (usize, usize), yaw_deg: f32, fov: f32) -> Image {
         let mut picture = Image::filled(size.0, size.1, [0.0; 3]);
         let mask = Mask::filled(size.0, size.1, 0.0);
-        draw_background(&mut picture, &mask, panorama, yaw_deg, CameraView { vertical_fov_deg: fov }, 1.0);
+        draw_background(
+            &mut picture,
+            &mask,
+            panorama,
+            yaw_deg,
+            CameraView {
+                vertical_fov_deg: fov,
+            },
+            1.0,
+        );
         picture
     }
 
@@ -117,15 +138,31 @@ mod tests {
     }
 
     fn spot(width: usize, height: usize, column: usize, row: usize) -> Image {
-        Raster::from_fn(width, height, |x, y| if (x, y) == (column, row) { [1e6; 3] } else { [0.0; 3] })
+        Raster::from_fn(width, height, |x, y| {
+            if (x, y) == (column, row) {
+                [1e6; 3]
+            } else {
+                [0.0; 3]
+            }
+        })
     }
 
     #[test]
     fn an_even_world_stays_even() {
         for size in [(1, 1), (2, 1), (16, 8), (257, 129)] {
             for fov in [6.0, 40.0, 170.0] {
-                let picture = seen(&Image::filled(size.0, size.1, [0.5, 1.0, 2.0]), (31, 17), 33.0, fov);
-                assert!(picture.pixels.iter().all(|p| (p[0] - 0.5).abs() < 1e-5 && (p[2] - 2.0).abs() < 1e-5));
+                let picture = seen(
+                    &Image::filled(size.0, size.1, [0.5, 1.0, 2.0]),
+                    (31, 17),
+                    33.0,
+                    fov,
+                );
+                assert!(
+                    picture
+                        .pixels
+                        .iter()
+                        .all(|p| (p[0] - 0.5).abs() < 1e-5 && (p[2] - 2.0).abs() < 1e-5)
+                );
             }
         }
     }
@@ -137,7 +174,10 @@ mod tests {
         assert!(x.abs() < 0.05 && y.abs() < 0.05, "({x}, {y})");
         let half_picture = 32.5 / 30f32.to_radians().tan();
         let (x, _) = centroid(&seen(&panorama, (65, 65), 10.0, 60.0));
-        assert!((x - half_picture * 10f32.to_radians().tan()).abs() < 0.5, "{x}");
+        assert!(
+            (x - half_picture * 10f32.to_radians().tan()).abs() < 0.5,
+            "{x}"
+        );
         let (_, y) = centroid(&seen(&spot(65, 33, 32, 14), (65, 65), 0.0, 60.0));
         assert!(y < -2.0, "a texel above the horizon is at {y}");
     }
@@ -145,7 +185,10 @@ mod tests {
     #[test]
     fn a_whole_turn_changes_nothing() {
         let panorama = Raster::from_fn(64, 32, |x, y| [x as f32, y as f32, (x * y) as f32]);
-        assert_eq!(seen(&panorama, (20, 30), 77.5, 40.0), seen(&panorama, (20, 30), 77.5 - 360.0, 40.0));
+        assert_eq!(
+            seen(&panorama, (20, 30), 77.5, 40.0),
+            seen(&panorama, (20, 30), 77.5 - 360.0, 40.0)
+        );
     }
 
     #[test]
@@ -155,9 +198,18 @@ mod tests {
         let panorama = Raster::from_fn(64, 32, |x, _| if x < 32 { [0.0; 3] } else { [1.0; 3] });
         let picture = seen(&panorama, (512, 1), 0.0, 0.1);
         let row: Vec<f32> = picture.pixels.iter().map(|p| p[0]).collect();
-        let slope = row.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
-        let bend = row.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f32::max);
-        assert!(slope > 0.0 && bend < 0.1 * slope, "slope {slope}, bend {bend}");
+        let slope = row
+            .windows(2)
+            .map(|w| (w[1] - w[0]).abs())
+            .fold(0.0, f32::max);
+        let bend = row
+            .windows(3)
+            .map(|w| (w[2] - 2.0 * w[1] + w[0]).abs())
+            .fold(0.0, f32::max);
+        assert!(
+            slope > 0.0 && bend < 0.1 * slope,
+            "slope {slope}, bend {bend}"
+        );
     }
 
     #[test]

@@ -96,14 +96,23 @@ pub fn execute(scene: &Scene, of: &Ingredients, passes: &[PlannedPass]) -> Resul
                 let mended;
                 (linear, mended) = subject(of);
                 if mended > 0 {
-                    reason += &format!("; {mended} pixels were no numbers and took their neighbours' light");
+                    reason += &format!(
+                        "; {mended} pixels were no numbers and took their neighbours' light"
+                    );
                 }
             }
             Pass::Background => {
                 if scene.background == Background::Environment {
                     let panorama = &of.environment.radiance;
                     let level = of.levels.background;
-                    draw_background(&mut linear, of.mask, panorama, scene.yaw_deg, of.view, level);
+                    draw_background(
+                        &mut linear,
+                        of.mask,
+                        panorama,
+                        scene.yaw_deg,
+                        of.view,
+                        level,
+                    );
                 }
             }
             Pass::Exposure => scale(&mut linear, scene.exposure_stops.exp2()),
@@ -119,20 +128,33 @@ pub fn execute(scene: &Scene, of: &Ingredients, passes: &[PlannedPass]) -> Resul
             name: planned.pass.name().to_owned(),
             ran: planned.run,
             reason,
-            ms: if planned.run { before.unwrap_or(elapsed) } else { 0.0 },
+            ms: if planned.run {
+                before.unwrap_or(elapsed)
+            } else {
+                0.0
+            },
         });
     }
     let alpha = match scene.background {
         Background::Environment => Mask::filled(width, height, 1.0),
         Background::None => of.mask.clone(),
     };
-    Ok(Picture { linear, alpha, display, passes: reports })
+    Ok(Picture {
+        linear,
+        alpha,
+        display,
+        passes: reports,
+    })
 }
 
 /// The relit subject times its coverage, and how many of its pixels were no numbers.
 fn subject(of: &Ingredients) -> (Image, usize) {
-    let weights: Vec<[f32; 3]> =
-        of.weights.per_lamp.iter().map(|w| w.map(|share| share * of.levels.subject)).collect();
+    let weights: Vec<[f32; 3]> = of
+        .weights
+        .per_lamp
+        .iter()
+        .map(|w| w.map(|share| share * of.levels.subject))
+        .collect();
     let mut subject = relight(of.field, &weights, &lit_lamps(&weights));
     let mended = extend_edges(&mut subject, of.mask);
     for (pixel, &alpha) in subject.pixels.iter_mut().zip(&of.mask.pixels) {
@@ -147,7 +169,10 @@ fn check(of: &Ingredients) -> Result<()> {
     if (field.width, field.height) != of.mask.size() {
         return Err(Error::unexpected(
             "the reflectance field",
-            format!("{} × {} pixels as in the matte", of.mask.width, of.mask.height),
+            format!(
+                "{} × {} pixels as in the matte",
+                of.mask.width, of.mask.height
+            ),
             format!("{} × {}", field.width, field.height),
             remedy,
         ));
@@ -203,15 +228,24 @@ mod tests {
                 (0.7 * centre - r + 0.5).clamp(0.0, 1.0)
             });
             let olats: Vec<Image> = (1..4)
-                .map(|l| Raster::from_fn(size, size, |x, y| [mask.at(x, y) * (x + l) as f32 / 40.0; 3]))
+                .map(|l| {
+                    Raster::from_fn(size, size, |x, y| {
+                        [mask.at(x, y) * (x + l) as f32 / 40.0; 3]
+                    })
+                })
                 .collect();
             Self {
                 field: ReflectanceField::from_olats(&olats),
                 mask,
-                weights: LightWeights { per_lamp: vec![[0.4, 0.5, 0.6], [0.0; 3], [1.0; 3]], uncovered: 0.0 },
+                weights: LightWeights {
+                    per_lamp: vec![[0.4, 0.5, 0.6], [0.0; 3], [1.0; 3]],
+                    uncovered: 0.0,
+                },
                 environment: Environment {
                     name: "ramp".into(),
-                    radiance: Raster::from_fn(64, 32, |x, y| [x as f32 / 64.0, y as f32 / 32.0, 0.25]),
+                    radiance: Raster::from_fn(64, 32, |x, y| {
+                        [x as f32 / 64.0, y as f32 / 32.0, 0.25]
+                    }),
                     repaired_texels: 0,
                 },
             }
@@ -231,11 +265,22 @@ mod tests {
     }
 
     fn scene(background: Background, output: Output, exposure_stops: f32) -> Scene {
-        Scene { frame: 0, yaw_deg: 20.0, exposure_stops, background, output }
+        Scene {
+            frame: 0,
+            yaw_deg: 20.0,
+            exposure_stops,
+            background,
+            output,
+        }
     }
 
     fn largest_difference(a: &Image, b: &Image) -> f32 {
-        a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
+        a.pixels
+            .iter()
+            .flatten()
+            .zip(b.pixels.iter().flatten())
+            .map(|(x, y)| (x - y).abs())
+            .fold(0.0, f32::max)
     }
 
     #[test]
@@ -245,7 +290,13 @@ mod tests {
             for stops in [0.0, 1.5] {
                 let scene = scene(background, Output::Display, stops);
                 let planned = compose(&scene, &set.ingredients()).unwrap();
-                let facts = Facts { field_cached: false, weights_cached: false, lamps: 3, lit_lamps: 3, open_share: 1.0 };
+                let facts = Facts {
+                    field_cached: false,
+                    weights_cached: false,
+                    lamps: 3,
+                    lit_lamps: 3,
+                    open_share: 1.0,
+                };
                 let mut forced = plan(&scene, &facts);
                 forced.iter_mut().for_each(|p| p.run = true);
                 let forced = execute(&scene, &set.ingredients(), &forced).unwrap();
@@ -263,14 +314,35 @@ mod tests {
         // Subject and world both have radiance 1: any fringe would be another value.
         let mut set = Set::new(32);
         for premultiplied in [true, false] {
-            let light = set.mask.map(|a| if premultiplied { [a; 3] } else { [f32::from(u8::from(a > 0.0)); 3] });
+            let light = set.mask.map(|a| {
+                if premultiplied {
+                    [a; 3]
+                } else {
+                    [f32::from(u8::from(a > 0.0)); 3]
+                }
+            });
             set.field = ReflectanceField::from_olats(&[light]);
             set.weights.per_lamp = vec![[1.0; 3]];
             set.environment.radiance = Image::filled(8, 4, [1.0; 3]);
-            let picture = compose(&scene(Background::Environment, Output::Linear, 0.0), &set.ingredients()).unwrap();
+            let picture = compose(
+                &scene(Background::Environment, Output::Linear, 0.0),
+                &set.ingredients(),
+            )
+            .unwrap();
             // A pixel that counts as solid may be dark by what it lacks, once as shot and once as laid.
-            let bound = if premultiplied { 2.0 * (1.0 - SOLID) } else { 1e-5 };
-            assert!(picture.linear.pixels.iter().flatten().all(|v| (v - 1.0).abs() <= bound));
+            let bound = if premultiplied {
+                2.0 * (1.0 - SOLID)
+            } else {
+                1e-5
+            };
+            assert!(
+                picture
+                    .linear
+                    .pixels
+                    .iter()
+                    .flatten()
+                    .all(|v| (v - 1.0).abs() <= bound)
+            );
             assert!(picture.display.is_none());
         }
     }
@@ -278,7 +350,11 @@ mod tests {
     #[test]
     fn a_cut_out_is_premultiplied_and_keeps_the_matte() {
         let set = Set::new(32);
-        let picture = compose(&scene(Background::None, Output::Linear, 0.0), &set.ingredients()).unwrap();
+        let picture = compose(
+            &scene(Background::None, Output::Linear, 0.0),
+            &set.ingredients(),
+        )
+        .unwrap();
         assert_eq!(picture.alpha, set.mask);
         for (pixel, alpha) in picture.linear.pixels.iter().zip(&set.mask.pixels) {
             assert!(*alpha > 0.0 || *pixel == [0.0; 3]);
@@ -289,7 +365,10 @@ mod tests {
     fn a_turn_and_a_whole_turn_more_give_one_picture() {
         let set = Set::new(16);
         let at = |yaw_deg| {
-            let scene = Scene { yaw_deg, ..scene(Background::Environment, Output::Display, 0.0) };
+            let scene = Scene {
+                yaw_deg,
+                ..scene(Background::Environment, Output::Display, 0.0)
+            };
             compose(&scene, &set.ingredients()).unwrap().linear
         };
         assert_eq!(at(33.0), at(393.0));
@@ -305,8 +384,19 @@ mod tests {
                 set.weights.per_lamp = vec![[1e6; 3], [0.0; 3], [-0.0; 3]];
                 set.field.values[0] = f32::NAN;
                 for output in [Output::Display, Output::Linear] {
-                    let picture = compose(&scene(Background::Environment, output, 2.0), &set.ingredients()).unwrap();
-                    assert!(picture.linear.pixels.iter().flatten().all(|v| v.is_finite()));
+                    let picture = compose(
+                        &scene(Background::Environment, output, 2.0),
+                        &set.ingredients(),
+                    )
+                    .unwrap();
+                    assert!(
+                        picture
+                            .linear
+                            .pixels
+                            .iter()
+                            .flatten()
+                            .all(|v| v.is_finite())
+                    );
                 }
             }
         }
@@ -316,7 +406,11 @@ mod tests {
     fn no_light_leaves_the_subject_black_and_says_why() {
         let mut set = Set::new(16);
         set.weights.per_lamp = vec![[0.0; 3]; 3];
-        let picture = compose(&scene(Background::None, Output::Display, 0.0), &set.ingredients()).unwrap();
+        let picture = compose(
+            &scene(Background::None, Output::Display, 0.0),
+            &set.ingredients(),
+        )
+        .unwrap();
         assert!(picture.linear.pixels.iter().all(|&p| p == [0.0; 3]));
         let relight = picture.passes.iter().find(|p| p.name == "relight").unwrap();
         assert!(!relight.ran && relight.ms == 0.0 && relight.reason.contains("no lamp"));
@@ -327,12 +421,28 @@ mod tests {
         let mut set = Set::new(16);
         set.weights.per_lamp.pop();
         let scene = scene(Background::None, Output::Linear, 0.0);
-        assert!(compose(&scene, &set.ingredients()).unwrap_err().to_string().contains("2 lamps"));
+        assert!(
+            compose(&scene, &set.ingredients())
+                .unwrap_err()
+                .to_string()
+                .contains("2 lamps")
+        );
         let mut set = Set::new(16);
         set.mask = Mask::filled(8, 16, 1.0);
         assert!(compose(&scene, &set.ingredients()).is_err());
         let set = Set::new(16);
-        let view = CameraView { vertical_fov_deg: f32::NAN };
-        assert!(compose(&scene, &Ingredients { view, ..set.ingredients() }).is_err());
+        let view = CameraView {
+            vertical_fov_deg: f32::NAN,
+        };
+        assert!(
+            compose(
+                &scene,
+                &Ingredients {
+                    view,
+                    ..set.ingredients()
+                }
+            )
+            .is_err()
+        );
     }
 }

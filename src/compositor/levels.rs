@@ -6,7 +6,6 @@
 
 use super::reference::{SOLID, lit_lamps, relight};
 use crate::imaging::{Image, Mask, color::luminance};
-use crate::light::latlong::texel_solid_angle;
 use crate::light::{Environment, LightWeights};
 use crate::reflectance::ReflectanceField;
 use serde::{Deserialize, Serialize};
@@ -30,7 +29,10 @@ pub struct Levels {
 impl Default for Levels {
     /// Units as they are stored.
     fn default() -> Self {
-        Self { subject: 1.0, background: 1.0 }
+        Self {
+            subject: 1.0,
+            background: 1.0,
+        }
     }
 }
 
@@ -49,15 +51,22 @@ impl Levels {
             &relight(field, &even.per_lamp, &lit_lamps(&even.per_lamp)),
             mask,
         );
-        let gain = positive(MIDDLE_GREY / (SUBJECT_ALBEDO * mean_radiance(&environment.radiance)));
+        let gain = positive(MIDDLE_GREY / (SUBJECT_ALBEDO * mean_radiance(environment)));
         let subject = positive(SUBJECT_ALBEDO / albedo_in_field_units);
-        Self { subject: gain * subject, background: gain }
+        Self {
+            subject: gain * subject,
+            background: gain,
+        }
     }
 }
 
 /// A factor that can be used: 1 in place of what division by nothing gives.
 fn positive(factor: f32) -> f32 {
-    if factor.is_finite() && factor > 0.0 { factor } else { 1.0 }
+    if factor.is_finite() && factor > 0.0 {
+        factor
+    } else {
+        1.0
+    }
 }
 
 fn mean_solid_luminance(picture: &Image, mask: &Mask) -> f32 {
@@ -73,16 +82,9 @@ fn mean_solid_luminance(picture: &Image, mask: &Mask) -> f32 {
 }
 
 /// Mean luminance over the sphere.
-fn mean_radiance(panorama: &Image) -> f32 {
-    let (width, height) = panorama.size();
-    let rows = panorama.pixels.chunks(width.max(1)).enumerate();
-    let sum: f64 = rows
-        .map(|(y, row)| {
-            let light: f64 = row.iter().map(|&p| f64::from(luminance(p))).sum();
-            light * texel_solid_angle(y, width, height)
-        })
-        .sum();
-    (sum / (4.0 * std::f64::consts::PI)) as f32
+fn mean_radiance(environment: &Environment) -> f32 {
+    let sphere = 4.0 * std::f64::consts::PI;
+    luminance(environment.energy().map(|energy| (energy / sphere) as f32))
 }
 
 #[cfg(test)]
@@ -90,7 +92,11 @@ mod tests {
     use super::*;
 
     fn environment(radiance: Image) -> Environment {
-        Environment { name: "test".into(), radiance, repaired_texels: 0 }
+        Environment {
+            name: "test".into(),
+            radiance,
+            repaired_texels: 0,
+        }
     }
 
     #[test]
@@ -98,23 +104,40 @@ mod tests {
         let mask = Mask::filled(8, 8, 1.0);
         for (unit, brightness) in [(1.0, 1.0), (0.02, 700.0), (300.0, 0.001)] {
             let field = ReflectanceField::from_olats(&vec![Image::filled(8, 8, [unit; 3]); 4]);
-            let even = LightWeights { per_lamp: vec![[0.25; 3]; 4], uncovered: 0.0 };
+            let even = LightWeights {
+                per_lamp: vec![[0.25; 3]; 4],
+                uncovered: 0.0,
+            };
             let light = environment(Image::filled(32, 16, [brightness; 3]));
             let levels = Levels::balanced(&light, &even, &field, &mask);
             let relit = unit * brightness * levels.subject;
-            assert!((relit - MIDDLE_GREY).abs() < 1e-5, "{unit} {brightness}: {relit}");
+            assert!(
+                (relit - MIDDLE_GREY).abs() < 1e-5,
+                "{unit} {brightness}: {relit}"
+            );
             assert!((levels.background * brightness * SUBJECT_ALBEDO - MIDDLE_GREY).abs() < 1e-5);
         }
     }
 
     #[test]
     fn black_light_black_fields_and_empty_mattes_leave_usable_levels() {
-        let even = LightWeights { per_lamp: vec![[1.0; 3]; 2], uncovered: 0.0 };
-        for (light, value, alpha) in [(0.0, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, f32::NAN, 1.0), (1.0, 1.0, 0.0)] {
+        let even = LightWeights {
+            per_lamp: vec![[1.0; 3]; 2],
+            uncovered: 0.0,
+        };
+        for (light, value, alpha) in [
+            (0.0, 1.0, 1.0),
+            (1.0, 0.0, 1.0),
+            (1.0, f32::NAN, 1.0),
+            (1.0, 1.0, 0.0),
+        ] {
             let field = ReflectanceField::from_olats(&vec![Image::filled(4, 4, [value; 3]); 2]);
             let light = environment(Image::filled(4, 2, [light; 3]));
             let levels = Levels::balanced(&light, &even, &field, &Mask::filled(4, 4, alpha));
-            assert!(levels.subject.is_normal() && levels.background.is_normal(), "{levels:?}");
+            assert!(
+                levels.subject.is_normal() && levels.background.is_normal(),
+                "{levels:?}"
+            );
         }
     }
 }

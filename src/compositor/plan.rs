@@ -72,8 +72,11 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
     let wanted = scene.background == Background::Environment;
     let background = wanted && facts.open_share > 0.0;
     let display = scene.output == Output::Display;
-    let no_background =
-        if wanted { "the subject covers every pixel" } else { "the scene asks for no background" };
+    let no_background = if wanted {
+        "the subject covers every pixel"
+    } else {
+        "the scene asks for no background"
+    };
     vec![
         decide(
             Pass::Predict,
@@ -90,13 +93,19 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
         decide(
             Pass::Relight,
             facts.lit_lamps > 0,
-            format!("{} of {} lamps carry energy; no other is read", facts.lit_lamps, facts.lamps),
+            format!(
+                "{} of {} lamps carry energy; no other is read",
+                facts.lit_lamps, facts.lamps
+            ),
             "no lamp carries energy, so the subject is black",
         ),
         decide(
             Pass::Background,
             background,
-            format!("it shows in {:.0} % of the pixels", (100.0 * facts.open_share).max(1.0)),
+            format!(
+                "it shows in {:.0} % of the pixels",
+                (100.0 * facts.open_share).max(1.0)
+            ),
             no_background,
         ),
         decide(
@@ -105,12 +114,21 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
             format!("{:+} stops", scene.exposure_stops),
             "0 stops change nothing",
         ),
-        decide(Pass::View, display, "a display wants sRGB".to_owned(), "the output stays linear"),
+        decide(
+            Pass::View,
+            display,
+            "a display wants sRGB".to_owned(),
+            "the output stays linear",
+        ),
         decide(
             Pass::Dither,
             display && background,
             "8 bits would show steps in the smooth background".to_owned(),
-            if display { no_background } else { "the output stays linear" },
+            if display {
+                no_background
+            } else {
+                "the output stays linear"
+            },
         ),
     ]
 }
@@ -119,8 +137,13 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
 mod tests {
     use super::*;
 
-    const FACTS: Facts =
-        Facts { field_cached: false, weights_cached: false, lamps: 41, lit_lamps: 38, open_share: 0.6 };
+    const FACTS: Facts = Facts {
+        field_cached: false,
+        weights_cached: false,
+        lamps: 41,
+        lit_lamps: 38,
+        open_share: 0.6,
+    };
 
     fn scene() -> Scene {
         Scene {
@@ -133,18 +156,33 @@ mod tests {
     }
 
     fn names(scene: &Scene, facts: &Facts) -> Vec<&'static str> {
-        plan(scene, facts).iter().filter(|p| p.run).map(|p| p.pass.name()).collect()
+        plan(scene, facts)
+            .iter()
+            .filter(|p| p.run)
+            .map(|p| p.pass.name())
+            .collect()
     }
 
     #[test]
     fn a_new_frame_for_a_window_runs_everything() {
-        let all = ["predict", "weights", "relight", "background", "exposure", "view", "dither"];
+        let all = [
+            "predict",
+            "weights",
+            "relight",
+            "background",
+            "exposure",
+            "view",
+            "dither",
+        ];
         assert_eq!(names(&scene(), &FACTS), all);
     }
 
     #[test]
     fn a_turn_of_the_environment_never_asks_the_network() {
-        let turned = Facts { field_cached: true, ..FACTS };
+        let turned = Facts {
+            field_cached: true,
+            ..FACTS
+        };
         assert!(!names(&scene(), &turned).contains(&"predict"));
         assert!(names(&scene(), &turned).contains(&"weights"));
     }
@@ -157,26 +195,43 @@ mod tests {
             output: Output::Linear,
             ..scene()
         };
-        let cached = Facts { field_cached: true, weights_cached: true, ..FACTS };
+        let cached = Facts {
+            field_cached: true,
+            weights_cached: true,
+            ..FACTS
+        };
         assert_eq!(names(&bare, &cached), ["relight"]);
     }
 
     #[test]
     fn what_cannot_be_seen_does_not_run() {
-        let covered = Facts { open_share: 0.0, ..FACTS };
+        let covered = Facts {
+            open_share: 0.0,
+            ..FACTS
+        };
         assert!(!names(&scene(), &covered).contains(&"background"));
         assert!(!names(&scene(), &covered).contains(&"dither"));
-        let dark = Facts { lit_lamps: 0, ..FACTS };
+        let dark = Facts {
+            lit_lamps: 0,
+            ..FACTS
+        };
         assert!(!names(&scene(), &dark).contains(&"relight"));
     }
 
     #[test]
     fn every_decision_has_a_reason() {
         for cached in [false, true] {
-            let facts = Facts { field_cached: cached, weights_cached: cached, ..FACTS };
+            let facts = Facts {
+                field_cached: cached,
+                weights_cached: cached,
+                ..FACTS
+            };
             assert!(plan(&scene(), &facts).iter().all(|p| !p.reason.is_empty()));
         }
         let relight = &plan(&scene(), &FACTS)[2];
-        assert_eq!(relight.reason, "38 of 41 lamps carry energy; no other is read");
+        assert_eq!(
+            relight.reason,
+            "38 of 41 lamps carry energy; no other is read"
+        );
     }
 }

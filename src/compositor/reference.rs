@@ -12,7 +12,9 @@ const CHUNK: usize = 2048;
 
 /// The lamps whose weight is not zero in every channel.
 pub fn lit_lamps(weights: &[[f32; 3]]) -> Vec<usize> {
-    (0..weights.len()).filter(|&lamp| weights[lamp] != [0.0; 3]).collect()
+    (0..weights.len())
+        .filter(|&lamp| weights[lamp] != [0.0; 3])
+        .collect()
 }
 
 /// Pass `relight`: Σ `weights[i]` · R_i over `lamps`, per channel, in f32. A plane whose weight is
@@ -20,23 +22,27 @@ pub fn lit_lamps(weights: &[[f32; 3]]) -> Vec<usize> {
 /// `weights` has one entry per lamp of `field`.
 pub fn relight(field: &ReflectanceField, weights: &[[f32; 3]], lamps: &[usize]) -> Image {
     let mut relit = Image::filled(field.width, field.height, [0.0; 3]);
-    relit.pixels.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, out)| {
-        let mut sums = [[0f32; CHUNK]; 3];
-        for &lamp in lamps {
-            for (channel, sum) in sums.iter_mut().enumerate() {
-                let weight = weights[lamp][channel];
-                if weight != 0.0 {
-                    let plane = &field.plane(lamp, channel)[chunk * CHUNK..];
-                    for (s, &value) in sum[..out.len()].iter_mut().zip(plane) {
-                        *s += weight * value;
+    relit
+        .pixels
+        .par_chunks_mut(CHUNK)
+        .enumerate()
+        .for_each(|(chunk, out)| {
+            let mut sums = [[0f32; CHUNK]; 3];
+            for &lamp in lamps {
+                for (channel, sum) in sums.iter_mut().enumerate() {
+                    let weight = weights[lamp][channel];
+                    if weight != 0.0 {
+                        let plane = &field.plane(lamp, channel)[chunk * CHUNK..];
+                        for (s, &value) in sum[..out.len()].iter_mut().zip(plane) {
+                            *s += weight * value;
+                        }
                     }
                 }
             }
-        }
-        for (i, pixel) in out.iter_mut().enumerate() {
-            *pixel = sums.map(|sum| sum[i]);
-        }
-    });
+            for (i, pixel) in out.iter_mut().enumerate() {
+                *pixel = sums.map(|sum| sum[i]);
+            }
+        });
     relit
 }
 
@@ -48,16 +54,28 @@ pub fn relight(field: &ReflectanceField, weights: &[[f32; 3]], lamps: &[usize]) 
 pub fn extend_edges(subject: &mut Image, mask: &Mask) -> usize {
     let (width, height) = subject.size();
     let finite = |pixel: &[f32; 3]| pixel.iter().all(|v| v.is_finite());
-    let mut known: Vec<bool> =
-        subject.pixels.iter().zip(&mask.pixels).map(|(p, &a)| a >= SOLID && finite(p)).collect();
-    let lost = subject.pixels.iter().zip(&mask.pixels).filter(|&(p, &a)| a > 0.0 && !finite(p)).count();
+    let mut known: Vec<bool> = subject
+        .pixels
+        .iter()
+        .zip(&mask.pixels)
+        .map(|(p, &a)| a >= SOLID && finite(p))
+        .collect();
+    let lost = subject
+        .pixels
+        .iter()
+        .zip(&mask.pixels)
+        .filter(|&(p, &a)| a > 0.0 && !finite(p))
+        .count();
     let neighbours = |i: usize| {
         let (x, y) = (i % width, i / width);
         let rows = y.saturating_sub(1)..(y + 2).min(height);
-        rows.flat_map(move |ny| (x.saturating_sub(1)..(x + 2).min(width)).map(move |nx| ny * width + nx))
+        rows.flat_map(move |ny| {
+            (x.saturating_sub(1)..(x + 2).min(width)).map(move |nx| ny * width + nx)
+        })
     };
-    let mut open: Vec<usize> =
-        (0..known.len()).filter(|&i| !known[i] && mask.pixels[i] > 0.0).collect();
+    let mut open: Vec<usize> = (0..known.len())
+        .filter(|&i| !known[i] && mask.pixels[i] > 0.0)
+        .collect();
     while !open.is_empty() {
         // A ring reads earlier rings alone: the result does not depend on the order within it.
         let ring: Vec<(usize, [f32; 3])> = open
@@ -89,14 +107,26 @@ pub fn extend_edges(subject: &mut Image, mask: &Mask) -> usize {
 
 /// Scales every value.
 pub fn scale(picture: &mut Image, factor: f32) {
-    picture.pixels.iter_mut().flatten().for_each(|v| *v *= factor);
+    picture
+        .pixels
+        .iter_mut()
+        .flatten()
+        .for_each(|v| *v *= factor);
 }
 
 /// Pass `view`: sRGB codes of linear light, clipped to `[0, 1]`.
 pub fn view(linear: &Image) -> Encoded {
-    let pixels =
-        linear.pixels.par_iter().with_min_len(4096).map(|p| p.map(srgb_from_linear)).collect();
-    Encoded(Raster { width: linear.width, height: linear.height, pixels })
+    let pixels = linear
+        .pixels
+        .par_iter()
+        .with_min_len(4096)
+        .map(|p| p.map(srgb_from_linear))
+        .collect();
+    Encoded(Raster {
+        width: linear.width,
+        height: linear.height,
+        pixels,
+    })
 }
 
 /// Pass `dither`: moves each code by less than half a step of 8 bits, by a fixed pattern (interleaved
@@ -113,14 +143,19 @@ pub fn dither(picture: &mut Encoded, mask: &Mask) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// A field of `lamps` lamps with values in [0, 1) and no pattern to speak of.
     pub fn noise_field(width: usize, height: usize, lamps: usize) -> ReflectanceField {
         let value = |i: usize| (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
         let values = (0..lamps * 3 * width * height).map(value).collect();
-        ReflectanceField { width, height, lamps, values }
+        ReflectanceField {
+            width,
+            height,
+            lamps,
+            values,
+        }
     }
 
     fn all(weights: &[[f32; 3]]) -> Vec<usize> {
@@ -136,7 +171,9 @@ mod tests {
     #[test]
     fn the_sum_agrees_with_one_in_double_precision() {
         let field = noise_field(61, 47, 41);
-        let mut weights: Vec<_> = (0..41).map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32]).collect();
+        let mut weights: Vec<_> = (0..41)
+            .map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32])
+            .collect();
         weights[17] = [1e6, 2e6, 3e6];
         let relit = relight(&field, &weights, &all(&weights));
         for (i, pixel) in relit.pixels.iter().enumerate() {
@@ -154,10 +191,17 @@ mod tests {
     fn relighting_is_linear_in_the_light() {
         let field = noise_field(33, 65, 7);
         let (a, b) = (vec![[0.5, 0.25, 2.0]; 7], vec![[3.0, 0.0, 0.125]; 7]);
-        let both: Vec<[f32; 3]> =
-            a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect();
+        let both: Vec<[f32; 3]> = a
+            .iter()
+            .zip(&b)
+            .map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
+            .collect();
         let mut sum = relight(&field, &a, &all(&a));
-        for (s, p) in sum.pixels.iter_mut().zip(relight(&field, &b, &all(&b)).pixels) {
+        for (s, p) in sum
+            .pixels
+            .iter_mut()
+            .zip(relight(&field, &b, &all(&b)).pixels)
+        {
             (0..3).for_each(|c| s[c] += p[c]);
         }
         assert!(relative(&sum, &relight(&field, &both, &all(&both)), 7.0 * 3.5) < 1e-6);
@@ -169,10 +213,24 @@ mod tests {
         let weights = [[1.0; 3], [0.0; 3], [0.0, 0.5, 0.0], [0.0; 3], [2.0; 3]];
         let lit = lit_lamps(&weights);
         assert_eq!(lit, [0, 2, 4]);
-        assert_eq!(relight(&field, &weights, &lit), relight(&field, &weights, &all(&weights)));
+        assert_eq!(
+            relight(&field, &weights, &lit),
+            relight(&field, &weights, &all(&weights))
+        );
         field.values[3 * 256..6 * 256].fill(f32::NAN);
-        assert!(relight(&field, &weights, &lit).pixels.iter().flatten().all(|v| v.is_finite()));
-        assert!(relight(&field, &[[0.0; 3]; 5], &[]).pixels.iter().all(|&p| p == [0.0; 3]));
+        assert!(
+            relight(&field, &weights, &lit)
+                .pixels
+                .iter()
+                .flatten()
+                .all(|v| v.is_finite())
+        );
+        assert!(
+            relight(&field, &[[0.0; 3]; 5], &[])
+                .pixels
+                .iter()
+                .all(|&p| p == [0.0; 3])
+        );
     }
 
     #[test]
@@ -183,7 +241,9 @@ mod tests {
         let weights = [[1.0; 3]; 3];
         let mut relit = relight(&field, &weights, &[0, 1, 2]);
         let bad = |image: &Image| {
-            (0..81).filter(|&i| image.pixels[i].iter().any(|v| !v.is_finite())).collect::<Vec<_>>()
+            (0..81)
+                .filter(|&i| image.pixels[i].iter().any(|v| !v.is_finite()))
+                .collect::<Vec<_>>()
         };
         assert_eq!(bad(&relit), [7, 40]);
         assert_eq!(extend_edges(&mut relit, &Mask::filled(9, 9, 1.0)), 2);
@@ -196,9 +256,17 @@ mod tests {
         let mask = Mask::from_fn(40, 5, |x, _| (1.5 - x as f32 / 20.0).clamp(0.0, 1.0));
         let mut subject = mask.map(|a| [0.8 * a, 0.4 * a, 0.2 * a]);
         extend_edges(&mut subject, &mask);
-        for (pixel, &alpha) in subject.pixels.iter().zip(&mask.pixels).filter(|&(_, &a)| a > 0.0) {
+        for (pixel, &alpha) in subject
+            .pixels
+            .iter()
+            .zip(&mask.pixels)
+            .filter(|&(_, &a)| a > 0.0)
+        {
             let wanted = [0.8, 0.4, 0.2];
-            assert!((0..3).all(|c| (pixel[c] / wanted[c] - 1.0).abs() < 0.03), "{alpha}: {pixel:?}");
+            assert!(
+                (0..3).all(|c| (pixel[c] / wanted[c] - 1.0).abs() < 0.03),
+                "{alpha}: {pixel:?}"
+            );
         }
     }
 
@@ -216,7 +284,12 @@ mod tests {
         let flat = Encoded(Image::filled(64, 64, [0.4; 3]));
         let mut moved = flat.clone();
         dither(&mut moved, &Mask::filled(64, 64, 0.0));
-        let steps: Vec<f32> = moved.0.pixels.iter().map(|p| (p[0] - 0.4) * 255.0).collect();
+        let steps: Vec<f32> = moved
+            .0
+            .pixels
+            .iter()
+            .map(|p| (p[0] - 0.4) * 255.0)
+            .collect();
         assert!(steps.iter().all(|s| s.abs() < 0.501));
         assert!((steps.iter().sum::<f32>() / 4096.0).abs() < 0.01);
         let mut kept = flat.clone();

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::footage::{Exemplar, Frame};
 use crate::imaging::{Image, Mask};
 use crate::light::Environment;
+use crate::light::weights::Partition;
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::ReflectanceField;
@@ -50,8 +51,18 @@ pub struct Scores {
 /// # Errors
 /// Names the frames and the option that keeps them out.
 pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Result<()> {
-    let list = |frames: &[usize]| frames.iter().map(usize::to_string).collect::<Vec<_>>().join(",");
-    let seen: Vec<usize> = truth_frames.iter().copied().filter(|f| training_frames.contains(f)).collect();
+    let list = |frames: &[usize]| {
+        frames
+            .iter()
+            .map(usize::to_string)
+            .collect::<Vec<_>>()
+            .join(",")
+    };
+    let seen: Vec<usize> = truth_frames
+        .iter()
+        .copied()
+        .filter(|f| training_frames.contains(f))
+        .collect();
     if seen.is_empty() {
         return Ok(());
     }
@@ -59,7 +70,10 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
         "the evaluation",
         "truth frames that the network was not trained on",
         format!("frames {} among the training frames", list(&seen)),
-        format!("Train again with: afterlight train PROJECT --fresh --exclude-frames {}", list(truth_frames)),
+        format!(
+            "Train again with: afterlight train PROJECT --fresh --exclude-frames {}",
+            list(truth_frames)
+        ),
     ))
 }
 
@@ -75,15 +89,27 @@ pub fn score(
     predict: &mut dyn FnMut(&Frame) -> Result<ReflectanceField>,
     progress: &Progress,
 ) -> Result<Scores> {
+    let partition = Partition::smooth(&calibration.rig, Partition::WIDTH);
     let weights = truth
         .environments
         .iter()
         .map(|named| {
             let environment = Environment::load(&project.shoot_path(&named.file))?;
-            Ok((named.name.clone(), crate::light::weights::smooth(&environment, &calibration.rig, 0.0).per_lamp))
+            Ok((
+                named.name.clone(),
+                partition.weights(&environment, 0.0).per_lamp,
+            ))
         })
         .collect::<Result<_>>()?;
-    score_under(project, calibration, truth, &weights, method, predict, progress)
+    score_under(
+        project,
+        calibration,
+        truth,
+        &weights,
+        method,
+        predict,
+        progress,
+    )
 }
 
 /// [`score`] with the lamps' weights under each environment given, in any unit.
@@ -103,8 +129,12 @@ pub fn score_under(
         Method::Nearest | Method::Ratio => Pose::load_all(project, calibration)?,
         Method::Network | Method::TruthOlats => Vec::new(),
     };
-    let frames: Vec<usize> =
-        truth.frames.iter().copied().filter(|&f| method != Method::TruthOlats || truth.has_olats(f)).collect();
+    let frames: Vec<usize> = truth
+        .frames
+        .iter()
+        .copied()
+        .filter(|&f| method != Method::TruthOlats || truth.has_olats(f))
+        .collect();
     if frames.is_empty() {
         return Err(Error::unexpected(
             "the truth",
@@ -113,60 +143,90 @@ pub fn score_under(
             "Evaluate another method: --with network, nearest or ratio",
         ));
     }
-    let mut masks = Vec::new();
-    // Environment → (pictures, truths), one per frame.
-    let mut relit: BTreeMap<&str, (Vec<[Image; 1]>, Vec<[Image; 1]>)> = BTreeMap::new();
-    let mut olats: Vec<(usize, Vec<Image>, Vec<Image>)> = Vec::new();
+    let mut relit: BTreeMap<&str, Vec<Measured>> = BTreeMap::new();
+    let mut olats: Vec<Measured> = Vec::new();
     for (done, &index) in frames.iter().enumerate() {
         progress.check("nothing was written")?;
-        progress.step("evaluate", done as u64, frames.len() as u64, format!("frame {index}"));
+        let total = frames.len() as u64;
+        progress.step("evaluate", done as u64, total, format!("frame {index}"));
         let frame = Frame::load(project, &calibration.response, index)?;
-        let true_olats = if truth.has_olats(index) { Some(truth.olats(index)?) } else { None };
+        let true_olats = if truth.has_olats(index) {
+            Some(truth.olats(index)?)
+        } else {
+            None
+        };
         let field = match (method, &true_olats) {
             (Method::Network, _) => predict(&frame)?,
             (Method::TruthOlats, Some(olats)) => ReflectanceField::from_olats(olats),
             (Method::Ratio, _) => nearest(&poses, &frame)?.ratio_field(&frame.plate),
             _ => ReflectanceField::from_olats(&nearest(&poses, &frame)?.exemplar.olats),
         };
+        let mut measured = |set: &mut Vec<Measured>, pictures, truths| {
+            set.push(Measured {
+                frame: index,
+                mask: frame.mask.clone(),
+                pictures,
+                truths,
+            });
+        };
         for (name, weights) in weights {
             check_lamps(&field, weights)?;
-            let (pictures, truths) = relit.entry(name).or_default();
-            pictures.push([relight(&field, weights, &lit_lamps(weights))]);
-            truths.push([truth.relit(index, name)?]);
+            let picture = relight(&field, weights, &lit_lamps(weights));
+            measured(
+                relit.entry(name).or_default(),
+                vec![picture],
+                vec![truth.relit(index, name)?],
+            );
         }
         if let Some(truths) = true_olats {
-            olats.push((done, (0..field.lamps).map(|lamp| field.olat(lamp)).collect(), truths));
+            measured(
+                &mut olats,
+                (0..field.lamps).map(|lamp| field.olat(lamp)).collect(),
+                truths,
+            );
         }
-        masks.push(frame.mask);
     }
     progress.step("evaluate", frames.len() as u64, frames.len() as u64, "");
-    let relit = relit
-        .into_iter()
-        .map(|(name, (pictures, truths))| Ok((name.to_owned(), relit_psnr(&pictures, &truths, &masks)?)))
-        .collect::<Result<BTreeMap<String, Psnr>>>()?;
-    let compared: Vec<Compared> = olats
-        .iter()
-        .map(|(at, pictures, truths)| Compared { pictures, truths, mask: &masks[*at] })
-        .collect();
-    let olat = if compared.is_empty() { None } else { Some(psnr(&compared)?) };
-    Ok(Scores {
+    let mut scores = Scores {
         method,
-        relit_psnr_db: relit.iter().map(|(name, p)| (name.clone(), p.mean_db)).collect(),
-        relit_psnr_by_frame_db: relit.into_iter().map(|(name, p)| (name, p.frames_db)).collect(),
-        olat_psnr_db: olat.as_ref().map(|p| p.mean_db),
-        olat_psnr_by_frame_db: olats
-            .iter()
-            .zip(olat.iter().flat_map(|p| &p.frames_db))
-            .map(|((at, ..), &db)| (frames[*at], db))
-            .collect(),
         frames,
-    })
+        relit_psnr_db: BTreeMap::new(),
+        relit_psnr_by_frame_db: BTreeMap::new(),
+        olat_psnr_db: None,
+        olat_psnr_by_frame_db: BTreeMap::new(),
+    };
+    for (name, set) in relit {
+        let found = psnr_of(&set)?;
+        scores.relit_psnr_db.insert(name.to_owned(), found.mean_db);
+        scores
+            .relit_psnr_by_frame_db
+            .insert(name.to_owned(), found.frames_db);
+    }
+    if !olats.is_empty() {
+        let found = psnr_of(&olats)?;
+        scores.olat_psnr_db = Some(found.mean_db);
+        scores.olat_psnr_by_frame_db = olats.iter().map(|m| m.frame).zip(found.frames_db).collect();
+    }
+    Ok(scores)
 }
 
-fn relit_psnr(pictures: &[[Image; 1]], truths: &[[Image; 1]], masks: &[Mask]) -> Result<Psnr> {
-    let frames = pictures.iter().zip(truths).zip(masks);
-    let compared: Vec<Compared> =
-        frames.map(|((pictures, truths), mask)| Compared { pictures, truths, mask }).collect();
+/// Pictures of one frame beside their truths.
+struct Measured {
+    frame: usize,
+    mask: Mask,
+    pictures: Vec<Image>,
+    truths: Vec<Image>,
+}
+
+fn psnr_of(set: &[Measured]) -> Result<Psnr> {
+    let compared: Vec<Compared> = set
+        .iter()
+        .map(|m| Compared {
+            pictures: &m.pictures,
+            truths: &m.truths,
+            mask: &m.mask,
+        })
+        .collect();
     psnr(&compared)
 }
 
@@ -179,14 +239,21 @@ struct Pose {
 
 impl Pose {
     fn load_all(project: &Project, calibration: &Calibration) -> Result<Vec<Self>> {
-        let weights: Vec<[f32; 3]> =
-            calibration.interview_weights.iter().map(|w| w.map(|v| v * calibration.exposure)).collect();
+        let weights: Vec<[f32; 3]> = calibration
+            .interview_weights
+            .iter()
+            .map(|w| w.map(|v| v * calibration.exposure))
+            .collect();
         let exemplars = Exemplar::load_all(project, &calibration.response)?;
         Ok(exemplars
             .into_iter()
             .map(|exemplar| {
                 let interview = exemplar.relit(&weights);
-                Self { look: look(&interview, &exemplar.mask), interview, exemplar }
+                Self {
+                    look: look(&interview, &exemplar.mask),
+                    interview,
+                    exemplar,
+                }
             })
             .collect())
     }
@@ -217,20 +284,41 @@ impl Pose {
 fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
     let there = look(&frame.plate, &frame.mask);
     let distance = |pose: &Pose| -> f64 {
-        let pairs = pose.look.pixels.iter().flatten().zip(there.pixels.iter().flatten());
+        let pairs = pose
+            .look
+            .pixels
+            .iter()
+            .flatten()
+            .zip(there.pixels.iter().flatten());
         pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum()
     };
-    poses.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).ok_or_else(|| {
-        Error::unexpected("the shoot", "at least one pose of the OLAT session", "none", "Import the shoot again")
-    })
+    poses
+        .iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .ok_or_else(|| {
+            Error::unexpected(
+                "the shoot",
+                "at least one pose of the OLAT session",
+                "none",
+                "Import the shoot again",
+            )
+        })
 }
 
 /// An encoding whose slope at black is finite, cut out by the matte.
 fn look(linear: &Image, mask: &Mask) -> Image {
     let encode = |v: f32| (v.max(0.0) + 0.01).powf(1.0 / 2.2) - 0.01f32.powf(1.0 / 2.2);
-    let pixels =
-        linear.pixels.iter().zip(&mask.pixels).map(|(p, alpha)| p.map(|v| encode(v) * alpha)).collect();
-    Image { width: linear.width, height: linear.height, pixels }
+    let pixels = linear
+        .pixels
+        .iter()
+        .zip(&mask.pixels)
+        .map(|(p, alpha)| p.map(|v| encode(v) * alpha))
+        .collect();
+    Image {
+        width: linear.width,
+        height: linear.height,
+        pixels,
+    }
 }
 
 fn check_lamps(field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<()> {
@@ -263,10 +351,13 @@ mod tests {
         hdri_bank_weights: BTreeMap<String, Weights>,
     }
 
-    /// Scores that an independent program (numpy and PyTorch) published for this shoot at 128 × 128,
-    /// with the true response and the true weights.
+    /// What an independent program (numpy, OpenCV) gives for this shoot at 128 × 128 by the measure's
+    /// words, with the true response and the true weights. Without the one scale per environment it
+    /// gives the baselines that were published for this shoot: 30.9 and 38.4 dB for the true OLATs,
+    /// 22.7 and 22.9 for the nearest pose, 24.2 and 31.1 for the ratio. The scale moves the first of
+    /// them most, by 0.44 dB; none of the others by more than 0.14.
     #[test]
-    fn the_measure_is_the_published_one() {
+    fn the_scores_agree_with_an_independent_program() {
         let shoot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/stage");
         if !shoot.is_dir() {
             println!("skipped: {} is not here", shoot.display());
@@ -278,7 +369,10 @@ mod tests {
         let settings = ImportSettings { size: 128, seed: 0 };
         let project = import(folder.path(), &shoot, &settings, &Progress::silent()).unwrap();
         let calibration = Calibration {
-            response: DualGamma { gamma1: facts.g1, gamma2: facts.g2 },
+            response: DualGamma {
+                gamma1: facts.g1,
+                gamma2: facts.g2,
+            },
             exposure: 1.0,
             interview_weights: facts.weights_linear_interview_per_olat,
             uncovered_energy: 0.0,
@@ -289,12 +383,12 @@ mod tests {
         let truth = Truth::open(&project, &shoot).unwrap();
         assert_eq!(truth.frames, [5, 14, 25, 36]);
         assert_eq!(Truth::open(&project, &shoot.join("truth")).unwrap(), truth);
-        let published = [
-            (Method::TruthOlats, 30.9, 38.4),
-            (Method::Nearest, 22.7, 22.9),
-            (Method::Ratio, 24.2, 31.1),
+        let elsewhere = [
+            (Method::TruthOlats, 31.314, 38.521, 120.0),
+            (Method::Nearest, 22.687, 22.863, 19.905),
+            (Method::Ratio, 24.124, 31.092, 20.359),
         ];
-        for (method, grace, pisa) in published {
+        for (method, grace, pisa, olats) in elsewhere {
             let scores = score_under(
                 &project,
                 &calibration,
@@ -305,19 +399,31 @@ mod tests {
                 &Progress::silent(),
             )
             .unwrap();
-            println!("{}", serde_json::to_string(&scores).unwrap());
-            for (name, wanted) in [("grace", grace), ("pisa", pisa)] {
-                let found = scores.relit_psnr_db[name];
-                assert!((found - wanted).abs() < 0.3, "{method:?} {name}: {found:.2} dB, published {wanted}");
+            let found = [
+                scores.relit_psnr_db["grace"],
+                scores.relit_psnr_db["pisa"],
+                scores.olat_psnr_db.unwrap(),
+            ];
+            println!("{method:?}: {found:.3?} dB");
+            // Both programs work on the same 8-bit files; what differs is f32 against f64.
+            for (found, wanted) in found.into_iter().zip([grace, pisa, olats]) {
+                assert!(
+                    (found - wanted).abs() < 0.01,
+                    "{method:?}: {found:.3} dB, elsewhere {wanted}"
+                );
             }
-            assert!(scores.olat_psnr_db.is_some_and(f64::is_finite));
         }
     }
 
     #[test]
     fn a_truth_frame_in_the_training_set_is_named_with_the_remedy() {
         assert!(excluded_check(&[0, 1, 2], &[5, 14]).is_ok());
-        let error = excluded_check(&[0, 5, 14, 20], &[5, 14, 25]).unwrap_err().to_string();
-        assert!(error.contains("frames 5,14 among") && error.contains("--exclude-frames 5,14,25"), "{error}");
+        let error = excluded_check(&[0, 5, 14, 20], &[5, 14, 25])
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("frames 5,14 among") && error.contains("--exclude-frames 5,14,25"),
+            "{error}"
+        );
     }
 }

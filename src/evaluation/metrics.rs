@@ -41,40 +41,75 @@ pub struct Psnr {
 /// When there is no frame, shapes differ, or no pixel is subject.
 pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
     if frames.is_empty() {
-        return Err(Error::unexpected("the truth", "at least one frame", "none", "Give another truth folder"));
+        return Err(Error::unexpected(
+            "the truth",
+            "at least one frame",
+            "none",
+            "Give another truth folder",
+        ));
     }
     frames.iter().try_for_each(check)?;
     let mean = |pictures: fn(&Compared) -> Vec<[f32; 3]>| {
-        let total = |f: &Compared| pictures(f).iter().map(|&p| f64::from(luminance(p))).sum::<f64>();
+        let total = |f: &Compared| {
+            pictures(f)
+                .iter()
+                .map(|&p| f64::from(luminance(p)))
+                .sum::<f64>()
+        };
         frames.iter().map(total).sum::<f64>()
     };
     let ratio = mean(|f| subject(f.truths, f.mask)) / mean(|f| subject(f.pictures, f.mask));
     // A black prediction cannot be scaled to anything.
-    let scale = if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 };
+    let scale = if ratio.is_finite() && ratio > 0.0 {
+        ratio
+    } else {
+        1.0
+    };
     let frames_db: Vec<f64> = frames
         .iter()
-        .map(|f| frame_db(&subject(f.pictures, f.mask), &subject(f.truths, f.mask), scale))
+        .map(|f| {
+            frame_db(
+                &subject(f.pictures, f.mask),
+                &subject(f.truths, f.mask),
+                scale,
+            )
+        })
         .collect();
-    Ok(Psnr { mean_db: frames_db.iter().sum::<f64>() / frames_db.len() as f64, frames_db, scale })
+    Ok(Psnr {
+        mean_db: frames_db.iter().sum::<f64>() / frames_db.len() as f64,
+        frames_db,
+        scale,
+    })
 }
 
 /// The subject's pixels of all pictures. What is no number counts as black.
 fn subject(pictures: &[Image], mask: &Mask) -> Vec<[f32; 3]> {
     let inside = |image: &Image| {
         let pairs = image.pixels.iter().zip(&mask.pixels);
-        pairs.filter(|&(_, &alpha)| alpha > SUBJECT).map(|(&pixel, _)| pixel).collect::<Vec<_>>()
+        pairs
+            .filter(|&(_, &alpha)| alpha > SUBJECT)
+            .map(|(&pixel, _)| pixel)
+            .collect::<Vec<_>>()
     };
     let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
-    pictures.iter().flat_map(inside).map(|pixel| pixel.map(finite)).collect()
+    pictures
+        .iter()
+        .flat_map(inside)
+        .map(|pixel| pixel.map(finite))
+        .collect()
 }
 
 fn frame_db(picture: &[[f32; 3]], truth: &[[f32; 3]], scale: f64) -> f64 {
     let exposure = 0.5 / percentile(truth.as_flattened(), 95.0);
     let encode = |v: f64| (exposure * v).clamp(0.0, 1.0).powf(1.0 / 2.2);
-    let squares = picture.as_flattened().iter().zip(truth.as_flattened()).map(|(&p, &t)| {
-        let error = encode(f64::from(p) * scale) - encode(f64::from(t));
-        error * error
-    });
+    let squares = picture
+        .as_flattened()
+        .iter()
+        .zip(truth.as_flattened())
+        .map(|(&p, &t)| {
+            let error = encode(f64::from(p) * scale) - encode(f64::from(t));
+            error * error
+        });
     let error = squares.sum::<f64>() / (3 * truth.len()) as f64;
     -10.0 * error.max(LEAST_ERROR).log10()
 }
@@ -95,12 +130,27 @@ fn check(frame: &Compared) -> Result<()> {
     let remedy = "Give the truth that belongs to this shoot";
     if frame.pictures.len() != frame.truths.len() {
         let (expected, found) = (frame.truths.len(), frame.pictures.len());
-        return Err(Error::unexpected("the pictures to compare", expected.to_string(), found.to_string(), remedy));
+        return Err(Error::unexpected(
+            "the pictures to compare",
+            expected.to_string(),
+            found.to_string(),
+            remedy,
+        ));
     }
     let size = frame.mask.size();
-    if let Some(other) = frame.pictures.iter().chain(frame.truths).find(|p| p.size() != size) {
+    if let Some(other) = frame
+        .pictures
+        .iter()
+        .chain(frame.truths)
+        .find(|p| p.size() != size)
+    {
         let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
-        return Err(Error::unexpected("a picture to compare", say(size), say(other.size()), remedy));
+        return Err(Error::unexpected(
+            "a picture to compare",
+            say(size),
+            say(other.size()),
+            remedy,
+        ));
     }
     if frame.truths.is_empty() || !frame.mask.pixels.iter().any(|&alpha| alpha > SUBJECT) {
         return Err(Error::unexpected(
@@ -120,13 +170,21 @@ mod tests {
     use proptest::prelude::*;
 
     fn picture(seed: usize) -> Image {
-        let value = |i: usize| ((i + seed).wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
-        Raster::from_fn(12, 9, |x, y| std::array::from_fn(|c| value(c + 3 * (x + 12 * y))))
+        let value =
+            |i: usize| ((i + seed).wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
+        Raster::from_fn(12, 9, |x, y| {
+            std::array::from_fn(|c| value(c + 3 * (x + 12 * y)))
+        })
     }
 
     fn one(picture: &Image, truth: &Image, mask: &Mask) -> Psnr {
         let (pictures, truths) = ([picture.clone()], [truth.clone()]);
-        psnr(&[Compared { pictures: &pictures, truths: &truths, mask }]).unwrap()
+        psnr(&[Compared {
+            pictures: &pictures,
+            truths: &truths,
+            mask,
+        }])
+        .unwrap()
     }
 
     proptest! {
@@ -148,8 +206,15 @@ mod tests {
         let wrong = Raster::from_fn(10, 10, |x, _| [if x % 2 == 0 { 0.9 } else { 1.1 }; 3]);
         let found = one(&wrong, &truth, &Mask::filled(10, 10, 1.0));
         let encode = |v: f64| v.powf(1.0 / 2.2);
-        let error = [0.45, 0.55].map(|v| (encode(v) - encode(0.5)).powi(2)).iter().sum::<f64>() / 2.0;
-        assert!((found.mean_db + 10.0 * error.log10()).abs() < 1e-4, "{found:?}");
+        let error = [0.45, 0.55]
+            .map(|v| (encode(v) - encode(0.5)).powi(2))
+            .iter()
+            .sum::<f64>()
+            / 2.0;
+        assert!(
+            (found.mean_db + 10.0 * error.log10()).abs() < 1e-4,
+            "{found:?}"
+        );
         assert!((found.scale - 3.0).abs() < 1e-5);
     }
 
@@ -167,8 +232,16 @@ mod tests {
     fn black_and_broken_pictures_have_finite_scores() {
         let mask = Mask::filled(12, 9, 1.0);
         for value in [0.0, f32::NAN, f32::INFINITY, -1.0] {
-            assert!(one(&Image::filled(12, 9, [value; 3]), &picture(0), &mask).mean_db.is_finite());
-            assert!(one(&picture(0), &Image::filled(12, 9, [value; 3]), &mask).mean_db.is_finite());
+            assert!(
+                one(&Image::filled(12, 9, [value; 3]), &picture(0), &mask)
+                    .mean_db
+                    .is_finite()
+            );
+            assert!(
+                one(&picture(0), &Image::filled(12, 9, [value; 3]), &mask)
+                    .mean_db
+                    .is_finite()
+            );
         }
     }
 
@@ -184,8 +257,22 @@ mod tests {
         assert!(psnr(&[]).is_err());
         let (a, small) = ([picture(0)], [Image::filled(2, 2, [0.0; 3])]);
         let mask = Mask::filled(12, 9, 1.0);
-        assert!(psnr(&[Compared { pictures: &a, truths: &small, mask: &mask }]).is_err());
+        assert!(
+            psnr(&[Compared {
+                pictures: &a,
+                truths: &small,
+                mask: &mask
+            }])
+            .is_err()
+        );
         let empty = Mask::filled(12, 9, 0.5);
-        assert!(psnr(&[Compared { pictures: &a, truths: &a, mask: &empty }]).is_err());
+        assert!(
+            psnr(&[Compared {
+                pictures: &a,
+                truths: &a,
+                mask: &empty
+            }])
+            .is_err()
+        );
     }
 }

@@ -15,10 +15,15 @@ pub struct Row<'a> {
 
 /// A table with a column per environment, one for the OLATs and one for the cost.
 pub fn markdown(rows: &[Row]) -> String {
-    let environments: BTreeSet<&String> = rows.iter().flat_map(|r| r.scores.relit_psnr_db.keys()).collect();
+    let environments: BTreeSet<&String> = rows
+        .iter()
+        .flat_map(|r| r.scores.relit_psnr_db.keys())
+        .collect();
     let decibels = |db: Option<&f64>| db.map_or("–".to_owned(), |db| format!("{db:.1}"));
     let mut table = String::from("| method |");
-    environments.iter().for_each(|name| table += &format!(" {name}, dB |"));
+    environments
+        .iter()
+        .for_each(|name| table += &format!(" {name}, dB |"));
     table += " OLATs, dB | frames | cost |\n|---|";
     table += &"---:|".repeat(environments.len() + 2);
     table += "---|\n";
@@ -51,11 +56,22 @@ mod tests {
         };
         let (a, b) = (scores("grace", Some(30.0)), scores("pisa", None));
         let table = markdown(&[
-            Row { name: "ratio", cost: "", scores: &a },
-            Row { name: "network", cost: "18 min", scores: &b },
+            Row {
+                name: "ratio",
+                cost: "",
+                scores: &a,
+            },
+            Row {
+                name: "network",
+                cost: "18 min",
+                scores: &b,
+            },
         ]);
         let lines: Vec<&str> = table.lines().collect();
-        assert_eq!(lines[0], "| method | grace, dB | pisa, dB | OLATs, dB | frames | cost |");
+        assert_eq!(
+            lines[0],
+            "| method | grace, dB | pisa, dB | OLATs, dB | frames | cost |"
+        );
         assert_eq!(lines[1], "|---|---:|---:|---:|---:|---|");
         assert_eq!(lines[2], "| ratio | 24.2 | – | 30.0 | 2 |  |");
         assert_eq!(lines[3], "| network | – | 24.2 | – | 2 | 18 min |");

@@ -34,7 +34,11 @@ impl Truth {
         let shoot = &project.settings.shoot;
         let inside = folder.join("truth");
         let mut truth = Self {
-            folder: if inside.is_dir() { inside } else { folder.to_path_buf() },
+            folder: if inside.is_dir() {
+                inside
+            } else {
+                folder.to_path_buf()
+            },
             size: project.settings.size,
             frame_names: shoot.frames.clone(),
             lamps: shoot.lamps.clone(),
@@ -43,10 +47,15 @@ impl Truth {
         };
         let there = |frame: usize, name: &str| truth.relit_path(frame, name).is_file();
         let every = 0..shoot.frames.len();
-        let environments: Vec<NamedEnvironment> =
-            shoot.environments.iter().filter(|e| every.clone().any(|f| there(f, &e.name))).cloned().collect();
-        let frames: Vec<usize> =
-            every.filter(|&f| environments.iter().any(|e| there(f, &e.name))).collect();
+        let environments: Vec<NamedEnvironment> = shoot
+            .environments
+            .iter()
+            .filter(|e| every.clone().any(|f| there(f, &e.name)))
+            .cloned()
+            .collect();
+        let frames: Vec<usize> = every
+            .filter(|&f| environments.iter().any(|e| there(f, &e.name)))
+            .collect();
         let missing = frames
             .iter()
             .flat_map(|&f| environments.iter().map(move |e| (f, e)))
@@ -54,7 +63,12 @@ impl Truth {
         if let Some((frame, environment)) = missing {
             let path = truth.relit_path(frame, &environment.name);
             let remedy = "Complete the truth, or remove that frame from it";
-            return Err(Error::file("open", path, "other environments have this frame", remedy));
+            return Err(Error::file(
+                "open",
+                path,
+                "other environments have this frame",
+                remedy,
+            ));
         }
         if frames.is_empty() {
             return Err(Error::unexpected(
@@ -81,15 +95,22 @@ impl Truth {
     /// A frame under each lamp alone, linear, at the project's size.
     pub fn olats(&self, frame: usize) -> Result<Vec<Image>> {
         let folder = self.olat_folder(frame);
-        self.lamps.par_iter().map(|lamp| self.read(&folder.join(format!("{lamp}.exr")))).collect()
+        self.lamps
+            .par_iter()
+            .map(|lamp| self.read(&folder.join(format!("{lamp}.exr"))))
+            .collect()
     }
 
     fn relit_path(&self, frame: usize, environment: &str) -> PathBuf {
-        self.folder.join(format!("{}_relit_{environment}.exr", self.frame_names[frame]))
+        self.folder.join(format!(
+            "{}_relit_{environment}.exr",
+            self.frame_names[frame]
+        ))
     }
 
     fn olat_folder(&self, frame: usize) -> PathBuf {
-        self.folder.join(format!("{}_olat", self.frame_names[frame]))
+        self.folder
+            .join(format!("{}_olat", self.frame_names[frame]))
     }
 
     fn read(&self, path: &Path) -> Result<Image> {

@@ -38,22 +38,43 @@ impl ClipWriter {
         Self::create_with("ffmpeg", path, width, height, frame_rate)
     }
 
-    fn create_with(program: &str, path: &Path, width: usize, height: usize, frame_rate: f64) -> Result<Self> {
+    fn create_with(
+        program: &str,
+        path: &Path,
+        width: usize,
+        height: usize,
+        frame_rate: f64,
+    ) -> Result<Self> {
         let impossible = |expected: &str, found: String| {
-            Error::unexpected(path.display(), expected, found, "Check the project's size and frame rate")
+            Error::unexpected(
+                path.display(),
+                expected,
+                found,
+                "Check the project's size and frame rate",
+            )
         };
         if width == 0 || height == 0 {
-            return Err(impossible("at least one pixel", format!("{width} × {height}")));
+            return Err(impossible(
+                "at least one pixel",
+                format!("{width} × {height}"),
+            ));
         }
         if !(0.01..=1000.0).contains(&frame_rate) {
-            return Err(impossible("a frame rate from 0.01 to 1000", frame_rate.to_string()));
+            return Err(impossible(
+                "a frame rate from 0.01 to 1000",
+                frame_rate.to_string(),
+            ));
         }
-        let fail = |e: std::io::Error| Error::file("write", path, e, "Check that the folder can be written");
+        let fail = |e: std::io::Error| {
+            Error::file("write", path, e, "Check that the folder can be written")
+        };
         let folder = path.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(fail)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let beside = folder.join(format!(".{name}.{}", std::process::id()));
-        let alpha = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mov"));
+        let alpha = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("mov"));
         let mut child = Command::new(program)
             .args(arguments(width, height, frame_rate, alpha))
             // Without the scheme a colon in the name would be read as one.
@@ -92,14 +113,33 @@ impl ClipWriter {
         if picture.linear.size() != self.size {
             let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
             let (expected, found) = (say(self.size), say(picture.linear.size()));
-            return Err(Error::unexpected(self.path.display(), expected, found, "Keep one size for all frames"));
+            return Err(Error::unexpected(
+                self.path.display(),
+                expected,
+                found,
+                "Keep one size for all frames",
+            ));
         }
-        let display = picture.display.as_ref().ok_or_else(|| no_display(&self.path))?;
+        let display = picture
+            .display
+            .as_ref()
+            .ok_or_else(|| no_display(&self.path))?;
         let bytes: Vec<u8> = if self.alpha {
-            let word = |v: f32| ((v.max(0.0).min(1.0) * 65535.0 + 0.5) as u16).to_le_bytes();
-            padded(&straight(picture).map(|p| p.map(word)).collect::<Vec<_>>(), self.size).flatten().flatten().collect()
+            let word = |v: f32| ((v.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16).to_le_bytes();
+            padded(
+                &straight(picture).map(|p| p.map(word)).collect::<Vec<_>>(),
+                self.size,
+            )
+            .flatten()
+            .flatten()
+            .collect()
         } else {
-            let pixels: Vec<[u8; 3]> = display.0.pixels.iter().map(|p| p.map(byte_from_unit)).collect();
+            let pixels: Vec<[u8; 3]> = display
+                .0
+                .pixels
+                .iter()
+                .map(|p| p.map(byte_from_unit))
+                .collect();
             padded(&pixels, self.size).flatten().collect()
         };
         match self.frames.as_mut().map(|frames| frames.write_all(&bytes)) {
@@ -122,18 +162,41 @@ impl ClipWriter {
         File::open(&self.beside)
             .and_then(|file| file.sync_all())
             .and_then(|()| std::fs::rename(&self.beside, &self.path))
-            .map_err(|e| Error::file("write", &self.path, e, "Check that the folder can be written and the disk has room"))
+            .map_err(|e| {
+                Error::file(
+                    "write",
+                    &self.path,
+                    e,
+                    "Check that the folder can be written and the disk has room",
+                )
+            })
     }
 
     /// The error that ffmpeg explains.
     fn failure(&mut self) -> Error {
         drop(self.frames.take());
         // It ends by itself once its input is closed; one that has ended cannot be waited for twice.
-        let status = self.child.wait().map_or_else(|e| e.to_string(), |s| s.to_string());
-        let said = self.complaints.take().and_then(|thread| thread.join().ok()).unwrap_or_default();
+        let status = self
+            .child
+            .wait()
+            .map_or_else(|e| e.to_string(), |s| s.to_string());
+        let said = self
+            .complaints
+            .take()
+            .and_then(|thread| thread.join().ok())
+            .unwrap_or_default();
         let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-        let cause = if said.is_empty() { format!("ffmpeg ended with {status}") } else { format!("ffmpeg says: {said}") };
-        Error::file("write", &self.path, cause, "Check that this ffmpeg can encode H.264 and ProRes, or write stills")
+        let cause = if said.is_empty() {
+            format!("ffmpeg ended with {status}")
+        } else {
+            format!("ffmpeg says: {said}")
+        };
+        Error::file(
+            "write",
+            &self.path,
+            cause,
+            "Check that this ffmpeg can encode H.264 and ProRes, or write stills",
+        )
     }
 }
 
@@ -197,15 +260,31 @@ mod tests {
         let output = Command::new("ffmpeg")
             .args(["-v", "error", "-i"])
             .arg(path)
-            .args(["-f", "rawvideo", "-pix_fmt", "rgba", "-vf", "scale=in_color_matrix=bt709", "-"])
+            .args([
+                "-f",
+                "rawvideo",
+                "-pix_fmt",
+                "rgba",
+                "-vf",
+                "scale=in_color_matrix=bt709",
+                "-",
+            ])
             .output()
             .unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
         output.stdout
     }
 
     fn ffmpeg_is_here() -> bool {
-        let here = Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).status().is_ok();
+        let here = Command::new("ffmpeg")
+            .arg("-version")
+            .stdout(Stdio::null())
+            .status()
+            .is_ok();
         if !here {
             println!("skipped: there is no ffmpeg");
         }
@@ -229,9 +308,18 @@ mod tests {
             assert_eq!(bytes.len(), 3 * 34 * 18 * 4);
             // Limited range and halved colour cost a few codes; a wrong matrix costs twenty.
             for pixel in bytes.chunks(4) {
-                assert!((0..3).all(|c| pixel[c].abs_diff(code[c]) <= 4), "{pixel:?} is not {code:?}");
+                assert!(
+                    (0..3).all(|c| pixel[c].abs_diff(code[c]) <= 4),
+                    "{pixel:?} is not {code:?}"
+                );
             }
-            assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().filter(|e| e.as_ref().unwrap().path().is_file()).count(), 1);
+            assert_eq!(
+                std::fs::read_dir(path.parent().unwrap())
+                    .unwrap()
+                    .filter(|e| e.as_ref().unwrap().path().is_file())
+                    .count(),
+                1
+            );
         }
     }
 
@@ -249,7 +337,10 @@ mod tests {
         let bytes = decoded(&path);
         for (x, pixel) in bytes.chunks(4).take(48).enumerate() {
             let alpha = byte_from_unit(shown.alpha.pixels[x]);
-            assert!(pixel[3].abs_diff(alpha) <= 2 && pixel[0].abs_diff(188) <= 3, "{x}: {pixel:?}, {alpha}");
+            assert!(
+                pixel[3].abs_diff(alpha) <= 2 && pixel[0].abs_diff(188) <= 3,
+                "{x}: {pixel:?}, {alpha}"
+            );
         }
     }
 
@@ -261,7 +352,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut writer = ClipWriter::create(&folder.path().join("clip.mp4"), 16, 16, 24.0).unwrap();
         writer.push(&picture(16, 16, [0.5; 3], true)).unwrap();
-        assert!(writer.push(&picture(8, 16, [0.5; 3], true)).unwrap_err().to_string().contains("8 × 16"));
+        assert!(
+            writer
+                .push(&picture(8, 16, [0.5; 3], true))
+                .unwrap_err()
+                .to_string()
+                .contains("8 × 16")
+        );
         drop(writer);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
@@ -270,8 +367,13 @@ mod tests {
     fn a_missing_ffmpeg_is_a_sentence_with_a_remedy() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("clip.mp4");
-        let error = ClipWriter::create_with("no-such-ffmpeg", &path, 16, 16, 24.0).unwrap_err().to_string();
-        assert!(error.contains("clip.mp4") && error.contains("install"), "{error}");
+        let error = ClipWriter::create_with("no-such-ffmpeg", &path, 16, 16, 24.0)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("clip.mp4") && error.contains("install"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -29,14 +29,21 @@ impl Destination {
     /// # Errors
     /// When the extension is another one, or the pattern is not understood.
     pub fn parse(text: &str) -> Result<Self> {
-        let extension = Path::new(text).extension().unwrap_or_default().to_ascii_lowercase();
+        let extension = Path::new(text)
+            .extension()
+            .unwrap_or_default()
+            .to_ascii_lowercase();
         match extension.to_str() {
             Some("png" | "exr") => Ok(Self::Stills(Stills::parse(text)?)),
             Some("mp4" | "mov") => Ok(Self::Clip(PathBuf::from(text))),
             _ => Err(Error::unexpected(
                 format!("the destination {text}"),
                 "a name that ends in .png, .exr, .mp4 or .mov",
-                if extension.is_empty() { "no extension".to_owned() } else { extension.display().to_string() },
+                if extension.is_empty() {
+                    "no extension".to_owned()
+                } else {
+                    extension.display().to_string()
+                },
                 "Write for example out.%04d.png or clip.mp4",
             )),
         }
@@ -56,12 +63,14 @@ impl Destination {
     /// Says how to write a pattern.
     pub fn check_frames(&self, frames: usize) -> Result<()> {
         match self {
-            Self::Stills(stills) if stills.digits.is_none() && frames > 1 => Err(Error::unexpected(
-                format!("the destination {}", stills.path(0).display()),
-                format!("a number for each of {frames} frames"),
-                "one name",
-                "Put a number into the name, such as out.%04d.png, or write a movie, such as clip.mp4",
-            )),
+            Self::Stills(stills) if stills.digits.is_none() && frames > 1 => {
+                Err(Error::unexpected(
+                    format!("the destination {}", stills.path(0).display()),
+                    format!("a number for each of {frames} frames"),
+                    "one name",
+                    "Put a number into the name, such as out.%04d.png, or write a movie, such as clip.mp4",
+                ))
+            }
             _ => Ok(()),
         }
     }
@@ -70,13 +79,16 @@ impl Destination {
 impl Stills {
     /// The file of frame `frame`.
     pub fn path(&self, frame: usize) -> PathBuf {
-        let number = self.digits.map_or(String::new(), |digits| format!("{frame:0digits$}"));
+        let number = self
+            .digits
+            .map_or(String::new(), |digits| format!("{frame:0digits$}"));
         PathBuf::from(format!("{}{number}{}", self.before, self.after))
     }
 
     /// Whether the files hold linear light.
     pub fn is_linear(&self) -> bool {
-        self.after.to_ascii_lowercase().ends_with(".exr") || self.before.to_ascii_lowercase().ends_with(".exr")
+        self.after.to_ascii_lowercase().ends_with(".exr")
+            || self.before.to_ascii_lowercase().ends_with(".exr")
     }
 
     fn parse(text: &str) -> Result<Self> {
@@ -88,7 +100,11 @@ impl Stills {
                 "Write for example out.%04d.png; a percent sign itself is %%",
             )
         };
-        let mut stills = Self { before: String::new(), digits: None, after: String::new() };
+        let mut stills = Self {
+            before: String::new(),
+            digits: None,
+            after: String::new(),
+        };
         let mut rest = text;
         while let Some((literal, conversion)) = rest.split_once('%') {
             stills.current().push_str(literal);
@@ -97,15 +113,28 @@ impl Stills {
                 rest = next;
                 continue;
             }
-            let digits = conversion.find(|c: char| !c.is_ascii_digit()).unwrap_or(conversion.len());
+            let digits = conversion
+                .find(|c: char| !c.is_ascii_digit())
+                .unwrap_or(conversion.len());
             let (width, next) = conversion.split_at(digits);
-            rest = next.strip_prefix('d').ok_or_else(|| wrong(format!("%{conversion}")))?;
+            rest = next
+                .strip_prefix('d')
+                .ok_or_else(|| wrong(format!("%{conversion}")))?;
             if stills.digits.is_some() {
                 return Err(wrong("two numbers".to_owned()));
             }
-            let width = if width.is_empty() { Ok(1) } else { width.parse() };
+            let width = if width.is_empty() {
+                Ok(1)
+            } else {
+                width.parse()
+            };
             // Longer names than this no file system takes.
-            stills.digits = Some(width.ok().filter(|w| *w <= 20).ok_or_else(|| wrong(format!("%{conversion}")))?);
+            stills.digits = Some(
+                width
+                    .ok()
+                    .filter(|w| *w <= 20)
+                    .ok_or_else(|| wrong(format!("%{conversion}")))?,
+            );
         }
         stills.current().push_str(rest);
         Ok(stills)
@@ -113,7 +142,11 @@ impl Stills {
 
     /// The part of the path that is being read.
     fn current(&mut self) -> &mut String {
-        if self.digits.is_some() { &mut self.after } else { &mut self.before }
+        if self.digits.is_some() {
+            &mut self.after
+        } else {
+            &mut self.before
+        }
     }
 }
 
@@ -139,16 +172,34 @@ mod tests {
 
     #[test]
     fn the_extension_decides_what_is_made() {
-        for (text, output) in [("a.PNG", Output::Display), ("a.%d.EXR", Output::Linear), ("one.exr", Output::Linear)] {
+        for (text, output) in [
+            ("a.PNG", Output::Display),
+            ("a.%d.EXR", Output::Linear),
+            ("one.exr", Output::Linear),
+        ] {
             assert_eq!(Destination::parse(text).unwrap().output(), output);
         }
-        assert_eq!(Destination::parse("x.mov").unwrap(), Destination::Clip("x.mov".into()));
-        assert_eq!(Destination::parse("x.mov").unwrap().output(), Output::Display);
+        assert_eq!(
+            Destination::parse("x.mov").unwrap(),
+            Destination::Clip("x.mov".into())
+        );
+        assert_eq!(
+            Destination::parse("x.mov").unwrap().output(),
+            Output::Display
+        );
     }
 
     #[test]
     fn what_is_not_understood_is_refused_with_an_example() {
-        for text in ["clip", "clip.avi", "%s.png", "%04d_%d.png", "50%.png", "%99d.png", "%99999999999999999999d.png"] {
+        for text in [
+            "clip",
+            "clip.avi",
+            "%s.png",
+            "%04d_%d.png",
+            "50%.png",
+            "%99d.png",
+            "%99999999999999999999d.png",
+        ] {
             let error = Destination::parse(text).unwrap_err().to_string();
             assert!(error.contains("%04d"), "{error}");
         }
@@ -157,7 +208,14 @@ mod tests {
     #[test]
     fn several_frames_need_a_number_or_a_movie() {
         let check = |text: &str, frames| Destination::parse(text).unwrap().check_frames(frames);
-        assert!(check("a.png", 1).is_ok() && check("a.%d.png", 9).is_ok() && check("a.mp4", 9).is_ok());
-        assert!(check("a.png", 2).unwrap_err().to_string().contains("2 frames"));
+        assert!(
+            check("a.png", 1).is_ok() && check("a.%d.png", 9).is_ok() && check("a.mp4", 9).is_ok()
+        );
+        assert!(
+            check("a.png", 2)
+                .unwrap_err()
+                .to_string()
+                .contains("2 frames")
+        );
     }
 }

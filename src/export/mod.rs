@@ -3,6 +3,7 @@
 mod clip;
 mod destination;
 mod lettering;
+pub mod relight;
 mod sheet;
 mod still;
 

@@ -17,7 +17,10 @@ use std::path::Path;
 /// # Errors
 /// When the file cannot be written, or a picture without display codes is to be a PNG.
 pub fn write_still(path: &Path, picture: &Picture, frame_rate: f64) -> Result<()> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+    {
         write_still_exr(path, picture, frame_rate)
     } else {
         write_still_png(path, picture)
@@ -37,7 +40,12 @@ pub fn write_still_png(path: &Path, picture: &Picture) -> Result<()> {
     let (width, height) = picture.alpha.size();
     let bytes: Vec<u8> = straight(picture).flatten().map(byte_from_unit).collect();
     write_beside(path, |out| {
-        PngEncoder::new(out).write_image(&bytes, width as u32, height as u32, ExtendedColorType::Rgba8)
+        PngEncoder::new(out).write_image(
+            &bytes,
+            width as u32,
+            height as u32,
+            ExtendedColorType::Rgba8,
+        )
     })
 }
 
@@ -48,18 +56,35 @@ pub fn write_still_png(path: &Path, picture: &Picture) -> Result<()> {
 /// When the file cannot be written.
 pub fn write_still_exr(path: &Path, picture: &Picture, frame_rate: f64) -> Result<()> {
     use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
-    use exr::prelude::{Compression, Encoding, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage, f16};
+    use exr::prelude::{
+        Compression, Encoding, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage, f16,
+    };
 
     let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0));
     let channels = SpecificChannels::rgba(|at: Vec2<usize>| {
         let [r, g, b] = picture.linear.at(at.x(), at.y());
-        (half(r), half(g), half(b), half(picture.alpha.at(at.x(), at.y())))
+        (
+            half(r),
+            half(g),
+            half(b),
+            half(picture.alpha.at(at.x(), at.y())),
+        )
     });
-    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
-    let mut about = LayerAttributes::default();
-    about.frames_per_second = Some(rational_rate(frame_rate));
-    about.software_name = Some(Text::from("Afterlight"));
-    let mut file = exr::prelude::Image::from_layer(Layer::new(picture.linear.size(), about, encoding, channels));
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        ..Encoding::default()
+    };
+    let about = LayerAttributes {
+        frames_per_second: Some(rational_rate(frame_rate)),
+        software_name: Some(Text::from("Afterlight")),
+        ..LayerAttributes::default()
+    };
+    let mut file = exr::prelude::Image::from_layer(Layer::new(
+        picture.linear.size(),
+        about,
+        encoding,
+        channels,
+    ));
     // ITU-R BT.709, and the name that the ASWF's Color Interop Forum gives to its linear form.
     file.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
@@ -68,7 +93,9 @@ pub fn write_still_exr(path: &Path, picture: &Picture, frame_rate: f64) -> Resul
         white: Vec2(0.3127, 0.3290),
     });
     let identity = AttributeValue::Text(Text::from("lin_rec709_scene"));
-    file.attributes.other.insert(Text::from("colorInteropID"), identity);
+    file.attributes
+        .other
+        .insert(Text::from("colorInteropID"), identity);
     let mut bytes = Vec::new();
     file.write()
         .to_buffered(std::io::Cursor::new(&mut bytes))
@@ -106,14 +133,24 @@ pub(super) mod tests {
     use super::*;
     use crate::compositor::reference::view;
     use crate::imaging::{Image, Mask, file};
+    use exr::meta::attribute::{AttributeValue, Text};
 
     /// A flat picture, premultiplied, whose alpha falls from left to right where it is not opaque.
     pub fn picture(width: usize, height: usize, color: [f32; 3], opaque: bool) -> Picture {
         let alpha = Mask::from_fn(width, height, |x, _| {
-            if opaque { 1.0 } else { 1.0 - x as f32 / (width - 1) as f32 }
+            if opaque {
+                1.0
+            } else {
+                1.0 - x as f32 / (width - 1) as f32
+            }
         });
         let linear: Image = alpha.map(|a| color.map(|v| v * a));
-        Picture { display: Some(view(&linear)), linear, alpha, passes: Vec::new() }
+        Picture {
+            display: Some(view(&linear)),
+            linear,
+            alpha,
+            passes: Vec::new(),
+        }
     }
 
     #[test]
@@ -126,13 +163,21 @@ pub(super) mod tests {
         let read = exr::prelude::read_first_rgba_layer_from_file(
             &path,
             |size, _| Mask::filled(size.width(), size.height(), 0.0).map(|_| [0f32; 4]),
-            |raster, at, (r, g, b, a): (f32, f32, f32, f32)| raster.pixels[at.y() * raster.width + at.x()] = [r, g, b, a],
+            |raster, at, (r, g, b, a): (f32, f32, f32, f32)| {
+                raster.pixels[at.y() * raster.width + at.x()] = [r, g, b, a]
+            },
         )
         .unwrap();
-        assert_eq!(read.attributes.other.len(), 1);
-        let identity = read.attributes.other.values().next().unwrap();
-        assert_eq!(format!("{identity:?}"), format!("{:?}", exr::meta::attribute::AttributeValue::Text("lin_rec709_scene".into())));
-        assert_eq!(read.layer_data.attributes.frames_per_second, Some((24000, 1001)));
+        let identity = &read.layer_data.attributes.other[&Text::from("colorInteropID")];
+        assert_eq!(
+            *identity,
+            AttributeValue::Text(Text::from("lin_rec709_scene"))
+        );
+        assert!(read.attributes.chromaticities.is_some());
+        assert_eq!(
+            read.layer_data.attributes.frames_per_second,
+            Some((24000, 1001))
+        );
         let pixels = &read.layer_data.channel_data.pixels.pixels;
         assert_eq!(pixels[0], [65504.0, -65504.0, 0.25, 1.0]);
         assert_eq!(pixels[2], [0.25, 1.0, 4.0, 0.5]);
@@ -156,7 +201,10 @@ pub(super) mod tests {
     #[test]
     fn a_linear_picture_is_no_png() {
         let folder = tempfile::tempdir().unwrap();
-        let linear = Picture { display: None, ..picture(2, 2, [0.5; 3], true) };
+        let linear = Picture {
+            display: None,
+            ..picture(2, 2, [0.5; 3], true)
+        };
         let error = write_still(&folder.path().join("a.png"), &linear, 24.0).unwrap_err();
         assert!(error.to_string().contains("linear light"));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

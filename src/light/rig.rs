@@ -23,3 +23,43 @@ pub struct Lamp {
 pub struct Rig {
     pub lamps: Vec<Lamp>,
 }
+
+impl Lamp {
+    /// Whether the lamp can stand for light: the ball saw it, in every channel. A lamp without one
+    /// channel could take that channel's energy only with an infinite weight.
+    pub fn is_usable(&self) -> bool {
+        self.confidence > 0.0
+            && self.direction.is_finite()
+            && self.direction.length_squared() > 0.0
+            && self.energy.iter().all(|e| e.is_finite() && *e > 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rig_survives_its_file() {
+        let lamp = Lamp {
+            name: "olat_00".into(),
+            direction: Vec3::new(0.6, 0.8, 0.0),
+            energy: [0.1, 0.2, 0.3],
+            spread_deg: 9.5,
+            confidence: 0.75,
+        };
+        let rig = Rig { lamps: vec![lamp.clone(), Lamp { name: "olat_01".into(), ..lamp }] };
+        assert_eq!(toml::from_str::<Rig>(&toml::to_string(&rig).unwrap()).unwrap(), rig);
+    }
+
+    #[test]
+    fn a_lamp_that_was_not_seen_is_not_usable() {
+        let lamp = Lamp { name: "a".into(), direction: Vec3::Y, energy: [1.0; 3], spread_deg: 1.0, confidence: 1.0 };
+        assert!(lamp.is_usable());
+        assert!(!Lamp { confidence: 0.0, ..lamp.clone() }.is_usable());
+        assert!(!Lamp { energy: [1.0, 0.0, 1.0], ..lamp.clone() }.is_usable());
+        assert!(!Lamp { energy: [1.0, f32::NAN, 1.0], ..lamp.clone() }.is_usable());
+        assert!(!Lamp { direction: Vec3::ZERO, ..lamp.clone() }.is_usable());
+        assert!(!Lamp { direction: Vec3::NAN, ..lamp }.is_usable());
+    }
+}

@@ -8,9 +8,9 @@ use super::unet::{UNet, UNetConfig};
 use crate::error::{Error, Result};
 use crate::imaging::file::write_beside;
 use crate::project::save_toml;
-use burn::module::Module;
+use burn::module::{Module, ModuleMapper, Param};
 use burn::store::ModuleRecord;
-use burn::tensor::{Bytes, Device};
+use burn::tensor::{Bytes, Device, FloatDType, Tensor};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::Path;
@@ -35,8 +35,8 @@ pub struct CheckpointInfo {
 #[derive(Serialize, Deserialize)]
 struct Table {
     weights: String,
-    live_weights: String,
-    optimizer: String,
+    live_weights: Option<String>,
+    optimizer: Option<String>,
     info: CheckpointInfo,
 }
 
@@ -48,24 +48,73 @@ pub struct TrainingState {
     pub optimizer: Bytes,
 }
 
+/// What a starting point needs and no more: the table and the weights of the averaged network.
+#[derive(Clone, Copy)]
+pub struct Starter {
+    pub table: &'static str,
+    pub weights: &'static [u8],
+}
+
+/// The network that the demo begins with. `make starter` trained it on the virtual stage.
+pub const DEMO_STARTER: Starter = Starter {
+    table: include_str!("../../assets/starter/checkpoint.toml"),
+    weights: include_bytes!("../../assets/starter/weights.bpk"),
+};
+
+/// The weights' file in a starting point.
+const STARTER_WEIGHTS: &str = "weights.bpk";
+
 /// Writes a checkpoint: the averaged network that predicts, and what training needs to go on.
 pub fn save(folder: &Path, info: &CheckpointInfo, network: &UNet, state: &TrainingState) -> Result<()> {
     let name = |what: &str| format!("{what}-{:07}.bpk", info.step);
+    let write = |what: &str, bytes: &[u8]| {
+        let name = name(what);
+        write_beside(&folder.join(&name), |out| out.write_all(bytes)).map(|()| name)
+    };
     let table = Table {
-        weights: name("weights"),
-        live_weights: name("live"),
-        optimizer: name("optimizer"),
+        weights: write("weights", &weight_bytes(network)?)?,
+        live_weights: Some(write("live", &state.live_weights)?),
+        optimizer: Some(write("optimizer", &state.optimizer)?),
         info: info.clone(),
     };
-    let write = |name: &str, bytes: &[u8]| write_beside(&folder.join(name), |out| out.write_all(bytes));
-    write(&table.weights, &weight_bytes(network)?)?;
-    write(&table.live_weights, &state.live_weights)?;
-    write(&table.optimizer, &state.optimizer)?;
-    save_toml(&folder.join("checkpoint.toml"), &table)?;
-    let named = [&table.weights, &table.live_weights, &table.optimizer];
+    save_table(folder, &table)
+}
+
+/// Writes the project's network in `from` as a starting point for other projects into `to`: half
+/// floats, no state of training, no steps made.
+pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
+    let (info, network) = load(from, &Device::flex())?;
+    let small = weight_bytes(&network.map(&mut Halved))?;
+    write_beside(&to.join(STARTER_WEIGHTS), |out| out.write_all(&small))?;
+    let info = CheckpointInfo { step: 0, seconds: 0.0, ..info };
+    let table =
+        Table { weights: STARTER_WEIGHTS.to_owned(), live_weights: None, optimizer: None, info: info.clone() };
+    save_table(to, &table)?;
+    Ok(info)
+}
+
+/// Stores parameters as half floats.
+struct Halved;
+
+impl ModuleMapper for Halved {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        param.map(|value| value.cast(FloatDType::F16))
+    }
+}
+
+/// Puts a starting point into a project's empty checkpoint folder.
+pub fn install(starter: Starter, folder: &Path) -> Result<()> {
+    write_beside(&folder.join(STARTER_WEIGHTS), |out| out.write_all(starter.weights))?;
+    write_beside(&folder.join("checkpoint.toml"), |out| out.write_all(starter.table.as_bytes()))
+}
+
+/// Makes `table` the folder's checkpoint and removes weights that it does not name.
+fn save_table(folder: &Path, table: &Table) -> Result<()> {
+    save_toml(&folder.join("checkpoint.toml"), table)?;
+    let named = [Some(&table.weights), table.live_weights.as_ref(), table.optimizer.as_ref()];
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let file = entry.file_name().to_string_lossy().into_owned();
-        if file.ends_with(".bpk") && !named.contains(&&file) {
+        if file.ends_with(".bpk") && !named.contains(&Some(&file)) {
             // A leftover that cannot be removed costs space and nothing else.
             let _ = std::fs::remove_file(entry.path());
         }
@@ -98,16 +147,26 @@ pub fn load(folder: &Path, device: &Device) -> Result<(CheckpointInfo, UNet)> {
 }
 
 /// Everything that training needs to go on.
-/// The average is on `device`, the live network on `autodiff`.
-pub fn load_training(
-    folder: &Path,
-    device: &Device,
-    autodiff: &Device,
-) -> Result<(CheckpointInfo, UNet, UNet, Bytes)> {
+pub struct Resumed {
+    pub info: CheckpointInfo,
+    /// The averaged network, on the plain device.
+    pub average: UNet,
+    /// The network that learns, on the autodiff device.
+    pub live: UNet,
+    /// The optimiser's moments; a starting point has none.
+    pub optimizer: Option<Bytes>,
+}
+
+/// Loads what training needs to go on from the checkpoint in `folder`.
+pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
     let Table { weights, live_weights, optimizer, info } = table(folder)?;
-    let average = network_from_file(&folder.join(weights), &info.network, device)?;
-    let live = network_from_file(&folder.join(live_weights), &info.network, autodiff)?;
-    Ok((info, average, live, read(&folder.join(optimizer))?))
+    let live = folder.join(live_weights.as_ref().unwrap_or(&weights));
+    Ok(Resumed {
+        average: network_from_file(&folder.join(&weights), &info.network, device)?,
+        live: network_from_file(&live, &info.network, &device.clone().autodiff())?,
+        optimizer: optimizer.map(|name| read(&folder.join(name))).transpose()?,
+        info,
+    })
 }
 
 fn table(folder: &Path) -> Result<Table> {

@@ -11,6 +11,8 @@ pub enum Preset {
     Quick,
     /// The paper's network and schedule.
     Paper,
+    /// The small network that the demo starts from.
+    Starter,
 }
 
 /// Everything that decides what a training run does, apart from the pictures.
@@ -73,6 +75,9 @@ impl Preset {
                 epochs: 100_000,
                 minutes: Some(10.0),
             },
+            Self::Starter => {
+                TrainingConfig { width: 16, most_channels: 64, ..Self::Quick.config() }
+            }
             Self::Paper => TrainingConfig {
                 width: 32,
                 most_channels: 512,

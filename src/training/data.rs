@@ -9,23 +9,25 @@ use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::Formulation;
 use crate::reflectance::render::{
-    RATIO_FLOOR, tensor_from_image, tensor_from_images, tensor_from_mask, tensor_from_weights,
+    RATIO_FLOOR, encode, tensor_from_image, tensor_from_images, tensor_from_mask, tensor_from_weights,
 };
 use burn::tensor::{Device, Tensor};
 use rayon::prelude::*;
 
-/// A linear look of the subject under the interview's light: `[1, 3, h, w]`, and its mask `[1, 1, h, w]`.
+/// The subject under the interview's light: linear and encoded `[1, 3, h, w]`, and its mask `[1, 1, h, w]`.
 #[derive(Clone)]
 pub struct Look {
     pub linear: Tensor<4>,
+    pub encoded: Tensor<4>,
     pub mask: Tensor<4>,
 }
 
-/// A pose: its look under the interview's light, simulated, and its OLATs `[lamps, 3, h, w]`.
+/// A pose: its look under the interview's light, simulated, and its OLATs `[lamps, 3, h, w]`, brought
+/// to the interview's exposure and encoded.
 #[derive(Clone)]
 pub struct Lesson {
     pub look: Look,
-    pub olats: Tensor<4>,
+    pub encoded_olats: Tensor<4>,
 }
 
 /// All of it.
@@ -74,10 +76,7 @@ impl TrainingData {
                     Formulation::Ratio => level / (interview.max(0.0) + RATIO_FLOOR),
                 });
             }
-            exemplars.push(Lesson {
-                olats: tensor_from_images(&exemplar.olats, device),
-                look: Look::new(&look, &exemplar.mask, device),
-            });
+            exemplars.push((exemplar, look));
         }
         progress.step("reading exemplars", poses as u64, poses as u64, "");
         let frame_numbers: Vec<usize> =
@@ -97,8 +96,12 @@ impl TrainingData {
         let mean = targets.iter().map(|&v| f64::from(v)).sum::<f64>() / targets.len().max(1) as f64;
         let scale = bright_level(&mut targets).ok_or_else(empty)?;
         let olat_gain = 1.0 / bright_level(&mut levels).ok_or_else(empty)?;
+        let exemplars = exemplars.into_iter().map(|(exemplar, look)| Lesson {
+            encoded_olats: encode(tensor_from_images(&exemplar.olats, device) * olat_gain),
+            look: Look::new(&look, &exemplar.mask, device),
+        });
         Ok(Self {
-            exemplars,
+            exemplars: exemplars.collect(),
             frames: frames.iter().map(|f| Look::new(&f.plate, &f.mask, device)).collect(),
             frame_numbers,
             weights: tensor_from_weights(&weights, device),
@@ -111,7 +114,8 @@ impl TrainingData {
 
 impl Look {
     fn new(linear: &Image, mask: &Mask, device: &Device) -> Self {
-        Self { linear: tensor_from_image(linear, device), mask: tensor_from_mask(mask, device) }
+        let linear = tensor_from_image(linear, device);
+        Self { encoded: encode(linear.clone()), linear, mask: tensor_from_mask(mask, device) }
     }
 }
 

@@ -4,7 +4,6 @@
 //! differences, at three scales. Differences carry edges and shading, the coarse scales the overall
 //! light; all are linear, so their gradients are cheap.
 
-use crate::reflectance::render::encode;
 use burn::tensor::Tensor;
 use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
@@ -16,12 +15,13 @@ pub const EPSILON: f32 = 1e-4;
 /// Scales of the built-in features.
 const SCALES: usize = 3;
 
-/// Mean feature distance between `[n, 3, h, w]` pictures of linear light, in units of encoded values.
+/// Mean feature distance between encoded pictures `[n, 3, h, w]`, in units of encoded values (see
+/// [`encode`](crate::reflectance::render::encode)).
 /// `mask` is `[1, 1, h, w]`; where it is 0 nothing counts. Each picture's features are compared by a
 /// norm that is not squared (the paper's), divided by the root of the subject's number of values, so
 /// that the loss does not depend on the picture's size.
 pub fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) -> Tensor<1> {
-    let mut difference = (encode(predicted) - encode(truth)) * mask.clone();
+    let mut difference = (predicted - truth) * mask.clone();
     let mut values = mask.clone().sum().clamp_min(1.0) * 3.0;
     let mut sum: Option<Tensor<1>> = None;
     for scale in 0..SCALES {
@@ -54,4 +54,78 @@ fn square_sum(x: Tensor<4>) -> Tensor<1> {
 /// Mean over pictures of √(Σ x² / values + ε²).
 fn norms(square_sums: Tensor<1>, values: &Tensor<1>) -> Tensor<1> {
     (square_sums / values.clone() + EPSILON * EPSILON).sqrt().mean()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reflectance::render::encode;
+    use burn::tensor::{Device, Distribution};
+
+    fn distance(predicted: f32, truth: f32) -> (f32, Vec<f32>) {
+        let device = Device::flex().autodiff();
+        let predicted = Tensor::full([2, 3, 8, 8], predicted, &device).require_grad();
+        let mask = Tensor::ones([1, 1, 8, 8], &device);
+        let truth = Tensor::full([2, 3, 8, 8], truth, &device);
+        let loss = feature_distance(encode(predicted.clone()), encode(truth), &mask);
+        let gradients = loss.backward();
+        let gradient = predicted.grad(&gradients).unwrap().into_data().try_to_vec().unwrap();
+        (loss.into_scalar(), gradient)
+    }
+
+    #[test]
+    fn zero_error_black_and_saturated_pictures_have_finite_gradients() {
+        for (predicted, truth) in [(0.0, 0.0), (0.3, 0.3), (0.0, 1.0), (1.0, 0.0), (1e4, 1e4), (1e4, 0.0), (-0.1, 0.0)] {
+            let (loss, gradient) = distance(predicted, truth);
+            assert!(loss.is_finite(), "{predicted} against {truth}");
+            assert!(gradient.iter().all(|g| g.is_finite()), "{predicted} against {truth}");
+        }
+        let (loss, gradient) = distance(0.3, 0.3);
+        assert!(loss < 3.0 * EPSILON && gradient.iter().all(|g| *g == 0.0));
+    }
+
+    #[test]
+    fn what_lies_outside_the_mask_does_not_count() {
+        let device = Device::flex();
+        let truth = Tensor::<4>::random([1, 3, 8, 8], Distribution::Uniform(0.0, 1.0), &device);
+        let mut mask = vec![0.0f32; 64];
+        mask[..32].fill(1.0);
+        let mask = Tensor::<1>::from_floats(mask.as_slice(), &device).reshape([1, 1, 8, 8]);
+        let outside = truth.clone() + (mask.clone().neg() + 1.0) * 5.0;
+        let inside = truth.clone() + mask.clone() * 0.1;
+        let at_zero = feature_distance(truth.clone(), truth.clone(), &mask).into_scalar::<f32>();
+        assert_eq!(feature_distance(outside, truth.clone(), &mask).into_scalar::<f32>(), at_zero);
+        assert!(feature_distance(inside, truth, &mask).into_scalar::<f32>() > 10.0 * at_zero);
+    }
+
+    #[test]
+    fn an_empty_mask_and_a_single_pixel_are_finite() {
+        let device = Device::flex();
+        let one = Tensor::<4>::ones([1, 3, 1, 1], &device);
+        for coverage in [0.0, 1.0] {
+            let mask = Tensor::full([1, 1, 1, 1], coverage, &device);
+            let loss = feature_distance(one.clone() * 0.5, one.clone(), &mask).into_scalar::<f32>();
+            assert!(loss.is_finite());
+        }
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_finite_differences() {
+        let device = Device::flex().autodiff();
+        let truth = Tensor::<4>::random([1, 3, 4, 4], Distribution::Uniform(0.0, 1.0), &device);
+        let start = Tensor::<4>::random([1, 3, 4, 4], Distribution::Uniform(0.1, 1.0), &device);
+        let mask = Tensor::ones([1, 1, 4, 4], &device);
+        let loss = |x: Tensor<4>| feature_distance(encode(x), encode(truth.clone()), &mask);
+        let value = |x: Tensor<4>| loss(x).into_scalar::<f32>();
+        let x = start.clone().require_grad();
+        let gradients = loss(x.clone()).backward();
+        let gradient: Vec<f32> = x.grad(&gradients).unwrap().into_data().try_to_vec().unwrap();
+        // Along the gradient itself the difference is largest against rounding of f32.
+        let direction = x.grad(&gradients).unwrap();
+        let norm = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
+        let h = 2e-2 / norm;
+        let step = Tensor::from_inner(direction) * h;
+        let slope = (value(start.clone() + step.clone()) - value(start - step)) / (2.0 * h);
+        assert!((slope / (norm * norm) - 1.0).abs() < 0.02, "{slope} against {}", norm * norm);
+    }
 }

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::progress::Progress;
 use crate::project::Project;
-use crate::reflectance::checkpoint::{self, CheckpointInfo, TrainingState};
+use crate::reflectance::checkpoint::{self, CheckpointInfo, Resumed, TrainingState};
 use crate::reflectance::predictor::check_fits;
 use crate::reflectance::render::{encode, olats, relight};
 use crate::reflectance::{UNet, UNetConfig};
@@ -124,18 +124,22 @@ impl Trainer {
         let schedule = Schedule::new(&config, data.exemplars.len(), data.frames.len(), seed);
         let optimizer = AdamConfig::new().with_epsilon(1e-8).init();
         if resume {
-            let (mut info, average, live, moments) = checkpoint::load_training(&folder, device, &autodiff)?;
+            let Resumed { mut info, average, live, optimizer: moments } =
+                checkpoint::load_training(&folder, device)?;
             info.training_frames.extend(&data.frame_numbers);
             info.training_frames.sort_unstable();
             info.training_frames.dedup();
-            let optimizer = optimizer.from_bytes(moments).map_err(|e| {
-                Error::unexpected(
-                    folder.display(),
-                    "an optimiser's state",
-                    e.to_string(),
-                    "Start over with --fresh",
-                )
-            })?;
+            let optimizer = match moments {
+                None => optimizer,
+                Some(moments) => optimizer.from_bytes(moments).map_err(|e| {
+                    Error::unexpected(
+                        folder.display(),
+                        "an optimiser's state",
+                        e.to_string(),
+                        "Start over with --fresh",
+                    )
+                })?,
+            };
             return Ok(Self { config, schedule, data, info, live, average, optimizer });
         }
         autodiff.seed(seed);
@@ -159,14 +163,16 @@ impl Trainer {
                 let most = (self.config.shift * self.info.network.size as f32).round() as i64;
                 let (dx, dy) = self.schedule.shift(step, most);
                 let moved = |x: &Tensor<4>| augment::shift(x.clone(), dx, dy);
-                let look = Look { linear: moved(&exemplar.look.linear), mask: moved(&exemplar.look.mask) };
+                let look = Look {
+                    linear: moved(&exemplar.look.linear),
+                    encoded: moved(&exemplar.look.encoded),
+                    mask: moved(&exemplar.look.mask),
+                };
                 let predicted = self.predict(&look);
                 let rendering = self.rendering_loss(predicted.clone(), &look);
-                let truth = moved(&exemplar.olats);
-                // OLATs are dark; both sides are brought to the exposure of the interview.
-                let gain = self.data.olat_gain;
-                let reconstruction =
-                    loss::feature_distance(predicted * gain, truth * gain, &look.mask);
+                let encoded = encode(predicted * self.data.olat_gain);
+                let truth = moved(&exemplar.encoded_olats);
+                let reconstruction = loss::feature_distance(encoded, truth, &look.mask);
                 (Some(reconstruction), rendering)
             }
             schedule::Lesson::Video { frame } => {
@@ -199,12 +205,13 @@ impl Trainer {
     }
 
     fn predict(&self, look: &Look) -> Tensor<4> {
-        let output = self.live.forward(encode(look.linear.clone()) * look.mask.clone());
+        let output = self.live.forward(look.encoded.clone() * look.mask.clone());
         olats(output, &look.linear, self.info.network.formulation, self.info.scale)
     }
 
     fn rendering_loss(&self, predicted: Tensor<4>, look: &Look) -> Tensor<1> {
-        loss::feature_distance(relight(predicted, &self.data.weights), look.linear.clone(), &look.mask)
+        let relit = encode(relight(predicted, &self.data.weights));
+        loss::feature_distance(relit, look.encoded.clone(), &look.mask)
     }
 
     /// The network that predicts.

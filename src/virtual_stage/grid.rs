@@ -9,11 +9,24 @@ use rayon::prelude::*;
 pub const CELL_M: f32 = 0.004;
 /// Fine cells along the edge of a coarse one.
 const COARSE: usize = 6;
+/// Where the coarse grid tells less than this, the surface can be within the coarse cell: its
+/// diagonal's half, and some for blends, which bend distances a little.
+const REACH_M: f32 = CELL_M * COARSE as f32 * 1.2;
 
-/// Signed distances at the corners of cells, over the subject's box.
+/// Stored distances are whole multiples of this length in metres, so that a grid fits the cache.
+const UNIT_M: f32 = 1e-5;
+
+/// Signed distances over the subject's box at two scales.
 pub struct Grid {
-    nodes: [usize; 3],
-    distance: Vec<f32>,
+    fine: Nodes,
+    coarse: Nodes,
+}
+
+/// Signed distances at the corners of cells.
+struct Nodes {
+    count: [usize; 3],
+    distance: Vec<i16>,
+    cells_per_m: f32,
 }
 
 /// How a ray passes the subject.
@@ -31,68 +44,54 @@ impl Grid {
     /// corners of a coarser grid tell.
     pub fn bake(subject: &Subject) -> Self {
         let extent = (BOX_HIGH - BOX_LOW) / CELL_M;
-        let blocks = extent.to_array().map(|e| (e / COARSE as f32).ceil() as usize);
-        let nodes = blocks.map(|b| b * COARSE + 1);
+        // Both grids reach beyond the box, the coarse one beyond the fine one.
+        let blocks = extent.to_array().map(|e| (e + 2.0) as usize / COARSE + 1);
+        let nodes = blocks.map(|b| b * COARSE);
         let coarse_nodes = blocks.map(|b| b + 1);
         let place = |x: usize, y: usize, z: usize| BOX_LOW + CELL_M * Vec3::new(x as f32, y as f32, z as f32);
-        let coarse = Self {
-            nodes: coarse_nodes,
+        let coarse = Nodes {
+            count: coarse_nodes,
             distance: (0..coarse_nodes.iter().product())
                 .into_par_iter()
                 .map(|i| {
                     let (x, y, z) = split(i, coarse_nodes);
-                    subject.distance(place(x * COARSE, y * COARSE, z * COARSE))
+                    store(subject.distance(place(x * COARSE, y * COARSE, z * COARSE)))
                 })
                 .collect(),
+            cells_per_m: 1.0 / (CELL_M * COARSE as f32),
         };
-        // Beyond this a coarse cell holds no surface: its half diagonal, and some for blends, which
-        // bend distances a little.
-        let reach = CELL_M * COARSE as f32 * 1.2;
         let (columns, rows) = (nodes[0], nodes[1]);
-        let mut distance = vec![0.0; nodes.iter().product()];
+        let mut distance = vec![0; nodes.iter().product()];
         distance.par_chunks_mut(columns * rows).enumerate().for_each(|(z, layer)| {
             for (i, value) in layer.iter_mut().enumerate() {
-                let (x, y) = (i % columns, i / columns);
-                let from = [x, y, z].map(|n| n as f32 / COARSE as f32);
-                let rough = coarse.interpolate(from);
-                *value = if rough.abs() < reach { subject.distance(place(x, y, z)) } else { rough };
+                let p = place(i % columns, i / columns, z);
+                let rough = coarse.at(p - BOX_LOW);
+                *value = store(if rough.abs() < REACH_M { subject.distance(p) } else { rough });
             }
         });
-        Self { nodes, distance }
-    }
-
-    /// Trilinear value at a place counted in cells, inside the grid.
-    fn interpolate(&self, at: [f32; 3]) -> f32 {
-        let [nx, ny, nz] = self.nodes;
-        let (x, y, z) = (
-            (at[0] as usize).min(nx - 2),
-            (at[1] as usize).min(ny - 2),
-            (at[2] as usize).min(nz - 2),
-        );
-        let (fx, fy, fz) = (at[0] - x as f32, at[1] - y as f32, at[2] - z as f32);
-        let base = (z * ny + y) * nx + x;
-        let layer = nx * ny;
-        let d = &self.distance[base..base + layer + nx + 2];
-        let edge = |i: usize| d[i] + (d[i + 1] - d[i]) * fx;
-        let near = edge(0) + (edge(nx) - edge(0)) * fy;
-        let far = edge(layer) + (edge(layer + nx) - edge(layer)) * fy;
-        near + (far - near) * fz
+        Self { fine: Nodes { count: nodes, distance, cells_per_m: 1.0 / CELL_M }, coarse }
     }
 
     /// Signed distance at a place inside the box.
     pub fn distance(&self, p: Vec3) -> f32 {
-        self.interpolate(((p - BOX_LOW) / CELL_M).max(Vec3::ZERO).to_array())
+        self.fine.at(p - BOX_LOW)
     }
 
     /// Follows a ray from `start` (just off the surface) towards `direction`, out of the box. It may
     /// stop early once the ray is deeper than `enough_m` inside: `depth_m` then is at least that.
     pub fn pass(&self, start: Vec3, direction: Vec3, enough_m: f32) -> Passage {
         let leave = leave_box(start, direction);
-        let (origin, slope) = ((start - BOX_LOW) / CELL_M, direction / CELL_M);
+        let origin = start - BOX_LOW;
         let mut passage = Passage { clearance: 1.0, depth_m: 0.0 };
-        let mut t = CELL_M;
+        let (mut t, mut far) = (CELL_M, false);
         while t < leave {
-            let d = self.interpolate((origin + slope * t).to_array());
+            let place = origin + direction * t;
+            // Far from the surface the small coarse grid is enough, and it is at hand.
+            let mut d = if far { self.coarse.at(place) } else { 0.0 };
+            if d < REACH_M {
+                d = self.fine.at(place);
+            }
+            far = d > 0.7 * REACH_M;
             passage.clearance = passage.clearance.min(d / t);
             if d < 0.0 {
                 passage.depth_m = passage.depth_m.max(-d);
@@ -100,7 +99,8 @@ impl Grid {
                     break;
                 }
             }
-            t += d.abs().clamp(0.6 * CELL_M, 0.04);
+            // A lamp's penumbra is as wide as a fortieth of the way; finer steps show nothing.
+            t += d.abs().max(0.9 * CELL_M).max(0.025 * t);
         }
         passage
     }
@@ -119,6 +119,35 @@ impl Grid {
         }
         None
     }
+}
+
+impl Nodes {
+    /// Trilinear distance at `from_low` metres from the box's low corner, inside the box.
+    #[inline(always)]
+    fn at(&self, from_low: Vec3) -> f32 {
+        let at = from_low * self.cells_per_m;
+        let [nx, ny, _] = self.count;
+        // The grid reaches beyond the box, so that rounding at its far side stays inside.
+        let (x, y, z) = (at.x as i32, at.y as i32, at.z as i32);
+        let (fx, fy, fz) = (at.x - x as f32, at.y - y as f32, at.z - z as f32);
+        let layer = nx * ny;
+        let base = z as usize * layer + y as usize * nx + x as usize;
+        let edge = |i: usize| {
+            let pair = &self.distance[i..i + 2];
+            let (a, b) = (f32::from(pair[0]), f32::from(pair[1]));
+            a + (b - a) * fx
+        };
+        let (a, b) = (edge(base), edge(base + nx));
+        let near = a + (b - a) * fy;
+        let (a, b) = (edge(base + layer), edge(base + layer + nx));
+        let far = a + (b - a) * fy;
+        (near + (far - near) * fz) * UNIT_M
+    }
+}
+
+/// A distance in stored units; what is farther than 0.3 m is stored as that.
+fn store(distance_m: f32) -> i16 {
+    (distance_m / UNIT_M).round() as i16
 }
 
 fn split(i: usize, nodes: [usize; 3]) -> (usize, usize, usize) {

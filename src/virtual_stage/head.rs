@@ -147,7 +147,7 @@ impl Head {
     /// The space between the lips: a thin line when they touch, the hollow of the mouth when not.
     fn opening(&self, q: Vec3) -> f32 {
         let dip = Vec3::new(0.0, -0.0006 - 0.9 * self.gap + 4.0 * (0.25 + self.smile) * q.x * q.x, -0.008);
-        let reach = Vec3::new(self.corner().x - 0.0045, 0.0006 + self.gap, 0.021);
+        let reach = Vec3::new(self.corner().x - 0.0075, 0.0006 + self.gap, 0.021);
         ellipsoid(q - MOUTH - dip, reach)
     }
 

@@ -81,8 +81,8 @@ fn brow(s: Vec3) -> f32 {
         return 0.0;
     }
     let flat = |v: Vec3| Vec3::new(v.x, v.y, 0.0);
-    let inner = rod(flat(s), Vec3::new(0.0135, 0.0165, 0.0), Vec3::new(0.034, 0.0232, 0.0), 0.0033, 0.0026);
-    let outer = rod(flat(s), Vec3::new(0.034, 0.0232, 0.0), Vec3::new(0.0475, 0.0180, 0.0), 0.0026, 0.0006);
+    let inner = rod(flat(s), Vec3::new(0.0135, 0.0185, 0.0), Vec3::new(0.034, 0.0240, 0.0), 0.0033, 0.0026);
+    let outer = rod(flat(s), Vec3::new(0.034, 0.0240, 0.0), Vec3::new(0.0475, 0.0190, 0.0), 0.0026, 0.0006);
     let strands = 0.0009 * noise(Vec3::new(s.x * 700.0 + s.y * 500.0, s.y * 350.0, 0.0));
     0.88 * (1.0 - ramp(-0.0012, 0.0010, inner.min(outer) + strands))
 }

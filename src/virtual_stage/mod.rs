@@ -1,1 +1,87 @@
-pub mod attire; pub mod camera; pub mod dome; pub mod effects; pub mod grid; pub mod head; pub mod material; pub mod motion; pub mod picture; pub mod shape; pub mod subject; pub mod transport;
+//! The virtual stage: a light stage and a subject of our own, so that everything runs with no data.
+//!
+//! [`write_shoot`] writes an ordinary shoot folder (exemplars under every bank, an interview before a
+//! green screen, mirror balls, a manifest), the environments to relight under, and apart from these
+//! the truth. It is what the rest of the program is tested against, so it takes nothing from
+//! calibration, weights or compositing: its geometry, light and camera are its own.
+//!
+//! [`subject`] is a head and shoulders as signed distances ([`head`], [`attire`]), painted by
+//! [`material`] and moved by [`motion`]. [`dome`] holds the lamps. [`picture`] finds what the camera
+//! sees and [`transport`] carries every lamp's light there, with shadows marched through the baked
+//! [`grid`]. [`probe`] traces the mirror ball, [`camera`] turns light into photographs, [`shoot`]
+//! puts everything on disk. Only what a material or the geometry calls for is traced; [`effects`]
+//! counts it.
+
+pub mod attire;
+pub mod camera;
+pub mod dome;
+pub mod effects;
+pub mod environments;
+pub mod grid;
+pub mod head;
+pub mod manifest;
+pub mod material;
+pub mod motion;
+pub mod picture;
+pub mod probe;
+pub mod shape;
+pub mod shoot;
+pub mod subject;
+pub mod transport;
+
+pub use effects::Effect;
+pub use shoot::write_shoot;
+
+use crate::error::{Error, Result};
+use serde::Serialize;
+use std::ops::RangeInclusive;
+
+/// What the stage is to produce.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StageSettings {
+    /// Frames of the interview, from 1.
+    pub frames: usize,
+    /// Width and height of every picture in pixels, from 16.
+    pub size: usize,
+    /// Camera response, noise and movements follow from this; the same seed gives the same files.
+    pub seed: u64,
+    /// Banks of lamps, that is OLATs per pose, from 4.
+    pub lamps: usize,
+}
+
+impl Default for StageSettings {
+    fn default() -> Self {
+        Self { frames: 40, size: 256, seed: 1, lamps: 41 }
+    }
+}
+
+impl StageSettings {
+    /// Refuses what cannot be produced or would fill the disk.
+    fn check(&self) -> Result<()> {
+        let within = |what: &str, value: usize, range: RangeInclusive<usize>| {
+            if range.contains(&value) {
+                return Ok(());
+            }
+            Err(Error::unexpected(
+                format!("the virtual stage's number of {what}"),
+                format!("a number from {} to {}", range.start(), range.end()),
+                value.to_string(),
+                "Choose one within that range",
+            ))
+        };
+        within("pixels across (size)", self.size, 16..=1024)?;
+        within("interview frames", self.frames, 1..=999)?;
+        within("lamps", self.lamps, 4..=400)
+    }
+}
+
+/// What was produced.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StageReport {
+    /// Number of files written.
+    pub files: usize,
+    /// Wall-clock time in seconds.
+    pub seconds: f64,
+    /// Which effects ran, for which share, and why not elsewhere.
+    pub effects: Vec<Effect>,
+}

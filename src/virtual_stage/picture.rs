@@ -40,8 +40,8 @@ const FIRST: [[f32; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0
 const SILHOUETTE: usize = 4;
 /// Points whose normals are nearer than this cosine, and whose depths are nearer than this length
 /// in metres, are lit as one.
-const SMOOTH_COSINE: f32 = 0.985;
-const SMOOTH_DEPTH_M: f32 = 0.004;
+const SMOOTH_COSINE: f32 = 0.94;
+const SMOOTH_DEPTH_M: f32 = 0.006;
 
 /// The pictures of the subject in `pose`, `size × size`.
 pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort) -> Pictures {

@@ -12,8 +12,8 @@ use std::f32::consts::PI;
 const BLEED: Vec3 = Vec3::new(0.20, 0.11, 0.08);
 /// Share of the light that skin passes on at the very edge of a cast shadow, per channel.
 const LEAK: Vec3 = Vec3::new(0.27, 0.18, 0.14);
-/// Beyond so many mean free paths, less than a thousandth is left.
-const DEEP: f32 = 7.0;
+/// Beyond so many mean free paths, less than a hundredth is left.
+const DEEP: f32 = 5.0;
 
 /// Whether work that cannot change the picture is left out (as always) or done (to prove that).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

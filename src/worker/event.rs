@@ -9,8 +9,8 @@ pub enum Event {
     Opening,
     /// Frames can be predicted; `device` says where and why there.
     Ready { device: String },
-    /// Nothing can be predicted. `sentence` says why and what to do; `need` is what a job would bring.
-    Blocked { sentence: String, need: Option<Need> },
+    /// Nothing can be predicted.
+    Blocked(Blocked),
     /// A frame or a picture could not be made.
     Failed { sentence: String },
     /// A job began.
@@ -19,6 +19,15 @@ pub enum Event {
     Report(Report),
     /// A job is over; the sentence says what came of it.
     Finished { sentence: String },
+}
+
+/// Why a project cannot be relit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Blocked {
+    /// Why, and what to do.
+    pub sentence: String,
+    /// What a job would bring.
+    pub need: Option<Need>,
 }
 
 /// What a project lacks before it can be relit.

@@ -1,12 +1,18 @@
 //! Long actions. The command line and the studio send the same ones.
 
 use crate::calibration::{self, Calibration};
+use crate::demo::{self, DemoReport};
 use crate::error::Result;
+use crate::evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
+use crate::export::relight::{RelightReport, RelightSettings, relight};
 use crate::footage::{self, ImportSettings};
+use crate::gpu::DeviceChoice;
 use crate::progress::Progress;
 use crate::project::Project;
+use crate::reflectance::checkpoint::{self, CheckpointInfo};
 use crate::training::{self, TrainReport, TrainSettings};
 use crate::virtual_stage::{self, StageReport, StageSettings};
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// A long action and everything it needs to know.
@@ -20,15 +26,42 @@ pub enum Job {
     Calibrate { project: PathBuf },
     /// Train the network of the project in `project`.
     Train { project: PathBuf, settings: TrainSettings },
+    /// Relight the interview and write it.
+    Relight { project: PathBuf, settings: RelightSettings },
+    /// Measure against a truth.
+    Evaluate { project: PathBuf, settings: EvaluateSettings },
+    /// Run the demo in `folder`, or only make its project.
+    Demo { folder: PathBuf, prepare: bool, device: DeviceChoice },
+    /// Write the project's network as a starting point for others.
+    Pack { project: PathBuf, to: PathBuf },
 }
 
-/// What a job made.
-#[derive(Clone, Debug)]
+/// What a job made. Serialised, it is the figures alone.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
 pub enum Outcome {
     Staged(StageReport),
-    Imported(Project),
+    Imported(ImportReport),
     Calibrated(Calibration),
     Trained(TrainReport),
+    Relit(RelightReport),
+    Evaluated(EvaluateReport),
+    Shown(Box<DemoReport>),
+    Packed(CheckpointInfo),
+}
+
+/// What an import found.
+#[derive(Clone, Debug, Serialize)]
+pub struct ImportReport {
+    pub project: PathBuf,
+    pub name: String,
+    /// Working size in pixels.
+    pub size: usize,
+    /// Numbers of what the shoot holds.
+    pub poses: usize,
+    pub lamps: usize,
+    pub frames: usize,
+    pub environments: usize,
 }
 
 impl Job {
@@ -39,6 +72,10 @@ impl Job {
             Self::Import { .. } => "importing the shoot",
             Self::Calibrate { .. } => "calibrating",
             Self::Train { .. } => "training the network",
+            Self::Relight { .. } => "relighting the interview",
+            Self::Evaluate { .. } => "measuring",
+            Self::Demo { .. } => "making the demo",
+            Self::Pack { .. } => "packing the network",
         }
     }
 
@@ -52,7 +89,8 @@ impl Job {
                 virtual_stage::write_shoot(&folder, &settings, progress).map(Outcome::Staged)
             }
             Self::Import { project, shoot, settings } => {
-                footage::import(&project, &shoot, &settings, progress).map(Outcome::Imported)
+                let project = footage::import(&project, &shoot, &settings, progress)?;
+                Ok(Outcome::Imported(ImportReport::of(&project)))
             }
             Self::Calibrate { project } => {
                 let project = Project::open(&project)?;
@@ -65,25 +103,92 @@ impl Job {
                 let calibration = Calibration::load(&project)?;
                 training::train(&project, &calibration, &settings, progress).map(Outcome::Trained)
             }
+            Self::Relight { project, settings } => {
+                relight(&Project::open(&project)?, &settings, progress).map(Outcome::Relit)
+            }
+            Self::Evaluate { project, settings } => {
+                evaluate(&Project::open(&project)?, &settings, progress).map(Outcome::Evaluated)
+            }
+            Self::Demo { folder, prepare: true, .. } => {
+                let project = demo::prepare(&folder, progress)?;
+                Ok(Outcome::Imported(ImportReport::of(&project)))
+            }
+            Self::Demo { folder, device, .. } => {
+                demo::run(&folder, device, progress).map(|report| Outcome::Shown(Box::new(report)))
+            }
+            Self::Pack { project, to } => {
+                let project = Project::open(&project)?;
+                checkpoint::pack(&project.checkpoint_path(), &to).map(Outcome::Packed)
+            }
+        }
+    }
+}
+
+impl ImportReport {
+    fn of(project: &Project) -> Self {
+        let shoot = &project.settings.shoot;
+        Self {
+            project: project.root.clone(),
+            name: project.settings.name.clone(),
+            size: project.settings.size,
+            poses: shoot.poses.len(),
+            lamps: shoot.lamps.len(),
+            frames: shoot.frames.len(),
+            environments: shoot.environments.len(),
         }
     }
 }
 
 impl Outcome {
-    /// A sentence that says what came of the job.
+    /// Sentences that say what came of the job.
     pub fn sentence(&self) -> String {
         match self {
-            Self::Staged(_) => "The shoot is written".to_owned(),
-            Self::Imported(project) => format!("{} is ready to be calibrated", project.settings.name),
+            Self::Staged(report) => report.sentence(),
+            Self::Imported(found) => format!(
+                "{}: {} frames, {} poses under {} lamps, {} environments, to work at {} pixels in {}",
+                found.name,
+                found.frames,
+                found.poses,
+                found.lamps,
+                found.environments,
+                found.size,
+                found.project.display()
+            ),
             Self::Calibrated(found) => format!(
-                "Calibrated {} lamps; γ1 = {:.2}, γ2 = {:.2}",
+                "{} lamps found; camera response γ1 = {:.3}, γ2 = {:.3}, exposure {:.3}; {:.1} % of the \
+                 interview's light comes from where no lamp is",
                 found.rig.lamps.len(),
                 found.response.gamma1,
-                found.response.gamma2
+                found.response.gamma2,
+                found.exposure,
+                100.0 * found.uncovered_energy
             ),
-            Self::Trained(report) => {
-                format!("Trained for {} steps in {:.0} s", report.steps, report.seconds)
+            Self::Trained(report) => format!(
+                "{} steps in {:.0} s on the {}: OLATs {:.4}, relit {:.4} from the truth in encoded units",
+                report.steps, report.seconds, report.device, report.loss_rec, report.loss_render
+            ),
+            Self::Relit(report) => format!(
+                "{} frames at {:.0} ms each: {}",
+                report.frames, report.ms_per_frame, report.output
+            ),
+            Self::Evaluated(report) => evaluated(report),
+            Self::Shown(report) => report.sentence(),
+            Self::Packed(info) => {
+                format!("A network for {} lamps at {} pixels", info.network.lamps, info.network.size)
             }
         }
     }
+}
+
+fn evaluated(report: &EvaluateReport) -> String {
+    let scores = &report.scores;
+    let method = match scores.method {
+        Method::Network => "The network",
+        Method::TruthOlats => "The true OLATs",
+        Method::Nearest => "The nearest pose",
+        Method::Ratio => "The ratio image",
+    };
+    let relit: Vec<String> = scores.relit_psnr_db.iter().map(|(name, db)| format!("{db:.2} dB under {name}")).collect();
+    let olats = scores.olat_psnr_db.map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
+    format!("{method}: {}{olats}, over frames {:?}", relit.join(", "), scores.frames)
 }

@@ -32,8 +32,11 @@ impl<T> Latest<T> {
 /// while the thread works count as one. The receiver fails once every ringer is gone.
 pub fn doorbell() -> (impl Fn() + Clone + Send + Sync + 'static, Receiver<()>) {
     let (ring, rung) = sync_channel(1);
-    // A full channel means that the thread will look anyway; a closed one that it is gone.
-    (move || drop(ring.try_send(())), rung)
+    let ring = move || {
+        // A full channel means that the thread will look anyway; a closed one that it is gone.
+        let _ = ring.try_send(());
+    };
+    (ring, rung)
 }
 
 #[cfg(test)]

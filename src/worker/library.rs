@@ -36,7 +36,7 @@ pub struct Thumbnail {
 pub struct Library {
     wanted: Arc<Mutex<VecDeque<PathBuf>>>,
     read: Option<Receiver<(PathBuf, Result<Panorama>)>>,
-    ring: Box<dyn Fn()>,
+    ring: Box<dyn Fn() + Send>,
     stop: Cancel,
     thread: Option<JoinHandle<()>>,
 }
@@ -87,7 +87,7 @@ impl Drop for Library {
         drop(self.read.take());
         (self.ring)();
         if let Some(thread) = self.thread.take() {
-            drop(thread.join());
+            let _ = thread.join();
         }
     }
 }

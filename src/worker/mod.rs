@@ -16,14 +16,13 @@ mod library;
 mod network;
 mod relighter;
 
-pub use event::{Event, Need};
+pub use event::{Blocked, Event, Need};
 pub use job::{Job, Outcome};
 pub use latest::Latest;
 pub use library::{Library, Panorama, Thumbnail};
 pub use network::{Source, open_project};
 pub use relighter::{Ask, Relit};
 
-use crate::error::Result;
 use crate::footage::Frame;
 use crate::gpu::DeviceChoice;
 use crate::progress::Cancel;
@@ -58,7 +57,7 @@ pub struct Worker {
     events: Receiver<Event>,
     stop: Cancel,
     running: RefCell<Cancel>,
-    ring: Vec<Box<dyn Fn()>>,
+    ring: Vec<Box<dyn Fn() + Send>>,
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -75,7 +74,7 @@ impl Worker {
     /// Starts work on frames from anywhere. `open` is called on the network's thread, at the start
     /// and after each job.
     pub fn over(
-        open: impl FnMut() -> Result<Source, Event> + Send + 'static,
+        open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
         let stop = Cancel::default();
@@ -84,7 +83,7 @@ impl Worker {
             let wake = wake.clone();
             move |event| {
                 // Full: see MOST_NEWS. Closed: the window is gone.
-                drop(send.try_send(event));
+                let _ = send.try_send(event);
                 wake();
             }
         };
@@ -165,7 +164,7 @@ impl Drop for Worker {
         self.ring.iter().for_each(|ring| ring());
         for thread in self.threads.drain(..) {
             // A thread that panicked has said so on stderr; there is nothing left to stop.
-            drop(thread.join());
+            let _ = thread.join();
         }
     }
 }

@@ -1,11 +1,11 @@
 //! The thread that owns the network: it predicts the newest frame asked for, and runs jobs.
 
-use super::event::{Event, Need};
+use super::event::{Blocked, Event, Need};
 use super::job::Job;
 use super::latest::Latest;
 use super::PredictedFrame;
 use crate::calibration::Calibration;
-use crate::error::{Error, Result};
+use crate::error::Error;
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::light::Rig;
@@ -22,15 +22,15 @@ pub struct Source {
     /// Where the prediction runs, and why there.
     pub device: String,
     /// Reads a frame and predicts its field. It stays on the thread that made it.
-    pub predict: Box<dyn FnMut(usize) -> Result<(Frame, ReflectanceField)>>,
+    pub predict: Box<dyn FnMut(usize) -> Result<(Frame, ReflectanceField), Error>>,
 }
 
 /// Opens a project's calibration and network.
 ///
 /// # Errors
-/// [`Event::Blocked`] with what is missing, where the project is not that far.
-pub fn open_project(project: &Project, device: DeviceChoice) -> std::result::Result<Source, Event> {
-    let blocked = |need| move |e: Error| Event::Blocked { sentence: e.to_string(), need };
+/// When the project is not that far, or its files cannot be read.
+pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, Blocked> {
+    let blocked = |need| move |e: Error| Blocked { sentence: e.to_string(), need };
     let missing = |path: &std::path::Path, need| (!path.exists()).then_some(need);
     let need = missing(&project.calibration_path(), Need::Calibration);
     let calibration = Calibration::load(project).map_err(blocked(need))?;
@@ -62,7 +62,7 @@ pub(super) struct Network<Open, Tell> {
 
 impl<Open, Tell> Network<Open, Tell>
 where
-    Open: FnMut() -> std::result::Result<Source, Event>,
+    Open: FnMut() -> Result<Source, Blocked>,
     Tell: Fn(Event) + Sync,
 {
     /// Works until it is stopped.
@@ -93,7 +93,7 @@ where
                 Some(source)
             }
             Err(blocked) => {
-                (self.tell)(blocked);
+                (self.tell)(Event::Blocked(blocked));
                 None
             }
         }
@@ -112,12 +112,13 @@ where
     }
 
     fn work(&self, job: Job, cancel: Cancel) {
-        (self.tell)(Event::Started { what: job.what() });
-        let report = |report: Report| (self.tell)(Event::Report(report));
+        let tell = &self.tell;
+        tell(Event::Started { what: job.what() });
+        let report = |report: Report| tell(Event::Report(report));
         let sentence = match job.run(&Progress::new(&report, cancel)) {
             Ok(outcome) => outcome.sentence(),
             Err(e) => e.to_string(),
         };
-        (self.tell)(Event::Finished { sentence });
+        tell(Event::Finished { sentence });
     }
 }

@@ -7,8 +7,9 @@ use super::event::Event;
 use super::latest::Latest;
 use crate::compositor::{CameraView, Ingredients, Levels, PassReport, Upstream, compose};
 use crate::error::Result;
+use crate::imaging::Image;
 use crate::imaging::color::byte_from_unit;
-use crate::light::weights::{Partition, smooth};
+use crate::light::weights::Partition;
 use crate::light::{Environment, LightWeights, Rig};
 use crate::progress::Cancel;
 use crate::scene::{Output, Scene};
@@ -64,6 +65,8 @@ pub(super) struct Relighter<Tell> {
 /// What the thread knows of the light.
 struct Light {
     environment: Arc<Environment>,
+    /// The environment at the partition's size: a turn then costs well under a millisecond.
+    reduced: Environment,
     levels: Levels,
     yaw_deg: f32,
     weights: LightWeights,
@@ -71,7 +74,6 @@ struct Light {
 
 /// What the thread knows of the shoot.
 struct Stage {
-    rig: Arc<Rig>,
     partition: Partition,
     /// The first frame that was predicted: it sets the level of every light for the whole session.
     reference: Option<Arc<PredictedFrame>>,
@@ -87,12 +89,14 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         // The frame that the network was last sent for: one that fails is not sent for again until
         // another was wanted.
         let mut sent: Option<usize> = None;
+        // What the newest picture shows: the same is not made again.
+        let mut made: Option<(Scene, Arc<Environment>)> = None;
         while bell.recv().is_ok() && !self.stop.requested() {
             if let Some(rig) = self.rigs.take() {
-                let partition = Partition::new(&rig);
-                stage = Some(Stage { rig, partition, reference: None, light: None });
+                let partition = Partition::smooth(&rig, Partition::WIDTH);
+                stage = Some(Stage { partition, reference: None, light: None });
                 self.cache = FieldCache::new(super::FIELD_BUDGET_BYTES);
-                (shown, sent) = (None, None);
+                (shown, sent, made) = (None, None, None);
             }
             let mut fresh = None;
             if let Some(predicted) = self.fields.take() {
@@ -111,8 +115,14 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 self.frames.put(wanted);
             }
             let Some(shown) = &shown else { continue };
-            let predicted_now = fresh == Some(shown.frame.index);
-            match self.relight(stage, ask, shown, predicted_now, started) {
+            let scene = Scene { frame: shown.frame.index, output: Output::Display, ..ask.scene.clone() };
+            let same = |(s, e): &(Scene, Arc<Environment>)| *s == scene && Arc::ptr_eq(e, &ask.environment);
+            if made.as_ref().is_some_and(same) {
+                continue;
+            }
+            made = Some((scene.clone(), ask.environment.clone()));
+            let predict_ms = (fresh == Some(shown.frame.index)).then_some(shown.ms);
+            match self.relight(stage, scene, &ask.environment, shown, predict_ms, started) {
                 Ok(relit) => self.relit.put(Arc::new(relit)),
                 Err(e) => (self.tell)(Event::Failed { sentence: e.to_string() }),
             }
@@ -122,13 +132,13 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
     fn relight(
         &self,
         stage: &mut Stage,
-        ask: &Ask,
-        shown: &PredictedFrame,
-        predicted_now: bool,
+        scene: Scene,
+        environment: &Arc<Environment>,
+        shown: &Arc<PredictedFrame>,
+        predict_ms: Option<f64>,
         started: Instant,
     ) -> Result<Relit> {
-        let scene = Scene { frame: shown.frame.index, output: Output::Display, ..ask.scene.clone() };
-        let (light, weights_ms) = stage.light(ask, shown);
+        let (light, weights_ms) = stage.light(environment, scene.yaw_deg, shown);
         let picture = compose(
             &scene,
             &Ingredients {
@@ -138,7 +148,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 environment: &light.environment,
                 levels: light.levels,
                 view: CameraView::default(),
-                upstream: Upstream { predict_ms: predicted_now.then_some(shown.ms), weights_ms },
+                upstream: Upstream { predict_ms, weights_ms },
             },
         )?;
         let (width, height) = picture.linear.size();
@@ -155,5 +165,43 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             uncovered: light.weights.uncovered,
             frames_at_hand: self.cache.indices().collect(),
         })
+    }
+}
+
+impl Stage {
+    /// The weights of an environment at a yaw, and what finding them took in milliseconds; none where
+    /// they were at hand.
+    fn light(
+        &mut self,
+        environment: &Arc<Environment>,
+        yaw_deg: f32,
+        shown: &Arc<PredictedFrame>,
+    ) -> (&Light, Option<f64>) {
+        let started = Instant::now();
+        let old = self.light.take().filter(|light| Arc::ptr_eq(&light.environment, environment));
+        let at_hand = old.as_ref().is_some_and(|light| light.yaw_deg == yaw_deg);
+        let light = match old {
+            Some(light) if at_hand => light,
+            Some(light) => {
+                Light { yaw_deg, weights: self.partition.weights(&light.reduced, yaw_deg), ..light }
+            }
+            None => {
+                let reference = self.reference.get_or_insert_with(|| shown.clone());
+                let reduced = environment.reduced(Partition::WIDTH);
+                let (width, height) = reduced.radiance.size();
+                let even = Environment::from_radiance("even", Image::filled(width, height, [1.0; 3]));
+                let even = self.partition.weights(&even, 0.0);
+                let (field, mask) = (&reference.field, &reference.frame.mask);
+                Light {
+                    environment: environment.clone(),
+                    levels: Levels::balanced(environment, &even, field, mask),
+                    yaw_deg,
+                    weights: self.partition.weights(&reduced, yaw_deg),
+                    reduced,
+                }
+            }
+        };
+        let ms = (!at_hand).then(|| started.elapsed().as_secs_f64() * 1e3);
+        (self.light.insert(light), ms)
     }
 }

@@ -1,1 +1,5 @@
-//! The passes on the GPU.
+//! Passes on the GPU, each beside a shader of its name.
+
+mod relight;
+
+pub use relight::RelightPass;

@@ -1,0 +1,196 @@
+//! The mirror ball's geometry: which direction each pixel of its photograph shows, and how much of
+//! the sphere.
+//!
+//! The camera stands on +Z at a known distance and the optical axis goes through the ball's centre,
+//! where the subject was. Rays are perspective: the silhouette's half angle is asin(r/d).
+
+use crate::error::{Error, Result};
+use crate::project::Ball;
+use glam::{DVec2, Vec3};
+
+/// What a photograph of a mirror ball shows.
+#[derive(Clone, Debug)]
+pub struct MirrorBall {
+    /// The pixels that lie wholly on the ball, row by row.
+    pub pixels: Vec<BallPixel>,
+    /// Half angle in degrees of the cone behind the ball (about −Z) that no pixel shows.
+    pub blind_half_angle_deg: f32,
+    /// Share of the sphere that no pixel shows: the cone, and what the frame cuts off.
+    pub blind_share: f32,
+}
+
+/// One pixel of the ball.
+#[derive(Clone, Copy, Debug)]
+pub struct BallPixel {
+    /// Its place in the photograph: row · width + column.
+    pub index: usize,
+    /// Unit direction from the subject towards what the pixel's centre reflects.
+    pub direction: Vec3,
+    /// The part of the sphere that the pixel reflects, in steradians.
+    pub solid_angle: f32,
+}
+
+impl MirrorBall {
+    /// The ball in a photograph of `width × height` pixels. Where the dome's radius in metres is known,
+    /// directions are those from the subject to the dome; otherwise light comes from far away, which
+    /// is off by at most the ball's radius over the lamps' distance.
+    ///
+    /// # Errors
+    /// When the ball's figures are impossible or no pixel of the photograph shows it.
+    pub fn new(ball: &Ball, dome_radius_m: Option<f32>, (width, height): (usize, usize)) -> Result<Self> {
+        let figures = [ball.center_px[0], ball.center_px[1], ball.radius_px, ball.radius_m, ball.camera_distance_m];
+        let possible = figures.iter().all(|f| f.is_finite())
+            && ball.radius_px > 1.0
+            && ball.radius_m > 0.0
+            && ball.camera_distance_m > ball.radius_m
+            && dome_radius_m.is_none_or(|dome| dome > ball.radius_m);
+        if !possible {
+            return Err(Error::unexpected(
+                "the mirror ball in project.toml",
+                "a silhouette of more than one pixel, and a ball smaller than the camera's distance and the dome",
+                format!("{ball:?}, dome {dome_radius_m:?}"),
+                "Correct the ball's centre, radius and distance",
+            ));
+        }
+        let reach = f64::from(ball.radius_px);
+        // A pixel whose centre is this far inside lies inside with all its corners.
+        let inner = reach - std::f64::consts::FRAC_1_SQRT_2;
+        let mut pixels = Vec::new();
+        for y in 0..height {
+            for x in 0..width {
+                let dx = x as f64 + 0.5 - f64::from(ball.center_px[0]);
+                let dy = y as f64 + 0.5 - f64::from(ball.center_px[1]);
+                let rho = dx.hypot(dy);
+                if rho > inner {
+                    continue;
+                }
+                let seen = reflected(ball, dome_radius_m, rho);
+                let sideways = if rho > 0.0 { seen.x / rho } else { 0.0 };
+                // dω = 2π·d(−cos ψ) over dA = π·d(ρ²): the mean over the ring one pixel wide.
+                let (near, far) = ((rho - 0.5).max(0.0), (rho + 0.5).min(reach));
+                let cosines = reflected(ball, dome_radius_m, near).y - reflected(ball, dome_radius_m, far).y;
+                pixels.push(BallPixel {
+                    index: y * width + x,
+                    direction: Vec3::new((sideways * dx) as f32, (-sideways * dy) as f32, seen.y as f32),
+                    solid_angle: (2.0 * cosines / (far * far - near * near)) as f32,
+                });
+            }
+        }
+        if pixels.is_empty() {
+            return Err(Error::unexpected(
+                "the mirror ball in project.toml",
+                format!("a ball within the photograph of {width}×{height} pixels"),
+                format!("centre {:?}, radius {} pixels", ball.center_px, ball.radius_px),
+                "Correct the ball's centre and radius",
+            ));
+        }
+        let shown: f64 = pixels.iter().map(|p| f64::from(p.solid_angle)).sum();
+        let edge = reflected(ball, dome_radius_m, inner);
+        Ok(Self {
+            pixels,
+            blind_half_angle_deg: edge.x.atan2(-edge.y).to_degrees() as f32,
+            blind_share: (1.0 - shown / (4.0 * std::f64::consts::PI)).max(0.0) as f32,
+        })
+    }
+}
+
+/// The unit direction that the ball reflects at `rho` pixels from its centre, as (away from the
+/// axis, along +Z): the problem is the same in every plane through the axis.
+fn reflected(ball: &Ball, dome_radius_m: Option<f32>, rho: f64) -> DVec2 {
+    let (r, d) = (f64::from(ball.radius_m), f64::from(ball.camera_distance_m));
+    let focal_px = f64::from(ball.radius_px) / (r / d).asin().tan();
+    let ray = DVec2::new(rho, -focal_px).normalize();
+    let camera = DVec2::new(0.0, d);
+    // The nearer root of |camera + t·ray| = r; at the silhouette the roots meet.
+    let middle = -camera.dot(ray);
+    let hit = camera + (middle - (middle * middle - d * d + r * r).max(0.0).sqrt()) * ray;
+    let normal = hit / r;
+    let mirrored = ray - 2.0 * ray.dot(normal) * normal;
+    match dome_radius_m {
+        None => mirrored,
+        Some(dome) => {
+            let along = hit.dot(mirrored);
+            let t = (along * along + f64::from(dome).powi(2) - hit.length_squared()).max(0.0).sqrt() - along;
+            (hit + t * mirrored).normalize()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BALL: Ball = Ball {
+        center_px: [128.0, 128.0],
+        radius_px: 116.0,
+        radius_m: 0.075,
+        camera_distance_m: 4.0,
+    };
+
+    fn pixel(ball: &MirrorBall, x: usize, y: usize) -> BallPixel {
+        *ball.pixels.iter().find(|p| p.index == y * 256 + x).expect("the pixel is on the ball")
+    }
+
+    #[test]
+    fn the_middle_shows_the_camera_and_the_rim_what_is_behind() {
+        let ball = MirrorBall::new(&BALL, Some(4.0), (256, 256)).unwrap();
+        assert!(pixel(&ball, 128, 128).direction.distance(Vec3::Z) < 0.02);
+        assert!(pixel(&ball, 243, 128).direction.z < -0.9);
+        assert!((5.0..20.0).contains(&ball.blind_half_angle_deg), "{}", ball.blind_half_angle_deg);
+    }
+
+    #[test]
+    fn up_is_up_and_right_is_right() {
+        let ball = MirrorBall::new(&BALL, None, (256, 256)).unwrap();
+        assert!(pixel(&ball, 128, 64).direction.y > 0.5);
+        assert!(pixel(&ball, 192, 128).direction.x > 0.5);
+    }
+
+    #[test]
+    fn a_far_camera_sees_the_textbooks_ball() {
+        // Orthographic: n = (x, y, √(1−r²)), R = 2(n·v)n − v, and 4·dA steradians a pixel.
+        let far = Ball { camera_distance_m: 1e5, ..BALL };
+        let ball = MirrorBall::new(&far, None, (256, 256)).unwrap();
+        for p in &ball.pixels {
+            let (x, y) = ((p.index % 256) as f32 + 0.5 - 128.0, 127.5 - (p.index / 256) as f32);
+            let n = Vec3::new(x, y, 0.0) / 116.0;
+            let n = n.with_z((1.0 - n.length_squared()).sqrt());
+            assert!((2.0 * n.z * n - Vec3::Z).distance(p.direction) < 1e-3);
+            assert!((p.solid_angle * 116.0 * 116.0 / 4.0 - 1.0).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn pixels_and_the_blind_cone_make_a_sphere() {
+        for (size, dome) in [(256, Some(4.0)), (256, None), (64, Some(2.0))] {
+            let scale = size as f32 / 256.0;
+            let scaled = Ball { center_px: [128.0 * scale; 2], radius_px: 116.0 * scale, ..BALL };
+            let ball = MirrorBall::new(&scaled, dome, (size, size)).unwrap();
+            let cone = (1.0 - ball.blind_half_angle_deg.to_radians().cos()) / 2.0;
+            // The outermost pixels form no perfect circle: they miss part of one ring.
+            let ring = 2.0 / (116.0 * scale);
+            assert!((ball.blind_share - cone).abs() < ring, "{} and {cone}", ball.blind_share);
+            assert!(ball.pixels.iter().all(|p| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn a_ball_that_the_frame_cuts_says_what_is_missing() {
+        let cut = Ball { center_px: [0.0, 128.0], ..BALL };
+        let ball = MirrorBall::new(&cut, None, (256, 256)).unwrap();
+        assert!((0.45..0.55).contains(&ball.blind_share));
+    }
+
+    #[test]
+    fn an_impossible_ball_is_refused() {
+        for ball in [
+            Ball { radius_px: 0.0, ..BALL },
+            Ball { radius_m: 5.0, ..BALL },
+            Ball { camera_distance_m: f32::NAN, ..BALL },
+            Ball { center_px: [900.0, 900.0], ..BALL },
+        ] {
+            assert!(MirrorBall::new(&ball, None, (256, 256)).is_err(), "{ball:?}");
+        }
+        assert!(MirrorBall::new(&BALL, Some(0.01), (256, 256)).is_err());
+    }
+}

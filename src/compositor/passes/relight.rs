@@ -1,0 +1,307 @@
+//! Pass `relight` on the GPU. Its twin on the CPU is [`crate::compositor::reference::relight`].
+
+use crate::compositor::reference::lit_lamps;
+use crate::error::{Error, Result};
+use crate::imaging::Image;
+use crate::reflectance::ReflectanceField;
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+/// Pixels of one workgroup, as in the shader.
+const WORKGROUP: u32 = 64;
+
+/// The compiled pass, for one device.
+#[derive(Debug)]
+pub struct RelightPass {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    pipeline: wgpu::ComputePipeline,
+}
+
+/// One lamp's entry in the shader's list.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Share {
+    weight: [f32; 3],
+    lamp: u32,
+}
+
+impl RelightPass {
+    /// Compiles the shader.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("relight"),
+            source: wgpu::ShaderSource::Wgsl(include_str!("../../../shaders/relight.wgsl").into()),
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("relight"),
+            layout: None,
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            pipeline,
+        }
+    }
+
+    /// Uploads a field, sums it and reads the picture back.
+    ///
+    /// # Errors
+    /// When the field is too large for the device, does not fit the weights, or the device fails.
+    pub fn run(&self, field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<Image> {
+        if weights.len() != field.lamps {
+            return Err(Error::unexpected(
+                "the reflectance field",
+                format!("{} lamps as in the weights", weights.len()),
+                format!("{} lamps", field.lamps),
+                "Predict this frame again with the network of this project",
+            ));
+        }
+        let lamps = lit_lamps(weights);
+        let (width, height) = (field.width, field.height);
+        if field.values.is_empty() || lamps.is_empty() {
+            return Ok(Image::filled(width, height, [0.0; 3]));
+        }
+        let (bytes, limit) = (
+            4 * field.values.len() as u64,
+            self.device.limits().max_storage_buffer_binding_size,
+        );
+        if bytes > limit {
+            return Err(Error::unexpected(
+                "the reflectance field",
+                format!("at most {limit} bytes, which is what this GPU binds at once"),
+                bytes.to_string(),
+                "Relight it on the CPU, or choose a smaller working size",
+            ));
+        }
+        let values = self.device.create_buffer_init(&BufferInitDescriptor {
+            label: Some("reflectance field"),
+            contents: bytemuck::cast_slice(&field.values),
+            usage: wgpu::BufferUsages::STORAGE,
+        });
+        let relit = self.dispatch(values.as_entire_binding(), width * height, weights)?;
+        let pixels = self.read_back(&relit)?;
+        Ok(Image {
+            width,
+            height,
+            pixels,
+        })
+    }
+
+    /// Sums a field that is on this device already, laid out as [`ReflectanceField::values`], and
+    /// leaves `pixels` values of RGBA f32 in a buffer there. Submits one dispatch.
+    ///
+    /// # Errors
+    /// When the device has no room for the workgroups.
+    pub fn dispatch(
+        &self,
+        field: wgpu::BindingResource,
+        pixels: usize,
+        weights: &[[f32; 3]],
+    ) -> Result<wgpu::Buffer> {
+        let groups = pixels.div_ceil(WORKGROUP as usize);
+        let limit = self.device.limits().max_compute_workgroups_per_dimension as usize;
+        if groups > limit {
+            return Err(Error::unexpected(
+                "the reflectance field",
+                format!(
+                    "at most {} pixels, which is what this GPU does at once",
+                    limit * WORKGROUP as usize
+                ),
+                pixels.to_string(),
+                "Relight it on the CPU, or choose a smaller working size",
+            ));
+        }
+        let lamps = lit_lamps(weights);
+        let shape = [pixels as u32, lamps.len() as u32];
+        let mut shares: Vec<Share> = lamps
+            .iter()
+            .map(|&lamp| Share {
+                weight: weights[lamp],
+                lamp: lamp as u32,
+            })
+            .collect();
+        // A binding may not be empty; the shader's count keeps it from reading this one.
+        shares.resize(
+            shares.len().max(1),
+            Share {
+                weight: [0.0; 3],
+                lamp: 0,
+            },
+        );
+        let upload = |label, contents: &[u8], usage| {
+            self.device.create_buffer_init(&BufferInitDescriptor {
+                label: Some(label),
+                contents,
+                usage,
+            })
+        };
+        let shares = upload(
+            "lamp shares",
+            bytemuck::cast_slice(&shares),
+            wgpu::BufferUsages::STORAGE,
+        );
+        let shape = upload(
+            "relight shape",
+            bytemuck::cast_slice(&shape),
+            wgpu::BufferUsages::UNIFORM,
+        );
+        let relit = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("relit"),
+            size: 16 * pixels as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let resources = [
+            field,
+            shares.as_entire_binding(),
+            relit.as_entire_binding(),
+            shape.as_entire_binding(),
+        ];
+        let entries: Vec<wgpu::BindGroupEntry> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("relight"),
+            layout: &self.pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let mut commands = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = commands.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &bindings, &[]);
+            pass.dispatch_workgroups(groups as u32, 1, 1);
+        }
+        self.queue.submit([commands.finish()]);
+        Ok(relit)
+    }
+
+    fn read_back(&self, relit: &wgpu::Buffer) -> Result<Vec<[f32; 3]>> {
+        let fail = |cause: String| {
+            Error::unexpected(
+                "the GPU",
+                "the relit picture",
+                cause,
+                "Relight on the CPU with --device cpu",
+            )
+        };
+        let there = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("relit, to read"),
+            size: relit.size(),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut commands = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        commands.copy_buffer_to_buffer(relit, 0, &there, 0, relit.size());
+        self.queue.submit([commands.finish()]);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        // The receiver outlives the poll below, so the message always arrives.
+        there
+            .slice(..)
+            .map_async(wgpu::MapMode::Read, move |mapped| drop(sender.send(mapped)));
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|e| fail(e.to_string()))?;
+        receiver
+            .recv()
+            .map_err(|e| fail(e.to_string()))?
+            .map_err(|e| fail(e.to_string()))?;
+        let view = there
+            .slice(..)
+            .get_mapped_range()
+            .map_err(|e| fail(e.to_string()))?;
+        let values: &[[f32; 4]] =
+            bytemuck::try_cast_slice(&view).map_err(|e| fail(e.to_string()))?;
+        Ok(values.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compositor::reference::{relight, tests::noise_field};
+    use std::future::Future;
+    use std::pin::pin;
+    use std::task::{Context, Poll, Waker};
+
+    /// Waits for what wgpu finishes at once outside of browsers.
+    fn wait<T>(future: impl Future<Output = T>) -> T {
+        let mut future = pin!(future);
+        loop {
+            if let Poll::Ready(value) = future
+                .as_mut()
+                .poll(&mut Context::from_waker(Waker::noop()))
+            {
+                return value;
+            }
+            std::thread::yield_now();
+        }
+    }
+
+    /// The pass on any adapter, even a software one.
+    fn pass() -> Option<RelightPass> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let made = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
+            .map_err(|e| e.to_string())
+            .and_then(|adapter| {
+                println!("on {}", adapter.get_info().name);
+                wait(adapter.request_device(&wgpu::DeviceDescriptor::default()))
+                    .map_err(|e| e.to_string())
+            });
+        made.map(|(device, queue)| RelightPass::new(&device, &queue))
+            .inspect_err(|e| println!("skipped: no adapter for compute shaders: {e}"))
+            .ok()
+    }
+
+    #[test]
+    fn the_gpu_agrees_with_its_twin() {
+        let Some(pass) = pass() else { return };
+        for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
+            let field = noise_field(width, height, lamps);
+            let mut weights: Vec<[f32; 3]> = (0..lamps)
+                .map(|l| [0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32])
+                .collect();
+            weights[lamps / 2] = [0.0; 3];
+            weights[lamps - 1] = [1e6, 0.5, 2e5];
+            let there = pass.run(&field, &weights).unwrap();
+            let here = relight(&field, &weights, &lit_lamps(&weights));
+            assert_eq!(there.size(), here.size());
+            for (gpu, cpu) in there
+                .pixels
+                .iter()
+                .flatten()
+                .zip(here.pixels.iter().flatten())
+            {
+                // All terms are positive: the order of 41 additions and their fusing move less than this.
+                assert!((gpu - cpu).abs() <= 1e-5 * cpu.abs(), "{gpu} is not {cpu}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_sum_is_black_and_what_does_not_fit_is_refused() {
+        let Some(pass) = pass() else { return };
+        let field = noise_field(4, 4, 3);
+        assert!(
+            pass.run(&field, &[[0.0; 3]; 3])
+                .unwrap()
+                .pixels
+                .iter()
+                .all(|&p| p == [0.0; 3])
+        );
+        assert!(pass.run(&field, &[[1.0; 3]; 2]).is_err());
+        let mut dark = field.clone();
+        dark.values[48..96].fill(f32::NAN);
+        let lit = pass.run(&dark, &[[1.0; 3], [0.0; 3], [1.0; 3]]).unwrap();
+        assert!(lit.pixels.iter().flatten().all(|v| v.is_finite()));
+    }
+}

@@ -1,0 +1,152 @@
+//! The demo: the whole way on a shoot of the virtual stage, with no data and no download.
+
+use crate::calibration::{Calibration, calibrate};
+use crate::error::Result;
+use crate::evaluation::{EvaluateReport, EvaluateSettings, Method, Truth, evaluate};
+use crate::export::relight::{RelightReport, RelightSettings, relight};
+use crate::footage::{ImportSettings, import};
+use crate::gpu::DeviceChoice;
+use crate::imaging::file::write_beside;
+use crate::progress::Progress;
+use crate::project::Project;
+use crate::reflectance::checkpoint::{DEMO_STARTER, install};
+use crate::scene::Background;
+use crate::training::{Preset, TrainReport, TrainSettings, train};
+use crate::virtual_stage::{StageSettings, write_shoot};
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Pictures of the demo are this wide and high.
+const SIZE: usize = 128;
+/// Frames of its interview: one second.
+const FRAMES: usize = 24;
+/// Training goes on from the starting point for this long.
+const MINUTES: f64 = 0.75;
+
+/// What the demo made.
+#[derive(Clone, Debug, Serialize)]
+pub struct DemoReport {
+    pub project: PathBuf,
+    pub clip: PathBuf,
+    pub sheet: PathBuf,
+    pub report: PathBuf,
+    pub training: TrainReport,
+    pub network: EvaluateReport,
+    pub ratio: EvaluateReport,
+    pub relight: RelightReport,
+}
+
+/// Makes the demo's project in `folder`, where it is not there yet: shoot, import, calibration, and
+/// the network that comes with the program.
+pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
+    let (shoot, root) = (folder.join("shoot"), folder.join("project"));
+    if !shoot.join("manifest.json").exists() {
+        let settings = StageSettings { frames: FRAMES, size: SIZE, ..StageSettings::default() };
+        write_shoot(&shoot, &settings, progress)?;
+    }
+    let project = if root.join("project.toml").exists() {
+        Project::open(&root)?
+    } else {
+        import(&root, &shoot, &ImportSettings { size: SIZE, seed: 1 }, progress)?
+    };
+    if !project.calibration_path().exists() {
+        calibrate(&project, progress)?.save(&project)?;
+    }
+    if !project.checkpoint_path().join("checkpoint.toml").exists() {
+        install(DEMO_STARTER, &project.checkpoint_path())?;
+    }
+    Ok(project)
+}
+
+/// Prepares the demo, trains a little further, measures, and writes a relit clip, a contact sheet and
+/// a report.
+pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<DemoReport> {
+    let project = prepare(folder, progress)?;
+    let shoot = folder.join("shoot");
+    let truth = Truth::open(&project, &shoot)?;
+    let calibration = Calibration::load(&project)?;
+    let mut config = Preset::Starter.config();
+    config.minutes = Some(MINUTES);
+    let settings = TrainSettings { config, exclude_frames: truth.frames.clone(), fresh: false, device };
+    let training = train(&project, &calibration, &settings, progress)?;
+    let sheet = folder.join("olats.png");
+    let measure = |method, sheet| {
+        let settings = EvaluateSettings { truth: shoot.clone(), method, table: None, sheet, device };
+        evaluate(&project, &settings, progress)
+    };
+    let network = measure(Method::Network, Some(sheet.clone()))?;
+    let ratio = measure(Method::Ratio, None)?;
+    let clip = folder.join("relit.mp4");
+    let environment = project.settings.shoot.environments.first().map(|e| PathBuf::from(&e.name));
+    let relight = relight(
+        &project,
+        &RelightSettings {
+            environment: environment.unwrap_or_default(),
+            yaw_deg: 0.0,
+            turntable: true,
+            frames: None,
+            exposure_stops: 0.0,
+            background: Background::Environment,
+            to: clip.display().to_string(),
+            device,
+        },
+        progress,
+    )?;
+    let report = folder.join("report.md");
+    let made = DemoReport {
+        project: project.root.clone(),
+        clip,
+        sheet,
+        report: report.clone(),
+        training,
+        network,
+        ratio,
+        relight,
+    };
+    let text = made.text(&calibration);
+    write_beside(&report, |out| out.write_all(text.as_bytes()))?;
+    Ok(made)
+}
+
+impl DemoReport {
+    fn text(&self, calibration: &Calibration) -> String {
+        let mut text = format!(
+            "# Afterlight demo\n\n\
+             Camera response: γ1 = {:.2}, γ2 = {:.2}. Lamps found: {}.\n\n\
+             Training went on for {:.0} s to step {}; the network ran on the {}.\n\n\
+             | environment | network, dB | ratio image, dB |\n|---|---:|---:|\n",
+            calibration.response.gamma1,
+            calibration.response.gamma2,
+            calibration.rig.lamps.len(),
+            self.training.seconds,
+            self.training.steps,
+            self.training.device,
+        );
+        for (name, db) in &self.network.scores.relit_psnr_db {
+            let ratio = self.ratio.scores.relit_psnr_db.get(name).copied().unwrap_or(f64::NAN);
+            text += &format!("| {name} | {db:.1} | {ratio:.1} |\n");
+        }
+        text += &format!(
+            "\nThe clip has {} frames and took {:.0} ms for each:\n\n| pass | ran | why | ms |\n|---|---|---|---:|\n",
+            self.relight.frames, self.relight.ms_per_frame
+        );
+        for pass in &self.relight.passes {
+            let ran = if pass.ran { "yes" } else { "no" };
+            text += &format!("| {} | {ran} | {} | {:.2} |\n", pass.name, pass.reason, pass.ms);
+        }
+        text += "\n![Predicted and true OLATs](olats.png)\n";
+        text
+    }
+
+    /// What a person reads at the end.
+    pub fn sentence(&self) -> String {
+        format!(
+            "Relit clip: {}\nContact sheet: {}\nReport: {}\nOpen the project: afterlight studio {}",
+            self.clip.display(),
+            self.sheet.display(),
+            self.report.display(),
+            self.project.display()
+        )
+    }
+}

@@ -1,0 +1,177 @@
+//! The relit interview: every frame predicted, lit by an environment and written.
+
+use super::{ClipWriter, Destination, write_still};
+use crate::calibration::Calibration;
+use crate::compositor::{CameraView, Ingredients, Levels, PassReport, Picture, Upstream, compose};
+use crate::error::{Error, Result};
+use crate::footage::Frame;
+use crate::gpu::{ComputeDevice, DeviceChoice};
+use crate::light::weights::{LightWeights, Partition};
+use crate::light::{Environment, Rig};
+use crate::progress::Progress;
+use crate::project::Project;
+use crate::reflectance::Predictor;
+use crate::scene::{Background, Scene};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// What a person asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RelightSettings {
+    /// A panorama's file, or the name of one of the shoot's environments.
+    pub environment: PathBuf,
+    /// Yaw in degrees, of the first frame.
+    pub yaw_deg: f32,
+    /// Turns the environment once around over the frames.
+    pub turntable: bool,
+    /// First and last frame, both included; none means all.
+    pub frames: Option<(usize, usize)>,
+    pub exposure_stops: f32,
+    pub background: Background,
+    /// As [`Destination::parse`] understands it.
+    pub to: String,
+    pub device: DeviceChoice,
+}
+
+/// What was written.
+#[derive(Clone, Debug, Serialize)]
+pub struct RelightReport {
+    /// Number of frames.
+    pub frames: usize,
+    /// Mean time per frame in milliseconds: prediction, sum, picture and file.
+    pub ms_per_frame: f64,
+    /// The passes of the last frame, with their mean time over all frames.
+    pub passes: Vec<PassReport>,
+    /// Where it was written, as it was asked for.
+    pub output: String,
+    /// Share of the environment's energy that comes from where no lamp is.
+    pub uncovered_energy: f32,
+    /// Where the network ran and why.
+    pub device: String,
+}
+
+/// Relights the project's interview and writes it.
+///
+/// # Errors
+/// When something is missing that has to be made first, a file cannot be read or written, or a stop
+/// was asked for: stills that were finished are kept then, a movie is not.
+pub fn relight(project: &Project, settings: &RelightSettings, progress: &Progress) -> Result<RelightReport> {
+    let destination = Destination::parse(&settings.to)?;
+    let (first, last) = frame_range(project, settings.frames)?;
+    let count = last - first + 1;
+    destination.check_frames(count)?;
+    let calibration = Calibration::load(project)?;
+    let environment = find_environment(project, &settings.environment)?;
+    let compute = ComputeDevice::choose(settings.device);
+    progress.say(format!("The network runs on the {}", compute.description));
+    let predictor = Predictor::open(project, &compute.device)?;
+    let lighting = Lighting::new(&environment, &calibration.rig);
+    let frame_rate = project.settings.shoot.frame_rate;
+    let size = project.settings.size;
+    let mut clip = match &destination {
+        Destination::Clip(path) => Some(ClipWriter::create(path, size, size, frame_rate)?),
+        Destination::Stills(_) => None,
+    };
+    let mut levels = None;
+    let mut passes: Vec<PassReport> = Vec::new();
+    let mut uncovered_energy = 0.0;
+    let started = Instant::now();
+    for (done, index) in (first..=last).enumerate() {
+        progress.check(&format!("{done} frames were finished"))?;
+        progress.step("relighting", done as u64, count as u64, format!("frame {index}"));
+        let turn = if settings.turntable { 360.0 * done as f32 / count as f32 } else { 0.0 };
+        let scene = Scene {
+            frame: index,
+            yaw_deg: settings.yaw_deg + turn,
+            exposure_stops: settings.exposure_stops,
+            background: settings.background,
+            output: destination.output(),
+        };
+        let frame = Frame::load(project, &calibration.response, index)?;
+        let start = Instant::now();
+        let field = predictor.predict(&frame)?;
+        let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
+        let start = Instant::now();
+        let weights = lighting.weights(scene.yaw_deg);
+        let weights_ms = Some(start.elapsed().as_secs_f64() * 1e3);
+        uncovered_energy = weights.uncovered;
+        // One level for the whole clip, or it would flicker.
+        let levels = *levels
+            .get_or_insert_with(|| Levels::balanced(&environment, &lighting.even, &field, &frame.mask));
+        let picture = compose(
+            &scene,
+            &Ingredients {
+                field: &field,
+                mask: &frame.mask,
+                weights: &weights,
+                environment: &environment,
+                levels,
+                view: CameraView::default(),
+                upstream: Upstream { predict_ms, weights_ms },
+            },
+        )?;
+        match (&destination, &mut clip) {
+            (Destination::Stills(stills), _) => write_still(&stills.path(index), &picture, frame_rate)?,
+            (Destination::Clip(_), Some(clip)) => clip.push(&picture)?,
+            (Destination::Clip(_), None) => {}
+        }
+        add_times(&mut passes, picture);
+    }
+    if let Some(clip) = clip {
+        clip.finish()?;
+    }
+    progress.step("relighting", count as u64, count as u64, "");
+    passes.iter_mut().for_each(|pass| pass.ms /= count as f64);
+    Ok(RelightReport {
+        frames: count,
+        ms_per_frame: started.elapsed().as_secs_f64() * 1e3 / count as f64,
+        passes,
+        output: settings.to.clone(),
+        uncovered_energy,
+        device: compute.description,
+    })
+}
+
+/// Reads a panorama file or one of the shoot's environments by its name.
+///
+/// # Errors
+/// When it is neither, naming the environments that the shoot has.
+pub fn find_environment(project: &Project, wanted: &Path) -> Result<Environment> {
+    let known = &project.settings.shoot.environments;
+    if let Some(named) = known.iter().find(|e| Path::new(&e.name) == wanted) {
+        return Environment::load(&project.shoot_path(&named.file));
+    }
+    if wanted.exists() {
+        return Environment::load(wanted);
+    }
+    let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).collect();
+    Err(Error::unexpected(
+        format!("the environment {}", wanted.display()),
+        format!("a lat-long EXR or HDR file, or one of the shoot's environments ({})", names.join(", ")),
+        "neither",
+        "Check the path",
+    ))
+}
+
+fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {
+    let last = project.settings.shoot.frames.len().saturating_sub(1);
+    match asked {
+        None => Ok((0, last)),
+        Some((from, to)) if from <= to && to <= last => Ok((from, to)),
+        Some((from, to)) => Err(Error::unexpected(
+            "the frame range",
+            format!("frames from 0 to {last}"),
+            format!("{from}-{to}"),
+            "Ask for frames that the interview has",
+        )),
+    }
+}
+
+fn add_times(sums: &mut Vec<PassReport>, picture: Picture) {
+    let times: Vec<f64> = sums.iter().map(|pass| pass.ms).collect();
+    *sums = picture.passes;
+    for (pass, earlier) in sums.iter_mut().zip(times) {
+        pass.ms += earlier;
+    }
+}

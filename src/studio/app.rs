@@ -1,0 +1,346 @@
+//! The application: it hears the worker, shows the panels, applies their commands and asks for the
+//! picture that the state calls for.
+
+use super::command::Command;
+use super::news::{News, Phase};
+use super::panel::{Entry, Reading, Sight};
+use super::panels::{EnvironmentsPanel, StatusPanel, TimelinePanel, ViewportPanel};
+use super::state::State;
+use super::{keys, theme};
+use crate::gpu::DeviceChoice;
+use crate::project::Project;
+use crate::scene::Scene;
+use crate::training::{Preset, TrainSettings};
+use crate::worker::{Ask, Blocked, Event, Job, Latest, Library, Need, Relit, Source, Worker};
+use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Extensions of panoramas.
+const PANORAMAS: [&str; 2] = ["exr", "hdr"];
+
+/// The window's contents.
+pub struct StudioApp {
+    ctx: Context,
+    device: DeviceChoice,
+    project: Option<Project>,
+    worker: Option<Worker>,
+    library: Library,
+    environments: Vec<Entry>,
+    state: State,
+    news: News,
+    relit: Option<Arc<Relit>>,
+    /// What the worker was asked for last, with the place of the environment in the list.
+    asked: Option<(Scene, usize)>,
+    /// When the next frame is due while playing, in the window's seconds.
+    due: f64,
+    /// What a dialog brought.
+    chosen: Arc<Latest<Command>>,
+    viewport: ViewportPanel,
+    timeline: TimelinePanel,
+    light: EnvironmentsPanel,
+    status: StatusPanel,
+}
+
+/// The window's title.
+pub(super) fn title(project: Option<&Project>) -> String {
+    project.map_or("Afterlight".to_owned(), |p| format!("Afterlight — {}", p.settings.name))
+}
+
+impl StudioApp {
+    /// A window on a project, or on the offer to open one.
+    pub fn new(ctx: &Context, project: Option<Project>, device: DeviceChoice) -> Self {
+        let mut app = Self::empty(ctx, device);
+        if let Some(project) = project {
+            let wake = app.wake();
+            let worker = Worker::start(project.clone(), device, wake);
+            app.open(project, worker);
+        }
+        app
+    }
+
+    /// A window on frames from anywhere, for tests and for other sources of reflectance fields.
+    pub fn over(
+        ctx: &Context,
+        project: Project,
+        source: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
+    ) -> Self {
+        let mut app = Self::empty(ctx, DeviceChoice::Cpu);
+        let worker = Worker::over(source, app.wake());
+        app.open(project, worker);
+        app
+    }
+
+    fn empty(ctx: &Context, device: DeviceChoice) -> Self {
+        theme::apply(ctx);
+        let wake = {
+            let ctx = ctx.clone();
+            move || ctx.request_repaint()
+        };
+        Self {
+            ctx: ctx.clone(),
+            device,
+            project: None,
+            worker: None,
+            library: Library::start(wake.clone()),
+            environments: Vec::new(),
+            state: State::new(0, 24.0),
+            news: News::new(Phase::NoProject),
+            relit: None,
+            asked: None,
+            due: 0.0,
+            chosen: Arc::new(Latest::new(wake)),
+            viewport: ViewportPanel::default(),
+            timeline: TimelinePanel,
+            light: EnvironmentsPanel,
+            status: StatusPanel,
+        }
+    }
+
+    /// The state that is shown.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// What happened.
+    pub fn news(&self) -> &News {
+        &self.news
+    }
+
+    /// The newest picture.
+    pub fn relit(&self) -> Option<&Arc<Relit>> {
+        self.relit.as_ref()
+    }
+
+    /// The list of environments.
+    pub fn environments(&self) -> &[Entry] {
+        &self.environments
+    }
+
+    fn wake(&self) -> impl Fn() + Clone + Send + Sync + 'static {
+        let ctx = self.ctx.clone();
+        move || ctx.request_repaint()
+    }
+
+    fn open(&mut self, project: Project, worker: Worker) {
+        let shoot = &project.settings.shoot;
+        self.state = State::new(shoot.frames.len(), shoot.frame_rate);
+        self.news = News::new(Phase::Opening);
+        (self.relit, self.asked) = (None, None);
+        self.environments.clear();
+        let named: Vec<_> = shoot
+            .environments
+            .iter()
+            .map(|e| (e.name.clone(), project.shoot_path(&e.file)))
+            .collect();
+        for (name, path) in named {
+            self.list(name, path);
+        }
+        self.project = Some(project);
+        // The old worker is joined beside the window: it may be amid a training step.
+        if let Some(old) = self.worker.replace(worker) {
+            std::thread::spawn(move || drop(old));
+        }
+    }
+
+    fn list(&mut self, name: String, path: PathBuf) {
+        self.library.load(path.clone());
+        self.environments.push(Entry { name, path, panorama: Reading::Waiting });
+    }
+
+    /// Takes in what the threads have to say.
+    fn hear(&mut self) {
+        if let Some(worker) = &self.worker {
+            for event in worker.events() {
+                if matches!(event, Event::Opening | Event::Failed { .. }) {
+                    self.state.playing = false;
+                }
+                if event == Event::Opening {
+                    // Pictures of another network are no longer what was asked for.
+                    (self.relit, self.asked) = (None, None);
+                }
+                self.news.hear(event);
+            }
+            self.relit = worker.relit().or(self.relit.take());
+        }
+        for (path, read) in self.library.loaded() {
+            let panorama = match read {
+                Ok(panorama) => {
+                    let small = &panorama.thumbnail;
+                    let picture = egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
+                    let options = egui::TextureOptions::LINEAR_REPEAT;
+                    let thumbnail = self.ctx.load_texture(path.display().to_string(), picture, options);
+                    Reading::Done { panorama, thumbnail }
+                }
+                Err(e) => Reading::Failed(e.to_string()),
+            };
+            let waiting = |e: &&mut Entry| e.path == path && matches!(e.panorama, Reading::Waiting);
+            if let Some(entry) = self.environments.iter_mut().find(waiting) {
+                entry.panorama = panorama;
+            }
+        }
+    }
+
+    /// Asks for the picture that the state calls for, where that is another than before.
+    fn ask(&mut self) {
+        let place = self.state.look.environment;
+        let (Some(worker), Some(entry)) = (&self.worker, self.environments.get(place)) else { return };
+        let Reading::Done { panorama, .. } = &entry.panorama else { return };
+        let wanted = (self.state.scene(), place);
+        if self.asked.as_ref() != Some(&wanted) {
+            self.news.failure = None;
+            worker.show(Ask { scene: wanted.0.clone(), environment: panorama.environment.clone() });
+            self.asked = Some(wanted);
+        }
+    }
+
+    /// Goes on to the next frame when it is due and the present one has been seen.
+    fn play(&mut self) {
+        let period = 1.0 / self.state.frame_rate;
+        let now = self.ctx.input(|i| i.time);
+        let seen = self.relit.as_ref().is_some_and(|r| r.scene.frame == self.state.frame);
+        if !self.state.playing {
+            self.due = now + period;
+        } else if seen {
+            if now >= self.due {
+                self.state.advance();
+                // Late frames are not made up for: that would show them faster than they were filmed.
+                self.due = (self.due + period).max(now);
+            }
+            self.ctx.request_repaint_after(Duration::from_secs_f64((self.due - now).max(0.0)));
+        }
+    }
+
+    fn apply(&mut self, command: Command) {
+        self.state.apply(&command, self.environments.len());
+        match command {
+            Command::ToggleFullScreen | Command::Dismiss => {
+                self.ctx.send_viewport_cmd(ViewportCommand::Fullscreen(self.state.full_screen));
+            }
+            Command::ChooseEnvironments => self.dialog(|| {
+                let dialog = rfd::FileDialog::new().set_title("Add environments");
+                dialog.add_filter("Panoramas", &PANORAMAS).pick_files().map(Command::AddEnvironments)
+            }),
+            Command::ChooseProject => self.dialog(|| {
+                let dialog = rfd::FileDialog::new().set_title("Open a project's folder");
+                dialog.pick_folder().map(Command::OpenProject)
+            }),
+            Command::AddEnvironments(paths) => {
+                let first = self.environments.len();
+                for path in paths {
+                    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                    self.list(name, path);
+                }
+                self.state.apply(&Command::Environment(first), self.environments.len());
+            }
+            Command::OpenProject(folder) => match Project::open(&folder) {
+                Ok(project) => {
+                    self.ctx.send_viewport_cmd(ViewportCommand::Title(title(Some(&project))));
+                    let worker = Worker::start(project.clone(), self.device, self.wake());
+                    self.open(project, worker);
+                }
+                Err(e) => self.news.said = Some(e.to_string()),
+            },
+            Command::Provide(need) => {
+                if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
+                    worker.run(self.job(need, project.root.clone()));
+                }
+            }
+            Command::StopJob => self.worker.iter().for_each(Worker::cancel),
+            Command::Reopen => {
+                if let Some(project) = &self.project {
+                    self.apply(Command::OpenProject(project.root.clone()));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn job(&self, need: Need, project: PathBuf) -> Job {
+        match need {
+            Need::Calibration => Job::Calibrate { project },
+            Need::Network => Job::Train {
+                project,
+                settings: TrainSettings {
+                    config: Preset::Quick.config(),
+                    exclude_frames: Vec::new(),
+                    fresh: false,
+                    device: self.device,
+                },
+            },
+        }
+    }
+
+    /// Shows a dialog beside the window's thread; what it brings is applied when it closes.
+    fn dialog(&self, ask: impl FnOnce() -> Option<Command> + Send + 'static) {
+        let chosen = self.chosen.clone();
+        std::thread::spawn(move || {
+            if let Some(command) = ask() {
+                chosen.put(command);
+            }
+        });
+    }
+
+    /// What was dropped onto the window: panoramas, or a project's folder.
+    fn dropped(&mut self, out: &mut Vec<Command>) {
+        let dropped = self.ctx.input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
+        let paths: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
+        let (panoramas, others): (Vec<_>, Vec<_>) = paths.into_iter().partition(|p| is_panorama(p));
+        if !panoramas.is_empty() {
+            out.push(Command::AddEnvironments(panoramas));
+        }
+        for path in others {
+            if path.join("project.toml").exists() {
+                out.push(Command::OpenProject(path));
+            } else {
+                self.news.failure =
+                    Some(format!("{} is neither a panorama (.exr, .hdr) nor a project's folder", path.display()));
+            }
+        }
+    }
+}
+
+fn is_panorama(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    PANORAMAS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
+impl eframe::App for StudioApp {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.hear();
+        let mut commands = Vec::new();
+        commands.extend(self.chosen.take());
+        keys::pressed(&self.ctx, &mut commands);
+        self.dropped(&mut commands);
+        let Self { viewport, timeline, light, status, .. } = self;
+        let sight = Sight {
+            project: self.project.as_ref(),
+            state: &self.state,
+            news: &self.news,
+            environments: &self.environments,
+            relit: self.relit.as_ref(),
+        };
+        if sight.state.panels && sight.project.is_some() {
+            let bar = |margin: i8| Frame::new().fill(theme::PANEL).inner_margin(egui::Margin::symmetric(12, margin));
+            Panel::bottom("status").exact_size(30.0).frame(bar(2)).show(ui, |ui| status.ui(ui, &sight, &mut commands));
+            if sight.state.passes {
+                Panel::bottom("passes").frame(bar(6)).show(ui, |ui| status.passes_ui(ui, &sight));
+            }
+            Panel::bottom("timeline").exact_size(44.0).frame(bar(4)).show(ui, |ui| timeline.ui(ui, &sight, &mut commands));
+            Panel::right("light").exact_size(264.0).frame(bar(0)).show(ui, |ui| light.ui(ui, &sight, &mut commands));
+        }
+        CentralPanel::no_frame().show(ui, |ui| viewport.ui(ui, &sight, &mut commands));
+        if sight.state.keys {
+            keys::overlay_ui(ui, &mut commands);
+        }
+        for command in commands {
+            self.apply(command);
+        }
+        if !self.ctx.input(|i| i.pointer.any_down()) {
+            self.state.release();
+        }
+        self.play();
+        self.ask();
+    }
+}

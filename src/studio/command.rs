@@ -1,0 +1,65 @@
+//! What a person can ask for. Panels emit commands; the application applies them.
+
+use crate::scene::Background;
+use crate::worker::Need;
+use std::path::PathBuf;
+
+/// One wish. Those of the first group can be undone.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Light the subject by this entry of the list.
+    Environment(usize),
+    /// Light the subject by the entry this many places further, around the list's end.
+    StepEnvironment(isize),
+    /// Turn the environment to this yaw in degrees.
+    Yaw(f32),
+    /// Turn the environment by this many degrees.
+    Turn(f32),
+    /// Set the exposure in stops.
+    Exposure(f32),
+    /// Change the exposure by this many stops.
+    StepExposure(f32),
+    /// What is shown behind the subject.
+    Background(Background),
+
+    /// Undo the last of the above, and do it again.
+    Undo,
+    Redo,
+
+    /// Go to this frame; playing stops.
+    Frame(usize),
+    /// Go this many frames on, as far as there are any; playing stops.
+    StepFrame(isize),
+    LastFrame,
+    TogglePlay,
+
+    /// Scale the picture by a factor about a point, given in points from the viewport's centre.
+    Zoom { factor: f32, about: [f32; 2] },
+    /// Move the picture by points.
+    Pan([f32; 2]),
+    /// Fit the picture into the viewport.
+    Fit,
+    /// Fit the picture and set the exposure to 0 stops.
+    ResetView,
+    TogglePanels,
+    ToggleFullScreen,
+    ToggleKeys,
+    TogglePasses,
+    /// Close whatever covers the picture, and leave full screen.
+    Dismiss,
+
+    /// Ask for files with a dialog, and add what is chosen.
+    ChooseEnvironments,
+    /// Add panoramas to the list and show the first of them.
+    AddEnvironments(Vec<PathBuf>),
+    /// Ask for a project's folder with a dialog.
+    ChooseProject,
+    /// Open the project in a folder.
+    OpenProject(PathBuf),
+    /// Run the job that brings what is missing.
+    Provide(Need),
+    /// Stop the running job; what is finished is kept.
+    StopJob,
+    /// Read the calibration and the network again.
+    Reopen,
+}

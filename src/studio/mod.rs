@@ -1,0 +1,51 @@
+//! The studio: a window with the relit frame, a scrub bar and the light. Panels emit [`Command`]s,
+//! [`StudioApp`] applies them; pictures come from [`crate::worker`], and nothing here waits for it.
+
+mod app;
+mod command;
+mod keys;
+mod news;
+mod panel;
+mod panels;
+mod state;
+mod theme;
+
+pub use app::StudioApp;
+pub use command::Command;
+pub use news::{News, Phase, Work};
+pub use panel::{Entry, Reading};
+pub use state::{Look, State, View};
+
+use crate::error::{Error, Result};
+use crate::gpu::DeviceChoice;
+use crate::project::Project;
+
+/// Opens the window, on a project or on the offer to open one, and returns when it is closed.
+///
+/// # Errors
+/// When there is no display, or no graphics adapter that can draw a window.
+pub fn run(project: Option<Project>, device: DeviceChoice) -> Result<()> {
+    let title = app::title(project.as_ref());
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title(&title)
+            .with_app_id("afterlight")
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([720.0, 480.0])
+            .with_drag_and_drop(true),
+        renderer: eframe::Renderer::Wgpu,
+        ..Default::default()
+    };
+    let create = move |cc: &eframe::CreationContext| {
+        let app = StudioApp::new(&cc.egui_ctx, project, device);
+        Ok(Box::new(app) as Box<dyn eframe::App>)
+    };
+    eframe::run_native(&title, options, Box::new(create)).map_err(|e| {
+        Error::unexpected(
+            "the window",
+            "a display and a graphics adapter",
+            e.to_string(),
+            "Start it in a desktop session, or use the commands: afterlight --help",
+        )
+    })
+}

@@ -1,0 +1,42 @@
+//! What panels see. A panel is a struct with `ui(&mut self, ui, &Sight, &mut Vec<Command>)`: it keeps
+//! what only the drawing needs, reads the rest here, and changes nothing but by commands.
+
+use super::news::News;
+use super::state::State;
+use crate::project::Project;
+use crate::worker::{Panorama, Relit};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Everything that can be shown.
+#[derive(Clone, Copy)]
+pub struct Sight<'a> {
+    pub project: Option<&'a Project>,
+    pub state: &'a State,
+    pub news: &'a News,
+    pub environments: &'a [Entry],
+    /// The newest picture.
+    pub relit: Option<&'a Arc<Relit>>,
+}
+
+/// An environment in the list.
+pub struct Entry {
+    pub name: String,
+    pub path: PathBuf,
+    pub panorama: Reading,
+}
+
+/// How far the reading of a panorama is.
+pub enum Reading {
+    Waiting,
+    Done { panorama: Panorama, thumbnail: egui::TextureHandle },
+    /// Why it cannot be used.
+    Failed(String),
+}
+
+impl Sight<'_> {
+    /// The entry that lights the subject, if there is any.
+    pub fn environment(&self) -> Option<&Entry> {
+        self.environments.get(self.state.look.environment)
+    }
+}

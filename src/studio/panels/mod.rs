@@ -1,0 +1,11 @@
+//! The panels, one file each.
+
+mod environments;
+mod status;
+mod timeline;
+mod viewport;
+
+pub use environments::EnvironmentsPanel;
+pub use status::StatusPanel;
+pub use timeline::TimelinePanel;
+pub use viewport::ViewportPanel;

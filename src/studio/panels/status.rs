@@ -1,0 +1,72 @@
+//! The status line: where the network runs and why, what the picture took, which passes ran.
+
+use crate::studio::command::Command;
+use crate::studio::news::Phase;
+use crate::studio::panel::Sight;
+use crate::studio::theme::{self, GAP};
+use egui::{RichText, Ui};
+
+/// The status line keeps nothing.
+#[derive(Default)]
+pub struct StatusPanel;
+
+impl StatusPanel {
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        ui.horizontal_centered(|ui| {
+            ui.spacing_mut().item_spacing.x = 2.0 * GAP;
+            ui.spacing_mut().interact_size.y = 20.0;
+            ui.label(small(match &sight.news.phase {
+                Phase::NoProject => "No project",
+                Phase::Opening => "Opening",
+                Phase::Blocked(_) => "Waiting for you",
+                Phase::Working(work) => work.what,
+                Phase::Ready { device } => device,
+            }));
+            if let Some(relit) = sight.relit {
+                ui.label(small(&format!("predicted in {:.0} ms", relit.predict_ms)));
+                ui.label(small(&format!("relit in {:.1} ms", relit.relight_ms)));
+                let share = relit.uncovered * 100.0;
+                let text = if share < 0.1 { "all light covered".to_owned() } else { format!("{share:.1} % of the light uncovered") };
+                ui.label(small(&text)).on_hover_text(
+                    "Share of the environment's energy that comes from where the rig has no lamp; \
+                     the nearest lamps stand in for it.",
+                );
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if ui.button(small("Keys ?")).clicked() {
+                    out.push(Command::ToggleKeys);
+                }
+                if let Some(relit) = sight.relit {
+                    let ran = relit.passes.iter().filter(|p| p.ran).count();
+                    let text = format!("{ran} of {} passes ran", relit.passes.len());
+                    let toggle = egui::Button::selectable(sight.state.passes, small(&text));
+                    if ui.add(toggle).on_hover_text("Which passes ran, which did not, and why").clicked() {
+                        out.push(Command::TogglePasses);
+                    }
+                }
+            });
+        });
+    }
+
+    /// The list of passes, above the line.
+    pub fn passes_ui(&mut self, ui: &mut Ui, sight: &Sight) {
+        let Some(relit) = sight.relit else {
+            ui.label(small("No picture has been made yet"));
+            return;
+        };
+        egui::Grid::new("passes").num_columns(3).spacing([2.0 * GAP, 2.0]).show(ui, |ui| {
+            for pass in &relit.passes {
+                let color = if pass.ran { theme::TEXT } else { theme::QUIET };
+                ui.label(small(&pass.name).color(color));
+                let time = if pass.ran { format!("{:.2} ms", pass.ms) } else { "skipped".to_owned() };
+                ui.label(small(&time).color(color));
+                ui.label(small(&pass.reason).color(color));
+                ui.end_row();
+            }
+        });
+    }
+}
+
+fn small(text: &str) -> RichText {
+    RichText::new(text).size(13.0)
+}

@@ -1,0 +1,196 @@
+//! The mirror ball: traced once, bank by bank, then weighted into every probe photograph.
+
+use super::camera;
+use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
+use crate::imaging::{Image, Raster};
+use crate::light::latlong::uv_from_direction;
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// Radius of the ball in metres.
+pub const BALL_RADIUS_M: f32 = 0.075;
+/// Width of the photograph over the ball's radius.
+const FRAME_PER_RADIUS: f32 = 2.2;
+/// Rays across a photograph: a lamp's image is about a hundredth of the ball wide, so that this many
+/// hold its energy to about a percent.
+const RAYS_ACROSS: usize = 2048;
+
+/// What the ball shows: per pixel its coverage, and per bank how much of the pixel shows lamps.
+pub struct Probe {
+    size: usize,
+    coverage: Vec<f32>,
+    /// For every pixel: banks and the share of the pixel that shows their lamps.
+    seen: Vec<Vec<(u32, f32)>>,
+    /// Radiance of a lamp when its share of the sphere is to shine with radiance 1.
+    lamp_radiance: f32,
+}
+
+/// Radius of the ball's outline in a photograph of `size` pixels.
+pub fn ball_radius_px(size: usize) -> f64 {
+    size as f64 / f64::from(FRAME_PER_RADIUS)
+}
+
+impl Probe {
+    /// Traces the ball in a photograph of `size × size` pixels.
+    pub fn trace(dome: &Dome, size: usize) -> Self {
+        let rays = (RAYS_ACROSS / size).max(4);
+        let lamps = LampMap::new(dome);
+        let traced: Vec<(f32, Vec<(u32, f32)>)> = (0..size * size)
+            .into_par_iter()
+            .map(|i| {
+                let mut covered = 0;
+                let mut hits: Vec<(u32, u32)> = Vec::new();
+                for sub in 0..rays * rays {
+                    let dx = ((sub % rays) as f32 + 0.5) / rays as f32;
+                    let dy = ((sub / rays) as f32 + 0.5) / rays as f32;
+                    let Some((place, direction)) = reflect((i % size) as f32 + dx, (i / size) as f32 + dy, size) else {
+                        continue;
+                    };
+                    covered += 1;
+                    if let Some(bank) = lamps.seen_from(dome, place, direction) {
+                        match hits.iter_mut().find(|(b, _)| *b == bank) {
+                            Some((_, count)) => *count += 1,
+                            None => hits.push((bank, 1)),
+                        }
+                    }
+                }
+                let share = |count: u32| count as f32 / (rays * rays) as f32;
+                (share(covered), hits.into_iter().map(|(bank, count)| (bank, share(count))).collect())
+            })
+            .collect();
+        let (coverage, seen) = traced.into_iter().unzip();
+        let disc = std::f32::consts::PI * (LAMP_RADIUS_M / RADIUS_M).powi(2);
+        Self { size, coverage, seen, lamp_radiance: dome.lamp_solid_angle() / disc }
+    }
+
+    /// The ball's radiance under banks with the given weights, and a dim `ambient` on the ball.
+    pub fn image(&self, weight: impl Fn(usize) -> f32, ambient: f32) -> Image {
+        Raster::from_fn(self.size, self.size, |x, y| {
+            let i = y * self.size + x;
+            let lamps: f32 = self.seen[i].iter().map(|&(bank, share)| weight(bank as usize) * share).sum();
+            [self.lamp_radiance * lamps + ambient * self.coverage[i]; 3]
+        })
+    }
+
+    /// The brightest pixel under banks with the given weights, without ambient light.
+    pub fn brightest(&self, weight: impl Fn(usize) -> f32) -> f32 {
+        let image = self.image(weight, 0.0);
+        image.pixels.iter().map(|p| p[0]).fold(0.0, f32::max)
+    }
+}
+
+/// Where the ray through a place of the photograph meets the ball, and where it goes from there.
+fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
+    // The outline of a ball at finite distance is a little wider than the ball: the rays touch it.
+    let distance = camera::POSITION.z;
+    let outline = BALL_RADIUS_M / (1.0 - (BALL_RADIUS_M / distance).powi(2)).sqrt();
+    let ray = camera::ray(x, y, size, FRAME_PER_RADIUS * outline);
+    let along = camera::POSITION.dot(ray);
+    let inside = along * along - camera::POSITION.length_squared() + BALL_RADIUS_M * BALL_RADIUS_M;
+    if inside < 0.0 {
+        return None;
+    }
+    let place = camera::POSITION - ray * (along + inside.sqrt());
+    Some((place, ray.reflect(place / BALL_RADIUS_M)))
+}
+
+/// Which lamps can be near a direction: lists for the cells of a coarse panorama.
+struct LampMap {
+    cells: Vec<Vec<u32>>,
+}
+
+const MAP_WIDTH: usize = 128;
+const MAP_HEIGHT: usize = 64;
+
+impl LampMap {
+    fn new(dome: &Dome) -> Self {
+        // Nearest half-way across a cell, plus the lamp's own radius.
+        let reach = (std::f32::consts::PI / MAP_HEIGHT as f32) * 0.75 + LAMP_RADIUS_M / RADIUS_M;
+        let cells = (0..MAP_WIDTH * MAP_HEIGHT)
+            .map(|i| {
+                let centre = crate::light::latlong::texel_direction(i % MAP_WIDTH, i / MAP_WIDTH, MAP_WIDTH, MAP_HEIGHT);
+                let near = |lamp: &Vec3| lamp.dot(centre) > reach.cos();
+                (0..dome.lamps.len() as u32).filter(|&l| near(&dome.lamps[l as usize])).collect()
+            })
+            .collect();
+        Self { cells }
+    }
+
+    /// The bank of the lamp that a ray meets.
+    fn seen_from(&self, dome: &Dome, place: Vec3, direction: Vec3) -> Option<u32> {
+        // From inside, the ray meets the dome where |place + t·direction| is its radius.
+        let half = place.dot(direction);
+        let t = (half * half + RADIUS_M * RADIUS_M - place.length_squared()).sqrt() - half;
+        let on_dome = place + direction * t;
+        let (u, v) = uv_from_direction(on_dome);
+        let column = ((u * MAP_WIDTH as f32) as usize).min(MAP_WIDTH - 1);
+        let row = ((v * MAP_HEIGHT as f32) as usize).min(MAP_HEIGHT - 1);
+        self.cells[row * MAP_WIDTH + column]
+            .iter()
+            .find(|&&lamp| (dome.lamps[lamp as usize] * RADIUS_M).distance_squared(on_dome) < LAMP_RADIUS_M * LAMP_RADIUS_M)
+            .map(|&lamp| dome.bank_of_lamp[lamp as usize] as u32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The direction that an ideal ball far from everything would show at a place of its picture
+    /// (METHOD of light probes: R = 2(n·v)n − v with v towards the camera), without the tracer.
+    fn far_ball_direction(x: f64, y: f64) -> [f64; 3] {
+        let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+        [2.0 * z * x, 2.0 * z * y, 2.0 * z * z - 1.0]
+    }
+
+    #[test]
+    fn a_banks_glint_is_where_the_ball_mirrors_its_direction() {
+        let (dome, size) = (Dome::new(41), 128);
+        let probe = Probe::trace(&dome, size);
+        let mut checked = 0;
+        for (bank, direction) in dome.banks.iter().enumerate() {
+            // Towards the rim a pixel spans many degrees; stay where it spans few.
+            if direction.z < 0.0 {
+                continue;
+            }
+            let image = probe.image(|b| if b == bank { 1.0 } else { 0.0 }, 0.0);
+            let mut sum = [0.0f64; 3];
+            for y in 0..size {
+                for x in 0..size {
+                    let weight = f64::from(image.at(x, y)[0]);
+                    let radius = ball_radius_px(size);
+                    let from_centre = |i: usize| (i as f64 + 0.5 - size as f64 / 2.0) / radius;
+                    let d = far_ball_direction(from_centre(x), -from_centre(y));
+                    sum.iter_mut().zip(d).for_each(|(s, d)| *s += weight * d);
+                }
+            }
+            let found = glam::DVec3::from(sum).normalize();
+            let degrees = found.dot(direction.as_dvec3()).clamp(-1.0, 1.0).acos().to_degrees();
+            // A pixel spans 2·asin(1/58) = 2°; the ball's own size against the dome (0.075/4, one
+            // degree) and the camera's nearness (another) shift what a far ball would show.
+            assert!(degrees < 2.5, "bank {bank}: {degrees}°");
+            checked += 1;
+        }
+        assert!(checked > 10);
+    }
+
+    #[test]
+    fn the_same_energy_is_seen_at_any_size() {
+        let dome = Dome::new(12);
+        let energy = |size: usize| {
+            let image = Probe::trace(&dome, size).image(|_| 1.0, 0.0);
+            image.pixels.iter().map(|p| p[0]).sum::<f32>() / (size * size) as f32
+        };
+        let (small, large) = (energy(32), energy(96));
+        assert!((small / large - 1.0).abs() < 0.02, "{small} and {large}");
+    }
+
+    #[test]
+    fn a_ball_among_lamps_everywhere_mirrors_the_mean_radiance() {
+        // All lamps together are a sphere of radiance 1, seen mirrored: mean over the ball is 1.
+        let probe = Probe::trace(&Dome::new(41), 128);
+        let image = probe.image(|_| 1.0, 0.0);
+        let mean = image.pixels.iter().map(|p| p[0]).sum::<f32>() / probe.coverage.iter().sum::<f32>();
+        assert!((mean - 1.0).abs() < 0.03, "{mean}");
+    }
+}

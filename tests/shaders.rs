@@ -1,0 +1,35 @@
+//! Every shader is valid WGSL.
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use std::path::{Path, PathBuf};
+
+fn shaders(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    entries
+        .flat_map(|path| {
+            if path.is_dir() {
+                shaders(&path)
+            } else {
+                vec![path]
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn every_shader_is_valid() {
+    let found = shaders(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"));
+    assert!(!found.is_empty());
+    for path in found {
+        let name = path.display();
+        assert_eq!(path.extension().unwrap(), "wgsl", "{name} is no shader");
+        let source = std::fs::read_to_string(&path).unwrap();
+        let module = naga::front::wgsl::parse_str(&source)
+            .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
+        Validator::new(ValidationFlags::all(), Capabilities::empty())
+            .validate(&module)
+            .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
+    }
+}
