@@ -7,7 +7,9 @@
 //! [`compositor`]) and writes the clip ([`export`]). `docs/architecture.md` is the map.
 
 pub mod calibration;
+pub mod cli;
 pub mod compositor;
+pub mod demo;
 pub mod error;
 pub mod evaluation;
 pub mod export;
@@ -19,6 +21,7 @@ pub mod progress;
 pub mod project;
 pub mod reflectance;
 pub mod scene;
+pub mod studio;
 pub mod training;
 pub mod virtual_stage;
 pub mod worker;

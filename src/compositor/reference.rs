@@ -7,8 +7,9 @@ use rayon::prelude::*;
 /// Coverage from which a pixel counts as the subject alone, with nothing of what was behind it.
 pub const SOLID: f32 = 0.98;
 
-/// Pixels that one task sums: three sums of this length stay in the first-level cache.
-const CHUNK: usize = 2048;
+/// Pixels that one task sums: three sums of this length (48 KiB) stay in a core's own cache, and every
+/// plane is read in runs of 16 KiB. Measured best of 1024 to 8192.
+const CHUNK: usize = 4096;
 
 /// The lamps whose weight is not zero in every channel.
 pub fn lit_lamps(weights: &[[f32; 3]]) -> Vec<usize> {
@@ -40,7 +41,7 @@ pub fn relight(field: &ReflectanceField, weights: &[[f32; 3]], lamps: &[usize]) 
                 }
             }
             for (i, pixel) in out.iter_mut().enumerate() {
-                *pixel = sums.map(|sum| sum[i]);
+                *pixel = std::array::from_fn(|channel| sums[channel][i]);
             }
         });
     relit

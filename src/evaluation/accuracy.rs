@@ -89,7 +89,7 @@ pub fn score(
     predict: &mut dyn FnMut(&Frame) -> Result<ReflectanceField>,
     progress: &Progress,
 ) -> Result<Scores> {
-    let partition = Partition::smooth(&calibration.rig, Partition::WIDTH);
+    let partition = Partition::soft(&calibration.rig, Partition::WIDTH);
     let weights = truth
         .environments
         .iter()
@@ -161,7 +161,7 @@ pub fn score_under(
             (Method::Ratio, _) => nearest(&poses, &frame)?.ratio_field(&frame.plate),
             _ => ReflectanceField::from_olats(&nearest(&poses, &frame)?.exemplar.olats),
         };
-        let mut measured = |set: &mut Vec<Measured>, pictures, truths| {
+        let measured = |set: &mut Vec<Measured>, pictures, truths| {
             set.push(Measured {
                 frame: index,
                 mask: frame.mask.clone(),

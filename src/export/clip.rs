@@ -214,12 +214,13 @@ fn arguments(width: usize, height: usize, frame_rate: f64, alpha: bool) -> Vec<S
     let even = |n: usize| n.next_multiple_of(2);
     let (frames, seconds) = rational_rate(frame_rate);
     let input = if alpha { "rgba64le" } else { "rgb24" };
-    // ffmpeg would use the matrix of standard definition unless told.
-    let matrix = "scale=out_color_matrix=bt709:out_range=tv";
+    // ffmpeg would use the matrix of standard definition unless told, and leaves ProRes without tags
+    // unless the frames carry them.
+    let colors = "scale=out_color_matrix=bt709:out_range=tv,\
+                  setparams=range=tv:color_primaries=bt709:color_trc=bt709:colorspace=bt709";
     let mut line = format!(
-        "-hide_banner -loglevel error -nostats -y -f rawvideo -pixel_format {input} -video_size {}x{} \
-         -framerate {frames}/{seconds} -i pipe:0 -an -vf {matrix} \
-         -color_primaries bt709 -color_trc bt709 -colorspace bt709 -color_range tv ",
+        "-hide_banner -loglevel error -nostats -y -f rawvideo -pixel_format {input} \
+         -video_size {}x{} -framerate {frames}/{seconds} -i pipe:0 -an -vf {colors} ",
         even(width),
         even(height),
     );

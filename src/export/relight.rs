@@ -6,8 +6,9 @@ use crate::compositor::{CameraView, Ingredients, Levels, PassReport, Picture, Up
 use crate::error::{Error, Result};
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
-use crate::light::weights::{LightWeights, Partition};
-use crate::light::{Environment, Rig};
+use crate::imaging::Image;
+use crate::light::Environment;
+use crate::light::weights::Partition;
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::Predictor;
@@ -66,7 +67,8 @@ pub fn relight(project: &Project, settings: &RelightSettings, progress: &Progres
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let predictor = Predictor::open(project, &compute.device)?;
-    let lighting = Lighting::new(&environment, &calibration.rig);
+    let partition = Partition::soft(&calibration.rig, Partition::WIDTH);
+    let reduced = environment.reduced(Partition::WIDTH);
     let frame_rate = project.settings.shoot.frame_rate;
     let size = project.settings.size;
     let mut clip = match &destination {
@@ -93,12 +95,14 @@ pub fn relight(project: &Project, settings: &RelightSettings, progress: &Progres
         let field = predictor.predict(&frame)?;
         let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         let start = Instant::now();
-        let weights = lighting.weights(scene.yaw_deg);
+        let weights = partition.weights(&reduced, scene.yaw_deg);
         let weights_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         uncovered_energy = weights.uncovered;
         // One level for the whole clip, or it would flicker.
-        let levels = *levels
-            .get_or_insert_with(|| Levels::balanced(&environment, &lighting.even, &field, &frame.mask));
+        let levels = *levels.get_or_insert_with(|| {
+            let even = partition.weights(&even_environment(), 0.0);
+            Levels::balanced(&environment, &even, &field, &frame.mask)
+        });
         let picture = compose(
             &scene,
             &Ingredients {
@@ -152,6 +156,12 @@ pub fn find_environment(project: &Project, wanted: &Path) -> Result<Environment>
         "neither",
         "Check the path",
     ))
+}
+
+/// Radiance 1 from everywhere.
+fn even_environment() -> Environment {
+    let (width, height) = (Partition::WIDTH, Partition::WIDTH / 2);
+    Environment::from_radiance("even", Image::filled(width, height, [1.0; 3]))
 }
 
 fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {

@@ -5,21 +5,39 @@ pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
+/// `x` within `[0, 1]`; NaN becomes 0, where `f32::clamp` would pass it on.
+pub(super) fn unit(x: f32) -> f32 {
+    if x >= 1.0 {
+        1.0
+    } else if x > 0.0 {
+        x
+    } else {
+        0.0
+    }
+}
+
 /// sRGB encoding of a linear value (IEC 61966-2-1). Values outside `[0, 1]` are clipped, NaN gives 0.
 pub fn srgb_from_linear(linear: f32) -> f32 {
-    let x = linear.max(0.0).min(1.0);
-    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
+    let x = unit(linear);
+    // The formula's own value at 1 is 0.99999994.
+    if x <= 0.003_130_8 {
+        12.92 * x
+    } else if x < 1.0 {
+        1.055 * x.powf(1.0 / 2.4) - 0.055
+    } else {
+        1.0
+    }
 }
 
 /// Linear value of an sRGB-encoded one (IEC 61966-2-1), for encoded values in `[0, 1]`.
 pub fn linear_from_srgb(encoded: f32) -> f32 {
-    let x = encoded.max(0.0).min(1.0);
+    let x = unit(encoded);
     if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
 /// An 8-bit code of a value in `[0, 1]`, rounded to nearest.
-pub fn byte_from_unit(unit: f32) -> u8 {
-    (unit.max(0.0).min(1.0) * 255.0 + 0.5) as u8
+pub fn byte_from_unit(value: f32) -> u8 {
+    (unit(value) * 255.0 + 0.5) as u8
 }
 
 #[cfg(test)]

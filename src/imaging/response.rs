@@ -1,5 +1,6 @@
 //! The camera's response: I' = (1 − I)·I^γ1 + I·I^γ2 (the paper's dual gamma, section 3.1).
 
+use super::color::unit;
 use super::raster::{Encoded, Image, Raster};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
@@ -45,13 +46,13 @@ impl DualGamma {
 
     /// Linear value of an encoded one. Values outside `[0, 1]` are clipped, NaN gives 0.
     pub fn decode_value(&self, encoded: f32) -> f32 {
-        self.value_and_slope(f64::from(encoded.max(0.0).min(1.0))).0 as f32
+        self.value_and_slope(f64::from(unit(encoded))).0 as f32
     }
 
     /// Encoded value of a linear one, solved to far below 1e-6. Values outside `[0, 1]` are clipped,
     /// NaN gives 0. The curve must be monotone.
     pub fn encode_value(&self, linear: f32) -> f32 {
-        let y = f64::from(linear.max(0.0).min(1.0));
+        let y = f64::from(unit(linear));
         if y == 0.0 || y == 1.0 {
             return y as f32;
         }

@@ -23,13 +23,17 @@ pub struct LightWeights {
 }
 
 impl LightWeights {
-    /// Weights by a partition of unity: exact in energy and continuous under rotation. Where many yaws
-    /// are asked for, make the [`Partition`] once.
+    /// Weights by [`Partition::soft`]. Where many yaws are asked for, make the partition once.
+    pub fn soft(environment: &Environment, rig: &Rig, yaw_deg: f32) -> Self {
+        Partition::soft(rig, Partition::WIDTH).weights(environment, yaw_deg)
+    }
+
+    /// Weights by [`Partition::smooth`].
     pub fn smooth(environment: &Environment, rig: &Rig, yaw_deg: f32) -> Self {
         Partition::smooth(rig, Partition::WIDTH).weights(environment, yaw_deg)
     }
 
-    /// Weights by the nearest lamp: exact in energy; a small sun jumps from lamp to lamp as it turns.
+    /// Weights by [`Partition::cells`].
     pub fn cells(environment: &Environment, rig: &Rig, yaw_deg: f32) -> Self {
         Partition::cells(rig, Partition::WIDTH).weights(environment, yaw_deg)
     }
@@ -39,8 +43,11 @@ impl LightWeights {
 pub struct Partition {
     width: usize,
     height: usize,
-    /// Per texel the nodes that share its energy: shares are not negative and add up to 1.
-    texels: Vec<[(u16, f32); 3]>,
+    /// The nodes that share each texel's energy, texel after texel: shares are not negative and add up
+    /// to 1 for each.
+    shares: Vec<(u16, f32)>,
+    /// Where each texel's part of `shares` ends.
+    ends: Vec<u32>,
     /// Per texel whether lamps surround it.
     covered: Vec<bool>,
     /// Per node the lamps that its energy goes to; shares add up to 1.
@@ -53,24 +60,42 @@ impl Partition {
     /// lamps, and small enough for a turn of the environment to cost well under a millisecond.
     pub const WIDTH: usize = 256;
 
+    /// The default. Spherical Voronoi cells whose borders are soft: a lamp at angle θ from a texel gets a
+    /// share ∝ exp(−(θ² − θ₀²) / 2σ²), where θ₀ is the nearest lamp's angle and σ a fifth of the lamps'
+    /// spacing. A small light goes to one bank of lamps, as in [`Self::cells`], and moves on continuously
+    /// as it turns, as in [`Self::smooth`], which spreads it over three banks.
+    pub fn soft(rig: &Rig, width: usize) -> Self {
+        let nodes = Nodes::of(rig);
+        let sigma = 0.2 * nodes.spacing();
+        Self::build(rig, width, &nodes, |nodes, direction, _, _| {
+            let angles: Vec<f64> = nodes.real().map(|lamp| direction.angle_between(*lamp)).collect();
+            let nearest = angles.iter().copied().fold(f64::INFINITY, f64::min);
+            let softness = |angle: f64| (-(angle * angle - nearest * nearest) / (2.0 * sigma * sigma)).exp();
+            // What is left out below falls to 0 continuously.
+            let raw = angles.iter().map(|&angle| (softness(angle) - 1e-4).max(0.0));
+            let raw: Vec<(usize, f64)> = raw.enumerate().filter(|(_, share)| *share > 0.0).collect();
+            let sum: f64 = raw.iter().map(|(_, share)| share).sum();
+            raw.into_iter().map(|(node, share)| (node as u16, (share / sum) as f32)).collect()
+        })
+    }
+
     /// Barycentric shares on the convex hull of the lamps' directions. Lamps in one direction share
     /// equally. Where a rig leaves a gap, the gap's energy goes to the lamps around it and counts as
     /// uncovered.
     pub fn smooth(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         Self::build(rig, width, &nodes, |_, _, corners, shares| {
-            [0, 1, 2].map(|i| (corners[i] as u16, shares[i] as f32))
+            [0, 1, 2].map(|i| (corners[i] as u16, shares[i] as f32)).to_vec()
         })
     }
 
-    /// The spherical Voronoi cells of the lamps' directions: all of a texel goes to the nearest lamp.
+    /// The spherical Voronoi cells of the lamps' directions: all of a texel goes to the nearest lamp, and
+    /// a small sun jumps from lamp to lamp as it turns.
     pub fn cells(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         Self::build(rig, width, &nodes, |nodes, direction, _, _| {
-            let lamps = &nodes.directions[..nodes.lamps.len()];
-            let nearest = (0..lamps.len()).max_by(|&i, &j| lamps[i].dot(direction).total_cmp(&lamps[j].dot(direction)));
-            let own = (nearest.unwrap_or(0) as u16, 1.0);
-            [own, (own.0, 0.0), (own.0, 0.0)]
+            let nearest = nodes.real().enumerate().max_by(|(_, a), (_, b)| a.dot(direction).total_cmp(&b.dot(direction)));
+            vec![(nearest.map_or(0, |(node, _)| node as u16), 1.0)]
         })
     }
 
@@ -78,15 +103,16 @@ impl Partition {
         rig: &Rig,
         width: usize,
         nodes: &Nodes,
-        share: impl Fn(&Nodes, DVec3, [usize; 3], [f64; 3]) -> [(u16, f32); 3] + Sync,
+        share: impl Fn(&Nodes, DVec3, [usize; 3], [f64; 3]) -> Vec<(u16, f32)> + Sync,
     ) -> Self {
         let height = (width / 2).max(1);
         let lamp_energy = rig.lamps.iter().map(|lamp| lamp.energy).collect();
         if nodes.lamps.is_empty() {
-            return Self { width, height, texels: vec![], covered: vec![], nodes: vec![], lamp_energy };
+            let (shares, ends, covered) = (vec![], vec![], vec![]);
+            return Self { width, height, shares, ends, covered, nodes: vec![], lamp_energy };
         }
         let hull = Hull::of(&nodes.directions);
-        let (texels, covered) = (0..width * height)
+        let (texels, covered): (Vec<_>, Vec<_>) = (0..width * height)
             .into_par_iter()
             .map(|i| {
                 let direction = texel_direction(i % width, i / width, width, height).as_dvec3();
@@ -95,7 +121,12 @@ impl Partition {
                 (share(nodes, direction, facet.corners, shares), covered)
             })
             .unzip();
-        Self { width, height, texels, covered, nodes: nodes.lamp_shares(&hull), lamp_energy }
+        let ends = texels.iter().scan(0, |end, shares| {
+            *end += shares.len() as u32;
+            Some(*end)
+        });
+        let (ends, shares) = (ends.collect(), texels.concat());
+        Self { width, height, shares, ends, covered, nodes: nodes.lamp_shares(&hull), lamp_energy }
     }
 
     /// The weights of an environment turned by `yaw_deg`; positive moves its content towards larger u.
@@ -139,6 +170,7 @@ impl Partition {
         let (shift, fraction) = (turn as usize, (turn - turn.floor()) as f32);
         let mut node_energy = vec![[0.0f64; 3]; self.nodes.len()];
         let mut uncovered = [0.0f64; 3];
+        let mut start = 0;
         for (y, row) in environment.radiance.pixels.chunks_exact(self.width).enumerate() {
             let solid_angle = texel_solid_angle(y, self.width, self.height);
             // A turn by part of a column shares each texel's light between two columns.
@@ -150,11 +182,13 @@ impl Partition {
                     solid_angle * (f64::from(fraction * before[c]) + f64::from((1.0 - fraction) * row[from][c]))
                 });
                 let texel = y * self.width + x;
-                for (node, share) in self.texels[texel] {
+                let end = self.ends[texel] as usize;
+                for &(node, share) in &self.shares[start..end] {
                     for c in 0..3 {
                         node_energy[node as usize][c] += f64::from(share) * energy[c];
                     }
                 }
+                start = end;
                 if !self.covered[texel] {
                     for c in 0..3 {
                         uncovered[c] += energy[c];
@@ -199,6 +233,22 @@ impl Nodes {
             nodes.fill_gaps();
         }
         nodes
+    }
+
+    /// The directions that hold lamps.
+    fn real(&self) -> impl Iterator<Item = &DVec3> {
+        self.directions[..self.lamps.len()].iter()
+    }
+
+    /// The median angle from a lamp to its nearest neighbour in radians; a right angle for a lone lamp.
+    fn spacing(&self) -> f64 {
+        let nearest = |lamp: &DVec3| {
+            let others = self.real().filter(|other| *other != lamp);
+            others.map(|other| lamp.angle_between(*other)).fold(PI / 2.0, f64::min)
+        };
+        let mut spacings: Vec<f64> = self.real().map(nearest).collect();
+        let middle = spacings.len() / 2;
+        *spacings.select_nth_unstable_by(middle, f64::total_cmp).1
     }
 
     /// Adds points until no gap is left. A gap is an empty cap of twice the radius that N caps have which

@@ -240,7 +240,7 @@ impl StudioApp {
                     let worker = Worker::start(project.clone(), self.device, self.wake());
                     self.open(project, worker);
                 }
-                Err(e) => self.news.said = Some(e.to_string()),
+                Err(e) => self.news.failure = Some(e.to_string()),
             },
             Command::Provide(need) => {
                 if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
@@ -333,6 +333,10 @@ impl eframe::App for StudioApp {
         CentralPanel::no_frame().show(ui, |ui| viewport.ui(ui, &sight, &mut commands));
         if sight.state.keys {
             keys::overlay_ui(ui, &mut commands);
+        }
+        if !commands.is_empty() {
+            // The panels were drawn before the commands were applied.
+            self.ctx.request_repaint();
         }
         for command in commands {
             self.apply(command);

@@ -34,6 +34,13 @@ pub enum Reading {
     Failed(String),
 }
 
+impl Reading {
+    /// Whether the panorama can light a subject.
+    pub fn is_done(&self) -> bool {
+        matches!(self, Self::Done { .. })
+    }
+}
+
 impl Sight<'_> {
     /// The entry that lights the subject, if there is any.
     pub fn environment(&self) -> Option<&Entry> {

@@ -4,8 +4,6 @@ use egui::{Color32, CornerRadius, FontId, Stroke, TextStyle};
 
 /// Around the picture: middle grey, 18 % of white, which leaves the eye's judgement alone.
 pub const SURROUND: Color32 = Color32::from_gray(118);
-/// Text on [`SURROUND`].
-pub const ON_SURROUND: Color32 = Color32::from_gray(12);
 /// Panels.
 pub const PANEL: Color32 = Color32::from_gray(38);
 /// Places in a panel that hold something: lists, tracks.

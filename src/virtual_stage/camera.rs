@@ -20,7 +20,9 @@ pub fn ray(x: f32, y: f32, size: usize, height_m: f32) -> Vec3 {
 
 /// Vertical field of view in degrees.
 pub fn field_of_view_deg() -> f64 {
-    2.0 * (0.5 * f64::from(FRAME_HEIGHT_M) / f64::from(POSITION.z)).atan().to_degrees()
+    2.0 * (0.5 * f64::from(FRAME_HEIGHT_M) / f64::from(POSITION.z))
+        .atan()
+        .to_degrees()
 }
 
 /// A camera's sensor: noise, response and eight bits.
@@ -36,10 +38,18 @@ impl Sensor {
     /// A sensor with a response drawn from the seed, within what consumer cameras have.
     pub fn new(seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_6e73_6f72);
-        let response =
-            DualGamma { gamma1: random.random_range(2.3..2.8), gamma2: random.random_range(1.9..2.3) };
-        let thresholds = (1..=255).map(|code| response.decode_value((code as f32 - 0.5) / 255.0)).collect();
-        Self { response, thresholds, seed }
+        let response = DualGamma {
+            gamma1: random.random_range(2.3..2.8),
+            gamma2: random.random_range(1.9..2.3),
+        };
+        let thresholds = (1..=255)
+            .map(|code| response.decode_value((code as f32 - 0.5) / 255.0))
+            .collect();
+        Self {
+            response,
+            thresholds,
+            seed,
+        }
     }
 
     /// The 8-bit photograph of linear light. The noise (σ = 0.003·√L + 5·10⁻⁵) depends on the seed
@@ -50,7 +60,8 @@ impl Sensor {
         Encoded(light.map(|pixel| {
             pixel.map(|level| {
                 let level = level.max(0.0);
-                let noisy = level + (0.003 * level.sqrt() + 5e-5) * gaussian(&mut random, &mut spare);
+                let noisy =
+                    level + (0.003 * level.sqrt() + 5e-5) * gaussian(&mut random, &mut spare);
                 self.thresholds.partition_point(|&least| least <= noisy) as f32 / 255.0
             })
         }))
@@ -80,7 +91,9 @@ fn gaussian(random: &mut ChaCha8Rng, spare: &mut Option<f32>) -> f32 {
 
 /// 64 bits of a name (FNV-1a).
 fn hash(name: &str) -> u64 {
-    name.bytes().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
+    name.bytes().fold(0xcbf2_9ce4_8422_2325, |h, b| {
+        (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3)
+    })
 }
 
 #[cfg(test)]
@@ -95,7 +108,10 @@ mod tests {
         let decoded = sensor.response.decode(&taken);
         for channel in 0..3 {
             let mean = decoded.pixels.iter().map(|p| p[channel]).sum::<f32>() / 4096.0;
-            assert!((mean - light.pixels[0][channel]).abs() < 5e-4, "channel {channel}: {mean}");
+            assert!(
+                (mean - light.pixels[0][channel]).abs() < 5e-4,
+                "channel {channel}: {mean}"
+            );
         }
         assert_eq!(taken, sensor.photograph(&light, "a"));
         assert_ne!(taken, sensor.photograph(&light, "b"));
@@ -107,7 +123,10 @@ mod tests {
         for i in 0..2000 {
             let level = (i as f32 / 2000.0).powi(3);
             let code = sensor.thresholds.partition_point(|&least| least <= level) as f32;
-            assert!((code - 255.0 * sensor.response.encode_value(level)).abs() < 0.501, "{level}");
+            assert!(
+                (code - 255.0 * sensor.response.encode_value(level)).abs() < 0.501,
+                "{level}"
+            );
         }
     }
 }

@@ -29,10 +29,14 @@ pub struct Dome {
 impl Dome {
     /// A dome whose lamps switch in `banks` banks, from 1.
     pub fn new(banks: usize) -> Self {
-        let total = ((banks as f64 * LAMPS_PER_BANK).round() as usize).min(MOST_LAMPS).max(banks);
+        let total = ((banks as f64 * LAMPS_PER_BANK).round() as usize)
+            .min(MOST_LAMPS)
+            .max(banks);
         let centres = spiral(banks);
-        let mut lamps: Vec<(usize, Vec3)> =
-            spiral(total).into_iter().map(|lamp| (nearest(&centres, lamp), lamp)).collect();
+        let mut lamps: Vec<(usize, Vec3)> = spiral(total)
+            .into_iter()
+            .map(|lamp| (nearest(&centres, lamp), lamp))
+            .collect();
         // A bank that got no lamp (few lamps per bank, an unlucky spiral) takes the nearest one.
         for (bank, &centre) in centres.iter().enumerate() {
             if lamps.iter().all(|&(b, _)| b != bank) {
@@ -47,10 +51,21 @@ impl Dome {
         }
         lamps.sort_by_key(|&(bank, _)| bank);
         let banks = (0..banks)
-            .map(|bank| lamps.iter().filter(|l| l.0 == bank).map(|l| l.1).sum::<Vec3>().normalize())
+            .map(|bank| {
+                lamps
+                    .iter()
+                    .filter(|l| l.0 == bank)
+                    .map(|l| l.1)
+                    .sum::<Vec3>()
+                    .normalize()
+            })
             .collect();
         let (bank_of_lamp, lamps) = lamps.into_iter().unzip();
-        Self { lamps, bank_of_lamp, banks }
+        Self {
+            lamps,
+            bank_of_lamp,
+            banks,
+        }
     }
 
     /// The share of the sphere that each lamp stands for, in steradians.
@@ -60,7 +75,9 @@ impl Dome {
 
     /// The number of lamps in every bank.
     pub fn bank_counts(&self) -> Vec<usize> {
-        (0..self.banks.len()).map(|b| self.bank_of_lamp.iter().filter(|&&l| l == b).count()).collect()
+        (0..self.banks.len())
+            .map(|b| self.bank_of_lamp.iter().filter(|&&l| l == b).count())
+            .collect()
     }
 
     /// Weights of the banks for the interview: soft, the same from left and right, from above and a
@@ -84,7 +101,12 @@ impl Dome {
         let (width, height) = environment.size();
         let owners: Vec<usize> = (0..width * height)
             .into_par_iter()
-            .map(|i| nearest(&self.lamps, texel_direction(i % width, i / width, width, height)))
+            .map(|i| {
+                nearest(
+                    &self.lamps,
+                    texel_direction(i % width, i / width, width, height),
+                )
+            })
             .collect();
         let mut sums = vec![[0.0f64; 4]; self.lamps.len()];
         for (i, &owner) in owners.iter().enumerate() {
@@ -95,7 +117,9 @@ impl Dome {
             sums[owner][3] += solid_angle;
         }
         sums.iter()
-            .map(|&[r, g, b, area]| [r, g, b].map(|c| if area > 0.0 { (c / area) as f32 } else { 0.0 }))
+            .map(|&[r, g, b, area]| {
+                [r, g, b].map(|c| if area > 0.0 { (c / area) as f32 } else { 0.0 })
+            })
             .collect()
     }
 }
@@ -148,7 +172,11 @@ mod tests {
         let dome = Dome::new(12);
         let white = Raster::filled(64, 32, [1.0, 2.0, 0.0]);
         for weight in dome.lamp_weights(&white) {
-            assert!((weight[0] - 1.0).abs() < 1e-5 && (weight[1] - 2.0).abs() < 1e-5 && weight[2] == 0.0);
+            assert!(
+                (weight[0] - 1.0).abs() < 1e-5
+                    && (weight[1] - 2.0).abs() < 1e-5
+                    && weight[2] == 0.0
+            );
         }
     }
 
@@ -157,7 +185,11 @@ mod tests {
         let dome = Dome::new(41);
         let weights = dome.interview_bank_weights();
         let sum = |f: &dyn Fn(Vec3) -> f32| -> f32 {
-            dome.banks.iter().zip(&weights).map(|(&b, w)| w * f(b)).sum()
+            dome.banks
+                .iter()
+                .zip(&weights)
+                .map(|(&b, w)| w * f(b))
+                .sum()
         };
         assert!(weights.iter().all(|&w| (0.0..=1.0).contains(&w)));
         assert!(sum(&|b| b.y) > 0.3 * sum(&|_| 1.0), "not from above");

@@ -22,14 +22,18 @@ pub struct Tally {
     pub covered: u64,
     pub split: u64,
     pub silhouette: u64,
-    /// Points of the surface that were lit.
+    /// Points of the surface that were lit, and those of them that lie in a crease.
     pub points: u64,
+    pub creases: u64,
     /// Pairs of a lit point and a lamp, and what was done for them.
     pub lamp_samples: u64,
     pub shadow_rays: u64,
     pub highlights: u64,
     pub sheen: u64,
     pub subsurface: u64,
+    /// Pixels of the mirror ball's photograph, and those that show the ball.
+    pub probe_pixels: u64,
+    pub ball: u64,
 }
 
 impl Tally {
@@ -40,11 +44,14 @@ impl Tally {
         self.split += other.split;
         self.silhouette += other.silhouette;
         self.points += other.points;
+        self.creases += other.creases;
         self.lamp_samples += other.lamp_samples;
         self.shadow_rays += other.shadow_rays;
         self.highlights += other.highlights;
         self.sheen += other.sheen;
         self.subsurface += other.subsurface;
+        self.probe_pixels += other.probe_pixels;
+        self.ball += other.ball;
     }
 
     /// The counts as shares, with reasons.
@@ -55,20 +62,81 @@ impl Tally {
             of,
             skipped,
         };
-        let (pixels, covered, samples) = ("pixels", "pixels of the subject", "pairs of a lit point and a lamp");
+        let (pixels, covered, samples) = (
+            "pixels",
+            "pixels of the subject",
+            "pairs of a lit point and a lamp",
+        );
         vec![
-            effect("primary hits", self.covered, self.pixels, pixels, "the ray misses the subject"),
-            effect("silhouette refinement", self.silhouette, self.covered, covered, "the subject covers the pixel whole"),
-            effect("split shading", self.split, self.covered, covered, "one material and one smooth surface fill the pixel"),
-            effect("shadow rays", self.shadow_rays, self.lamp_samples, samples, "the lamp is behind the surface"),
-            effect("specular", self.highlights, self.lamp_samples, samples, "the lamp is behind the surface or hidden"),
-            effect("sheen", self.sheen, self.lamp_samples, samples, "the material has no fibres, or the lamp is hidden"),
+            effect(
+                "primary hits",
+                self.covered,
+                self.pixels,
+                pixels,
+                "the ray misses the subject",
+            ),
+            effect(
+                "silhouette refinement",
+                self.silhouette,
+                self.covered,
+                covered,
+                "the subject covers the pixel whole",
+            ),
+            effect(
+                "split shading",
+                self.split,
+                self.covered,
+                covered,
+                "one material and one smooth surface fill the pixel",
+            ),
+            effect(
+                "crease shading",
+                self.creases,
+                self.points,
+                "lit points",
+                "the surface is open all round",
+            ),
+            effect(
+                "shadow rays",
+                self.shadow_rays,
+                self.lamp_samples,
+                samples,
+                "the lamp is behind the surface",
+            ),
+            effect(
+                "specular",
+                self.highlights,
+                self.lamp_samples,
+                samples,
+                "the lamp is behind the surface or hidden",
+            ),
+            effect(
+                "sheen",
+                self.sheen,
+                self.lamp_samples,
+                samples,
+                "the material has no fibres, or the lamp is hidden",
+            ),
             effect(
                 "subsurface",
                 self.subsurface,
                 self.lamp_samples,
                 samples,
                 "not skin, or far from the terminator and from any shadow's edge",
+            ),
+            effect(
+                "mirror reflection",
+                self.ball,
+                self.probe_pixels,
+                "pixels of the probe",
+                "the ray misses the ball",
+            ),
+            effect(
+                "ambient light",
+                self.ball,
+                self.probe_pixels,
+                "pixels of the probe",
+                "only the mirror ball stands in it",
             ),
         ]
     }

@@ -27,14 +27,20 @@ fn panorama(radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Image {
         .map(|i| {
             let mut sum = Vec3::ZERO;
             for ray in 0..RAYS * RAYS {
-                let u = ((i % width) as f32 + ((ray % RAYS) as f32 + 0.5) / RAYS as f32) / width as f32;
-                let v = ((i / width) as f32 + ((ray / RAYS) as f32 + 0.5) / RAYS as f32) / height as f32;
+                let u =
+                    ((i % width) as f32 + ((ray % RAYS) as f32 + 0.5) / RAYS as f32) / width as f32;
+                let v = ((i / width) as f32 + ((ray / RAYS) as f32 + 0.5) / RAYS as f32)
+                    / height as f32;
                 sum += radiance(direction_from_uv(u, v));
             }
             (sum / (RAYS * RAYS) as f32).to_array()
         })
         .collect();
-    Raster { width, height, pixels }
+    Raster {
+        width,
+        height,
+        pixels,
+    }
 }
 
 /// Where a ray from the origin leaves the box between `low` and `high`: the place, and the axis of
@@ -42,7 +48,10 @@ fn panorama(radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Image {
 fn wall(direction: Vec3, low: Vec3, high: Vec3) -> (Vec3, usize) {
     let ahead = Vec3::select(direction.cmpge(Vec3::ZERO), high, low);
     let t = (ahead / direction).to_array();
-    let axis = (0..3).filter(|&i| t[i].is_finite()).min_by(|&a, &b| t[a].total_cmp(&t[b])).unwrap_or(1);
+    let axis = (0..3)
+        .filter(|&i| t[i].is_finite())
+        .min_by(|&a, &b| t[a].total_cmp(&t[b]))
+        .unwrap_or(1);
     (direction * t[axis], axis)
 }
 
@@ -50,7 +59,11 @@ fn wall(direction: Vec3, low: Vec3, high: Vec3) -> (Vec3, usize) {
 /// side and `height` to where the curve begins.
 fn arch(p: Vec2, half: f32, height: f32) -> f32 {
     let above = p.y - height;
-    let side = if above > 0.0 { Vec2::new(p.x.abs() + half, above).length() - half } else { p.x.abs() };
+    let side = if above > 0.0 {
+        Vec2::new(p.x.abs() + half, above).length() - half
+    } else {
+        p.x.abs()
+    };
     (half - side).min(p.y)
 }
 
@@ -75,7 +88,8 @@ fn nave(direction: Vec3) -> Vec3 {
     let (p, axis) = wall(direction, low, high);
     let mut light = Vec3::splat(0.012);
     // Daylight from the rose falls off along the nave; candles warm what is near the floor.
-    light += Vec3::new(0.05, 0.06, 0.09) * (60.0 / ((p - Vec3::new(0.0, 7.0, -26.0)).length_squared() + 30.0));
+    light += Vec3::new(0.05, 0.06, 0.09)
+        * (60.0 / ((p - Vec3::new(0.0, 7.0, -26.0)).length_squared() + 30.0));
     let stones = 0.85 + 0.12 * noise(p * Vec3::new(1.3, 2.2, 1.3)) + 0.06 * noise(p * 5.0);
     let mut seen = Vec3::ZERO;
     match axis {
@@ -103,7 +117,11 @@ fn nave(direction: Vec3) -> Vec3 {
             let pane = Vec2::new(bay, p.y - 6.4);
             if arch(pane, 0.62, 2.2) > 0.0 {
                 // The sun stands on the −X side: those windows burn.
-                let day = if p.x < 0.0 { Vec3::new(1.25, 1.05, 0.80) * 260.0 } else { Vec3::new(0.7, 0.9, 1.2) * 34.0 };
+                let day = if p.x < 0.0 {
+                    Vec3::new(1.25, 1.05, 0.80) * 260.0
+                } else {
+                    Vec3::new(0.7, 0.9, 1.2) * 34.0
+                };
                 seen = stained_glass(Vec2::new(p.z, pane.y)) * day;
             }
             // Arcades below: dark openings between columns, which catch a little light.
@@ -112,7 +130,9 @@ fn nave(direction: Vec3) -> Vec3 {
         }
         _ if p.y < 0.0 => {
             // Flagstones, with the coloured light that the windows throw.
-            let flag = (Vec2::new(p.x, p.z) * 0.8 - (Vec2::new(p.x, p.z) * 0.8).floor() - 0.5).abs().max_element();
+            let flag = (Vec2::new(p.x, p.z) * 0.8 - (Vec2::new(p.x, p.z) * 0.8).floor() - 0.5)
+                .abs()
+                .max_element();
             light *= 1.0 - 0.4 * ramp(0.46, 0.49, flag);
             let pool = Vec2::new(p.x - 2.2, (p.z / 4.6 - (p.z / 4.6).floor() - 0.5) * 4.6);
             let throw = (-pool.length_squared() / 1.6).exp();
@@ -127,7 +147,11 @@ fn nave(direction: Vec3) -> Vec3 {
     for i in 0..14 {
         let side = if i % 2 == 0 { -1.0 } else { 1.0 };
         let row = (i / 2) as f32;
-        let flame = Vec3::new(side * (2.7 + 0.25 * (row * 2.4).sin()), -0.45 + 0.12 * (row * 1.7).cos(), 4.4 - 2.3 * row);
+        let flame = Vec3::new(
+            side * (2.7 + 0.25 * (row * 2.4).sin()),
+            -0.45 + 0.12 * (row * 1.7).cos(),
+            4.4 - 2.3 * row,
+        );
         let off = direction.angle_between(flame);
         let wide = 0.045 / flame.length();
         seen += Vec3::new(1.0, 0.52, 0.17) * (1500.0 * (1.0 - ramp(0.6 * wide, wide, off)));
@@ -147,7 +171,12 @@ fn courtyard(direction: Vec3) -> Vec3 {
         return sky(direction, sun);
     }
     // What faces the sun is sun-lit, unless a wall throws its shadow there.
-    let normal = [Vec3::X, Vec3::Y, Vec3::Z][axis] * if axis == 1 { 1.0 } else { -p.to_array()[axis].signum() };
+    let normal = [Vec3::X, Vec3::Y, Vec3::Z][axis]
+        * if axis == 1 {
+            1.0
+        } else {
+            -p.to_array()[axis].signum()
+        };
     let facing = normal.dot(sun).max(0.0);
     let free = sun * ((high.y - p.y) / sun.y) + p;
     let reaches = ramp(0.0, 0.12, (high.x - free.x).min(high.z - free.z));
@@ -190,14 +219,20 @@ fn sky(direction: Vec3, sun: Vec3) -> Vec3 {
     let height = direction.y.max(0.0);
     let off = direction.angle_between(sun);
     let blue = Vec3::new(1.25, 1.40, 1.55).lerp(Vec3::new(0.28, 0.55, 1.25), height.powf(0.45));
-    let haze = Vec3::new(1.0, 0.92, 0.80) * (3.0 * (-off / 0.22).exp() + 14.0 * (-off / 0.05).exp());
+    let haze =
+        Vec3::new(1.0, 0.92, 0.80) * (3.0 * (-off / 0.22).exp() + 14.0 * (-off / 0.05).exp());
     let p = direction / (direction.y + 0.12);
-    let billow = 0.6 * noise(p * Vec3::new(1.4, 0.0, 1.4)) + 0.3 * noise(p * Vec3::new(3.3, 0.0, 3.3) + 7.0)
+    let billow = 0.6 * noise(p * Vec3::new(1.4, 0.0, 1.4))
+        + 0.3 * noise(p * Vec3::new(3.3, 0.0, 3.3) + 7.0)
         + 0.15 * noise(p * Vec3::new(7.0, 0.0, 7.0) + 3.0);
     let cloud = ramp(0.05, 0.5, billow);
     let lit = Vec3::splat(1.6) + Vec3::new(1.6, 1.5, 1.35) * (-off / 0.9).exp();
     // Half the sun's disc in angle is 0.266°; its irradiance here is some five times the sky's.
-    let disc = if off < 0.00465 * 1.5 { Vec3::new(1.0, 0.93, 0.80) * 9e4 } else { Vec3::ZERO };
+    let disc = if off < 0.00465 * 1.5 {
+        Vec3::new(1.0, 0.93, 0.80) * 9e4
+    } else {
+        Vec3::ZERO
+    };
     blue.lerp(lit, 0.85 * cloud) + haze + disc
 }
 
@@ -210,11 +245,21 @@ mod tests {
     #[test]
     fn the_environments_are_light_with_a_wide_range() {
         for (name, image) in all() {
-            assert!(image.pixels.iter().flatten().all(|v| v.is_finite() && *v > 0.0), "{name}");
+            assert!(
+                image
+                    .pixels
+                    .iter()
+                    .flatten()
+                    .all(|v| v.is_finite() && *v > 0.0),
+                "{name}"
+            );
             let mut levels: Vec<f32> = image.pixels.iter().map(|&p| luminance(p)).collect();
             levels.sort_by(f32::total_cmp);
             let (median, brightest) = (levels[levels.len() / 2], levels[levels.len() - 1]);
-            assert!(brightest > 500.0 * median, "{name}: {brightest} over {median}");
+            assert!(
+                brightest > 500.0 * median,
+                "{name}: {brightest} over {median}"
+            );
             // Half floats hold it.
             assert!(brightest < 65_504.0, "{name}: {brightest}");
         }
@@ -226,7 +271,8 @@ mod tests {
         let mut flux = [0.0f64; 2];
         for (i, &p) in image.pixels.iter().enumerate() {
             let level = f64::from(luminance(p));
-            flux[usize::from(level > 100.0)] += level * texel_solid_angle(i / image.width, image.width, image.height);
+            flux[usize::from(level > 100.0)] +=
+                level * texel_solid_angle(i / image.width, image.width, image.height);
         }
         let ratio = flux[1] / flux[0];
         assert!((0.3..8.0).contains(&ratio), "{ratio}");

@@ -39,6 +39,17 @@ pub struct Passage {
     pub depth_m: f32,
 }
 
+/// Rays that are followed side by side.
+const ABREAST: usize = 6;
+
+/// A ray on its way: `t` metres travelled, out of the box at `leave`, and whether the surface was far.
+struct Ray {
+    direction: Vec3,
+    t: f32,
+    leave: f32,
+    far: bool,
+}
+
 impl Grid {
     /// Bakes the subject. Only cells near the surface are evaluated; the others take what the
     /// corners of a coarser grid tell.
@@ -48,7 +59,9 @@ impl Grid {
         let blocks = extent.to_array().map(|e| (e + 2.0) as usize / COARSE + 1);
         let nodes = blocks.map(|b| b * COARSE);
         let coarse_nodes = blocks.map(|b| b + 1);
-        let place = |x: usize, y: usize, z: usize| BOX_LOW + CELL_M * Vec3::new(x as f32, y as f32, z as f32);
+        let place = |x: usize, y: usize, z: usize| {
+            BOX_LOW + CELL_M * Vec3::new(x as f32, y as f32, z as f32)
+        };
         let coarse = Nodes {
             count: coarse_nodes,
             distance: (0..coarse_nodes.iter().product())
@@ -62,14 +75,28 @@ impl Grid {
         };
         let (columns, rows) = (nodes[0], nodes[1]);
         let mut distance = vec![0; nodes.iter().product()];
-        distance.par_chunks_mut(columns * rows).enumerate().for_each(|(z, layer)| {
-            for (i, value) in layer.iter_mut().enumerate() {
-                let p = place(i % columns, i / columns, z);
-                let rough = coarse.at(p - BOX_LOW);
-                *value = store(if rough.abs() < REACH_M { subject.distance(p) } else { rough });
-            }
-        });
-        Self { fine: Nodes { count: nodes, distance, cells_per_m: 1.0 / CELL_M }, coarse }
+        distance
+            .par_chunks_mut(columns * rows)
+            .enumerate()
+            .for_each(|(z, layer)| {
+                for (i, value) in layer.iter_mut().enumerate() {
+                    let p = place(i % columns, i / columns, z);
+                    let rough = coarse.at(p - BOX_LOW);
+                    *value = store(if rough.abs() < REACH_M {
+                        subject.distance(p)
+                    } else {
+                        rough
+                    });
+                }
+            });
+        Self {
+            fine: Nodes {
+                count: nodes,
+                distance,
+                cells_per_m: 1.0 / CELL_M,
+            },
+            coarse,
+        }
     }
 
     /// Signed distance at a place inside the box.
@@ -77,32 +104,66 @@ impl Grid {
         self.fine.at(p - BOX_LOW)
     }
 
-    /// Follows a ray from `start` (just off the surface) towards `direction`, out of the box. It may
-    /// stop early once the ray is deeper than `enough_m` inside: `depth_m` then is at least that.
-    pub fn pass(&self, start: Vec3, direction: Vec3, enough_m: f32) -> Passage {
-        let leave = leave_box(start, direction);
+    /// Follows rays from `start` (just off the surface) towards `directions`, out of the box. It may
+    /// stop early once a ray is deeper than `enough_m` inside: its `depth_m` then is at least that.
+    pub fn pass(
+        &self,
+        start: Vec3,
+        directions: &[Vec3],
+        enough_m: f32,
+        passages: &mut Vec<Passage>,
+    ) {
+        passages.clear();
+        passages.resize(
+            directions.len(),
+            Passage {
+                clearance: 1.0,
+                depth_m: 0.0,
+            },
+        );
         let origin = start - BOX_LOW;
-        let mut passage = Passage { clearance: 1.0, depth_m: 0.0 };
-        let (mut t, mut far) = (CELL_M, false);
-        while t < leave {
-            let place = origin + direction * t;
-            // Far from the surface the small coarse grid is enough, and it is at hand.
-            let mut d = if far { self.coarse.at(place) } else { 0.0 };
-            if d < REACH_M {
-                d = self.fine.at(place);
-            }
-            far = d > 0.7 * REACH_M;
-            passage.clearance = passage.clearance.min(d / t);
-            if d < 0.0 {
-                passage.depth_m = passage.depth_m.max(-d);
-                if passage.depth_m > enough_m {
-                    break;
+        // Each step of a ray waits for the one before, so several rays go side by side.
+        for (directions, passages) in directions.chunks(ABREAST).zip(passages.chunks_mut(ABREAST)) {
+            let mut rays: [Ray; ABREAST] = std::array::from_fn(|i| match directions.get(i) {
+                Some(&direction) => Ray {
+                    direction,
+                    t: CELL_M,
+                    leave: leave_box(start, direction),
+                    far: false,
+                },
+                None => Ray {
+                    direction: Vec3::Z,
+                    t: 0.0,
+                    leave: 0.0,
+                    far: false,
+                },
+            });
+            while rays.iter().any(|ray| ray.t < ray.leave) {
+                for (ray, passage) in rays.iter_mut().zip(passages.iter_mut()) {
+                    if ray.t < ray.leave {
+                        self.step(origin, ray, passage, enough_m);
+                    }
                 }
             }
-            // A lamp's penumbra is as wide as a fortieth of the way; finer steps show nothing.
-            t += d.abs().max(0.9 * CELL_M).max(0.025 * t);
         }
-        passage
+    }
+
+    #[inline(always)]
+    fn step(&self, origin: Vec3, ray: &mut Ray, passage: &mut Passage, enough_m: f32) {
+        let place = origin + ray.direction * ray.t;
+        // Far from the surface the small coarse grid is enough, and it is at hand.
+        let mut d = if ray.far { self.coarse.at(place) } else { 0.0 };
+        if d < REACH_M {
+            d = self.fine.at(place);
+        }
+        ray.far = d > 0.7 * REACH_M;
+        passage.clearance = passage.clearance.min(d / ray.t);
+        passage.depth_m = passage.depth_m.max(-d);
+        // A lamp's penumbra is as wide as a fortieth of the way; finer steps show nothing.
+        ray.t += d.abs().max(0.9 * CELL_M).max(0.025 * ray.t);
+        if passage.depth_m > enough_m {
+            ray.leave = 0.0;
+        }
     }
 
     /// How far a ray from outside the box, that has travelled `from` metres, has to travel until it is
@@ -151,7 +212,11 @@ fn store(distance_m: f32) -> i16 {
 }
 
 fn split(i: usize, nodes: [usize; 3]) -> (usize, usize, usize) {
-    (i % nodes[0], i / nodes[0] % nodes[1], i / nodes[0] / nodes[1])
+    (
+        i % nodes[0],
+        i / nodes[0] % nodes[1],
+        i / nodes[0] / nodes[1],
+    )
 }
 
 /// Distance along the ray to the far side of the box, for a start inside it.
@@ -159,12 +224,18 @@ fn leave_box(start: Vec3, direction: Vec3) -> f32 {
     let ahead = Vec3::select(direction.cmpge(Vec3::ZERO), BOX_HIGH, BOX_LOW);
     let t = (ahead - start) / direction;
     // A ray along a side gives 0/0, which must not decide.
-    [t.x, t.y, t.z].into_iter().filter(|t| !t.is_nan()).fold(f32::MAX, f32::min)
+    [t.x, t.y, t.z]
+        .into_iter()
+        .filter(|t| !t.is_nan())
+        .fold(f32::MAX, f32::min)
 }
 
 /// Distances along the ray to where it enters and leaves the box, if it meets it.
 fn crossing(start: Vec3, direction: Vec3) -> Option<(f32, f32)> {
-    let (a, b) = ((BOX_LOW - start) / direction, (BOX_HIGH - start) / direction);
+    let (a, b) = (
+        (BOX_LOW - start) / direction,
+        (BOX_HIGH - start) / direction,
+    );
     let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
     (near < far).then_some((near, far))
 }
@@ -185,7 +256,10 @@ mod tests {
             if exact.abs() < 0.02 {
                 let baked = grid.distance(p);
                 // Creases finer than a cell are rounded by up to about half a cell.
-                assert!((baked - exact).abs() < CELL_M, "{p}: {baked} instead of {exact}");
+                assert!(
+                    (baked - exact).abs() < CELL_M,
+                    "{p}: {baked} instead of {exact}"
+                );
             }
         }
     }
@@ -194,8 +268,9 @@ mod tests {
     fn a_ray_through_the_head_is_blocked_and_one_away_from_it_is_free() {
         let grid = Grid::bake(&Subject::new(&Pose::default()));
         let nose = Vec3::new(0.0, 0.0, 0.15);
-        assert!(grid.pass(nose, Vec3::NEG_Z, 0.01).depth_m > 0.01);
-        let free = grid.pass(nose, Vec3::Z, 0.01);
-        assert!(free.depth_m == 0.0 && free.clearance > 0.5);
+        let mut passages = Vec::new();
+        grid.pass(nose, &[Vec3::NEG_Z, Vec3::Z], 0.01, &mut passages);
+        assert!(passages[0].depth_m > 0.01);
+        assert!(passages[1].depth_m == 0.0 && passages[1].clearance > 0.5);
     }
 }

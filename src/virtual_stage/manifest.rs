@@ -58,7 +58,13 @@ struct Hdri {
 
 impl Manifest {
     /// The description of a shoot of `size` pixels with so many frames and poses.
-    pub fn new(dome: &Dome, size: usize, frames: usize, poses: usize, environments: &[&str]) -> Self {
+    pub fn new(
+        dome: &Dome,
+        size: usize,
+        frames: usize,
+        poses: usize,
+        environments: &[&str],
+    ) -> Self {
         Self {
             name: "virtual stage",
             resolution: [size; 2],
@@ -90,12 +96,24 @@ impl Manifest {
             panorama_convention: "equirect: u=0.5 (centre column) is -z (what the camera looks at behind the subject), u=0.75 is +x (image right), v=0 is +y up; d=(sin(phi)sin(th),cos(th),-cos(phi)sin(th)), phi=2pi(u-0.5), th=pi v",
             hdris: environments
                 .iter()
-                .map(|name| Hdri { name: (*name).to_owned(), file: format!("environments/{name}.exr") })
+                .map(|name| Hdri {
+                    name: (*name).to_owned(),
+                    file: format!("environments/{name}.exr"),
+                })
                 .collect(),
             files: BTreeMap::from([
-                ("exemplars", "exemplars/poseNN/olat_BB.png (8 bit, encoded, black background)"),
-                ("masks", "exemplar_masks/poseNN.png, interview_masks/frame_NNN.png (8 bit linear alpha)"),
-                ("interview", "interview/frame_NNN.png (8 bit encoded, green screen)"),
+                (
+                    "exemplars",
+                    "exemplars/poseNN/olat_BB.png (8 bit, encoded, black background)",
+                ),
+                (
+                    "masks",
+                    "exemplar_masks/poseNN.png, interview_masks/frame_NNN.png (8 bit linear alpha)",
+                ),
+                (
+                    "interview",
+                    "interview/frame_NNN.png (8 bit encoded, green screen)",
+                ),
                 ("probes", "probes/interview.png, probes/olat_BB.png"),
             ]),
             response_form: "linear = (1-I)*I^g1 + I*I^g2 for encoded I in 0..1 (g1,g2 unknown to the user; see truth.json)",
@@ -128,11 +146,11 @@ pub struct Truth {
     pub truth_frames: Vec<usize>,
 }
 
-/// Text of [`Truth::noise`].
+/// Text of `noise`.
 pub const NOISE: &str = "sigma_lin = 0.003*sqrt(L)+5e-5, before encoding and 8-bit rounding";
-/// Text of [`Truth::interview_kind`].
+/// Text of `interview_kind`.
 pub const INTERVIEW_KIND: &str = "exact: interview = sum_b weights_b * bank_b";
-/// Text of [`Truth::weights_note`].
+/// Text of `weights_note`.
 pub const WEIGHTS_NOTE: &str = "decode(interview subject image) = sum_b weights_b * decode(olat_b) on the subject; the same weights hold between the probe photos";
-/// Text of [`Truth::hdri_note`].
+/// Text of `hdri_note`.
 pub const HDRI_NOTE: &str = "truth/*_relit_<name>.exr = linear, every lamp weighted with the mean radiance of the env over its share of the sphere; sum_b hdri_bank_weights*bank_b approximates it. Truth EXRs are in unit-radiance units: decode(olat PNG) = exposure_olat * truth OLAT";

@@ -17,30 +17,68 @@ pub struct Surface {
     pub roughness: f32,
     /// Strength of the sheen that fibres show at grazing angles.
     pub sheen: f32,
-    /// Distance that light of each channel travels below the surface in metres; 0 where it does
-    /// not enter. Skin's are those of Jensen et al., "A Practical Model for Subsurface Light
-    /// Transport" (2001), table 1.
+    /// Distance that light of each channel travels below the surface in metres: that of skin, less
+    /// where hair covers it, 0 where light does not enter.
     pub below: Vec3,
 }
+
+/// Diffuse mean free path of skin per channel in metres (Jensen et al., "A Practical Model for
+/// Subsurface Light Transport", 2001, table 1, Skin1).
+pub const BELOW_SKIN_M: Vec3 = Vec3::new(3.67e-3, 1.37e-3, 0.68e-3);
 
 /// The surface of `part` at place `p` of the stage.
 pub fn surface(subject: &Subject, part: Part, p: Vec3, camera: Vec3) -> Surface {
     let q = subject.head_place(p);
-    let matte = Surface { albedo: Vec3::ZERO, mirror: Vec3::splat(0.04), roughness: 0.5, sheen: 0.0, below: Vec3::ZERO };
+    let matte = Surface {
+        albedo: Vec3::ZERO,
+        mirror: Vec3::splat(0.04),
+        roughness: 0.5,
+        sheen: 0.0,
+        below: Vec3::ZERO,
+    };
     match part {
         Part::Skin => skin(subject, q),
         Part::Eye => {
             let albedo = eye(q, subject.head_place(camera));
-            Surface { albedo, roughness: 0.065, mirror: Vec3::splat(0.035), ..matte }
+            Surface {
+                albedo,
+                roughness: 0.065,
+                mirror: Vec3::splat(0.035),
+                ..matte
+            }
         }
-        Part::Tooth => Surface { albedo: Vec3::new(0.62, 0.57, 0.48), roughness: 0.12, ..matte },
-        Part::Wrap => Surface { albedo: wrap(q), roughness: 0.33, sheen: 0.10, ..matte },
-        Part::Gold => Surface { mirror: Vec3::new(1.0, 0.73, 0.32), roughness: 0.16, ..matte },
+        Part::Tooth => Surface {
+            albedo: Vec3::new(0.62, 0.57, 0.48),
+            roughness: 0.12,
+            ..matte
+        },
+        Part::Wrap => Surface {
+            albedo: wrap(q),
+            roughness: 0.33,
+            sheen: 0.10,
+            ..matte
+        },
+        Part::Gold => Surface {
+            mirror: Vec3::new(1.0, 0.73, 0.32),
+            roughness: 0.16,
+            ..matte
+        },
         Part::Shirt => {
             let thread = 1.0 + 0.03 * noise(p * Vec3::new(900.0, 300.0, 900.0));
-            Surface { albedo: Vec3::new(0.70, 0.665, 0.60) * thread, roughness: 0.6, sheen: 0.03, ..matte }
+            Surface {
+                albedo: Vec3::new(0.70, 0.665, 0.60) * thread,
+                roughness: 0.6,
+                sheen: 0.03,
+                ..matte
+            }
         }
-        Part::Jacket => Surface { albedo: tweed(p), roughness: 0.75, sheen: 0.06, mirror: Vec3::splat(0.03), ..matte },
+        Part::Jacket => Surface {
+            albedo: tweed(p),
+            roughness: 0.75,
+            sheen: 0.06,
+            mirror: Vec3::splat(0.03),
+            ..matte
+        },
     }
 }
 
@@ -56,23 +94,34 @@ fn skin(subject: &Subject, q: Vec3) -> Surface {
     let mut albedo = Vec3::new(0.520, 0.305, 0.205) * (1.0 + mottle);
     albedo *= Vec3::ONE - blood.min(1.0) * Vec3::new(0.02, 0.22, 0.20);
     // Tired, bluish skin about the eyes; freckles over nose and cheeks.
-    albedo *= Vec3::ONE - spot(EYE + Vec3::new(-0.002, -0.007, 0.012), 0.013) * Vec3::new(0.20, 0.22, 0.12);
-    let freckled = spot(Vec3::new(0.026, -0.026, 0.080), 0.026) * ramp(0.30, 0.62, noise(q * 430.0));
+    albedo *= Vec3::ONE
+        - spot(EYE + Vec3::new(-0.002, -0.007, 0.012), 0.013) * Vec3::new(0.20, 0.22, 0.12);
+    let freckled =
+        spot(Vec3::new(0.026, -0.026, 0.080), 0.026) * ramp(0.30, 0.62, noise(q * 430.0));
     albedo *= Vec3::ONE - freckled * Vec3::new(0.30, 0.40, 0.45);
 
-    let mut roughness = 0.27 - 0.05 * spot(Vec3::new(0.0, -0.01, 0.09), 0.035) + 0.03 * noise(q * 300.0);
+    let mut roughness =
+        0.27 - 0.05 * spot(Vec3::new(0.0, -0.01, 0.09), 0.035) + 0.03 * noise(q * 300.0);
     let on_face = q.z > 0.02;
     let lip = if on_face { subject.head.lip(q) } else { 0.0 };
-    albedo = albedo.lerp(Vec3::new(0.36, 0.115, 0.105) * (1.0 + 0.10 * noise(q * Vec3::new(900.0, 150.0, 300.0))), 0.9 * lip);
+    albedo = albedo.lerp(
+        Vec3::new(0.36, 0.115, 0.105) * (1.0 + 0.10 * noise(q * Vec3::new(900.0, 150.0, 300.0))),
+        0.9 * lip,
+    );
     roughness += (0.15 - roughness) * lip;
-    let mut below = Vec3::new(3.67e-3, 1.37e-3, 0.68e-3);
     if on_face && subject.head.in_mouth(q) {
         albedo = Vec3::new(0.10, 0.022, 0.02);
     }
     let hair = brow(s).max(lash(subject, s));
     albedo = albedo.lerp(Vec3::new(0.030, 0.019, 0.014), hair);
-    below *= 1.0 - hair;
-    Surface { albedo, mirror: Vec3::splat(0.028), roughness, sheen: 0.0, below }
+    let below = BELOW_SKIN_M * (1.0 - hair);
+    Surface {
+        albedo,
+        mirror: Vec3::splat(0.028),
+        roughness,
+        sheen: 0.0,
+        below,
+    }
 }
 
 /// How much hair of the brow is at `s` (+X side), from 0 to 1.
@@ -81,8 +130,20 @@ fn brow(s: Vec3) -> f32 {
         return 0.0;
     }
     let flat = |v: Vec3| Vec3::new(v.x, v.y, 0.0);
-    let inner = rod(flat(s), Vec3::new(0.0135, 0.0185, 0.0), Vec3::new(0.034, 0.0240, 0.0), 0.0033, 0.0026);
-    let outer = rod(flat(s), Vec3::new(0.034, 0.0240, 0.0), Vec3::new(0.0475, 0.0190, 0.0), 0.0026, 0.0006);
+    let inner = rod(
+        flat(s),
+        Vec3::new(0.0135, 0.0185, 0.0),
+        Vec3::new(0.034, 0.0240, 0.0),
+        0.0033,
+        0.0026,
+    );
+    let outer = rod(
+        flat(s),
+        Vec3::new(0.034, 0.0240, 0.0),
+        Vec3::new(0.0475, 0.0190, 0.0),
+        0.0026,
+        0.0006,
+    );
     let strands = 0.0009 * noise(Vec3::new(s.x * 700.0 + s.y * 500.0, s.y * 350.0, 0.0));
     0.88 * (1.0 - ramp(-0.0012, 0.0010, inner.min(outer) + strands))
 }
@@ -94,7 +155,11 @@ fn lash(subject: &Subject, s: Vec3) -> f32 {
         return 0.0;
     }
     let off = subject.head.lid_edge(s);
-    let width = if e.y > -0.001 + 0.11 * e.x { 0.0019 } else { 0.0007 };
+    let width = if e.y > -0.001 + 0.11 * e.x {
+        0.0019
+    } else {
+        0.0007
+    };
     0.95 * (1.0 - ramp(0.4 * width, width, off))
 }
 
@@ -111,9 +176,13 @@ fn eye(q: Vec3, camera: Vec3) -> Vec3 {
     }
     let turn = Vec2::new(outward.dot(Vec3::X), outward.dot(Vec3::Y)).to_angle();
     let rays = 0.75 + 0.25 * noise(Vec3::new(9.0 * turn.cos(), 9.0 * turn.sin(), 3.0 * off));
-    let iris = Vec3::new(0.145, 0.070, 0.026).lerp(Vec3::new(0.030, 0.018, 0.012), ramp(0.36, 0.47, off)) * rays;
+    let iris = Vec3::new(0.145, 0.070, 0.026)
+        .lerp(Vec3::new(0.030, 0.018, 0.012), ramp(0.36, 0.47, off))
+        * rays;
     let pupil = Vec3::splat(0.006);
-    pupil.lerp(iris, ramp(0.16, 0.21, off)).lerp(white, ramp(0.45, 0.52, off))
+    pupil
+        .lerp(iris, ramp(0.16, 0.21, off))
+        .lerp(white, ramp(0.45, 0.52, off))
 }
 
 /// Printed cloth: ochre with rust and cream bands that follow the pleats, and blue marks.
@@ -123,7 +192,9 @@ fn wrap(q: Vec3) -> Vec3 {
     let ochre = Vec3::new(0.56, 0.285, 0.045);
     let rust = Vec3::new(0.33, 0.060, 0.022);
     let cream = Vec3::new(0.66, 0.55, 0.36);
-    let cloth = ochre.lerp(rust, ramp(0.30, 0.34, band)).lerp(cream, ramp(0.425, 0.445, band));
+    let cloth = ochre
+        .lerp(rust, ramp(0.30, 0.34, band))
+        .lerp(cream, ramp(0.425, 0.445, band));
     let across = 70.0 * (0.6 * q.y + 0.8 * q.x);
     let mark = Vec2::new(across - across.floor() - 0.5, 3.2 * band).length();
     cloth.lerp(Vec3::new(0.035, 0.060, 0.150), 1.0 - ramp(0.20, 0.28, mark))
@@ -136,5 +207,6 @@ fn tweed(p: Vec3) -> Vec3 {
     let thread = (std::f32::consts::TAU * (p.y / 0.0095 + 1.6 * slant)).sin();
     let fleck = ramp(0.55, 0.75, noise(p * 420.0));
     let blue = Vec3::new(0.060, 0.075, 0.135);
-    (blue * (1.0 + 0.38 * thread + 0.15 * noise(p * 260.0))).lerp(Vec3::new(0.30, 0.25, 0.20), 0.35 * fleck)
+    (blue * (1.0 + 0.38 * thread + 0.15 * noise(p * 260.0)))
+        .lerp(Vec3::new(0.30, 0.25, 0.20), 0.35 * fleck)
 }

@@ -5,29 +5,30 @@
 //! the truth. It is what the rest of the program is tested against, so it takes nothing from
 //! calibration, weights or compositing: its geometry, light and camera are its own.
 //!
-//! [`subject`] is a head and shoulders as signed distances ([`head`], [`attire`]), painted by
-//! [`material`] and moved by [`motion`]. [`dome`] holds the lamps. [`picture`] finds what the camera
-//! sees and [`transport`] carries every lamp's light there, with shadows marched through the baked
-//! [`grid`]. [`probe`] traces the mirror ball, [`camera`] turns light into photographs, [`shoot`]
-//! puts everything on disk. Only what a material or the geometry calls for is traced; [`effects`]
-//! counts it.
+//! `subject` is a head and shoulders as signed distances (`head`, `attire`), painted by `material`
+//! and moved by `motion`. `dome` holds the lamps. `picture` finds what the camera sees and
+//! `transport` carries every lamp's light there, with shadows marched through the baked `grid`.
+//! `probe` traces the mirror ball, `camera` turns light into photographs, `shoot` puts everything on
+//! disk. Only what a material or the geometry calls for is traced; `effects` counts it.
 
-pub mod attire;
-pub mod camera;
-pub mod dome;
-pub mod effects;
-pub mod environments;
-pub mod grid;
-pub mod head;
-pub mod manifest;
-pub mod material;
-pub mod motion;
-pub mod picture;
-pub mod probe;
-pub mod shape;
-pub mod shoot;
-pub mod subject;
-pub mod transport;
+mod attire;
+mod camera;
+mod dome;
+mod effects;
+mod environments;
+mod grid;
+mod head;
+mod manifest;
+mod material;
+mod motion;
+mod picture;
+mod probe;
+mod shape;
+mod shoot;
+mod subject;
+#[cfg(test)]
+mod tests;
+mod transport;
 
 pub use effects::Effect;
 pub use shoot::write_shoot;
@@ -51,7 +52,12 @@ pub struct StageSettings {
 
 impl Default for StageSettings {
     fn default() -> Self {
-        Self { frames: 40, size: 256, seed: 1, lamps: 41 }
+        Self {
+            frames: 40,
+            size: 256,
+            seed: 1,
+            lamps: 41,
+        }
     }
 }
 

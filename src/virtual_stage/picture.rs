@@ -35,7 +35,12 @@ pub struct Pictures {
 }
 
 /// Places inside a pixel that are looked at first, none in line with another.
-const FIRST: [[f32; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+const FIRST: [[f32; 2]; 4] = [
+    [0.375, 0.125],
+    [0.875, 0.375],
+    [0.125, 0.625],
+    [0.625, 0.875],
+];
 /// A pixel on the silhouette is looked at in so many rows and columns.
 const SILHOUETTE: usize = 4;
 /// Points whose normals are nearer than this cosine, and whose depths are nearer than this length
@@ -47,7 +52,12 @@ const SMOOTH_DEPTH_M: f32 = 0.006;
 pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort) -> Pictures {
     let subject = Subject::new(pose);
     let grid = Grid::bake(&subject);
-    let transport = Transport { dome, subject: &subject, grid: &grid, effort };
+    let transport = Transport {
+        dome,
+        subject: &subject,
+        grid: &grid,
+        effort,
+    };
     let wanted: Vec<bool> = (0..dome.lamps.len())
         .map(|lamp| request.banks || request.sums.iter().any(|sum| sum[lamp] != [0.0; 3]))
         .collect();
@@ -76,7 +86,11 @@ pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Ef
                     }
                 }
                 for (out, weights) in out[bank_count..].iter_mut().zip(request.sums) {
-                    *out = lamps.iter().zip(*weights).map(|(light, &w)| *light * Vec3::from(w)).sum();
+                    *out = lamps
+                        .iter()
+                        .zip(*weights)
+                        .map(|(light, &w)| *light * Vec3::from(w))
+                        .sum();
                 }
             }
             row
@@ -84,10 +98,13 @@ pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Ef
         .collect();
     let mut tally = Tally::default();
     rows.iter().for_each(|row| tally.add(&row.tally));
-    let layer = |i: usize| Raster::from_fn(size, size, |x, y| rows[y].light[x * layers + i].to_array());
+    let layer =
+        |i: usize| Raster::from_fn(size, size, |x, y| rows[y].light[x * layers + i].to_array());
     Pictures {
         coverage: Raster::from_fn(size, size, |x, y| rows[y].coverage[x].min(1.0)),
-        normals: Raster::from_fn(size, size, |x, y| rows[y].normals[x].normalize_or_zero().to_array()),
+        normals: Raster::from_fn(size, size, |x, y| {
+            rows[y].normals[x].normalize_or_zero().to_array()
+        }),
         banks: (0..bank_count).map(layer).collect(),
         sums: (bank_count..layers).map(layer).collect(),
         tally,
@@ -128,7 +145,13 @@ fn visible_points(
     size: usize,
     tally: &mut Tally,
 ) -> Vec<(Point, f32)> {
-    let look = |[dx, dy]: [f32; 2]| hit(subject, grid, camera::ray(x as f32 + dx, y as f32 + dy, size, FRAME_HEIGHT_M));
+    let look = |[dx, dy]: [f32; 2]| {
+        hit(
+            subject,
+            grid,
+            camera::ray(x as f32 + dx, y as f32 + dy, size, FRAME_HEIGHT_M),
+        )
+    };
     tally.pixels += 1;
     let mut hits: Vec<Hit> = FIRST.into_iter().filter_map(look).collect();
     let mut samples = FIRST.len();
@@ -140,13 +163,18 @@ fn visible_points(
         tally.silhouette += 1;
         samples = SILHOUETTE * SILHOUETTE;
         let inside = |i: usize| (i as f32 + 0.5) / SILHOUETTE as f32;
-        hits = (0..samples).filter_map(|i| look([inside(i % SILHOUETTE), inside(i / SILHOUETTE)])).collect();
+        hits = (0..samples)
+            .filter_map(|i| look([inside(i % SILHOUETTE), inside(i / SILHOUETTE)]))
+            .collect();
     }
     let groups = group(hits);
     if groups.len() > 1 {
         tally.split += 1;
     }
-    groups.into_iter().map(|g| (mean(&g), g.len() as f32 / samples as f32)).collect()
+    groups
+        .into_iter()
+        .map(|g| (mean(&g), g.len() as f32 / samples as f32))
+        .collect()
 }
 
 /// Gathers hits that lie on one smooth surface of one part.
@@ -197,7 +225,15 @@ fn hit(subject: &Subject, grid: &Grid, direction: Vec3) -> Option<Hit> {
         if distance < 1.5e-4 {
             let normal = subject.normal(place);
             let surface = surface(subject, part, place, camera::POSITION);
-            return Some(Hit { part, point: Point { place, normal, view: -direction, surface } });
+            return Some(Hit {
+                part,
+                point: Point {
+                    place,
+                    normal,
+                    view: -direction,
+                    surface,
+                },
+            });
         }
         t += 0.75 * distance;
         if distance > 2.0 * NEAR_M {

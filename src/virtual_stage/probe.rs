@@ -43,7 +43,9 @@ impl Probe {
                 for sub in 0..rays * rays {
                     let dx = ((sub % rays) as f32 + 0.5) / rays as f32;
                     let dy = ((sub / rays) as f32 + 0.5) / rays as f32;
-                    let Some((place, direction)) = reflect((i % size) as f32 + dx, (i / size) as f32 + dy, size) else {
+                    let Some((place, direction)) =
+                        reflect((i % size) as f32 + dx, (i / size) as f32 + dy, size)
+                    else {
                         continue;
                     };
                     covered += 1;
@@ -55,21 +57,42 @@ impl Probe {
                     }
                 }
                 let share = |count: u32| count as f32 / (rays * rays) as f32;
-                (share(covered), hits.into_iter().map(|(bank, count)| (bank, share(count))).collect())
+                (
+                    share(covered),
+                    hits.into_iter()
+                        .map(|(bank, count)| (bank, share(count)))
+                        .collect(),
+                )
             })
             .collect();
         let (coverage, seen) = traced.into_iter().unzip();
         let disc = std::f32::consts::PI * (LAMP_RADIUS_M / RADIUS_M).powi(2);
-        Self { size, coverage, seen, lamp_radiance: dome.lamp_solid_angle() / disc }
+        Self {
+            size,
+            coverage,
+            seen,
+            lamp_radiance: dome.lamp_solid_angle() / disc,
+        }
     }
 
     /// The ball's radiance under banks with the given weights, and a dim `ambient` on the ball.
     pub fn image(&self, weight: impl Fn(usize) -> f32, ambient: f32) -> Image {
         Raster::from_fn(self.size, self.size, |x, y| {
             let i = y * self.size + x;
-            let lamps: f32 = self.seen[i].iter().map(|&(bank, share)| weight(bank as usize) * share).sum();
+            let lamps: f32 = self.seen[i]
+                .iter()
+                .map(|&(bank, share)| weight(bank as usize) * share)
+                .sum();
             [self.lamp_radiance * lamps + ambient * self.coverage[i]; 3]
         })
+    }
+
+    /// Pixels of a photograph, and those that show the ball.
+    pub fn pixels(&self) -> (usize, usize) {
+        (
+            self.coverage.len(),
+            self.coverage.iter().filter(|&&c| c > 0.0).count(),
+        )
     }
 
     /// The brightest pixel under banks with the given weights, without ambient light.
@@ -108,9 +131,16 @@ impl LampMap {
         let reach = (std::f32::consts::PI / MAP_HEIGHT as f32) * 0.75 + LAMP_RADIUS_M / RADIUS_M;
         let cells = (0..MAP_WIDTH * MAP_HEIGHT)
             .map(|i| {
-                let centre = crate::light::latlong::texel_direction(i % MAP_WIDTH, i / MAP_WIDTH, MAP_WIDTH, MAP_HEIGHT);
+                let centre = crate::light::latlong::texel_direction(
+                    i % MAP_WIDTH,
+                    i / MAP_WIDTH,
+                    MAP_WIDTH,
+                    MAP_HEIGHT,
+                );
                 let near = |lamp: &Vec3| lamp.dot(centre) > reach.cos();
-                (0..dome.lamps.len() as u32).filter(|&l| near(&dome.lamps[l as usize])).collect()
+                (0..dome.lamps.len() as u32)
+                    .filter(|&l| near(&dome.lamps[l as usize]))
+                    .collect()
             })
             .collect();
         Self { cells }
@@ -127,7 +157,10 @@ impl LampMap {
         let row = ((v * MAP_HEIGHT as f32) as usize).min(MAP_HEIGHT - 1);
         self.cells[row * MAP_WIDTH + column]
             .iter()
-            .find(|&&lamp| (dome.lamps[lamp as usize] * RADIUS_M).distance_squared(on_dome) < LAMP_RADIUS_M * LAMP_RADIUS_M)
+            .find(|&&lamp| {
+                (dome.lamps[lamp as usize] * RADIUS_M).distance_squared(on_dome)
+                    < LAMP_RADIUS_M * LAMP_RADIUS_M
+            })
             .map(|&lamp| dome.bank_of_lamp[lamp as usize] as u32)
     }
 }
@@ -137,7 +170,7 @@ mod tests {
     use super::*;
 
     /// The direction that an ideal ball far from everything would show at a place of its picture
-    /// (METHOD of light probes: R = 2(n·v)n − v with v towards the camera), without the tracer.
+    /// (R = 2(n·v)n − v, with v towards the camera), without the tracer.
     fn far_ball_direction(x: f64, y: f64) -> [f64; 3] {
         let z = (1.0 - x * x - y * y).max(0.0).sqrt();
         [2.0 * z * x, 2.0 * z * y, 2.0 * z * z - 1.0]
@@ -165,7 +198,11 @@ mod tests {
                 }
             }
             let found = glam::DVec3::from(sum).normalize();
-            let degrees = found.dot(direction.as_dvec3()).clamp(-1.0, 1.0).acos().to_degrees();
+            let degrees = found
+                .dot(direction.as_dvec3())
+                .clamp(-1.0, 1.0)
+                .acos()
+                .to_degrees();
             // A pixel spans 2·asin(1/58) = 2°; the ball's own size against the dome (0.075/4, one
             // degree) and the camera's nearness (another) shift what a far ball would show.
             assert!(degrees < 2.5, "bank {bank}: {degrees}°");
@@ -190,7 +227,8 @@ mod tests {
         // All lamps together are a sphere of radiance 1, seen mirrored: mean over the ball is 1.
         let probe = Probe::trace(&Dome::new(41), 128);
         let image = probe.image(|_| 1.0, 0.0);
-        let mean = image.pixels.iter().map(|p| p[0]).sum::<f32>() / probe.coverage.iter().sum::<f32>();
+        let mean =
+            image.pixels.iter().map(|p| p[0]).sum::<f32>() / probe.coverage.iter().sum::<f32>();
         assert!((mean - 1.0).abs() < 0.03, "{mean}");
     }
 }

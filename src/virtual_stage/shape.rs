@@ -13,7 +13,11 @@ pub fn ellipsoid(p: Vec3, radii: Vec3) -> f32 {
     let k0 = (p / radii).length();
     let k1 = (p / (radii * radii)).length();
     // At the very centre both lengths vanish; the distance there is that of the smallest radius.
-    if k1 < 1e-6 { -radii.min_element() } else { k0 * (k0 - 1.0) / k1 }
+    if k1 < 1e-6 {
+        -radii.min_element()
+    } else {
+        k0 * (k0 - 1.0) / k1
+    }
 }
 
 /// A rod from `a` to `b` whose radius goes from `radius_a` to `radius_b`.
@@ -77,7 +81,11 @@ pub fn noise(p: Vec3) -> f32 {
 
 /// A value in `[−1, 1]` for a point of the integer lattice (an integer hash after C. Wellons).
 fn lattice(p: Vec3) -> f32 {
-    let fold = |h: u32, v: f32| (h ^ (v as i32 as u32)).wrapping_mul(0x85eb_ca6b).rotate_left(13);
+    let fold = |h: u32, v: f32| {
+        (h ^ (v as i32 as u32))
+            .wrapping_mul(0x85eb_ca6b)
+            .rotate_left(13)
+    };
     let mut h = fold(fold(fold(0x9e37_79b9, p.x), p.y), p.z);
     h = (h ^ (h >> 16)).wrapping_mul(0x7feb_352d);
     h = (h ^ (h >> 15)).wrapping_mul(0x846c_a68b);

@@ -37,7 +37,11 @@ const STAGE: &str = "virtual stage";
 ///
 /// # Errors
 /// When a setting is out of range, a file cannot be written, or a stop was asked for.
-pub fn write_shoot(folder: &Path, settings: &StageSettings, progress: &Progress) -> Result<StageReport> {
+pub fn write_shoot(
+    folder: &Path,
+    settings: &StageSettings,
+    progress: &Progress,
+) -> Result<StageReport> {
     settings.check()?;
     let start = Instant::now();
     let session = Session::new(folder, settings, progress);
@@ -47,13 +51,22 @@ pub fn write_shoot(folder: &Path, settings: &StageSettings, progress: &Progress)
     let neutral_density = session.write_probes(&exposures)?;
     session.write_truth(&exposures, neutral_density)?;
     let names: Vec<&str> = session.environments.iter().map(|e| e.0).collect();
-    let manifest =
-        Manifest::new(&session.dome, settings.size, settings.frames, session.poses.len(), &names);
+    let manifest = Manifest::new(
+        &session.dome,
+        settings.size,
+        settings.frames,
+        session.poses.len(),
+        &names,
+    );
     session.json("manifest.json", &manifest)?;
     Ok(StageReport {
         files: session.files.into_inner(),
         seconds: start.elapsed().as_secs_f64(),
-        effects: session.tally.into_inner().unwrap_or_else(|broken| broken.into_inner()).effects(),
+        effects: session
+            .tally
+            .into_inner()
+            .unwrap_or_else(|broken| broken.into_inner())
+            .effects(),
     })
 }
 
@@ -87,7 +100,11 @@ impl<'a> Session<'a> {
     fn new(folder: &'a Path, settings: &'a StageSettings, progress: &'a Progress<'a>) -> Self {
         let dome = Dome::new(settings.lamps);
         let bank_weights = dome.interview_bank_weights();
-        let interview_weights = dome.bank_of_lamp.iter().map(|&b| [bank_weights[b]; 3]).collect();
+        let interview_weights = dome
+            .bank_of_lamp
+            .iter()
+            .map(|&b| [bank_weights[b]; 3])
+            .collect();
         let environments = environments::all();
         Self {
             folder,
@@ -97,7 +114,10 @@ impl<'a> Session<'a> {
             poses: exemplar_poses(),
             frames: interview(settings.frames, settings.seed),
             truth_frames: truth_frames(settings.frames),
-            environment_weights: environments.iter().map(|(_, image)| dome.lamp_weights(image)).collect(),
+            environment_weights: environments
+                .iter()
+                .map(|(_, image)| dome.lamp_weights(image))
+                .collect(),
             environments,
             dome,
             bank_weights,
@@ -117,12 +137,30 @@ impl<'a> Session<'a> {
             sums.extend(self.environment_weights.iter().map(Vec::as_slice));
         }
         let request = Request { banks, sums: &sums };
-        let pictures = take(&self.dome, pose, self.settings.size, &request, Effort::CalledFor);
-        // A poisoned lock only means that another thread failed; the counts are still counts.
-        self.tally.lock().unwrap_or_else(|broken| broken.into_inner()).add(&pictures.tally);
+        let pictures = take(
+            &self.dome,
+            pose,
+            self.settings.size,
+            &request,
+            Effort::CalledFor,
+        );
+        self.count(&pictures.tally);
         let done = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
-        self.progress.step(STAGE, done as u64, (self.poses.len() + self.frames.len()) as u64, note);
+        self.progress.step(
+            STAGE,
+            done as u64,
+            (self.poses.len() + self.frames.len()) as u64,
+            note,
+        );
         Ok(pictures)
+    }
+
+    fn count(&self, tally: &Tally) {
+        // A poisoned lock only means that another thread failed; the counts are still counts.
+        self.tally
+            .lock()
+            .unwrap_or_else(|broken| broken.into_inner())
+            .add(tally);
     }
 
     fn write_environments(&self) -> Result<()> {
@@ -141,11 +179,16 @@ impl<'a> Session<'a> {
                 olat: exposure(OLAT_PEAK, &pictures.banks, &pictures.coverage),
                 interview: exposure(INTERVIEW_PEAK, &pictures.sums[..1], &pictures.coverage),
             });
-            self.mask(&format!("exemplar_masks/pose{i:02}.png"), &pictures.coverage)?;
-            (0..pictures.banks.len()).into_par_iter().try_for_each(|bank| {
-                let name = format!("exemplars/pose{i:02}/{}.png", self.olat_name(bank));
-                self.photograph(&name, &scaled(&pictures.banks[bank], exposures.olat))
-            })?;
+            self.mask(
+                &format!("exemplar_masks/pose{i:02}.png"),
+                &pictures.coverage,
+            )?;
+            (0..pictures.banks.len())
+                .into_par_iter()
+                .try_for_each(|bank| {
+                    let name = format!("exemplars/pose{i:02}/{}.png", self.olat_name(bank));
+                    self.photograph(&name, &scaled(&pictures.banks[bank], exposures.olat))
+                })?;
             self.photograph(
                 &format!("truth/pose{i:02}_under_interview_light_black_bg.png"),
                 &scaled(&pictures.sums[0], exposures.interview),
@@ -154,7 +197,9 @@ impl<'a> Session<'a> {
                 self.write_truth_pictures("pose00", "pose00_olat_exr", &pictures)?;
             }
         }
-        exposures.ok_or_else(|| Error::unexpected("the virtual stage", "a pose", "none", "Please report this"))
+        exposures.ok_or_else(|| {
+            Error::unexpected("the virtual stage", "a pose", "none", "Please report this")
+        })
     }
 
     fn write_interview(&self, exposures: &Exposures) -> Result<()> {
@@ -165,13 +210,21 @@ impl<'a> Session<'a> {
             let banks = place.is_some_and(|p| p < 3);
             let pictures = self.take(pose, place.is_some(), banks, &format!("frame {i}"))?;
             let mut plate = scaled(&pictures.sums[0], exposures.interview);
-            for ((pixel, behind), coverage) in plate.pixels.iter_mut().zip(&screen.pixels).zip(&pictures.coverage.pixels) {
+            for ((pixel, behind), coverage) in plate
+                .pixels
+                .iter_mut()
+                .zip(&screen.pixels)
+                .zip(&pictures.coverage.pixels)
+            {
                 for (level, green) in pixel.iter_mut().zip(behind) {
                     *level += (1.0 - coverage) * green;
                 }
             }
             self.photograph(&format!("interview/frame_{i:03}.png"), &plate)?;
-            self.mask(&format!("interview_masks/frame_{i:03}.png"), &pictures.coverage)?;
+            self.mask(
+                &format!("interview_masks/frame_{i:03}.png"),
+                &pictures.coverage,
+            )?;
             if place.is_some() {
                 let frame = format!("frame_{i:03}");
                 self.write_truth_pictures(&frame, &format!("{frame}_olat"), &pictures)?;
@@ -186,9 +239,14 @@ impl<'a> Session<'a> {
         for ((environment, _), relit) in self.environments.iter().zip(&pictures.sums[1..]) {
             self.exr(&format!("truth/{name}_relit_{environment}.exr"), relit)?;
         }
-        (0..pictures.banks.len()).into_par_iter().try_for_each(|bank| {
-            self.exr(&format!("truth/{olats}/{}.exr", self.olat_name(bank)), &pictures.banks[bank])
-        })
+        (0..pictures.banks.len())
+            .into_par_iter()
+            .try_for_each(|bank| {
+                self.exr(
+                    &format!("truth/{olats}/{}.exr", self.olat_name(bank)),
+                    &pictures.banks[bank],
+                )
+            })
     }
 
     /// The mirror ball under the interview's light and under every bank, through one grey filter
@@ -196,6 +254,12 @@ impl<'a> Session<'a> {
     fn write_probes(&self, exposures: &Exposures) -> Result<f32> {
         self.progress.check("the pictures of the subject")?;
         let probe = Probe::trace(&self.dome, self.settings.size);
+        let (probe_pixels, ball) = probe.pixels();
+        self.count(&Tally {
+            probe_pixels: probe_pixels as u64,
+            ball: ball as u64,
+            ..Tally::default()
+        });
         let in_interview = |bank: usize| exposures.interview * self.bank_weights[bank];
         let one = |bank: usize| move |b: usize| if b == bank { exposures.olat } else { 0.0 };
         let brightest = (0..self.dome.banks.len())
@@ -203,11 +267,16 @@ impl<'a> Session<'a> {
             .map(|bank| probe.brightest(one(bank)))
             .reduce(|| probe.brightest(in_interview), f32::max);
         let density = PROBE_PEAK / brightest;
-        self.photograph("probes/interview.png", &probe.image(|b| density * in_interview(b), PROBE_AMBIENT))?;
-        (0..self.dome.banks.len()).into_par_iter().try_for_each(|bank| {
-            let image = probe.image(|b| density * one(bank)(b), PROBE_AMBIENT);
-            self.photograph(&format!("probes/{}.png", self.olat_name(bank)), &image)
-        })?;
+        self.photograph(
+            "probes/interview.png",
+            &probe.image(|b| density * in_interview(b), PROBE_AMBIENT),
+        )?;
+        (0..self.dome.banks.len())
+            .into_par_iter()
+            .try_for_each(|bank| {
+                let image = probe.image(|b| density * one(bank)(b), PROBE_AMBIENT);
+                self.photograph(&format!("probes/{}.png", self.olat_name(bank)), &image)
+            })?;
         Ok(density)
     }
 
@@ -217,7 +286,10 @@ impl<'a> Session<'a> {
         let bank_means = |weights: &Vec<[f32; 3]>| {
             let mut means = vec![[0.0f32; 3]; counts.len()];
             for (weight, &bank) in weights.iter().zip(&self.dome.bank_of_lamp) {
-                means[bank].iter_mut().zip(weight).for_each(|(m, w)| *m += w / counts[bank] as f32);
+                means[bank]
+                    .iter_mut()
+                    .zip(weight)
+                    .for_each(|(m, w)| *m += w / counts[bank] as f32);
             }
             means
         };
@@ -230,7 +302,11 @@ impl<'a> Session<'a> {
             probe_ambient_linear: PROBE_AMBIENT,
             noise: NOISE,
             interview_kind: INTERVIEW_KIND,
-            weights_linear_interview_per_olat: self.bank_weights.iter().map(|w| [w * per_olat; 3]).collect(),
+            weights_linear_interview_per_olat: self
+                .bank_weights
+                .iter()
+                .map(|w| [w * per_olat; 3])
+                .collect(),
             weights_note: WEIGHTS_NOTE,
             bank_weights_unit_radiance: self.bank_weights.iter().map(|w| [*w; 3]).collect(),
             interview_lamp_weights: self.interview_weights.clone(),
@@ -255,7 +331,10 @@ impl<'a> Session<'a> {
     }
 
     fn photograph(&self, name: &str, light: &Image) -> Result<()> {
-        self.written(write_png(&self.folder.join(name), &self.sensor.photograph(light, name)))
+        self.written(write_png(
+            &self.folder.join(name),
+            &self.sensor.photograph(light, name),
+        ))
     }
 
     fn mask(&self, name: &str, mask: &Mask) -> Result<()> {
@@ -268,8 +347,14 @@ impl<'a> Session<'a> {
 
     fn json(&self, name: &str, value: &impl Serialize) -> Result<()> {
         let path = self.folder.join(name);
-        let text = serde_json::to_vec_pretty(value)
-            .map_err(|e| Error::file("write", &path, e, "Please report this: it is a fault of the program"))?;
+        let text = serde_json::to_vec_pretty(value).map_err(|e| {
+            Error::file(
+                "write",
+                &path,
+                e,
+                "Please report this: it is a fault of the program",
+            )
+        })?;
         self.written(write_beside(&path, |out| out.write_all(&text)))
     }
 
@@ -300,10 +385,17 @@ fn exposure(peak: f32, pictures: &[Image], coverage: &Mask) -> f32 {
                 .map(|(p, _)| p[0].max(p[1]).max(p[2]))
                 .collect();
             levels.sort_by(f32::total_cmp);
-            levels.get(levels.len().saturating_sub(1 + levels.len() / 1000)).copied().unwrap_or(0.0)
+            levels
+                .get(levels.len().saturating_sub(1 + levels.len() / 1000))
+                .copied()
+                .unwrap_or(0.0)
         })
         .fold(0.0, f32::max);
-    if brightest > 0.0 { peak / brightest } else { 1.0 }
+    if brightest > 0.0 {
+        peak / brightest
+    } else {
+        1.0
+    }
 }
 
 fn scaled(image: &Image, factor: f32) -> Image {

@@ -47,7 +47,8 @@ impl Subject {
         let stage_from_head = pose.rotation();
         let joint = HEAD_ORIGIN + NECK_JOINT + pose.shift();
         let cord = |side: f32| {
-            let mastoid = stage_from_head * (Vec3::new(0.056 * side, -0.052, -0.024) - NECK_JOINT) + joint;
+            let mastoid =
+                stage_from_head * (Vec3::new(0.056 * side, -0.052, -0.024) - NECK_JOINT) + joint;
             (mastoid, Vec3::new(0.014 * side, -0.168, 0.020))
         };
         Self {
@@ -83,11 +84,19 @@ impl Subject {
             (Part::Shirt, attire::shirt(p, trunk, neck)),
             (Part::Jacket, attire::jacket(p, trunk, neck)),
         ];
-        all.into_iter().fold((Part::Skin, skin), |best, next| if next.1 < best.1 { next } else { best })
+        all.into_iter().fold((Part::Skin, skin), |best, next| {
+            if next.1 < best.1 { next } else { best }
+        })
     }
 
     fn neck(&self, p: Vec3) -> f32 {
-        let mut d = rod(p, self.joint + Vec3::new(0.0, 0.02, 0.0), NECK_FOOT, 0.046, 0.052);
+        let mut d = rod(
+            p,
+            self.joint + Vec3::new(0.0, 0.02, 0.0),
+            NECK_FOOT,
+            0.046,
+            0.052,
+        );
         for (mastoid, breastbone) in self.cords {
             d = join(d, rod(p, mastoid, breastbone, 0.008, 0.006), 0.018);
         }
@@ -103,6 +112,10 @@ impl Subject {
             Vec3::new(-1.0, 1.0, -1.0),
             Vec3::ONE,
         ];
-        corners.iter().map(|&c| c * self.distance(p + c * STEP)).sum::<Vec3>().normalize_or(Vec3::Z)
+        corners
+            .iter()
+            .map(|&c| c * self.distance(p + c * STEP))
+            .sum::<Vec3>()
+            .normalize_or(Vec3::Z)
     }
 }

@@ -3,7 +3,8 @@
 use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
 use super::effects::Tally;
 use super::grid::{CELL_M, Grid};
-use super::material::Surface;
+use super::material::{BELOW_SKIN_M, Surface};
+use super::shape::ramp;
 use super::subject::Subject;
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -43,30 +44,50 @@ pub struct Transport<'a> {
 impl Transport<'_> {
     /// Adds, for every lamp, `share` of the radiance that `point` sends to the camera while the lamp
     /// shines with unit radiance from its share of the sphere. Lamps that are not `wanted` are left.
-    pub fn add(&self, point: &Point, share: f32, wanted: &[bool], out: &mut [Vec3], tally: &mut Tally) {
+    pub fn add(
+        &self,
+        point: &Point,
+        share: f32,
+        wanted: &[bool],
+        out: &mut [Vec3],
+        tally: &mut Tally,
+    ) {
         let everything = self.effort == Effort::Everything;
         let surface = &point.surface;
         let skin = surface.below.x > 0.0;
         let reach = if skin { BLEED.x } else { 0.0 };
         let open = self.openness(point);
+        tally.creases += u64::from(open < 1.0);
         let start = point.place + point.normal * (0.8 * CELL_M);
         let enough = if skin { DEEP * surface.below.x } else { CELL_M };
         let scale = share * open * self.dome.lamp_solid_angle();
         let gloss = Gloss::new(point);
-        tally.points += 1;
-        for ((lamp, sum), _) in self.dome.lamps.iter().zip(out).zip(wanted).filter(|(_, wanted)| **wanted) {
+        let (mut facing_lamps, mut directions, mut passages) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, lamp) in self
+            .dome
+            .lamps
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| wanted[*i])
+        {
+            tally.lamp_samples += 1;
             let towards = *lamp * RADIUS_M - point.place;
             let distance = towards.length();
             let light = towards / distance;
             let facing = point.normal.dot(light);
-            tally.lamp_samples += 1;
-            if facing <= -reach && !everything {
-                continue;
+            if facing > -reach || everything {
+                facing_lamps.push((i, distance, facing));
+                directions.push(light);
             }
-            tally.shadow_rays += 1;
-            let passage = self.grid.pass(start, light, enough);
+        }
+        self.grid.pass(start, &directions, enough, &mut passages);
+        tally.points += 1;
+        tally.shadow_rays += directions.len() as u64;
+        for ((&(lamp, distance, facing), &light), passage) in
+            facing_lamps.iter().zip(&directions).zip(&passages)
+        {
             let penumbra = LAMP_RADIUS_M / distance;
-            let visible = super::shape::ramp(-penumbra, penumbra, passage.clearance);
+            let visible = ramp(-penumbra, penumbra, passage.clearance);
             let mut lit = Vec3::splat(facing.max(0.0) * visible);
             if (skin && (visible < 1.0 || facing < BLEED.x)) || everything {
                 tally.subsurface += 1;
@@ -82,7 +103,7 @@ impl Transport<'_> {
                 }
             }
             let falloff = (RADIUS_M / distance).powi(2);
-            *sum += radiance * (scale * falloff);
+            out[lamp] += radiance * (scale * falloff);
         }
     }
 
@@ -105,14 +126,19 @@ fn bleed(facing: f32, visible: f32, depth_m: f32, below: Vec3) -> Vec3 {
     if below.x <= 0.0 {
         return Vec3::splat(facing.max(0.0) * visible);
     }
-    let hair = below.x / 3.67e-3;
-    let reach = BLEED * hair;
-    // Reaching round the terminator spreads the same light over more of the surface. Far from the
-    // terminator the cosine is kept, so that the skip there is exact.
+    // Hair over skin lets less in, and it comes out nearer.
+    let bare = below.x / BELOW_SKIN_M.x;
+    let reach = BLEED * bare;
+    // A parabola that leaves 0 at −reach and meets the cosine, value and slope, at +reach, so that
+    // leaving it out beyond is exact.
     let rise = ((Vec3::splat(facing) + reach) / (2.0 * reach)).clamp(Vec3::ZERO, Vec3::ONE);
     let soft = reach * rise * rise;
-    let cosine = Vec3::select(Vec3::splat(facing).cmpge(reach), Vec3::splat(facing.max(0.0)), soft);
-    let through = LEAK * hair * (-depth_m / below).exp();
+    let cosine = Vec3::select(
+        Vec3::splat(facing).cmpge(reach),
+        Vec3::splat(facing.max(0.0)),
+        soft,
+    );
+    let through = LEAK * bare * (-depth_m / below).exp();
     cosine * through.max(Vec3::splat(visible))
 }
 
@@ -127,7 +153,11 @@ struct Gloss<'a> {
 impl<'a> Gloss<'a> {
     fn new(point: &'a Point) -> Self {
         let alpha = point.surface.roughness;
-        Self { point, alpha2: alpha * alpha, seen: point.normal.dot(point.view).max(0.02) }
+        Self {
+            point,
+            alpha2: alpha * alpha,
+            seen: point.normal.dot(point.view).max(0.02),
+        }
     }
 
     /// Microfacet reflectance: GGX with Smith's height-correlated shadowing and Schlick's Fresnel
@@ -135,7 +165,10 @@ impl<'a> Gloss<'a> {
     fn highlight(&self, light: Vec3, facing: f32) -> Vec3 {
         let facing = facing.max(0.0);
         let half = (light + self.point.view).normalize_or(self.point.normal);
-        let (nh, vh) = (self.point.normal.dot(half), self.point.view.dot(half).max(0.0));
+        let (nh, vh) = (
+            self.point.normal.dot(half),
+            self.point.view.dot(half).max(0.0),
+        );
         let spread = nh * nh * (self.alpha2 - 1.0) + 1.0;
         let facets = self.alpha2 / (PI * spread * spread);
         let smith = |a: f32, b: f32| a * (b * b * (1.0 - self.alpha2) + self.alpha2).sqrt();

@@ -143,7 +143,7 @@ impl Outcome {
     /// Sentences that say what came of the job.
     pub fn sentence(&self) -> String {
         match self {
-            Self::Staged(report) => report.sentence(),
+            Self::Staged(report) => staged(report),
             Self::Imported(found) => format!(
                 "{}: {} frames, {} poses under {} lamps, {} environments, to work at {} pixels in {}",
                 found.name,
@@ -178,6 +178,15 @@ impl Outcome {
             }
         }
     }
+}
+
+fn staged(report: &StageReport) -> String {
+    let mut text = format!("{} files in {:.0} s. What was traced:", report.files, report.seconds);
+    for effect in &report.effects {
+        let share = 100.0 * effect.share;
+        text += &format!("\n  {} for {share:.1} % of {}; elsewhere {}", effect.name, effect.of, effect.skipped);
+    }
+    text
 }
 
 fn evaluated(report: &EvaluateReport) -> String {

@@ -93,7 +93,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         let mut made: Option<(Scene, Arc<Environment>)> = None;
         while bell.recv().is_ok() && !self.stop.requested() {
             if let Some(rig) = self.rigs.take() {
-                let partition = Partition::smooth(&rig, Partition::WIDTH);
+                let partition = Partition::soft(&rig, Partition::WIDTH);
                 stage = Some(Stage { partition, reference: None, light: None });
                 self.cache = FieldCache::new(super::FIELD_BUDGET_BYTES);
                 (shown, sent, made) = (None, None, None);

@@ -5,7 +5,7 @@ use crate::studio::command::Command;
 use crate::studio::panel::{Entry, Reading, Sight};
 use crate::studio::state::EXPOSURE_STOPS;
 use crate::studio::theme::{self, GAP};
-use egui::{Color32, Pos2, Rect, RichText, Sense, Stroke, Ui, Vec2, pos2, vec2};
+use egui::{Color32, Pos2, Rect, RichText, Sense, Stroke, Ui, pos2, vec2};
 
 /// The panel keeps nothing.
 #[derive(Default)]
@@ -131,12 +131,15 @@ fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> bool {
         egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.name)
     });
     let fill = match (chosen, response.hovered()) {
-        (true, _) => theme::ACCENT_DIM,
+        (true, _) => Color32::from_gray(68),
         (false, true) => Color32::from_gray(52),
         (false, false) => theme::PANEL,
     };
     ui.painter().rect_filled(rect, 3.0, fill);
-    let picture = Rect::from_min_size(rect.min + Vec2::splat(4.0), vec2(88.0, 44.0));
+    if chosen {
+        ui.painter().rect_filled(Rect::from_min_size(rect.min, vec2(3.0, rect.height())), 0.0, theme::ACCENT);
+    }
+    let picture = Rect::from_min_size(rect.min + vec2(8.0, 4.0), vec2(88.0, 44.0));
     ui.painter().rect_filled(picture, 0.0, theme::WELL);
     panorama_ui(ui, entry, picture, yaw_deg);
     let text = Rect::from_min_max(pos2(picture.right() + GAP, rect.top()), rect.max - vec2(GAP, 0.0));

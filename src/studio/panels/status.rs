@@ -6,6 +6,9 @@ use crate::studio::panel::Sight;
 use crate::studio::theme::{self, GAP};
 use egui::{RichText, Ui};
 
+/// Room for "predicted in 99999 ms".
+const FIGURE_WIDTH: f32 = 134.0;
+
 /// The status line keeps nothing.
 #[derive(Default)]
 pub struct StatusPanel;
@@ -23,8 +26,8 @@ impl StatusPanel {
                 Phase::Ready { device } => device,
             }));
             if let Some(relit) = sight.relit {
-                ui.label(small(&format!("predicted in {:.0} ms", relit.predict_ms)));
-                ui.label(small(&format!("relit in {:.1} ms", relit.relight_ms)));
+                figure_ui(ui, &format!("predicted in {:.0} ms", relit.predict_ms));
+                figure_ui(ui, &format!("relit in {:.1} ms", relit.relight_ms));
                 let share = relit.uncovered * 100.0;
                 let text = if share < 0.1 { "all light covered".to_owned() } else { format!("{share:.1} % of the light uncovered") };
                 ui.label(small(&text)).on_hover_text(
@@ -65,6 +68,15 @@ impl StatusPanel {
             }
         });
     }
+}
+
+/// A figure in a place of fixed width, so that the line does not wobble as it changes.
+fn figure_ui(ui: &mut Ui, text: &str) {
+    let left = egui::Layout::left_to_right(egui::Align::Center);
+    ui.allocate_ui_with_layout(egui::vec2(FIGURE_WIDTH, 20.0), left, |ui| {
+        ui.set_min_width(FIGURE_WIDTH);
+        ui.label(small(text));
+    });
 }
 
 fn small(text: &str) -> RichText {

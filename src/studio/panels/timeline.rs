@@ -13,7 +13,7 @@ impl TimelinePanel {
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         let state = sight.state;
         ui.horizontal_centered(|ui| {
-            let text = if state.playing { "⏸ Pause" } else { "▶ Play" };
+            let text = if state.playing { "Pause" } else { "Play" };
             let play = egui::Button::new(text).min_size(vec2(84.0, 28.0));
             if ui.add_enabled(state.frames > 1, play).clicked() {
                 out.push(Command::TogglePlay);

@@ -39,11 +39,14 @@ impl ViewportPanel {
                 }
             }
             _ => {
-                let width = TEXT_WIDTH.min(rect.width() - 4.0 * GAP);
-                let area = Rect::from_center_size(rect.center(), vec2(width, rect.height() * 0.6));
+                let width = (TEXT_WIDTH + 6.0 * GAP).min(rect.width() - 4.0 * GAP);
+                // Not at the centre: what is read first stands a little above it.
+                let size = vec2(width, rect.height() * 0.75);
+                let area = Rect::from_center_size(rect.center() + vec2(0.0, rect.height() * 0.1), size);
                 ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
-                    ui.visuals_mut().widgets.noninteractive.fg_stroke.color = theme::ON_SURROUND;
-                    ui.vertical_centered(|ui| instead_ui(ui, sight, out));
+                    egui::Frame::new().fill(theme::PANEL).corner_radius(6).inner_margin(3.0 * GAP).show(ui, |ui| {
+                        ui.vertical_centered(|ui| instead_ui(ui, sight, out));
+                    });
                 });
             }
         }
@@ -140,8 +143,10 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             out.push(command);
         }
     };
-    if let Some(said) = &sight.news.said {
-        ui.label(said);
+    let failed = sight.news.failure.as_ref().map(|failure| (failure, theme::ACCENT));
+    let said = sight.news.said.as_ref().map(|said| (said, theme::QUIET));
+    for (sentence, color) in failed.into_iter().chain(said) {
+        ui.colored_label(color, sentence);
         ui.add_space(GAP);
     }
     match &sight.news.phase {
@@ -154,10 +159,12 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
                 "afterlight calibrate PROJECT",
                 "afterlight train PROJECT",
             ] {
-                ui.label(RichText::new(line).monospace().color(theme::ON_SURROUND));
+                ui.label(RichText::new(line).monospace());
             }
             ui.add_space(GAP);
-            ui.label("Without a shoot, `afterlight stage FOLDER` traces one.");
+            ui.label("Without a shoot of your own, this makes one and all that follows:");
+            ui.add_space(GAP);
+            ui.label(RichText::new("afterlight demo FOLDER").monospace());
             button(ui, "Open project…".to_owned(), Command::ChooseProject);
         }
         Phase::Opening => heading(ui, "Reading the calibration and the network"),
@@ -185,10 +192,7 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             button(ui, "Stop, and keep what is done".to_owned(), Command::StopJob);
         }
         Phase::Ready { .. } => match sight.environment().map(|e| &e.panorama) {
-            _ if sight.news.failure.is_some() => {
-                heading(ui, "This picture cannot be made");
-                ui.label(sight.news.failure.as_deref().unwrap_or_default());
-            }
+            _ if sight.news.failure.is_some() => heading(ui, "This picture cannot be made"),
             None => {
                 heading(ui, "Light is missing");
                 ui.label("Add an environment: a lat-long panorama, .exr or .hdr. It can be dropped here.");

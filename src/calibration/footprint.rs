@@ -1,0 +1,115 @@
+//! A lamp's footprint: the part of the mirror ball where its light is, and what that says of the lamp.
+
+use super::code::{CLIPPED, Code, STEPS, Table};
+use super::mirror_ball::MirrorBall;
+use crate::light::Lamp;
+use glam::DVec3;
+
+/// The pixels of one ball photograph that hold a lamp, and the level of all others.
+pub(super) struct Footprint {
+    /// Places in [`MirrorBall::pixels`] with their codes.
+    pub pixels: Vec<(u32, Code)>,
+    /// Per channel how often each code occurs in the pixels that hold no lamp.
+    dark: [Vec<(u16, u32)>; 3],
+}
+
+impl Footprint {
+    /// Pixels of less than this share of the brightest are not taken for the lamp: 8 bits hold no more.
+    const FAINTEST: f32 = 0.002;
+
+    /// Finds the lamp in a ball's photograph, given as one code per pixel of the ball. `provisional` is a
+    /// plausible response: what is far above the darkness is so under any other.
+    pub fn find(photograph: &[Code], provisional: &Table) -> Self {
+        let level = |code: &Code| provisional.rgb(*code).into_iter().sum::<f32>() / 3.0;
+        let mut levels: Vec<f32> = photograph.iter().map(level).collect();
+        levels.sort_by(f32::total_cmp);
+        let quantile = |q: f32| levels[(q * (levels.len() - 1) as f32) as usize];
+        // The darker part of the ball holds the room's own light and the sensor's noise, whose deviation
+        // is about the distance from its tenth to its fortieth hundredth; six deviations are no noise.
+        // A clean sensor still flickers by one 8-bit code.
+        let dark = quantile(0.4);
+        let code = (provisional.encode(dark) * f32::from(STEPS)) as u16;
+        let flicker = provisional.light((code + 16).min(STEPS)) - provisional.light(code);
+        let noise = (dark - quantile(0.1)).max(flicker);
+        let threshold = dark + (6.0 * noise).max(Self::FAINTEST * (quantile(1.0) - dark));
+        let mut pixels = Vec::new();
+        let mut counts = vec![[0u32; 3]; usize::from(STEPS) + 1];
+        for (i, code) in photograph.iter().enumerate() {
+            if level(code) > threshold {
+                pixels.push((i as u32, *code));
+            } else {
+                for c in 0..3 {
+                    counts[usize::from(code[c])][c] += 1;
+                }
+            }
+        }
+        let dark = [0, 1, 2].map(|c| {
+            let counted = counts.iter().enumerate().filter(|(_, count)| count[c] > 0);
+            counted.map(|(code, count)| (code as u16, count[c])).collect()
+        });
+        Self { pixels, dark }
+    }
+
+    /// Mean light of the pixels that hold no lamp.
+    pub fn background(&self, table: &Table) -> [f32; 3] {
+        [0, 1, 2].map(|c| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for &(code, times) in &self.dark[c] {
+                sum += f64::from(table.light(code)) * f64::from(times);
+                count += f64::from(times);
+            }
+            (sum / f64::max(count, 1.0)) as f32
+        })
+    }
+
+    /// Whether any channel of the pixel is clipped.
+    pub fn is_clipped(code: &Code) -> bool {
+        code.iter().any(|&c| c >= CLIPPED)
+    }
+
+    /// How many pixels have a clipped channel: their light is only known to be at least so much.
+    pub fn clipped_pixels(&self) -> usize {
+        self.pixels.iter().filter(|(_, code)| Self::is_clipped(code)).count()
+    }
+
+    /// Measures the lamp. Its confidence is the product of what is not clipped, by energy, and of how far
+    /// its footprint keeps clear of the cone behind the ball.
+    pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &Table) -> Lamp {
+        let background = self.background(table);
+        let (mut energy, mut moment, mut clipped) = ([0.0f64; 3], DVec3::ZERO, 0.0f64);
+        let mut parts = Vec::with_capacity(self.pixels.len());
+        for (i, code) in &self.pixels {
+            let pixel = &ball.pixels[*i as usize];
+            let light = table.rgb(*code);
+            let mut part = 0.0;
+            for c in 0..3 {
+                let channel = f64::from((light[c] - background[c]).max(0.0) * pixel.solid_angle);
+                energy[c] += channel;
+                part += channel;
+            }
+            let direction = pixel.direction.as_dvec3();
+            moment += part * direction;
+            clipped += if Self::is_clipped(code) { part } else { 0.0 };
+            parts.push((direction, part));
+        }
+        let all: f64 = energy.iter().sum();
+        let direction = moment.normalize_or_zero();
+        if !(all > 0.0) || direction == DVec3::ZERO {
+            // Nothing was seen: a direction is needed to be a number, and confidence 0 says what it is worth.
+            let direction = glam::Vec3::Z;
+            return Lamp { name: name.into(), direction, energy: [0.0; 3], spread_deg: 0.0, confidence: 0.0 };
+        }
+        let square: f64 = parts.iter().map(|(d, part)| part * d.angle_between(direction).powi(2)).sum();
+        let spread_deg = (square / all).sqrt().to_degrees();
+        // An even disc reaches √2 times its root-mean-square radius.
+        let clearance = direction.angle_between(DVec3::NEG_Z).to_degrees() - f64::from(ball.blind_half_angle_deg);
+        let visible = (clearance / (std::f64::consts::SQRT_2 * spread_deg).max(1.0)).clamp(0.0, 1.0);
+        Lamp {
+            name: name.into(),
+            direction: direction.as_vec3(),
+            energy: energy.map(|e| e as f32),
+            spread_deg: spread_deg as f32,
+            confidence: (visible * (1.0 - clipped / all)) as f32,
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! The mirror balls of a shoot: one under each lamp, one under the interview's light. All were taken
+//! by one camera at one exposure, so that pixel for pixel the interview's ball is a sum of the lamps'.
+
+use super::code::{Code, STEPS, Table, codes};
+use super::footprint::Footprint;
+use super::least_squares::NormalEquations;
+use super::mirror_ball::MirrorBall;
+use crate::error::{Error, Result};
+use crate::imaging::{DualGamma, color::luminance, file};
+use crate::light::{Lamp, Rig};
+use crate::progress::Progress;
+use crate::project::Project;
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// All ball photographs as codes, so that any response can be tried in milliseconds.
+pub struct Probes {
+    ball: MirrorBall,
+    footprints: Vec<Footprint>,
+    /// The interview's ball: one code per pixel of the ball.
+    interview: Vec<Code>,
+    /// For each pixel of the ball, the nearest of the directions spread evenly over the sphere at which
+    /// the balls are compared.
+    cell_of_pixel: Vec<u16>,
+    /// The blur of that comparison: weights between all pairs of cells.
+    blur: Vec<f32>,
+    /// Pixels of the ball that are clipped in no photograph. Only these are compared: so a clipped lamp
+    /// is missing the same part in both, and its weight stays right.
+    comparable: Vec<bool>,
+    profile: Vec<ProfilePixel>,
+}
+
+/// A pixel of the interview's ball beside the same pixel under each lamp that reaches it.
+struct ProfilePixel {
+    interview: Code,
+    lamps: Vec<(usize, Code)>,
+}
+
+/// The interview's light in terms of the lamps.
+pub struct InterviewFit {
+    /// For each lamp and channel, its share.
+    pub weights: Vec<[f32; 3]>,
+    /// Relative root-mean-square residual of the blurred ball.
+    pub residual: f32,
+    /// Share of the ball's luminance energy that no lamp explains.
+    pub uncovered: f32,
+}
+
+impl Probes {
+    /// Reads the shoot's balls.
+    ///
+    /// # Errors
+    /// When a photograph cannot be read, differs in size from the others, or does not show the ball.
+    pub fn load(project: &Project, progress: &Progress) -> Result<Self> {
+        let shoot = &project.settings.shoot;
+        let interview = file::read_encoded(&project.interview_probe_path())?;
+        let size = interview.0.size();
+        let ball = MirrorBall::new(&shoot.ball, shoot.dome_radius_m, size)?;
+        let provisional = Table::new(&DualGamma { gamma1: 2.2, gamma2: 2.2 });
+        let on_ball = |picture: &[Code]| -> Vec<Code> { ball.pixels.iter().map(|p| picture[p.index]).collect() };
+        let total = shoot.lamps.len() as u64;
+        let footprints = (0..shoot.lamps.len())
+            .into_par_iter()
+            .map(|lamp| {
+                progress.check("nothing was changed")?;
+                let path = project.lamp_probe_path(lamp);
+                let picture = file::read_encoded(&path)?;
+                if picture.0.size() != size {
+                    return Err(Error::unexpected(
+                        path.display(),
+                        format!("{}×{} pixels as in the interview's probe", size.0, size.1),
+                        format!("{}×{}", picture.0.width, picture.0.height),
+                        "Give all mirror-ball photographs from the same camera, uncropped",
+                    ));
+                }
+                progress.step("mirror balls", lamp as u64 + 1, total, shoot.lamps[lamp].clone());
+                Ok(Footprint::find(&on_ball(&codes(&picture)), &provisional))
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Self::compare(ball.clone(), footprints, on_ball(&codes(&interview)), &provisional))
+    }
+
+    fn compare(ball: MirrorBall, footprints: Vec<Footprint>, interview: Vec<Code>, provisional: &Table) -> Self {
+        let lamps = footprints.len().max(1);
+        // Radius of a cap when the lamps share the sphere evenly, within what a rig can sensibly have.
+        let spacing = (1.0 - 2.0 / lamps as f32).acos().to_degrees().clamp(8.0, 60.0);
+        let cells = lattice((12 * lamps).clamp(400, 2000));
+        let cell_of_pixel = ball
+            .pixels
+            .par_iter()
+            .map(|pixel| {
+                let nearness = |i: usize| cells[i].dot(pixel.direction);
+                (0..cells.len()).max_by(|&i, &j| nearness(i).total_cmp(&nearness(j))).unwrap_or(0) as u16
+            })
+            .collect();
+        // A Gaussian of half the spacing: the rig's lamps melt together just so far that gaps close.
+        let sharpness = (0.5 * spacing).to_radians().powi(-2);
+        let blur = (cells.par_iter())
+            .flat_map_iter(|a| cells.iter().map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp()))
+            .collect();
+        let mut comparable: Vec<bool> = interview.iter().map(|code| !Footprint::is_clipped(code)).collect();
+        for (pixel, code) in footprints.iter().flat_map(|f| &f.pixels) {
+            comparable[*pixel as usize] &= !Footprint::is_clipped(code);
+        }
+        let mut probes = Self { ball, footprints, interview, cell_of_pixel, blur, comparable, profile: vec![] };
+        probes.profile = probes.make_profile(provisional);
+        probes
+    }
+
+    /// The ball's geometry.
+    pub fn ball(&self) -> &MirrorBall {
+        &self.ball
+    }
+
+    /// Pixels with a clipped channel, over all lamps' footprints.
+    pub fn clipped_pixels(&self) -> usize {
+        self.footprints.iter().map(Footprint::clipped_pixels).sum()
+    }
+
+    /// Pixels of the interview's ball with a clipped channel.
+    pub fn clipped_interview_pixels(&self) -> usize {
+        self.interview.iter().filter(|code| Footprint::is_clipped(code)).count()
+    }
+
+    /// The lamps under a response. A lamp of less than a thousandth of the median's energy counts as
+    /// not seen: its weight would amplify the OLAT's noise a thousandfold.
+    pub(super) fn rig(&self, names: &[String], table: &Table) -> Rig {
+        let mut lamps: Vec<Lamp> =
+            self.footprints.iter().zip(names).map(|(f, name)| f.lamp(name, &self.ball, table)).collect();
+        let mut energies: Vec<f32> = lamps.iter().map(|lamp| luminance(lamp.energy)).collect();
+        energies.sort_by(f32::total_cmp);
+        let median = energies.get(energies.len() / 2).copied().unwrap_or(0.0);
+        for lamp in lamps.iter_mut().filter(|lamp| luminance(lamp.energy) < 1e-3 * median) {
+            lamp.confidence = 0.0;
+        }
+        Rig { lamps }
+    }
+
+    /// Light that is on every ball whatever the lamp: the room's own, and the sensor's floor.
+    fn ambient(&self, table: &Table) -> [f32; 3] {
+        let backgrounds: Vec<[f32; 3]> = self.footprints.iter().map(|f| f.background(table)).collect();
+        [0, 1, 2].map(|c| {
+            let mut channel: Vec<f32> = backgrounds.iter().map(|b| b[c]).collect();
+            channel.sort_by(f32::total_cmp);
+            channel.get(channel.len() / 2).copied().unwrap_or(0.0)
+        })
+    }
+
+    /// The interview's light as a sum of lamps under a response: non-negative least squares of the
+    /// interview's ball by the lamps' balls, per channel, both blurred to half the lamps' spacing.
+    pub(super) fn fit(&self, table: &Table) -> InterviewFit {
+        let n = self.blur.len().isqrt();
+        let blurred = |energy: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            let lit: Vec<usize> = (0..n).filter(|&i| energy[i] != [0.0; 3]).collect();
+            let at = |cell: usize| {
+                lit.iter().fold([0.0f32; 3], |sum, &from| {
+                    let k = self.blur[cell * n + from];
+                    [0, 1, 2].map(|c| sum[c] + k * energy[from][c])
+                })
+            };
+            (0..n).map(at).collect()
+        };
+        let mut seen = vec![[0.0f32; 3]; n];
+        let ambient = self.ambient(table);
+        for (pixel, code) in self.interview.iter().enumerate().filter(|(pixel, _)| self.comparable[*pixel]) {
+            let (cell, light) = (&mut seen[usize::from(self.cell_of_pixel[pixel])], table.rgb(*code));
+            for c in 0..3 {
+                cell[c] += (light[c] - ambient[c]) * self.ball.pixels[pixel].solid_angle;
+            }
+        }
+        let seen: Vec<[f32; 3]> = blurred(&seen).into_iter().map(|e| e.map(|v| v.max(0.0))).collect();
+        let lamps: Vec<Vec<[f32; 3]>> = self
+            .footprints
+            .par_iter()
+            .map(|footprint| {
+                let background = footprint.background(table);
+                let mut energy = vec![[0.0f32; 3]; n];
+                for (pixel, code) in footprint.pixels.iter().filter(|(p, _)| self.comparable[*p as usize]) {
+                    let place = *pixel as usize;
+                    let (cell, light) = (&mut energy[usize::from(self.cell_of_pixel[place])], table.rgb(*code));
+                    for c in 0..3 {
+                        cell[c] += (light[c] - background[c]).max(0.0) * self.ball.pixels[place].solid_angle;
+                    }
+                }
+                blurred(&energy)
+            })
+            .collect();
+        let mut weights = vec![[0.0f32; 3]; lamps.len()];
+        let (mut error, mut power) = (0.0f64, 0.0f64);
+        let mut missing = [0.0f32; 3];
+        let mut all = [0.0f32; 3];
+        for c in 0..3 {
+            let mut equations = NormalEquations::new(lamps.len());
+            for cell in 0..n {
+                let terms: Vec<(usize, f64)> = lamps
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, lamp)| lamp[cell][c] > 0.0)
+                    .map(|(i, lamp)| (i, f64::from(lamp[cell][c])))
+                    .collect();
+                equations.add(&terms, f64::from(seen[cell][c]));
+            }
+            let solution = equations.solve();
+            for (weight, x) in weights.iter_mut().zip(&solution) {
+                weight[c] = *x as f32;
+            }
+            for cell in 0..n {
+                let explained: f32 = lamps.iter().zip(&weights).map(|(lamp, w)| w[c] * lamp[cell][c]).sum();
+                let left = seen[cell][c] - explained;
+                error += f64::from(left).powi(2);
+                power += f64::from(seen[cell][c]).powi(2);
+                missing[c] += left.max(0.0);
+                all[c] += seen[cell][c];
+            }
+        }
+        let share = |part: f64, whole: f64| if whole > 0.0 { (part / whole) as f32 } else { 0.0 };
+        InterviewFit {
+            weights,
+            residual: share(error, power).sqrt(),
+            uncovered: share(f64::from(luminance(missing)), f64::from(luminance(all))).min(1.0),
+        }
+    }
+
+    /// Root-mean-square distance in encoded values between the interview's ball and the best sum of the
+    /// lamps' balls, pixel for pixel. A lamp's image has bright and dim pixels, and each lamp has
+    /// another weight: only the right shape of the response makes all of them proportional. What it
+    /// cannot tell is a power of the response, because that is a response too, with powers of the
+    /// weights. `None` when no pixel can be compared.
+    pub(super) fn profile_distance(&self, table: &Table) -> Option<f64> {
+        let backgrounds: Vec<[f32; 3]> = self.footprints.iter().map(|f| f.background(table)).collect();
+        let channels: Vec<(f64, usize)> = (0..3usize)
+            .into_par_iter()
+            .map(|c| {
+                let light = |&(lamp, code): &(usize, Code)| {
+                    (lamp, f64::from((table.light(code[c]) - backgrounds[lamp][c]).max(0.0)))
+                };
+                // The last unknown is the room's own light during the interview.
+                let constant = self.footprints.len();
+                let mut equations = NormalEquations::new(constant + 1);
+                let mut terms = Vec::new();
+                for pixel in &self.profile {
+                    // Errors are alike in the code, so light is divided by the slope there.
+                    let certainty = 1.0 / f64::from(table.slope(pixel.interview[c]));
+                    terms.clear();
+                    terms.extend(pixel.lamps.iter().map(light).map(|(lamp, l)| (lamp, l * certainty)));
+                    terms.push((constant, certainty));
+                    equations.add(&terms, f64::from(table.light(pixel.interview[c])) * certainty);
+                }
+                let x = equations.solve();
+                let square = |pixel: &ProfilePixel| {
+                    let sum: f64 = pixel.lamps.iter().map(light).map(|(lamp, l)| x[lamp] * l).sum();
+                    let code = f32::from(pixel.interview[c]) / f32::from(STEPS);
+                    f64::from(table.encode((sum + x[constant]) as f32) - code).powi(2)
+                };
+                (self.profile.iter().map(square).sum(), self.profile.len())
+            })
+            .collect();
+        let (square, count) = channels.into_iter().fold((0.0, 0), |sum, c| (sum.0 + c.0, sum.1 + c.1));
+        (count > 0).then(|| (square / count as f64).sqrt())
+    }
+
+    fn make_profile(&self, provisional: &Table) -> Vec<ProfilePixel> {
+        /// Enough pixels to tell a response; more only take time.
+        const ENOUGH: usize = 16_384;
+        let mut lamps: Vec<Vec<(usize, Code)>> = vec![vec![]; self.interview.len()];
+        for (lamp, footprint) in self.footprints.iter().enumerate() {
+            for (pixel, code) in &footprint.pixels {
+                lamps[*pixel as usize].push((lamp, *code));
+            }
+        }
+        let ambient = self.ambient(provisional);
+        let lit = |code: &Code| (0..3).all(|c| provisional.light(code[c]) > 3.0 * ambient[c]);
+        let profile: Vec<ProfilePixel> = self
+            .interview
+            .iter()
+            .zip(lamps)
+            .zip(&self.comparable)
+            .filter(|((code, lamps), comparable)| !lamps.is_empty() && lit(code) && **comparable)
+            .map(|((code, lamps), _)| ProfilePixel { interview: *code, lamps })
+            .collect();
+        let stride = profile.len().div_ceil(ENOUGH).max(1);
+        profile.into_iter().step_by(stride).collect()
+    }
+}
+
+/// `n` directions spread evenly over the sphere: a Fibonacci lattice.
+fn lattice(n: usize) -> Vec<Vec3> {
+    let golden_angle = std::f32::consts::PI * (3.0 - 5.0f32.sqrt());
+    (0..n)
+        .map(|i| {
+            let y = 1.0 - (2 * i + 1) as f32 / n as f32;
+            let (sin, cos) = (i as f32 * golden_angle).sin_cos();
+            let radius = (1.0 - y * y).sqrt();
+            Vec3::new(radius * cos, y, radius * sin)
+        })
+        .collect()
+}

@@ -1,0 +1,309 @@
+use super::*;
+use crate::imaging::{Encoded, Image, Mask, file};
+use crate::light::Lamp;
+use crate::project::{Ball, Settings, Shoot};
+use glam::Vec3;
+use mirror_ball::MirrorBall;
+use std::path::{Path, PathBuf};
+
+/// The directions of a small dome and how bright each lamp was during the interview.
+fn dome() -> Vec<(Vec3, f32)> {
+    (0..14)
+        .map(|i| {
+            let (y, turn) = (0.95 - 0.125 * i as f32, i as f32 * 2.399_963);
+            let direction = Vec3::new((1.0 - y * y).sqrt() * turn.sin(), y, (1.0 - y * y).sqrt() * turn.cos());
+            (direction, 0.1 + 0.05 * ((i * 5) % 7) as f32)
+        })
+        .collect()
+}
+
+/// Writes a shoot of a white ball with coloured spots that turns between poses, under [`dome`].
+fn small_shoot(root: &Path, response: &DualGamma) -> Project {
+    const SIZE: usize = 96;
+    let ball = Ball { center_px: [48.0, 48.0], radius_px: 42.0, radius_m: 0.075, camera_distance_m: 4.0 };
+    let names = |what: &str, n: usize| (0..n).map(|i| format!("{what}{i:02}")).collect::<Vec<_>>();
+    let lamps = dome();
+    let settings = Settings {
+        format: crate::project::FORMAT,
+        name: "small".into(),
+        size: 32,
+        seed: 1,
+        shoot: Shoot {
+            folder: PathBuf::from("shoot"),
+            frame_rate: 25.0,
+            poses: names("pose", 4),
+            lamps: names("olat_", lamps.len()),
+            frames: names("frame_", 4),
+            ball,
+            dome_radius_m: None,
+            environments: vec![],
+        },
+    };
+    let project = Project { root: root.to_path_buf(), settings };
+    let pictures = std::cell::Cell::new(0u32);
+    let write = |path: PathBuf, light: &Image| {
+        // Eight bits of a camera whose sensor dithers: noise of half a code, other in every picture.
+        let Encoded(codes) = response.encode(light);
+        pictures.set(pictures.get() + 1);
+        let mut seed = pictures.get().wrapping_mul(2_654_435_761);
+        let dithered = codes.map(|pixel| {
+            pixel.map(|v| {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (v + ((seed >> 8) as f32 / 16_777_216.0 - 0.5) / 255.0).clamp(0.0, 1.0)
+            })
+        });
+        file::write_png(&path, &Encoded(dithered)).unwrap();
+    };
+    let sum = |pictures: &[Image]| {
+        let mut sum = Image::filled(SIZE, SIZE, [0.0; 3]);
+        for (picture, (_, weight)) in pictures.iter().zip(&lamps) {
+            for (s, p) in sum.pixels.iter_mut().zip(&picture.pixels) {
+                *s = [0, 1, 2].map(|c| s[c] + weight * p[c]);
+            }
+        }
+        sum
+    };
+    // Lamps on the mirror ball have a bright middle and a soft edge.
+    let geometry = MirrorBall::new(&ball, None, (SIZE, SIZE)).unwrap();
+    let probes: Vec<Image> = lamps
+        .iter()
+        .map(|(direction, _)| {
+            let mut picture = Image::filled(SIZE, SIZE, [0.0002; 3]);
+            for pixel in &geometry.pixels {
+                let glow = 0.8 * ((pixel.direction.dot(*direction) - 1.0) / 0.01).exp();
+                picture.pixels[pixel.index] = [glow + 0.0002, 0.9 * glow + 0.0002, 0.7 * glow + 0.0002];
+            }
+            picture
+        })
+        .collect();
+    write(project.interview_probe_path(), &sum(&probes));
+    for (i, probe) in probes.iter().enumerate() {
+        write(project.lamp_probe_path(i), probe);
+    }
+    let subject = |turn: f32, direction: Vec3| {
+        Image::from_fn(SIZE, SIZE, |x, y| {
+            let (dx, dy) = ((x as f32 - 47.5) / 44.0, (47.5 - y as f32) / 44.0);
+            let n = Vec3::new(dx, dy, (1.0 - dx * dx - dy * dy).max(0.0).sqrt());
+            let spots = 0.5 + 0.5 * (9.0 * (n.x + turn)).sin() * (7.0 * n.y).cos();
+            let light = 0.25 * n.dot(direction).max(0.0) + 0.004;
+            [0.9, 0.6 + 0.2 * spots, 0.3 + 0.5 * spots].map(|albedo| albedo * (0.2 + 0.8 * spots) * light)
+        })
+    };
+    let mask = Mask::from_fn(SIZE, SIZE, |x, y| f32::from((x as f32 - 47.5).hypot(y as f32 - 47.5) < 44.0));
+    for pose in 0..4 {
+        let olats: Vec<Image> = lamps.iter().map(|(d, _)| subject(0.7 * pose as f32, *d)).collect();
+        for (i, olat) in olats.iter().enumerate() {
+            write(project.olat_path(pose, i), olat);
+        }
+        file::write_mask_png(&project.exemplar_mask_path(pose), &mask).unwrap();
+        // The interview shows the poses, a little turned.
+        let frame: Vec<Image> = lamps.iter().map(|(d, _)| subject(0.7 * pose as f32 + 0.05, *d)).collect();
+        write(project.frame_path(pose), &sum(&frame));
+        file::write_mask_png(&project.frame_mask_path(pose), &mask).unwrap();
+    }
+    project
+}
+
+fn median(mut values: Vec<f32>) -> f32 {
+    values.sort_by(f32::total_cmp);
+    values[values.len() / 2]
+}
+
+fn angles_deg(rig: &Rig, truth: &[Vec3]) -> Vec<f32> {
+    rig.lamps.iter().zip(truth).map(|(lamp, t)| lamp.direction.angle_between(*t).to_degrees()).collect()
+}
+
+#[test]
+fn a_shoot_of_known_making_is_recovered() {
+    for (gamma1, gamma2) in [(2.5, 1.9), (2.0, 2.3)] {
+        let folder = tempfile::tempdir().unwrap();
+        let project = small_shoot(folder.path(), &DualGamma { gamma1, gamma2 });
+        let found = calibrate(&project, &Progress::silent()).unwrap();
+        println!("γ ({gamma1}, {gamma2}): {:?} ± {:?}, exposure {}", found.response, found.gamma_deviation, found.exposure);
+        assert!((found.response.gamma1 - gamma1).abs() < 0.15 && (found.response.gamma2 - gamma2).abs() < 0.15);
+        let truth: Vec<Vec3> = dome().iter().map(|(direction, _)| *direction).collect();
+        let angle = median(angles_deg(&found.rig, &truth));
+        let weight = median(
+            dome().iter().zip(&found.interview_weights).flat_map(|((_, t), w)| w.map(|w| (w / t - 1.0).abs())).collect(),
+        );
+        println!("median angle {angle:.2}°, median weight error {:.1} %", 100.0 * weight);
+        assert!(angle < 1.0 && weight < 0.03);
+        found.save(&project).unwrap();
+        assert_eq!(Calibration::load(&project).unwrap(), found);
+    }
+}
+
+#[test]
+fn a_calibration_of_other_lamps_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut project = small_project(folder.path());
+    let calibration = small_calibration();
+    assert!(Calibration::load(&project).unwrap_err().to_string().contains("afterlight calibrate"));
+    calibration.save(&project).unwrap();
+    assert_eq!(Calibration::load(&project).unwrap(), calibration);
+    project.settings.shoot.lamps = vec!["other".into()];
+    assert!(Calibration::load(&project).unwrap_err().to_string().contains("afterlight calibrate"));
+    project.settings.shoot.lamps = vec!["olat_00".into(), "olat_01".into()];
+    assert!(Calibration::load(&project).unwrap_err().to_string().contains("2 lamps"));
+}
+
+#[test]
+fn a_calibration_that_holds_no_numbers_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = small_project(folder.path());
+    let sound = small_calibration();
+    for broken in [
+        Calibration { interview_weights: vec![[f32::NAN; 3]], ..sound.clone() },
+        Calibration { exposure: f32::INFINITY, ..sound.clone() },
+        Calibration { response: DualGamma { gamma1: f32::NAN, gamma2: 2.0 }, ..sound.clone() },
+    ] {
+        broken.save(&project).unwrap();
+        assert!(Calibration::load(&project).is_err());
+    }
+}
+
+#[test]
+fn a_shoot_without_poses_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = calibrate(&small_project(folder.path()), &Progress::silent()).unwrap_err().to_string();
+    assert!(error.contains("at least one of poses"), "{error}");
+}
+
+fn small_project(root: &Path) -> Project {
+    let shoot = Shoot {
+        folder: PathBuf::from("shoot"),
+        frame_rate: 25.0,
+        poses: vec![],
+        lamps: vec!["olat_00".into()],
+        frames: vec![],
+        ball: Ball { center_px: [8.0; 2], radius_px: 7.0, radius_m: 0.05, camera_distance_m: 2.0 },
+        dome_radius_m: None,
+        environments: vec![],
+    };
+    let settings = Settings { format: crate::project::FORMAT, name: "small".into(), size: 32, seed: 1, shoot };
+    Project { root: root.to_path_buf(), settings }
+}
+
+fn small_calibration() -> Calibration {
+    Calibration {
+        response: DualGamma { gamma1: 2.2, gamma2: 2.2 },
+        gamma_deviation: [0.05; 2],
+        exposure: 1.0,
+        interview_weights: vec![[0.5; 3]],
+        uncovered_energy: 0.0,
+        probe_residual: 0.0,
+        gamma_residual: 0.0,
+        blind_share: 0.02,
+        clipped_pixels: 0,
+        rig: Rig {
+            lamps: vec![Lamp {
+                name: "olat_00".into(),
+                direction: Vec3::Y,
+                energy: [0.1; 3],
+                spread_deg: 4.0,
+                confidence: 1.0,
+            }],
+        },
+    }
+}
+
+/// The shared shoot of a real head scan, rendered by other software; `None` where it is not here.
+fn shared_shoot(probes: &str) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/stage");
+    let read = |name: &str| -> Option<serde_json::Value> {
+        serde_json::from_str(&std::fs::read_to_string(folder.join(name)).ok()?).ok()
+    };
+    let (Some(manifest), Some(truth)) = (read("manifest.json"), read("truth.json")) else {
+        eprintln!("skipped: {} is not here", folder.display());
+        return None;
+    };
+    let number = |value: &serde_json::Value| value.as_f64().unwrap() as f32;
+    let names = |what: &str, digits: usize, n: &serde_json::Value| -> Vec<String> {
+        (0..n.as_u64().unwrap()).map(|i| format!("{what}{i:0digits$}")).collect()
+    };
+    let probe = &manifest["probes"];
+    let settings = Settings {
+        format: crate::project::FORMAT,
+        name: "shared".into(),
+        size: 128,
+        seed: 1,
+        shoot: Shoot {
+            folder: std::fs::canonicalize(&folder).unwrap(),
+            frame_rate: 25.0,
+            poses: names("pose", 2, &manifest["exemplar_poses"]),
+            lamps: names("olat_", 2, &manifest["olat_conditions"]),
+            frames: names("frame_", 3, &manifest["frames"]),
+            ball: Ball {
+                center_px: [number(&probe["ball_center_px"][0]), number(&probe["ball_center_px"][1])],
+                radius_px: number(&probe["ball_radius_px"]),
+                radius_m: number(&probe["ball_radius_m"]),
+                camera_distance_m: number(&manifest["camera"]["position"][2]),
+            },
+            dome_radius_m: Some(number(&manifest["dome_radius_m"])),
+            environments: vec![],
+        },
+    };
+    let directions = manifest["bank_directions"].as_array().unwrap();
+    let directions = directions.iter().map(|d| Vec3::from_array([0, 1, 2].map(|c| number(&d[c])))).collect();
+    let home = tempfile::tempdir().unwrap();
+    let project = Project { root: home.path().to_path_buf(), settings };
+    if probes == "probes" {
+        return Some((project, home, truth, directions));
+    }
+    // The same shoot with other ball photographs.
+    let mut project = project;
+    let shoot = home.path().join("shoot");
+    std::fs::create_dir(&shoot).unwrap();
+    for name in ["exemplars", "exemplar_masks", "interview", "interview_masks"] {
+        std::os::unix::fs::symlink(project.shoot_path(name), shoot.join(name)).unwrap();
+    }
+    std::os::unix::fs::symlink(project.shoot_path(probes), shoot.join("probes")).unwrap();
+    project.settings.shoot.folder = "shoot".into();
+    Some((project, home, truth, directions))
+}
+
+/// Angles and weights beside the truth, printed; returns their medians and γ's errors.
+fn judge(found: &Calibration, truth: &serde_json::Value, directions: &[Vec3]) -> (f32, f32, [f32; 2]) {
+    let number = |value: &serde_json::Value| value.as_f64().unwrap() as f32;
+    let angles = angles_deg(&found.rig, directions);
+    let weights = &truth["weights_linear_interview_per_olat"];
+    let errors: Vec<f32> = (found.interview_weights.iter().enumerate())
+        .flat_map(|(i, w)| [0, 1, 2].map(|c| (w[c] / number(&weights[i][c]) - 1.0).abs()))
+        .collect();
+    let gamma = [found.response.gamma1 - number(&truth["g1"]), found.response.gamma2 - number(&truth["g2"])];
+    println!(
+        "γ ({:.3}, {:.3}) ± {:.3?}, off by {gamma:.3?}; exposure {:.3}; residuals: quantiles {:.4}, probe {:.4}; \
+         uncovered {:.4}; blind {:.3}; clipped {}",
+        found.response.gamma1, found.response.gamma2, found.gamma_deviation, found.exposure, found.gamma_residual,
+        found.probe_residual, found.uncovered_energy, found.blind_share, found.clipped_pixels,
+    );
+    println!(
+        "lamp directions: median {:.3}°, worst {:.2}°; weights: median {:.2} %, worst {:.2} %; least confident {:?}",
+        median(angles.clone()),
+        angles.iter().copied().fold(0.0, f32::max),
+        100.0 * median(errors.clone()),
+        100.0 * errors.iter().copied().fold(0.0, f32::max),
+        found.rig.lamps.iter().min_by(|a, b| a.confidence.total_cmp(&b.confidence)).map(|l| (&l.name, l.confidence)),
+    );
+    (median(angles), median(errors), gamma)
+}
+
+#[test]
+fn the_shared_shoot_is_calibrated() {
+    let Some((project, _home, truth, directions)) = shared_shoot("probes") else { return };
+    let start = std::time::Instant::now();
+    let found = calibrate(&project, &Progress::silent()).unwrap();
+    println!("calibrated in {:.1} s", start.elapsed().as_secs_f32());
+    let (angle, weight, gamma) = judge(&found, &truth, &directions);
+    assert!(angle <= 0.5 && weight <= 0.02 && gamma.iter().all(|g| g.abs() <= 0.1));
+}
+
+#[test]
+fn clipped_balls_are_counted_and_lower_the_confidence() {
+    let Some((project, _home, truth, directions)) = shared_shoot("probes_hot") else { return };
+    let found = calibrate(&project, &Progress::silent()).unwrap();
+    let (angle, weight, gamma) = judge(&found, &truth, &directions);
+    assert!(angle <= 2.5 && weight <= 0.05 && gamma.iter().all(|g| g.abs() <= 0.15));
+    assert!(found.clipped_pixels > 1000 && found.rig.lamps.iter().all(|lamp| lamp.confidence < 0.5));
+    assert!(found.warnings().iter().any(|w| w.contains("clipped")));
+}
