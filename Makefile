@@ -35,7 +35,7 @@ starter: build
 	$(AFTERLIGHT) stage target/starter/shoot --size 128 --frames 24
 	$(AFTERLIGHT) import target/starter/project --shoot target/starter/shoot --size 128
 	$(AFTERLIGHT) calibrate target/starter/project
-	$(AFTERLIGHT) train target/starter/project --preset starter --exclude-truth target/starter/shoot
+	$(AFTERLIGHT) train target/starter/project --preset quick --exclude-truth target/starter/shoot
 	$(AFTERLIGHT) pack target/starter/project --to assets/starter
 
 clean-demo:

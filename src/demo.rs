@@ -42,13 +42,25 @@ pub struct DemoReport {
 pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
     let (shoot, root) = (folder.join("shoot"), folder.join("project"));
     if !shoot.join("manifest.json").exists() {
-        let settings = StageSettings { frames: FRAMES, size: SIZE, ..StageSettings::default() };
+        let settings = StageSettings {
+            frames: FRAMES,
+            size: SIZE,
+            ..StageSettings::default()
+        };
         write_shoot(&shoot, &settings, progress)?;
     }
     let project = if root.join("project.toml").exists() {
         Project::open(&root)?
     } else {
-        import(&root, &shoot, &ImportSettings { size: SIZE, seed: 1 }, progress)?
+        import(
+            &root,
+            &shoot,
+            &ImportSettings {
+                size: SIZE,
+                seed: 1,
+            },
+            progress,
+        )?
     };
     if !project.calibration_path().exists() {
         calibrate(&project, progress)?.save(&project)?;
@@ -66,19 +78,35 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
     let shoot = folder.join("shoot");
     let truth = Truth::open(&project, &shoot)?;
     let calibration = Calibration::load(&project)?;
-    let mut config = Preset::Starter.config();
+    let mut config = Preset::Quick.config();
     config.minutes = Some(MINUTES);
-    let settings = TrainSettings { config, exclude_frames: truth.frames.clone(), fresh: false, device };
+    let settings = TrainSettings {
+        config,
+        exclude_frames: truth.frames.clone(),
+        fresh: false,
+        device,
+    };
     let training = train(&project, &calibration, &settings, progress)?;
     let sheet = folder.join("olats.png");
     let measure = |method, sheet| {
-        let settings = EvaluateSettings { truth: shoot.clone(), method, table: None, sheet, device };
+        let settings = EvaluateSettings {
+            truth: shoot.clone(),
+            method,
+            table: None,
+            sheet,
+            device,
+        };
         evaluate(&project, &settings, progress)
     };
     let network = measure(Method::Network, Some(sheet.clone()))?;
     let ratio = measure(Method::Ratio, None)?;
     let clip = folder.join("relit.mp4");
-    let environment = project.settings.shoot.environments.first().map(|e| PathBuf::from(&e.name));
+    let environment = project
+        .settings
+        .shoot
+        .environments
+        .first()
+        .map(|e| PathBuf::from(&e.name));
     let relight = relight(
         &project,
         &RelightSettings {
@@ -124,7 +152,13 @@ impl DemoReport {
             self.training.device,
         );
         for (name, db) in &self.network.scores.relit_psnr_db {
-            let ratio = self.ratio.scores.relit_psnr_db.get(name).copied().unwrap_or(f64::NAN);
+            let ratio = self
+                .ratio
+                .scores
+                .relit_psnr_db
+                .get(name)
+                .copied()
+                .unwrap_or(f64::NAN);
             text += &format!("| {name} | {db:.1} | {ratio:.1} |\n");
         }
         text += &format!(
@@ -133,7 +167,10 @@ impl DemoReport {
         );
         for pass in &self.relight.passes {
             let ran = if pass.ran { "yes" } else { "no" };
-            text += &format!("| {} | {ran} | {} | {:.2} |\n", pass.name, pass.reason, pass.ms);
+            text += &format!(
+                "| {} | {ran} | {} | {:.2} |\n",
+                pass.name, pass.reason, pass.ms
+            );
         }
         text += "\n![Predicted and true OLATs](olats.png)\n";
         text

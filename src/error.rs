@@ -11,10 +11,20 @@ pub type Result<T> = std::result::Result<T, Error>;
 pub enum Error {
     /// The operating system or a codec refused a file.
     #[error("cannot {action} {}: {cause}. {remedy}", path.display())]
-    File { action: &'static str, path: PathBuf, cause: String, remedy: String },
+    File {
+        action: &'static str,
+        path: PathBuf,
+        cause: String,
+        remedy: String,
+    },
     /// Something was read or computed and is not what it has to be.
     #[error("{place}: expected {expected}, found {found}. {remedy}")]
-    Unexpected { place: String, expected: String, found: String, remedy: String },
+    Unexpected {
+        place: String,
+        expected: String,
+        found: String,
+        remedy: String,
+    },
     /// The person asked for a stop; whatever was finished has been kept.
     #[error("stopped on request: {kept}")]
     Cancelled { kept: String },

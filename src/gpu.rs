@@ -28,7 +28,10 @@ pub struct ComputeDevice {
 impl ComputeDevice {
     /// Picks a device. Software rasterisers do not count as GPUs: there the CPU backend is faster.
     pub fn choose(choice: DeviceChoice) -> Self {
-        let cpu = |why: &str| Self { device: Device::flex(), description: format!("CPU (flex): {why}") };
+        let cpu = |why: &str| Self {
+            device: Device::flex(),
+            description: format!("CPU (flex): {why}"),
+        };
         match choice {
             DeviceChoice::Cpu => cpu("as asked"),
             DeviceChoice::Gpu => Self {
@@ -50,8 +53,12 @@ impl ComputeDevice {
 fn hardware_adapter() -> Option<String> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    adapters.iter().map(wgpu::Adapter::get_info).find_map(|info| {
-        use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
-        matches!(info.device_type, DiscreteGpu | IntegratedGpu | VirtualGpu).then_some(info.name)
-    })
+    adapters
+        .iter()
+        .map(wgpu::Adapter::get_info)
+        .find_map(|info| {
+            use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
+            matches!(info.device_type, DiscreteGpu | IntegratedGpu | VirtualGpu)
+                .then_some(info.name)
+        })
 }

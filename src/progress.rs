@@ -8,7 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
     /// `done` of `total` units of `stage` are finished; `note` is a short live remark (a loss, a file).
-    Step { stage: &'static str, done: u64, total: u64, note: String },
+    Step {
+        stage: &'static str,
+        done: u64,
+        total: u64,
+        note: String,
+    },
     /// A sentence worth keeping in the log: a warning, a fallback, where something was written.
     Say(String),
 }
@@ -43,12 +48,20 @@ impl<'a> Progress<'a> {
 
     /// Reports nothing and never stops: for tests and short work.
     pub fn silent() -> Progress<'static> {
-        Progress { sink: &|_| {}, cancel: Cancel::default() }
+        Progress {
+            sink: &|_| {},
+            cancel: Cancel::default(),
+        }
     }
 
     /// Reports that `done` of `total` units are finished.
     pub fn step(&self, stage: &'static str, done: u64, total: u64, note: impl Into<String>) {
-        (self.sink)(Report::Step { stage, done, total, note: note.into() });
+        (self.sink)(Report::Step {
+            stage,
+            done,
+            total,
+            note: note.into(),
+        });
     }
 
     /// Reports a sentence for the log.
@@ -63,6 +76,12 @@ impl<'a> Progress<'a> {
 
     /// Fails with [`Error::Cancelled`] once a stop was asked for. `kept` says what survives.
     pub fn check(&self, kept: &str) -> Result<()> {
-        if self.cancelled() { Err(Error::Cancelled { kept: kept.to_owned() }) } else { Ok(()) }
+        if self.cancelled() {
+            Err(Error::Cancelled {
+                kept: kept.to_owned(),
+            })
+        } else {
+            Ok(())
+        }
     }
 }

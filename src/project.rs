@@ -91,10 +91,20 @@ impl Project {
     pub fn open(root: &Path) -> Result<Self> {
         let path = root.join("project.toml");
         let text = std::fs::read_to_string(&path).map_err(|e| {
-            Error::file("open", &path, e, "Make a project first: afterlight import PROJECT --shoot DIR")
+            Error::file(
+                "open",
+                &path,
+                e,
+                "Make a project first: afterlight import PROJECT --shoot DIR",
+            )
         })?;
         let settings: Settings = toml::from_str(&text).map_err(|e| {
-            Error::file("read", &path, e.message(), "Mend the line or import the shoot again")
+            Error::file(
+                "read",
+                &path,
+                e.message(),
+                "Mend the line or import the shoot again",
+            )
         })?;
         if settings.format != FORMAT {
             return Err(Error::unexpected(
@@ -105,7 +115,10 @@ impl Project {
             ));
         }
         check_size(settings.size)?;
-        Ok(Self { root: root.to_path_buf(), settings })
+        Ok(Self {
+            root: root.to_path_buf(),
+            settings,
+        })
     }
 
     /// Writes `project.toml`.
@@ -121,22 +134,34 @@ impl Project {
     /// The photograph of pose `pose` under lamp `lamp` alone.
     pub fn olat_path(&self, pose: usize, lamp: usize) -> PathBuf {
         let shoot = &self.settings.shoot;
-        self.shoot_path(format!("exemplars/{}/{}.png", shoot.poses[pose], shoot.lamps[lamp]))
+        self.shoot_path(format!(
+            "exemplars/{}/{}.png",
+            shoot.poses[pose], shoot.lamps[lamp]
+        ))
     }
 
     /// The matte of pose `pose`.
     pub fn exemplar_mask_path(&self, pose: usize) -> PathBuf {
-        self.shoot_path(format!("exemplar_masks/{}.png", self.settings.shoot.poses[pose]))
+        self.shoot_path(format!(
+            "exemplar_masks/{}.png",
+            self.settings.shoot.poses[pose]
+        ))
     }
 
     /// Interview frame number `frame`.
     pub fn frame_path(&self, frame: usize) -> PathBuf {
-        self.shoot_path(format!("interview/{}.png", self.settings.shoot.frames[frame]))
+        self.shoot_path(format!(
+            "interview/{}.png",
+            self.settings.shoot.frames[frame]
+        ))
     }
 
     /// The matte of interview frame `frame`.
     pub fn frame_mask_path(&self, frame: usize) -> PathBuf {
-        self.shoot_path(format!("interview_masks/{}.png", self.settings.shoot.frames[frame]))
+        self.shoot_path(format!(
+            "interview_masks/{}.png",
+            self.settings.shoot.frames[frame]
+        ))
     }
 
     /// The mirror ball under the interview's light.
@@ -175,7 +200,13 @@ pub fn check_size(size: usize) -> Result<()> {
 
 /// Writes `value` as TOML beside `path` and renames it.
 pub fn save_toml(path: &Path, value: &impl Serialize) -> Result<()> {
-    let text = toml::to_string_pretty(value)
-        .map_err(|e| Error::file("write", path, e, "Please report this: it is a fault of the program"))?;
+    let text = toml::to_string_pretty(value).map_err(|e| {
+        Error::file(
+            "write",
+            path,
+            e,
+            "Please report this: it is a fault of the program",
+        )
+    })?;
     write_beside(path, |out| std::io::Write::write_all(out, text.as_bytes()))
 }

@@ -1,138 +1,39 @@
 //! The real window, driven headless: what a person does, and what they then see.
 
+#[path = "studio/clay.rs"]
+mod clay;
+
 use afterlight::calibration::Calibration;
-use afterlight::footage::{Frame, ImportSettings, import};
+use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
-use afterlight::imaging::{Image, Mask, Raster, file::write_exr};
-use afterlight::light::{Lamp, Rig};
 use afterlight::progress::Progress;
-use afterlight::project::{Ball, FORMAT, NamedEnvironment, Project, Settings, Shoot};
-use afterlight::reflectance::ReflectanceField;
 use afterlight::scene::Background;
 use afterlight::studio::{Phase, StudioApp};
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::virtual_stage::{StageSettings, write_shoot};
-use afterlight::worker::{Blocked, Need, Source};
+use afterlight::worker::{Blocked, Need};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use egui_kittest::{Harness, SnapshotOptions};
-use glam::Vec3;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// How far a pixel of a snapshot may differ (YIQ distance), and how many may differ more: drivers
 /// round the edges of text differently.
 const SNAPSHOT: (f32, usize) = (0.6, 40);
 
-const FRAMES: usize = 8;
-const SIZE: usize = 64;
-
-/// Lamps all around, as a Fibonacci lattice, of equal energy.
-fn rig() -> Rig {
-    let lamps = 24;
-    let direction = |i: usize| {
-        let y = 1.0 - (2.0 * i as f32 + 1.0) / lamps as f32;
-        let turn = i as f32 * 2.399_963;
-        Vec3::new((1.0 - y * y).sqrt() * turn.cos(), y, (1.0 - y * y).sqrt() * turn.sin())
-    };
-    Rig {
-        lamps: (0..lamps)
-            .map(|i| Lamp {
-                name: format!("olat_{i:02}"),
-                direction: direction(i),
-                energy: [0.5; 3],
-                spread_deg: 5.0,
-                confidence: 1.0,
-            })
-            .collect(),
-    }
-}
-
-/// A ball of clay that rolls to the right: Lambert's law under every lamp, so that what the window
-/// must show is known without a network.
-fn clay(rig: &Rig, index: usize) -> (Frame, ReflectanceField) {
-    let middle = 26.0 + 1.5 * index as f32;
-    let normal = |x: usize, y: usize| {
-        let (nx, ny) = ((x as f32 + 0.5 - middle) / 22.0, (32.0 - y as f32 - 0.5) / 22.0);
-        Vec3::new(nx, ny, (1.0 - nx * nx - ny * ny).max(0.0).sqrt())
-    };
-    let mask: Mask = Raster::from_fn(SIZE, SIZE, |x, y| {
-        let r = (x as f32 + 0.5 - middle).hypot(y as f32 + 0.5 - 32.0);
-        (22.5 - r).clamp(0.0, 1.0)
-    });
-    let olats: Vec<Image> = rig
-        .lamps
-        .iter()
-        .map(|lamp| {
-            Raster::from_fn(SIZE, SIZE, |x, y| {
-                let light = normal(x, y).dot(lamp.direction).max(0.0) * mask.at(x, y);
-                [0.30 * light, 0.22 * light, 0.17 * light]
-            })
-        })
-        .collect();
-    let plate = Image::filled(SIZE, SIZE, [0.2; 3]);
-    (Frame { index, plate, mask }, ReflectanceField::from_olats(&olats))
-}
-
-fn write_environments(folder: &Path) -> Vec<NamedEnvironment> {
-    let half = |u: f32, from: f32| if (u - from).abs() < 0.12 { 6.0 } else { 0.15 };
-    let window: Image = Raster::from_fn(64, 32, |x, _| {
-        let light = half(x as f32 / 64.0, 0.25);
-        [light, 0.9 * light, 0.7 * light]
-    });
-    let sky: Image = Raster::from_fn(64, 32, |_, y| {
-        if y < 16 { [0.5, 0.8, 1.6] } else { [0.25, 0.2, 0.15] }
-    });
-    [("window", window), ("sky", sky)]
-        .map(|(name, picture)| {
-            let file = PathBuf::from(format!("{name}.exr"));
-            write_exr(&folder.join(&file), &picture).unwrap();
-            NamedEnvironment { name: name.to_owned(), file }
-        })
-        .into()
-}
-
-fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
-    Project {
-        root: folder.to_path_buf(),
-        settings: Settings {
-            format: FORMAT,
-            name: "clay".to_owned(),
-            size: SIZE,
-            seed: 1,
-            shoot: Shoot {
-                folder: PathBuf::from("."),
-                frame_rate: 4.0,
-                poses: vec!["pose00".to_owned()],
-                lamps: rig().lamps.iter().map(|l| l.name.clone()).collect(),
-                frames: (0..FRAMES).map(|i| format!("frame_{i:03}")).collect(),
-                ball: Ball { center_px: [32.0; 2], radius_px: 20.0, radius_m: 0.1, camera_distance_m: 4.0 },
-                dome_radius_m: None,
-                environments,
-            },
-        },
-    }
-}
-
-fn clay_source() -> Result<Source, Blocked> {
-    let rig = rig();
-    let lamps = rig.clone();
-    Ok(Source {
-        rig,
-        device: "clay, no network".to_owned(),
-        predict: Box::new(move |index| Ok(clay(&lamps, index))),
-    })
-}
-
 type Window = Harness<'static, StudioApp>;
 
 fn window(make: impl FnOnce(&egui::Context) -> StudioApp) -> Window {
-    Harness::builder().with_size(vec2(1280.0, 720.0)).with_step_dt(0.25).build_eframe(|cc| make(&cc.egui_ctx))
+    Harness::builder()
+        .with_size(vec2(1280.0, 720.0))
+        .with_step_dt(0.25)
+        .build_eframe(|cc| make(&cc.egui_ctx))
 }
 
 fn clay_window(folder: &Path) -> Window {
-    let project = project(folder, write_environments(folder));
-    let mut window = window(|ctx| StudioApp::over(ctx, project, clay_source));
+    let project = clay::project(folder, clay::environments(folder));
+    let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
     until(&mut window, "the first picture", |app| {
         app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
     });
@@ -143,7 +44,11 @@ fn clay_window(folder: &Path) -> Window {
 fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
     let started = Instant::now();
     while !seen(window.state()) {
-        assert!(started.elapsed() < Duration::from_secs(60), "no {what}: {:?}", window.state().news());
+        assert!(
+            started.elapsed() < Duration::from_secs(60),
+            "no {what}: {:?}",
+            window.state().news()
+        );
         std::thread::sleep(Duration::from_millis(5));
         window.step();
     }
@@ -165,7 +70,12 @@ fn picture(window: &Window) -> Vec<u8> {
 }
 
 fn drag(window: &mut Window, from: Pos2, to: Pos2, button: PointerButton, modifiers: Modifiers) {
-    let press = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers };
+    let press = |pos, pressed| Event::PointerButton {
+        pos,
+        button,
+        pressed,
+        modifiers,
+    };
     window.event(Event::ModifiersChanged(modifiers));
     window.event(Event::PointerMoved(from));
     window.event(press(from, true));
@@ -186,13 +96,26 @@ fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     let before = picture(&window);
-    drag(&mut window, MIDDLE, MIDDLE + vec2(100.0, 0.0), PointerButton::Primary, Modifiers::NONE);
+    drag(
+        &mut window,
+        MIDDLE,
+        MIDDLE + vec2(100.0, 0.0),
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
     until_shown(&mut window);
     let yaw = window.state().state().look.yaw_deg;
-    assert!((30.0..=50.0).contains(&yaw), "100 points to the right turn the light by {yaw}°");
+    assert!(
+        (30.0..=50.0).contains(&yaw),
+        "100 points to the right turn the light by {yaw}°"
+    );
     assert_ne!(picture(&window), before);
     let predict = &window.state().relit().unwrap().passes[0];
-    assert_eq!((predict.name.as_str(), predict.ran), ("predict", false), "a turn never asks the network");
+    assert_eq!(
+        (predict.name.as_str(), predict.ran),
+        ("predict", false),
+        "a turn never asks the network"
+    );
 
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     until_shown(&mut window);
@@ -207,13 +130,31 @@ fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
 fn ctrl_drag_and_shift_right_drag_turn_and_a_middle_drag_moves() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = clay_window(folder.path());
-    drag(&mut window, MIDDLE, MIDDLE - vec2(50.0, 0.0), PointerButton::Primary, Modifiers::COMMAND);
+    drag(
+        &mut window,
+        MIDDLE,
+        MIDDLE - vec2(50.0, 0.0),
+        PointerButton::Primary,
+        Modifiers::COMMAND,
+    );
     let after_ctrl = window.state().state().look.yaw_deg;
     assert!(after_ctrl < -10.0, "{after_ctrl}");
-    drag(&mut window, MIDDLE, MIDDLE - vec2(50.0, 0.0), PointerButton::Secondary, Modifiers::SHIFT);
+    drag(
+        &mut window,
+        MIDDLE,
+        MIDDLE - vec2(50.0, 0.0),
+        PointerButton::Secondary,
+        Modifiers::SHIFT,
+    );
     let after_shift = window.state().state().look.yaw_deg;
     assert!(after_shift < after_ctrl - 10.0, "{after_shift}");
-    drag(&mut window, MIDDLE, MIDDLE + vec2(30.0, 20.0), PointerButton::Middle, Modifiers::NONE);
+    drag(
+        &mut window,
+        MIDDLE,
+        MIDDLE + vec2(30.0, 20.0),
+        PointerButton::Middle,
+        Modifiers::NONE,
+    );
     assert_eq!(window.state().state().look.yaw_deg, after_shift);
     assert_ne!(window.state().state().view.pan, [0.0; 2]);
     window.key_press(Key::F);
@@ -228,7 +169,7 @@ fn play_goes_through_the_frames_and_around() {
     window.get_by_label("Play").click();
     let mut shown = std::collections::BTreeSet::new();
     let started = Instant::now();
-    while shown.len() < FRAMES || window.state().state().frame > 1 {
+    while shown.len() < clay::FRAMES || window.state().state().frame > 1 {
         assert!(started.elapsed() < Duration::from_secs(60), "{shown:?}");
         std::thread::sleep(Duration::from_millis(2));
         window.step();
@@ -240,10 +181,16 @@ fn play_goes_through_the_frames_and_around() {
     assert!(!window.state().state().playing);
     window.key_press(Key::End);
     until_shown(&mut window);
-    assert_eq!(window.state().relit().unwrap().scene.frame, FRAMES - 1);
+    assert_eq!(
+        window.state().relit().unwrap().scene.frame,
+        clay::FRAMES - 1
+    );
     window.key_press(Key::ArrowLeft);
     until_shown(&mut window);
-    assert_eq!(window.state().relit().unwrap().scene.frame, FRAMES - 2);
+    assert_eq!(
+        window.state().relit().unwrap().scene.frame,
+        clay::FRAMES - 2
+    );
 }
 
 #[test]
@@ -275,7 +222,11 @@ fn exposure_background_and_the_reset_of_the_view() {
     window.get_by_label("environment").click();
     until_shown(&mut window);
     assert_eq!(window.state().state().look.background, Background::None);
-    assert_eq!(picture(&window)[..3], [0; 3], "nothing behind the subject is black");
+    assert_eq!(
+        picture(&window)[..3],
+        [0; 3],
+        "nothing behind the subject is black"
+    );
     window.key_press_modifiers(Modifiers::COMMAND, Key::R);
     until_shown(&mut window);
     assert_eq!(window.state().state().look.exposure_stops, 0.0);
@@ -311,20 +262,31 @@ fn a_window_that_nobody_touches_asks_for_no_frame() {
         assert!(!window.ctx.has_requested_repaint());
         window.step();
         let wait = window.output().viewport_output[&egui::ViewportId::ROOT].repaint_delay;
-        assert!(wait > Duration::from_secs(3600), "the window wants to be drawn again in {wait:?}");
+        assert!(
+            wait > Duration::from_secs(3600),
+            "the window wants to be drawn again in {wait:?}"
+        );
     }
-    assert!(std::sync::Arc::ptr_eq(&newest, window.state().relit().unwrap()));
+    assert!(std::sync::Arc::ptr_eq(
+        &newest,
+        window.state().relit().unwrap()
+    ));
 }
 
 #[test]
 fn a_project_without_a_network_says_what_to_do_and_offers_it() {
     let folder = tempfile::tempdir().unwrap();
-    let project = project(folder.path(), Vec::new());
+    let project = clay::project(folder.path(), Vec::new());
     let source = || {
-        Err(Blocked { sentence: "Train it: afterlight train PROJECT".to_owned(), need: Some(Need::Network) })
+        Err(Blocked {
+            sentence: "Train it: afterlight train PROJECT".to_owned(),
+            need: Some(Need::Network),
+        })
     };
     let mut window = window(|ctx| StudioApp::over(ctx, project, source));
-    until(&mut window, "reason", |app| matches!(app.news().phase, Phase::Blocked(_)));
+    until(&mut window, "reason", |app| {
+        matches!(app.news().phase, Phase::Blocked(_))
+    });
     window.run();
     window.get_by_label("Train it: afterlight train PROJECT");
     window.get_by_label_contains("Train for 10 minutes");
@@ -341,13 +303,18 @@ fn a_window_without_a_project_offers_to_open_one() {
 #[test]
 fn a_frame_that_cannot_be_read_is_named_over_the_picture() {
     let folder = tempfile::tempdir().unwrap();
-    let project = project(folder.path(), write_environments(folder.path()));
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
     let source = || {
-        let mut source = clay_source()?;
-        let mut clay = source.predict;
+        let mut source = clay::source()?;
+        let mut predict = source.predict;
         source.predict = Box::new(move |index| match index {
-            3 => Err(afterlight::Error::file("open", "frame_003.png", "no such file", "Bring it back")),
-            _ => clay(index),
+            3 => Err(afterlight::Error::file(
+                "open",
+                "frame_003.png",
+                "no such file",
+                "Bring it back",
+            )),
+            _ => predict(index),
         });
         Ok(source)
     };
@@ -367,7 +334,12 @@ fn a_frame_that_cannot_be_read_is_named_over_the_picture() {
 fn a_shoot_is_calibrated_in_the_window_and_relit_once_it_is_trained() {
     let folder = tempfile::tempdir().unwrap();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-    let stage = StageSettings { frames: 3, size: 32, lamps: 6, ..StageSettings::default() };
+    let stage = StageSettings {
+        frames: 3,
+        size: 32,
+        lamps: 6,
+        ..StageSettings::default()
+    };
     write_shoot(&shoot, &stage, &silent).unwrap();
     let settings = ImportSettings { size: 32, seed: 5 };
     let project = import(&folder.path().join("project"), &shoot, &settings, &silent).unwrap();
@@ -375,20 +347,47 @@ fn a_shoot_is_calibrated_in_the_window_and_relit_once_it_is_trained() {
     let opened = project.clone();
     let mut calibrating = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
     let needs = |need| move |app: &StudioApp| matches!(&app.news().phase, Phase::Blocked(b) if b.need == Some(need));
-    until(&mut calibrating, "need of a calibration", needs(Need::Calibration));
+    until(
+        &mut calibrating,
+        "need of a calibration",
+        needs(Need::Calibration),
+    );
     calibrating.get_by_label("Calibrate").click();
     until(&mut calibrating, "need of a network", needs(Need::Network));
     drop(calibrating);
 
-    let config = TrainingConfig { width: 4, most_channels: 8, epochs: 1, minutes: None, ..Preset::Quick.config() };
-    let settings = TrainSettings { config, exclude_frames: vec![], fresh: false, device: DeviceChoice::Cpu };
-    train(&project, &Calibration::load(&project).unwrap(), &settings, &silent).unwrap();
+    let config = TrainingConfig {
+        width: 8,
+        most_channels: 16,
+        epochs: 1,
+        minutes: None,
+        ..Preset::Quick.config()
+    };
+    let settings = TrainSettings {
+        config,
+        exclude_frames: vec![],
+        fresh: false,
+        device: DeviceChoice::Cpu,
+    };
+    train(
+        &project,
+        &Calibration::load(&project).unwrap(),
+        &settings,
+        &silent,
+    )
+    .unwrap();
     let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
     until(&mut window, "picture", |app| app.relit().is_some());
     until_shown(&mut window);
     let before = picture(&window);
     assert_eq!(before.len(), 32 * 32 * 3);
-    drag(&mut window, MIDDLE, MIDDLE + vec2(200.0, 0.0), PointerButton::Primary, Modifiers::NONE);
+    drag(
+        &mut window,
+        MIDDLE,
+        MIDDLE + vec2(200.0, 0.0),
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
     window.key_press(Key::End);
     until_shown(&mut window);
     assert_ne!(picture(&window), before);
@@ -403,16 +402,27 @@ fn the_window_looks_as_it_did() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
-    drag(&mut window, MIDDLE, MIDDLE + vec2(75.0, 0.0), PointerButton::Primary, Modifiers::NONE);
+    drag(
+        &mut window,
+        MIDDLE,
+        MIDDLE + vec2(75.0, 0.0),
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
     until_shown(&mut window);
     window.run();
     // Times differ from run to run.
     for timing in ["predicted in", "relit in"] {
         let label = window.get_by_label_contains(timing).rect();
-        window.mask(egui::Rect::from_min_size(label.min, vec2(130.0, label.height())));
+        window.mask(egui::Rect::from_min_size(
+            label.min,
+            vec2(130.0, label.height()),
+        ));
     }
     let (threshold, pixels) = SNAPSHOT;
-    let options = SnapshotOptions::new().threshold(threshold).max_failed_pixels(pixels);
+    let options = SnapshotOptions::new()
+        .threshold(threshold)
+        .max_failed_pixels(pixels);
     window.snapshot_options("studio", &options);
 }
 

@@ -19,31 +19,59 @@ fn turn() -> MutexGuard<'static, ()> {
 }
 
 fn shoot(folder: &Path) {
-    let settings = StageSettings { frames: 4, size: 16, lamps: 6, ..StageSettings::default() };
+    let settings = StageSettings {
+        frames: 4,
+        size: 16,
+        lamps: 6,
+        ..StageSettings::default()
+    };
     write_shoot(&folder.join("shoot"), &settings, &Progress::silent()).unwrap();
 }
 
 fn project(folder: &Path, name: &str) -> (Project, Calibration) {
     let settings = ImportSettings { size: 16, seed: 5 };
-    let project = import(&folder.join(name), &folder.join("shoot"), &settings, &Progress::silent()).unwrap();
+    let project = import(
+        &folder.join(name),
+        &folder.join("shoot"),
+        &settings,
+        &Progress::silent(),
+    )
+    .unwrap();
     let calibration = calibrate(&project, &Progress::silent()).unwrap();
     calibration.save(&project).unwrap();
     (project, calibration)
 }
 
 fn small() -> TrainingConfig {
-    TrainingConfig { width: 8, most_channels: 16, minutes: None, decay: false, ..Preset::Quick.config() }
+    TrainingConfig {
+        width: 8,
+        most_channels: 16,
+        minutes: None,
+        decay: false,
+        ..Preset::Quick.config()
+    }
 }
 
-fn run(project: &Project, calibration: &Calibration, config: TrainingConfig) -> afterlight::training::TrainReport {
-    let settings =
-        TrainSettings { config, exclude_frames: vec![3], fresh: false, device: DeviceChoice::Cpu };
+fn run(
+    project: &Project,
+    calibration: &Calibration,
+    config: TrainingConfig,
+) -> afterlight::training::TrainReport {
+    let settings = TrainSettings {
+        config,
+        exclude_frames: vec![3],
+        fresh: false,
+        device: DeviceChoice::Cpu,
+    };
     train(project, calibration, &settings, &Progress::silent()).unwrap()
 }
 
 fn predicted(project: &Project, calibration: &Calibration) -> ReflectanceField {
     let frame = Frame::load(project, &calibration.response, 3).unwrap();
-    Predictor::open(project, &Device::flex()).unwrap().predict(&frame).unwrap()
+    Predictor::open(project, &Device::flex())
+        .unwrap()
+        .predict(&frame)
+        .unwrap()
 }
 
 #[test]
@@ -53,11 +81,35 @@ fn a_resumed_run_equals_an_unstopped_one_bit_for_bit() {
     shoot(folder.path());
     let (stopped, calibration) = project(folder.path(), "stopped");
     let (unstopped, _) = project(folder.path(), "unstopped");
-    run(&stopped, &calibration, TrainingConfig { epochs: 2, ..small() });
-    let resumed = run(&stopped, &calibration, TrainingConfig { epochs: 6, ..small() });
-    let whole = run(&unstopped, &calibration, TrainingConfig { epochs: 6, ..small() });
+    run(
+        &stopped,
+        &calibration,
+        TrainingConfig {
+            epochs: 2,
+            ..small()
+        },
+    );
+    let resumed = run(
+        &stopped,
+        &calibration,
+        TrainingConfig {
+            epochs: 6,
+            ..small()
+        },
+    );
+    let whole = run(
+        &unstopped,
+        &calibration,
+        TrainingConfig {
+            epochs: 6,
+            ..small()
+        },
+    );
     assert_eq!(resumed.steps, whole.steps);
-    assert_eq!(predicted(&stopped, &calibration).values, predicted(&unstopped, &calibration).values);
+    assert_eq!(
+        predicted(&stopped, &calibration).values,
+        predicted(&unstopped, &calibration).values
+    );
 }
 
 #[test]
@@ -65,9 +117,16 @@ fn training_learns_and_its_output_does_not_fall_to_black() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
     shoot(folder.path());
-    for formulation in [afterlight::reflectance::Formulation::Direct, afterlight::reflectance::Formulation::Ratio] {
+    for formulation in [
+        afterlight::reflectance::Formulation::Direct,
+        afterlight::reflectance::Formulation::Ratio,
+    ] {
         let (project, calibration) = project(folder.path(), &format!("{formulation:?}"));
-        let config = TrainingConfig { formulation, epochs: 30, ..small() };
+        let config = TrainingConfig {
+            formulation,
+            epochs: 30,
+            ..small()
+        };
         let report = run(&project, &calibration, config);
         assert_eq!(report.skipped_steps, 0);
         let log = std::fs::read_to_string(project.root.join("training.csv")).unwrap();
@@ -78,10 +137,17 @@ fn training_learns_and_its_output_does_not_fall_to_black() {
             .collect();
         let mean = |part: &[f32]| part.iter().sum::<f32>() / part.len() as f32;
         let (first, last) = (mean(&losses[..12]), mean(&losses[losses.len() - 12..]));
-        assert!(last < 0.8 * first, "{formulation:?}: the reconstruction loss went from {first} to {last}");
+        assert!(
+            last < 0.8 * first,
+            "{formulation:?}: the reconstruction loss went from {first} to {last}"
+        );
         let field = predicted(&project, &calibration);
         let lit = field.values.iter().filter(|v| **v > 1e-3).count();
-        assert!(lit * 20 > field.values.len(), "{formulation:?}: only {lit} of {} values are lit", field.values.len());
+        assert!(
+            lit * 20 > field.values.len(),
+            "{formulation:?}: only {lit} of {} values are lit",
+            field.values.len()
+        );
         assert!(field.values.iter().all(|v| v.is_finite()));
     }
 }
@@ -92,17 +158,35 @@ fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     shoot(folder.path());
     let (project, calibration) = project(folder.path(), "film");
-    run(&project, &calibration, TrainingConfig { epochs: 1, ..small() });
+    run(
+        &project,
+        &calibration,
+        TrainingConfig {
+            epochs: 1,
+            ..small()
+        },
+    );
     let mut larger = project.clone();
     larger.settings.size = 32;
-    let refused = Predictor::open(&larger, &Device::flex()).err().expect("another size is refused").to_string();
-    assert!(refused.contains("32 pixels") && refused.contains("--fresh"), "{refused}");
+    let refused = Predictor::open(&larger, &Device::flex())
+        .err()
+        .expect("another size is refused")
+        .to_string();
+    assert!(
+        refused.contains("32 pixels") && refused.contains("--fresh"),
+        "{refused}"
+    );
     let settings = TrainSettings {
-        config: TrainingConfig { width: 16, ..small() },
+        config: TrainingConfig {
+            width: 16,
+            ..small()
+        },
         exclude_frames: Vec::new(),
         fresh: false,
         device: DeviceChoice::Cpu,
     };
-    let refused = train(&project, &calibration, &settings, &Progress::silent()).unwrap_err().to_string();
+    let refused = train(&project, &calibration, &settings, &Progress::silent())
+        .unwrap_err()
+        .to_string();
     assert!(refused.contains("--fresh"), "{refused}");
 }

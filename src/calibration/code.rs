@@ -1,5 +1,6 @@
 //! Encoded values as whole numbers, so that a candidate response is one small table.
 
+use crate::imaging::color::unit;
 use crate::imaging::{DualGamma, Encoded};
 
 /// A pixel's encoded channels in steps of 1/[`STEPS`].
@@ -13,8 +14,13 @@ pub(super) const CLIPPED: u16 = STEPS - 16 + 1;
 
 /// The codes of a picture, row by row.
 pub(super) fn codes(picture: &Encoded) -> Vec<Code> {
-    let code = |v: f32| (v.max(0.0).min(1.0) * f32::from(STEPS) + 0.5) as u16;
-    picture.0.pixels.iter().map(|pixel| pixel.map(code)).collect()
+    let code = |v: f32| (unit(v) * f32::from(STEPS) + 0.5) as u16;
+    picture
+        .0
+        .pixels
+        .iter()
+        .map(|pixel| pixel.map(code))
+        .collect()
 }
 
 /// The linear light of every code under one response.
@@ -22,7 +28,11 @@ pub(super) struct Table(Vec<f32>);
 
 impl Table {
     pub fn new(response: &DualGamma) -> Self {
-        Self((0..=STEPS).map(|code| response.decode_value(f32::from(code) / f32::from(STEPS))).collect())
+        Self(
+            (0..=STEPS)
+                .map(|code| response.decode_value(f32::from(code) / f32::from(STEPS)))
+                .collect(),
+        )
     }
 
     /// Light of one channel's code.
@@ -44,12 +54,19 @@ impl Table {
 
     /// The encoded value in `[0, 1]` of linear light, by interpolation between codes.
     pub fn encode(&self, light: f32) -> f32 {
-        let above = self.0.partition_point(|&l| l < light).min(usize::from(STEPS));
+        let above = self
+            .0
+            .partition_point(|&l| l < light)
+            .min(usize::from(STEPS));
         if above == 0 {
             return 0.0;
         }
         let (low, high) = (self.0[above - 1], self.0[above]);
-        let between = if high > low { ((light - low) / (high - low)).min(1.0) } else { 1.0 };
+        let between = if high > low {
+            ((light - low) / (high - low)).min(1.0)
+        } else {
+            1.0
+        };
         ((above - 1) as f32 + between) / f32::from(STEPS)
     }
 }
@@ -66,13 +83,23 @@ mod tests {
         for i in 0..=255u16 {
             let encoded = f32::from(i) / 255.0;
             let code = codes(&Encoded(Raster::filled(1, 1, [encoded; 3])))[0][0];
-            assert_eq!((code, table.light(code)), (i * 16, curve.decode_value(f32::from(i * 16) / 4080.0)));
+            assert_eq!(
+                (code, table.light(code)),
+                (i * 16, curve.decode_value(f32::from(i * 16) / 4080.0))
+            );
             assert!((table.encode(table.light(code)) - encoded).abs() < 1e-4);
         }
         for light in [0.0001, 0.003, 0.2, 0.77] {
             assert!((table.encode(light) - curve.encode_value(light)).abs() < 1e-4);
         }
-        assert_eq!((table.encode(-1.0), table.encode(7.0), table.encode(f32::NAN)), (0.0, 1.0, 0.0));
+        assert_eq!(
+            (
+                table.encode(-1.0),
+                table.encode(7.0),
+                table.encode(f32::NAN)
+            ),
+            (0.0, 1.0, 0.0)
+        );
         assert!((table.slope(STEPS) - 2.1).abs() < 0.02 && table.slope(0) > 0.0);
     }
 }

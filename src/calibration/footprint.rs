@@ -45,7 +45,9 @@ impl Footprint {
         }
         let dark = [0, 1, 2].map(|c| {
             let counted = counts.iter().enumerate().filter(|(_, count)| count[c] > 0);
-            counted.map(|(code, count)| (code as u16, count[c])).collect()
+            counted
+                .map(|(code, count)| (code as u16, count[c]))
+                .collect()
         });
         Self { pixels, dark }
     }
@@ -69,11 +71,14 @@ impl Footprint {
 
     /// How many pixels have a clipped channel: their light is only known to be at least so much.
     pub fn clipped_pixels(&self) -> usize {
-        self.pixels.iter().filter(|(_, code)| Self::is_clipped(code)).count()
+        self.pixels
+            .iter()
+            .filter(|(_, code)| Self::is_clipped(code))
+            .count()
     }
 
-    /// Measures the lamp. Its confidence is the product of what is not clipped, by energy, and of how far
-    /// its footprint keeps clear of the cone behind the ball.
+    /// Measures the lamp from what the ball shows of it. Its confidence is the share of its energy that is
+    /// not clipped.
     pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &Table) -> Lamp {
         let background = self.background(table);
         let (mut energy, mut moment, mut clipped) = ([0.0f64; 3], DVec3::ZERO, 0.0f64);
@@ -94,22 +99,28 @@ impl Footprint {
         }
         let all: f64 = energy.iter().sum();
         let direction = moment.normalize_or_zero();
-        if !(all > 0.0) || direction == DVec3::ZERO {
+        if all <= 0.0 || all.is_nan() || direction == DVec3::ZERO {
             // Nothing was seen: a direction is needed to be a number, and confidence 0 says what it is worth.
             let direction = glam::Vec3::Z;
-            return Lamp { name: name.into(), direction, energy: [0.0; 3], spread_deg: 0.0, confidence: 0.0 };
+            return Lamp {
+                name: name.into(),
+                direction,
+                energy: [0.0; 3],
+                spread_deg: 0.0,
+                confidence: 0.0,
+            };
         }
-        let square: f64 = parts.iter().map(|(d, part)| part * d.angle_between(direction).powi(2)).sum();
+        let square: f64 = parts
+            .iter()
+            .map(|(d, part)| part * d.angle_between(direction).powi(2))
+            .sum();
         let spread_deg = (square / all).sqrt().to_degrees();
-        // An even disc reaches √2 times its root-mean-square radius.
-        let clearance = direction.angle_between(DVec3::NEG_Z).to_degrees() - f64::from(ball.blind_half_angle_deg);
-        let visible = (clearance / (std::f64::consts::SQRT_2 * spread_deg).max(1.0)).clamp(0.0, 1.0);
         Lamp {
             name: name.into(),
             direction: direction.as_vec3(),
             energy: energy.map(|e| e as f32),
             spread_deg: spread_deg as f32,
-            confidence: (visible * (1.0 - clipped / all)) as f32,
+            confidence: (1.0 - clipped / all) as f32,
         }
     }
 }

@@ -65,7 +65,12 @@ impl Subject {
         let mut poses = Vec::new();
         for (pose, name) in shoot.poses.iter().enumerate() {
             progress.check("nothing was changed")?;
-            progress.step("poses", pose as u64 + 1, shoot.poses.len() as u64, name.clone());
+            progress.step(
+                "poses",
+                pose as u64 + 1,
+                shoot.poses.len() as u64,
+                name.clone(),
+            );
             let mask_path = project.exemplar_mask_path(pose);
             let mask = file::read_mask(&mask_path)?;
             let inside = inside(&mask, SAMPLES);
@@ -73,7 +78,11 @@ impl Subject {
                 .into_par_iter()
                 .map(|lamp| sample(&project.olat_path(pose, lamp), &mask, &mask_path, &inside))
                 .collect::<Result<Vec<_>>>()?;
-            poses.push((0..inside.len()).flat_map(|i| olats.iter().map(move |olat| olat[i])).collect());
+            poses.push(
+                (0..inside.len())
+                    .flat_map(|i| olats.iter().map(move |olat| olat[i]))
+                    .collect(),
+            );
         }
         let step = shoot.frames.len().div_ceil(FRAMES).max(1);
         let mut frames = (0..shoot.frames.len())
@@ -83,12 +92,20 @@ impl Subject {
             .map(|frame| {
                 let mask_path = project.frame_mask_path(frame);
                 let mask = file::read_mask(&mask_path)?;
-                sample(&project.frame_path(frame), &mask, &mask_path, &inside(&mask, SAMPLES))
+                sample(
+                    &project.frame_path(frame),
+                    &mask,
+                    &mask_path,
+                    &inside(&mask, SAMPLES),
+                )
             })
             .collect::<Result<Vec<Vec<Code>>>>()?;
         poses.retain(|pose: &Vec<Code>| !pose.is_empty());
         frames.retain(|frame| !frame.is_empty());
-        for (what, empty) in [("exemplar_masks", poses.is_empty()), ("interview_masks", frames.is_empty())] {
+        for (what, empty) in [
+            ("exemplar_masks", poses.is_empty()),
+            ("interview_masks", frames.is_empty()),
+        ] {
             if empty {
                 return Err(Error::unexpected(
                     project.shoot_path(what).display(),
@@ -99,22 +116,38 @@ impl Subject {
             }
         }
         let encoded = |frames: &[Vec<Code>]| -> Quantiles {
-            let values = |c: usize| frames.iter().flatten().map(move |code| f32::from(code[c]) / f32::from(STEPS));
+            let values = |c: usize| {
+                frames
+                    .iter()
+                    .flatten()
+                    .map(move |code| f32::from(code[c]) / f32::from(STEPS))
+            };
             [0, 1, 2].map(|c| quantiles(values(c).collect()))
         };
         let interview = encoded(&frames);
         let frames = frames.chunks(1).map(encoded).collect();
-        Ok(Self { poses, interview, frames, lamps })
+        Ok(Self {
+            poses,
+            interview,
+            frames,
+            lamps,
+        })
     }
 
     /// A pose's pixels as the sum of its OLATs.
     fn relit(&self, pose: &[Code], table: &Table, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let sum = |codes: &[Code]| {
-            codes.iter().zip(weights).fold([0.0; 3], |sum, (code, weight)| {
-                [0, 1, 2].map(|c| sum[c] + weight[c] * table.light(code[c]))
-            })
+            codes
+                .iter()
+                .zip(weights)
+                .fold([0.0; 3], |sum, (code, weight)| {
+                    [0, 1, 2].map(|c| sum[c] + weight[c] * table.light(code[c]))
+                })
         };
-        pose.par_chunks_exact(self.lamps).with_min_len(256).map(sum).collect()
+        pose.par_chunks_exact(self.lamps)
+            .with_min_len(256)
+            .map(sum)
+            .collect()
     }
 
     /// How far apart the quantiles are to be expected under the right response, because the poses are
@@ -131,21 +164,30 @@ impl Subject {
             .collect();
         let frames = variance(&self.frames);
         // A single pose is taken to be as special as a single frame is.
-        let poses_variance = if poses.len() > 1 { variance(&poses) } else { frames };
+        let poses_variance = if poses.len() > 1 {
+            variance(&poses)
+        } else {
+            frames
+        };
         (poses_variance / poses.len() as f64 + frames / self.frames.len() as f64).sqrt()
     }
 
     /// Root-mean-square distance in encoded values between the quantiles of the relit poses and of the
     /// interview.
     fn distance(&self, table: &Table, weights: &[[f32; 3]], exposure: f32) -> f64 {
-        let relit: Vec<[f32; 3]> =
-            self.poses.par_iter().flat_map_iter(|pose| self.relit(pose, table, weights)).collect();
+        let relit: Vec<[f32; 3]> = self
+            .poses
+            .par_iter()
+            .flat_map_iter(|pose| self.relit(pose, table, weights))
+            .collect();
         let square: f64 = (0..3usize)
             .into_par_iter()
             .map(|c| {
                 let found = quantiles(relit.iter().map(|p| p[c]).collect());
                 let pairs = found.iter().zip(&self.interview[c]);
-                pairs.map(|(light, is)| f64::from(table.encode(exposure * light) - is).powi(2)).sum::<f64>()
+                pairs
+                    .map(|(light, is)| f64::from(table.encode(exposure * light) - is).powi(2))
+                    .sum::<f64>()
             })
             .sum();
         (square / (3 * QUANTILES) as f64).sqrt()
@@ -157,40 +199,58 @@ impl Subject {
 pub(super) fn fit(subject: &Subject, probes: &Probes, progress: &Progress) -> Result<GammaFit> {
     // Rounding to 8 bits alone leaves this distance; below it nothing can be told.
     let rounding = 1.0 / 255.0 / 12f64.sqrt();
-    let scatter = {
-        let table = Table::new(&DualGamma::new(GAMMA_PRIOR.0 as f32, GAMMA_PRIOR.0 as f32)?);
-        subject.scatter(&table, &probes.fit(&table).weights).max(rounding)
-    };
-    let lamps = subject.lamps as f64;
-    let cost = |[gamma1, gamma2, log_exposure]: [f64; 3]| {
-        let Ok(response) = DualGamma::new(gamma1 as f32, gamma2 as f32) else { return f64::INFINITY };
-        let table = Table::new(&response);
+    let middle = DualGamma::new(GAMMA_PRIOR.0 as f32, GAMMA_PRIOR.0 as f32)?;
+    let table = Table::new(&middle);
+    let scatter = subject
+        .scatter(&table, &probes.fit(&table).weights)
+        .max(rounding);
+    // ln of both squared distances, with their floors.
+    let distances = |[gamma1, gamma2, log_exposure]: [f64; 3]| -> Option<[f64; 2]> {
+        let table = Table::new(&DualGamma::new(gamma1 as f32, gamma2 as f32).ok()?);
         let weights = probes.fit(&table).weights;
         let quantiles = subject.distance(&table, &weights, log_exposure.exp() as f32);
-        // Neighbouring quantiles move together: three channels of twenty count as twenty. On the balls
-        // a lamp's pixels move together: each lamp counts once.
-        let mut cost = QUANTILES as f64 * (quantiles.powi(2) + scatter.powi(2)).ln();
-        if let Some(profile) = probes.profile_distance(&table) {
-            cost += lamps * (profile.powi(2) + rounding.powi(2)).ln();
-        }
-        let prior = |value: f64, mean: f64, deviation: f64| ((value - mean) / deviation).powi(2);
-        cost + prior(log_exposure, 0.0, EXPOSURE_PRIOR)
-            + prior(gamma1, GAMMA_PRIOR.0, GAMMA_PRIOR.1)
-            + prior(gamma2, GAMMA_PRIOR.0, GAMMA_PRIOR.1)
+        let profile = probes.profile_distance(&table).unwrap_or(1.0);
+        Some([quantiles.hypot(scatter), profile.hypot(rounding)].map(|d| 2.0 * d.ln()))
     };
     // The surface has valleys, so walks start from the three best places of a grid.
     const GRID: [f64; 6] = [1.2, 1.6, 2.0, 2.4, 2.8, 3.3];
-    let mut starts = Vec::new();
+    const WALKS: usize = 3;
+    let mut grid = Vec::new();
     for (row, gamma1) in GRID.into_iter().enumerate() {
         progress.check("nothing was changed")?;
-        progress.step("response", row as u64, GRID.len() as u64 + 3, "");
-        starts.extend(GRID.map(|gamma2| ([gamma1, gamma2, 0.0], cost([gamma1, gamma2, 0.0]))));
+        progress.step("response", row as u64, (GRID.len() + WALKS) as u64, "");
+        let places = GRID.map(|gamma2| [gamma1, gamma2, 0.0]);
+        grid.extend(
+            places
+                .into_iter()
+                .filter_map(|place| Some((place, distances(place)?))),
+        );
     }
-    starts.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let mut best = (starts[0].0, f64::INFINITY);
-    for (walk, (start, _)) in starts.iter().take(3).enumerate() {
+    // As far as rounding explains the distance on the balls, each pixel is an error of its own; the
+    // rest, such as a ball that was moved, is one for each lamp.
+    let least = grid.iter().map(|(_, d)| d[1]).fold(f64::INFINITY, f64::min);
+    let own = (rounding.powi(2) / least.exp()).min(1.0);
+    let profile_count = own * probes.profile_pixels() as f64 + (1.0 - own) * subject.lamps as f64;
+    // Neighbouring quantiles move together: three channels of twenty count as twenty.
+    let total = |[gamma1, gamma2, log_exposure]: [f64; 3], [quantiles, profile]: [f64; 2]| {
+        let prior = |value: f64, mean: f64, deviation: f64| ((value - mean) / deviation).powi(2);
+        QUANTILES as f64 * quantiles
+            + profile_count * profile
+            + prior(log_exposure, 0.0, EXPOSURE_PRIOR)
+            + prior(gamma1, GAMMA_PRIOR.0, GAMMA_PRIOR.1)
+            + prior(gamma2, GAMMA_PRIOR.0, GAMMA_PRIOR.1)
+    };
+    let cost = |place: [f64; 3]| distances(place).map_or(f64::INFINITY, |d| total(place, d));
+    grid.sort_by(|a, b| total(a.0, a.1).total_cmp(&total(b.0, b.1)));
+    let mut best = ([GAMMA_PRIOR.0, GAMMA_PRIOR.0, 0.0], f64::INFINITY);
+    for (walk, (start, _)) in grid.iter().take(WALKS).enumerate() {
         progress.check("nothing was changed")?;
-        progress.step("response", (GRID.len() + walk) as u64, GRID.len() as u64 + 3, "");
+        progress.step(
+            "response",
+            (GRID.len() + walk) as u64,
+            (GRID.len() + WALKS) as u64,
+            "",
+        );
         let found = minimise(cost, *start, [0.2, 0.2, 0.02], 120);
         if found.1 < best.1 {
             best = found;
@@ -238,7 +298,12 @@ fn deviation(cost: impl Fn([f64; 3]) -> f64, at: [f64; 3]) -> [f32; 2] {
     [0, 1].map(|i| {
         let variance = covariance.col(i)[i];
         let known = variance.is_finite() && variance > 0.0;
-        (if known { variance.sqrt() } else { GAMMA_PRIOR.1 }).min(GAMMA_PRIOR.1) as f32
+        (if known {
+            variance.sqrt()
+        } else {
+            GAMMA_PRIOR.1
+        })
+        .min(GAMMA_PRIOR.1) as f32
     })
 }
 
@@ -250,7 +315,9 @@ fn inside(mask: &Mask, count: usize) -> Vec<usize> {
     let places: Vec<usize> = (margin..height.saturating_sub(margin))
         .flat_map(|y| (margin..width.saturating_sub(margin)).map(move |x| (x, y)))
         .filter(|&(x, y)| {
-            solid(x, y) && (y - margin..=y + margin).all(|row| (x - margin..=x + margin).all(|col| solid(col, row)))
+            solid(x, y)
+                && (y - margin..=y + margin)
+                    .all(|row| (x - margin..=x + margin).all(|col| solid(col, row)))
         })
         .map(|(x, y)| y * width + x)
         .collect();
@@ -264,7 +331,12 @@ fn sample(path: &Path, mask: &Mask, mask_path: &Path, places: &[usize]) -> Resul
     if picture.0.size() != mask.size() {
         return Err(Error::unexpected(
             path.display(),
-            format!("{}×{} pixels as in {}", mask.width, mask.height, mask_path.display()),
+            format!(
+                "{}×{} pixels as in {}",
+                mask.width,
+                mask.height,
+                mask_path.display()
+            ),
             format!("{}×{}", picture.0.width, picture.0.height),
             "Give the matte that belongs to the picture",
         ));
@@ -279,7 +351,10 @@ fn variance(pictures: &[Quantiles]) -> f64 {
     let mut sum = 0.0;
     for (c, q) in (0..3).flat_map(|c| (0..QUANTILES).map(move |q| (c, q))) {
         let mean = pictures.iter().map(|p| f64::from(p[c][q])).sum::<f64>() / n;
-        sum += pictures.iter().map(|p| (f64::from(p[c][q]) - mean).powi(2)).sum::<f64>();
+        sum += pictures
+            .iter()
+            .map(|p| (f64::from(p[c][q]) - mean).powi(2))
+            .sum::<f64>();
     }
     sum / (n - 1.0).max(1.0) / (3 * QUANTILES) as f64
 }
@@ -309,16 +384,27 @@ mod tests {
 
     #[test]
     fn only_pixels_deep_inside_the_subject_count() {
-        let mask = Mask::from_fn(20, 20, |x, y| if (5..12).contains(&x) && (5..12).contains(&y) { 1.0 } else { 0.5 });
+        let mask = Mask::from_fn(20, 20, |x, y| {
+            if (5..12).contains(&x) && (5..12).contains(&y) {
+                1.0
+            } else {
+                0.5
+            }
+        });
         let places = inside(&mask, 100);
         assert_eq!(places.len(), 25);
-        assert!(places.iter().all(|p| (6..11).contains(&(p % 20)) && (6..11).contains(&(p / 20))));
+        assert!(
+            places
+                .iter()
+                .all(|p| (6..11).contains(&(p % 20)) && (6..11).contains(&(p / 20)))
+        );
         assert!(inside(&Mask::filled(1, 1, 1.0), 10).is_empty());
     }
 
     #[test]
     fn curvature_gives_the_deviation_of_a_gaussian() {
-        let gaussian = |[a, b, c]: [f64; 3]| (a / 0.1).powi(2) + (b / 0.2).powi(2) + (c / 0.3).powi(2);
+        let gaussian =
+            |[a, b, c]: [f64; 3]| (a / 0.1).powi(2) + (b / 0.2).powi(2) + (c / 0.3).powi(2);
         let [a, b] = deviation(gaussian, [0.0; 3]);
         assert!((a - 0.1).abs() < 1e-3 && (b - 0.2).abs() < 1e-3);
     }

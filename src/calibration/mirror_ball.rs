@@ -37,8 +37,18 @@ impl MirrorBall {
     ///
     /// # Errors
     /// When the ball's figures are impossible or no pixel of the photograph shows it.
-    pub fn new(ball: &Ball, dome_radius_m: Option<f32>, (width, height): (usize, usize)) -> Result<Self> {
-        let figures = [ball.center_px[0], ball.center_px[1], ball.radius_px, ball.radius_m, ball.camera_distance_m];
+    pub fn new(
+        ball: &Ball,
+        dome_radius_m: Option<f32>,
+        (width, height): (usize, usize),
+    ) -> Result<Self> {
+        let figures = [
+            ball.center_px[0],
+            ball.center_px[1],
+            ball.radius_px,
+            ball.radius_m,
+            ball.camera_distance_m,
+        ];
         let possible = figures.iter().all(|f| f.is_finite())
             && ball.radius_px > 1.0
             && ball.radius_m > 0.0
@@ -68,10 +78,15 @@ impl MirrorBall {
                 let sideways = if rho > 0.0 { seen.x / rho } else { 0.0 };
                 // dω = 2π·d(−cos ψ) over dA = π·d(ρ²): the mean over the ring one pixel wide.
                 let (near, far) = ((rho - 0.5).max(0.0), (rho + 0.5).min(reach));
-                let cosines = reflected(ball, dome_radius_m, near).y - reflected(ball, dome_radius_m, far).y;
+                let cosines =
+                    reflected(ball, dome_radius_m, near).y - reflected(ball, dome_radius_m, far).y;
                 pixels.push(BallPixel {
                     index: y * width + x,
-                    direction: Vec3::new((sideways * dx) as f32, (-sideways * dy) as f32, seen.y as f32),
+                    direction: Vec3::new(
+                        (sideways * dx) as f32,
+                        (-sideways * dy) as f32,
+                        seen.y as f32,
+                    ),
                     solid_angle: (2.0 * cosines / (far * far - near * near)) as f32,
                 });
             }
@@ -80,7 +95,10 @@ impl MirrorBall {
             return Err(Error::unexpected(
                 "the mirror ball in project.toml",
                 format!("a ball within the photograph of {width}×{height} pixels"),
-                format!("centre {:?}, radius {} pixels", ball.center_px, ball.radius_px),
+                format!(
+                    "centre {:?}, radius {} pixels",
+                    ball.center_px, ball.radius_px
+                ),
                 "Correct the ball's centre and radius",
             ));
         }
@@ -110,7 +128,10 @@ fn reflected(ball: &Ball, dome_radius_m: Option<f32>, rho: f64) -> DVec2 {
         None => mirrored,
         Some(dome) => {
             let along = hit.dot(mirrored);
-            let t = (along * along + f64::from(dome).powi(2) - hit.length_squared()).max(0.0).sqrt() - along;
+            let t = (along * along + f64::from(dome).powi(2) - hit.length_squared())
+                .max(0.0)
+                .sqrt()
+                - along;
             (hit + t * mirrored).normalize()
         }
     }
@@ -128,7 +149,11 @@ mod tests {
     };
 
     fn pixel(ball: &MirrorBall, x: usize, y: usize) -> BallPixel {
-        *ball.pixels.iter().find(|p| p.index == y * 256 + x).expect("the pixel is on the ball")
+        *ball
+            .pixels
+            .iter()
+            .find(|p| p.index == y * 256 + x)
+            .expect("the pixel is on the ball")
     }
 
     #[test]
@@ -136,7 +161,11 @@ mod tests {
         let ball = MirrorBall::new(&BALL, Some(4.0), (256, 256)).unwrap();
         assert!(pixel(&ball, 128, 128).direction.distance(Vec3::Z) < 0.02);
         assert!(pixel(&ball, 242, 128).direction.z < -0.9);
-        assert!((5.0..20.0).contains(&ball.blind_half_angle_deg), "{}", ball.blind_half_angle_deg);
+        assert!(
+            (5.0..20.0).contains(&ball.blind_half_angle_deg),
+            "{}",
+            ball.blind_half_angle_deg
+        );
     }
 
     #[test]
@@ -149,10 +178,16 @@ mod tests {
     #[test]
     fn a_far_camera_sees_the_textbooks_ball() {
         // Orthographic: n = (x, y, √(1−r²)), R = 2(n·v)n − v, and 4·dA steradians a pixel.
-        let far = Ball { camera_distance_m: 1e5, ..BALL };
+        let far = Ball {
+            camera_distance_m: 1e5,
+            ..BALL
+        };
         let ball = MirrorBall::new(&far, None, (256, 256)).unwrap();
         for p in &ball.pixels {
-            let (x, y) = ((p.index % 256) as f32 + 0.5 - 128.0, 127.5 - (p.index / 256) as f32);
+            let (x, y) = (
+                (p.index % 256) as f32 + 0.5 - 128.0,
+                127.5 - (p.index / 256) as f32,
+            );
             let n = Vec3::new(x, y, 0.0) / 116.0;
             let n = n.with_z((1.0 - n.length_squared()).sqrt());
             assert!((2.0 * n.z * n - Vec3::Z).distance(p.direction) < 1e-3);
@@ -164,19 +199,34 @@ mod tests {
     fn pixels_and_the_blind_cone_make_a_sphere() {
         for (size, dome) in [(256, Some(4.0)), (256, None), (64, Some(2.0))] {
             let scale = size as f32 / 256.0;
-            let scaled = Ball { center_px: [128.0 * scale; 2], radius_px: 116.0 * scale, ..BALL };
+            let scaled = Ball {
+                center_px: [128.0 * scale; 2],
+                radius_px: 116.0 * scale,
+                ..BALL
+            };
             let ball = MirrorBall::new(&scaled, dome, (size, size)).unwrap();
             let cone = (1.0 - ball.blind_half_angle_deg.to_radians().cos()) / 2.0;
             // The outermost pixels form no perfect circle: they miss part of one ring.
             let ring = 2.0 / (116.0 * scale);
-            assert!((ball.blind_share - cone).abs() < ring, "{} and {cone}", ball.blind_share);
-            assert!(ball.pixels.iter().all(|p| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5));
+            assert!(
+                (ball.blind_share - cone).abs() < ring,
+                "{} and {cone}",
+                ball.blind_share
+            );
+            assert!(
+                ball.pixels
+                    .iter()
+                    .all(|p| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5)
+            );
         }
     }
 
     #[test]
     fn a_ball_that_the_frame_cuts_says_what_is_missing() {
-        let cut = Ball { center_px: [0.0, 128.0], ..BALL };
+        let cut = Ball {
+            center_px: [0.0, 128.0],
+            ..BALL
+        };
         let ball = MirrorBall::new(&cut, None, (256, 256)).unwrap();
         assert!((0.45..0.55).contains(&ball.blind_share));
     }
@@ -184,12 +234,27 @@ mod tests {
     #[test]
     fn an_impossible_ball_is_refused() {
         for ball in [
-            Ball { radius_px: 0.0, ..BALL },
-            Ball { radius_m: 5.0, ..BALL },
-            Ball { camera_distance_m: f32::NAN, ..BALL },
-            Ball { center_px: [900.0, 900.0], ..BALL },
+            Ball {
+                radius_px: 0.0,
+                ..BALL
+            },
+            Ball {
+                radius_m: 5.0,
+                ..BALL
+            },
+            Ball {
+                camera_distance_m: f32::NAN,
+                ..BALL
+            },
+            Ball {
+                center_px: [900.0, 900.0],
+                ..BALL
+            },
         ] {
-            assert!(MirrorBall::new(&ball, None, (256, 256)).is_err(), "{ball:?}");
+            assert!(
+                MirrorBall::new(&ball, None, (256, 256)).is_err(),
+                "{ball:?}"
+            );
         }
         assert!(MirrorBall::new(&BALL, Some(0.01), (256, 256)).is_err());
     }

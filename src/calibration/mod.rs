@@ -1,6 +1,7 @@
 //! Calibration: where the lamps are, how strong they are, which sum of them is the interview's
 //! light, and how the camera encoded all of it.
 
+mod blind_cone;
 mod code;
 mod footprint;
 pub mod gamma;
@@ -40,7 +41,9 @@ pub struct Calibration {
     pub gamma_residual: f32,
     /// Share of the sphere that the ball does not show: behind it, and beyond the photograph.
     pub blind_share: f32,
-    /// Clipped pixels in the lamps' mirror balls: their lamps are brighter than measured.
+    /// Share of the lamps' energy that the ball hides and that was filled in.
+    pub filled_energy: f32,
+    /// Clipped pixels in the mirror balls: their lamps are brighter than measured.
     pub clipped_pixels: usize,
     /// The lamps.
     #[serde(flatten)]
@@ -54,7 +57,11 @@ pub struct Calibration {
 /// a stop was asked for.
 pub fn calibrate(project: &Project, progress: &Progress) -> Result<Calibration> {
     let shoot = &project.settings.shoot;
-    for (what, count) in [("poses", shoot.poses.len()), ("lamps", shoot.lamps.len()), ("frames", shoot.frames.len())] {
+    for (what, count) in [
+        ("poses", shoot.poses.len()),
+        ("lamps", shoot.lamps.len()),
+        ("frames", shoot.frames.len()),
+    ] {
         if count == 0 {
             return Err(Error::unexpected(
                 project.root.join("project.toml").display(),
@@ -69,6 +76,7 @@ pub fn calibrate(project: &Project, progress: &Progress) -> Result<Calibration> 
     let fit = gamma::fit(&subject, &probes, progress)?;
     let table = Table::new(&fit.response);
     let interview = probes.fit(&table);
+    let (rig, filled_energy) = probes.rig(&shoot.lamps, &table);
     let calibration = Calibration {
         response: fit.response,
         gamma_deviation: fit.deviation,
@@ -79,7 +87,8 @@ pub fn calibrate(project: &Project, progress: &Progress) -> Result<Calibration> 
         gamma_residual: fit.residual,
         blind_share: probes.ball().blind_share,
         clipped_pixels: probes.clipped_pixels() + probes.clipped_interview_pixels(),
-        rig: probes.rig(&shoot.lamps, &table),
+        filled_energy,
+        rig,
     };
     for warning in calibration.warnings() {
         progress.say(warning);
@@ -95,10 +104,14 @@ impl Calibration {
     pub fn load(project: &Project) -> Result<Self> {
         const REMEDY: &str = "Run afterlight calibrate on the project";
         let path = project.calibration_path();
-        let text = std::fs::read_to_string(&path).map_err(|e| Error::file("open", &path, e, REMEDY))?;
-        let calibration: Self = toml::from_str(&text).map_err(|e| Error::file("read", &path, e.message(), REMEDY))?;
+        let text =
+            std::fs::read_to_string(&path).map_err(|e| Error::file("open", &path, e, REMEDY))?;
+        let calibration: Self =
+            toml::from_str(&text).map_err(|e| Error::file("read", &path, e.message(), REMEDY))?;
         DualGamma::new(calibration.response.gamma1, calibration.response.gamma2)?;
-        let refuse = |expected: String, found: String| Err(Error::unexpected(path.display(), expected, found, REMEDY));
+        let refuse = |expected: String, found: String| {
+            Err(Error::unexpected(path.display(), expected, found, REMEDY))
+        };
         let lamps = &project.settings.shoot.lamps;
         let (found, weights) = (&calibration.rig.lamps, &calibration.interview_weights);
         if found.len() != lamps.len() || weights.len() != lamps.len() {
@@ -107,15 +120,24 @@ impl Calibration {
                 format!("{} lamps and {} weights", found.len(), weights.len()),
             );
         }
-        if let Some((name, lamp)) = lamps.iter().zip(found).find(|(name, lamp)| **name != lamp.name) {
+        if let Some((name, lamp)) = lamps
+            .iter()
+            .zip(found)
+            .find(|(name, lamp)| **name != lamp.name)
+        {
             return refuse(format!("lamp {name}"), format!("lamp {}", lamp.name));
         }
         let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
         let sound = weights.iter().flatten().all(is_light)
             && is_light(&calibration.exposure)
-            && found.iter().all(|lamp| lamp.direction.is_normalized() && lamp.energy.iter().all(is_light));
+            && found
+                .iter()
+                .all(|lamp| lamp.direction.is_normalized() && lamp.energy.iter().all(is_light));
         if !sound {
-            return refuse("finite weights and energies, unit directions".into(), "others".into());
+            return refuse(
+                "finite weights and energies, unit directions".into(),
+                "others".into(),
+            );
         }
         Ok(calibration)
     }
@@ -135,10 +157,18 @@ impl Calibration {
                 self.clipped_pixels
             ));
         }
-        let doubtful: Vec<&str> =
-            self.rig.lamps.iter().filter(|lamp| lamp.confidence < 0.5).map(|lamp| lamp.name.as_str()).collect();
+        let doubtful: Vec<&str> = self
+            .rig
+            .lamps
+            .iter()
+            .filter(|lamp| lamp.confidence < 0.5)
+            .map(|lamp| lamp.name.as_str())
+            .collect();
         if !doubtful.is_empty() {
-            warnings.push(format!("the mirror ball hardly shows {}: hidden behind it, clipped or dark", doubtful.join(", ")));
+            warnings.push(format!(
+                "the mirror ball hardly shows {}: hidden behind it, clipped or dark",
+                doubtful.join(", ")
+            ));
         }
         if self.probe_residual > 0.1 {
             warnings.push(format!(

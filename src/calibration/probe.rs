@@ -1,6 +1,7 @@
 //! The mirror balls of a shoot: one under each lamp, one under the interview's light. All were taken
 //! by one camera at one exposure, so that pixel for pixel the interview's ball is a sum of the lamps'.
 
+use super::blind_cone::uncover;
 use super::code::{Code, STEPS, Table, codes};
 use super::footprint::Footprint;
 use super::least_squares::NormalEquations;
@@ -56,8 +57,13 @@ impl Probes {
         let interview = file::read_encoded(&project.interview_probe_path())?;
         let size = interview.0.size();
         let ball = MirrorBall::new(&shoot.ball, shoot.dome_radius_m, size)?;
-        let provisional = Table::new(&DualGamma { gamma1: 2.2, gamma2: 2.2 });
-        let on_ball = |picture: &[Code]| -> Vec<Code> { ball.pixels.iter().map(|p| picture[p.index]).collect() };
+        let provisional = Table::new(&DualGamma {
+            gamma1: 2.2,
+            gamma2: 2.2,
+        });
+        let on_ball = |picture: &[Code]| -> Vec<Code> {
+            ball.pixels.iter().map(|p| picture[p.index]).collect()
+        };
         let total = shoot.lamps.len() as u64;
         let footprints = (0..shoot.lamps.len())
             .into_par_iter()
@@ -73,36 +79,71 @@ impl Probes {
                         "Give all mirror-ball photographs from the same camera, uncropped",
                     ));
                 }
-                progress.step("mirror balls", lamp as u64 + 1, total, shoot.lamps[lamp].clone());
+                progress.step(
+                    "mirror balls",
+                    lamp as u64 + 1,
+                    total,
+                    shoot.lamps[lamp].clone(),
+                );
                 Ok(Footprint::find(&on_ball(&codes(&picture)), &provisional))
             })
             .collect::<Result<Vec<_>>>()?;
-        Ok(Self::compare(ball.clone(), footprints, on_ball(&codes(&interview)), &provisional))
+        Ok(Self::compare(
+            ball.clone(),
+            footprints,
+            on_ball(&codes(&interview)),
+            &provisional,
+        ))
     }
 
-    fn compare(ball: MirrorBall, footprints: Vec<Footprint>, interview: Vec<Code>, provisional: &Table) -> Self {
+    fn compare(
+        ball: MirrorBall,
+        footprints: Vec<Footprint>,
+        interview: Vec<Code>,
+        provisional: &Table,
+    ) -> Self {
         let lamps = footprints.len().max(1);
         // Radius of a cap when the lamps share the sphere evenly, within what a rig can sensibly have.
-        let spacing = (1.0 - 2.0 / lamps as f32).acos().to_degrees().clamp(8.0, 60.0);
+        let spacing = (1.0 - 2.0 / lamps as f32)
+            .acos()
+            .to_degrees()
+            .clamp(8.0, 60.0);
         let cells = lattice((12 * lamps).clamp(400, 2000));
         let cell_of_pixel = ball
             .pixels
             .par_iter()
             .map(|pixel| {
                 let nearness = |i: usize| cells[i].dot(pixel.direction);
-                (0..cells.len()).max_by(|&i, &j| nearness(i).total_cmp(&nearness(j))).unwrap_or(0) as u16
+                (0..cells.len())
+                    .max_by(|&i, &j| nearness(i).total_cmp(&nearness(j)))
+                    .unwrap_or(0) as u16
             })
             .collect();
         // A Gaussian of half the spacing: the rig's lamps melt together just so far that gaps close.
         let sharpness = (0.5 * spacing).to_radians().powi(-2);
         let blur = (cells.par_iter())
-            .flat_map_iter(|a| cells.iter().map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp()))
+            .flat_map_iter(|a| {
+                cells
+                    .iter()
+                    .map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp())
+            })
             .collect();
-        let mut comparable: Vec<bool> = interview.iter().map(|code| !Footprint::is_clipped(code)).collect();
+        let mut comparable: Vec<bool> = interview
+            .iter()
+            .map(|code| !Footprint::is_clipped(code))
+            .collect();
         for (pixel, code) in footprints.iter().flat_map(|f| &f.pixels) {
             comparable[*pixel as usize] &= !Footprint::is_clipped(code);
         }
-        let mut probes = Self { ball, footprints, interview, cell_of_pixel, blur, comparable, profile: vec![] };
+        let mut probes = Self {
+            ball,
+            footprints,
+            interview,
+            cell_of_pixel,
+            blur,
+            comparable,
+            profile: vec![],
+        };
         probes.profile = probes.make_profile(provisional);
         probes
     }
@@ -119,31 +160,69 @@ impl Probes {
 
     /// Pixels of the interview's ball with a clipped channel.
     pub fn clipped_interview_pixels(&self) -> usize {
-        self.interview.iter().filter(|code| Footprint::is_clipped(code)).count()
+        self.interview
+            .iter()
+            .filter(|code| Footprint::is_clipped(code))
+            .count()
     }
 
-    /// The lamps under a response. A lamp of less than a thousandth of the median's energy counts as
-    /// not seen: its weight would amplify the OLAT's noise a thousandfold.
-    pub(super) fn rig(&self, names: &[String], table: &Table) -> Rig {
-        let mut lamps: Vec<Lamp> =
-            self.footprints.iter().zip(names).map(|(f, name)| f.lamp(name, &self.ball, table)).collect();
-        let mut energies: Vec<f32> = lamps.iter().map(|lamp| luminance(lamp.energy)).collect();
-        energies.sort_by(f32::total_cmp);
-        let median = energies.get(energies.len() / 2).copied().unwrap_or(0.0);
-        for lamp in lamps.iter_mut().filter(|lamp| luminance(lamp.energy) < 1e-3 * median) {
+    /// The lamps under a response, and the share of their energy that the ball hides and was filled in.
+    pub(super) fn rig(&self, names: &[String], table: &Table) -> (Rig, f32) {
+        let mut lamps: Vec<Lamp> = self
+            .footprints
+            .iter()
+            .zip(names)
+            .map(|(f, name)| f.lamp(name, &self.ball, table))
+            .collect();
+        // A lamp of less than a thousandth of the median's energy counts as not seen: its weight would
+        // amplify the OLAT's noise a thousandfold.
+        let faintest = 1e-3 * median(lamps.iter().map(|lamp| luminance(lamp.energy)));
+        for lamp in lamps
+            .iter_mut()
+            .filter(|lamp| luminance(lamp.energy) < faintest)
+        {
             lamp.confidence = 0.0;
         }
-        Rig { lamps }
+        // What the cone behind the ball hides of a lamp is filled in as if its footprint were as wide as
+        // those of the lamps in full view: an even disc reaches √2 times its root-mean-square radius.
+        let cone = self.ball.blind_half_angle_deg;
+        let from_axis = |lamp: &Lamp| lamp.direction.angle_between(Vec3::NEG_Z).to_degrees();
+        let is_clear =
+            |lamp: &Lamp| from_axis(lamp) > cone + std::f32::consts::SQRT_2 * lamp.spread_deg;
+        let seen = |lamp: &&Lamp| lamp.confidence > 0.0;
+        let spread = median(
+            lamps
+                .iter()
+                .filter(seen)
+                .filter(|l| is_clear(l))
+                .map(|lamp| lamp.spread_deg),
+        );
+        let radius = std::f32::consts::SQRT_2 * spread;
+        let (mut filled, mut all) = (0.0, 0.0);
+        for lamp in &mut lamps {
+            if lamp.confidence > 0.0 && from_axis(lamp) < cone + radius {
+                let [seen, radius, cone] =
+                    [from_axis(lamp), radius, cone].map(|a| f64::from(a).to_radians());
+                let (angle, visible) = uncover(seen, radius, cone);
+                let sideways = lamp.direction.with_z(0.0).normalize_or_zero() * angle.sin() as f32;
+                lamp.direction = sideways.with_z(-(angle.cos() as f32)).normalize();
+                filled += luminance(lamp.energy) * (1.0 / visible as f32 - 1.0);
+                lamp.energy = lamp.energy.map(|e| e / visible as f32);
+                lamp.confidence *= visible as f32;
+            }
+            all += luminance(lamp.energy);
+        }
+        (Rig { lamps }, if all > 0.0 { filled / all } else { 0.0 })
     }
 
     /// Light that is on every ball whatever the lamp: the room's own, and the sensor's floor.
     fn ambient(&self, table: &Table) -> [f32; 3] {
-        let backgrounds: Vec<[f32; 3]> = self.footprints.iter().map(|f| f.background(table)).collect();
-        [0, 1, 2].map(|c| {
-            let mut channel: Vec<f32> = backgrounds.iter().map(|b| b[c]).collect();
-            channel.sort_by(f32::total_cmp);
-            channel.get(channel.len() / 2).copied().unwrap_or(0.0)
-        })
+        let backgrounds: Vec<[f32; 3]> = self
+            .footprints
+            .iter()
+            .map(|f| f.background(table))
+            .collect();
+        [0, 1, 2].map(|c| median(backgrounds.iter().map(|b| b[c])))
     }
 
     /// The interview's light as a sum of lamps under a response: non-negative least squares of the
@@ -162,24 +241,43 @@ impl Probes {
         };
         let mut seen = vec![[0.0f32; 3]; n];
         let ambient = self.ambient(table);
-        for (pixel, code) in self.interview.iter().enumerate().filter(|(pixel, _)| self.comparable[*pixel]) {
-            let (cell, light) = (&mut seen[usize::from(self.cell_of_pixel[pixel])], table.rgb(*code));
+        for (pixel, code) in self
+            .interview
+            .iter()
+            .enumerate()
+            .filter(|(pixel, _)| self.comparable[*pixel])
+        {
+            let (cell, light) = (
+                &mut seen[usize::from(self.cell_of_pixel[pixel])],
+                table.rgb(*code),
+            );
             for c in 0..3 {
                 cell[c] += (light[c] - ambient[c]) * self.ball.pixels[pixel].solid_angle;
             }
         }
-        let seen: Vec<[f32; 3]> = blurred(&seen).into_iter().map(|e| e.map(|v| v.max(0.0))).collect();
+        let seen: Vec<[f32; 3]> = blurred(&seen)
+            .into_iter()
+            .map(|e| e.map(|v| v.max(0.0)))
+            .collect();
         let lamps: Vec<Vec<[f32; 3]>> = self
             .footprints
             .par_iter()
             .map(|footprint| {
                 let background = footprint.background(table);
                 let mut energy = vec![[0.0f32; 3]; n];
-                for (pixel, code) in footprint.pixels.iter().filter(|(p, _)| self.comparable[*p as usize]) {
+                for (pixel, code) in footprint
+                    .pixels
+                    .iter()
+                    .filter(|(p, _)| self.comparable[*p as usize])
+                {
                     let place = *pixel as usize;
-                    let (cell, light) = (&mut energy[usize::from(self.cell_of_pixel[place])], table.rgb(*code));
+                    let (cell, light) = (
+                        &mut energy[usize::from(self.cell_of_pixel[place])],
+                        table.rgb(*code),
+                    );
                     for c in 0..3 {
-                        cell[c] += (light[c] - background[c]).max(0.0) * self.ball.pixels[place].solid_angle;
+                        cell[c] += (light[c] - background[c]).max(0.0)
+                            * self.ball.pixels[place].solid_angle;
                     }
                 }
                 blurred(&energy)
@@ -205,7 +303,11 @@ impl Probes {
                 weight[c] = *x as f32;
             }
             for cell in 0..n {
-                let explained: f32 = lamps.iter().zip(&weights).map(|(lamp, w)| w[c] * lamp[cell][c]).sum();
+                let explained: f32 = lamps
+                    .iter()
+                    .zip(&weights)
+                    .map(|(lamp, w)| w[c] * lamp[cell][c])
+                    .sum();
                 let left = seen[cell][c] - explained;
                 error += f64::from(left).powi(2);
                 power += f64::from(seen[cell][c]).powi(2);
@@ -213,7 +315,13 @@ impl Probes {
                 all[c] += seen[cell][c];
             }
         }
-        let share = |part: f64, whole: f64| if whole > 0.0 { (part / whole) as f32 } else { 0.0 };
+        let share = |part: f64, whole: f64| {
+            if whole > 0.0 {
+                (part / whole) as f32
+            } else {
+                0.0
+            }
+        };
         InterviewFit {
             weights,
             residual: share(error, power).sqrt(),
@@ -227,12 +335,19 @@ impl Probes {
     /// cannot tell is a power of the response, because that is a response too, with powers of the
     /// weights. `None` when no pixel can be compared.
     pub(super) fn profile_distance(&self, table: &Table) -> Option<f64> {
-        let backgrounds: Vec<[f32; 3]> = self.footprints.iter().map(|f| f.background(table)).collect();
+        let backgrounds: Vec<[f32; 3]> = self
+            .footprints
+            .iter()
+            .map(|f| f.background(table))
+            .collect();
         let channels: Vec<(f64, usize)> = (0..3usize)
             .into_par_iter()
             .map(|c| {
                 let light = |&(lamp, code): &(usize, Code)| {
-                    (lamp, f64::from((table.light(code[c]) - backgrounds[lamp][c]).max(0.0)))
+                    (
+                        lamp,
+                        f64::from((table.light(code[c]) - backgrounds[lamp][c]).max(0.0)),
+                    )
                 };
                 // The last unknown is the room's own light during the interview.
                 let constant = self.footprints.len();
@@ -242,21 +357,42 @@ impl Probes {
                     // Errors are alike in the code, so light is divided by the slope there.
                     let certainty = 1.0 / f64::from(table.slope(pixel.interview[c]));
                     terms.clear();
-                    terms.extend(pixel.lamps.iter().map(light).map(|(lamp, l)| (lamp, l * certainty)));
+                    terms.extend(
+                        pixel
+                            .lamps
+                            .iter()
+                            .map(light)
+                            .map(|(lamp, l)| (lamp, l * certainty)),
+                    );
                     terms.push((constant, certainty));
-                    equations.add(&terms, f64::from(table.light(pixel.interview[c])) * certainty);
+                    equations.add(
+                        &terms,
+                        f64::from(table.light(pixel.interview[c])) * certainty,
+                    );
                 }
                 let x = equations.solve();
                 let square = |pixel: &ProfilePixel| {
-                    let sum: f64 = pixel.lamps.iter().map(light).map(|(lamp, l)| x[lamp] * l).sum();
+                    let sum: f64 = pixel
+                        .lamps
+                        .iter()
+                        .map(light)
+                        .map(|(lamp, l)| x[lamp] * l)
+                        .sum();
                     let code = f32::from(pixel.interview[c]) / f32::from(STEPS);
                     f64::from(table.encode((sum + x[constant]) as f32) - code).powi(2)
                 };
                 (self.profile.iter().map(square).sum(), self.profile.len())
             })
             .collect();
-        let (square, count) = channels.into_iter().fold((0.0, 0), |sum, c| (sum.0 + c.0, sum.1 + c.1));
+        let (square, count) = channels
+            .into_iter()
+            .fold((0.0, 0), |sum, c| (sum.0 + c.0, sum.1 + c.1));
         (count > 0).then(|| (square / count as f64).sqrt())
+    }
+
+    /// How many pixels [`Self::profile_distance`] compares.
+    pub(super) fn profile_pixels(&self) -> usize {
+        self.profile.len()
     }
 
     fn make_profile(&self, provisional: &Table) -> Vec<ProfilePixel> {
@@ -276,11 +412,21 @@ impl Probes {
             .zip(lamps)
             .zip(&self.comparable)
             .filter(|((code, lamps), comparable)| !lamps.is_empty() && lit(code) && **comparable)
-            .map(|((code, lamps), _)| ProfilePixel { interview: *code, lamps })
+            .map(|((code, lamps), _)| ProfilePixel {
+                interview: *code,
+                lamps,
+            })
             .collect();
         let stride = profile.len().div_ceil(ENOUGH).max(1);
         profile.into_iter().step_by(stride).collect()
     }
+}
+
+/// The middle one of some values; 0 of none.
+fn median(values: impl Iterator<Item = f32>) -> f32 {
+    let mut values: Vec<f32> = values.collect();
+    values.sort_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// `n` directions spread evenly over the sphere: a Fibonacci lattice.

@@ -20,15 +20,20 @@ pub(super) fn minimise<const N: usize>(
         simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
         let (best, worst) = (simplex[0], simplex[N]);
         let size = (0..N).map(|axis| {
-            simplex.iter().map(|(p, _)| ((p[axis] - best.0[axis]) / steps[axis]).abs()).fold(0.0, f64::max)
+            simplex
+                .iter()
+                .map(|(p, _)| ((p[axis] - best.0[axis]) / steps[axis]).abs())
+                .fold(0.0, f64::max)
         });
         if size.fold(0.0, f64::max) < 1e-3 {
             break;
         }
-        let center: [f64; N] =
-            std::array::from_fn(|axis| simplex[..N].iter().map(|(p, _)| p[axis]).sum::<f64>() / N as f64);
+        let center: [f64; N] = std::array::from_fn(|axis| {
+            simplex[..N].iter().map(|(p, _)| p[axis]).sum::<f64>() / N as f64
+        });
         let along = |t: f64| -> ([f64; N], f64) {
-            let point = std::array::from_fn(|axis| center[axis] + t * (worst.0[axis] - center[axis]));
+            let point =
+                std::array::from_fn(|axis| center[axis] + t * (worst.0[axis] - center[axis]));
             (point, function(point))
         };
         let reflected = along(-1.0);
@@ -36,7 +41,11 @@ pub(super) fn minimise<const N: usize>(
         let better = if reflected.1 < best.1 {
             calls += 1;
             let expanded = along(-2.0);
-            if expanded.1 < reflected.1 { expanded } else { reflected }
+            if expanded.1 < reflected.1 {
+                expanded
+            } else {
+                reflected
+            }
         } else if reflected.1 < simplex[N - 1].1 {
             reflected
         } else {
@@ -53,7 +62,10 @@ pub(super) fn minimise<const N: usize>(
             }
         }
     }
-    simplex.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((start, f64::INFINITY))
+    simplex
+        .into_iter()
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or((start, f64::INFINITY))
 }
 
 #[cfg(test)]
@@ -64,7 +76,10 @@ mod tests {
     fn the_bottom_of_a_curved_valley_is_found() {
         let rosenbrock = |[x, y]: [f64; 2]| (1.0 - x).powi(2) + 100.0 * (y - x * x).powi(2);
         let ([x, y], value) = minimise(rosenbrock, [-1.2, 1.0], [0.3, 0.3], 500);
-        assert!((x - 1.0).abs() < 1e-2 && (y - 1.0).abs() < 1e-2 && value < 1e-4, "({x}, {y}): {value}");
+        assert!(
+            (x - 1.0).abs() < 1e-2 && (y - 1.0).abs() < 1e-2 && value < 1e-4,
+            "({x}, {y}): {value}"
+        );
     }
 
     #[test]

@@ -11,7 +11,11 @@ fn dome() -> Vec<(Vec3, f32)> {
     (0..14)
         .map(|i| {
             let (y, turn) = (0.95 - 0.125 * i as f32, i as f32 * 2.399_963);
-            let direction = Vec3::new((1.0 - y * y).sqrt() * turn.sin(), y, (1.0 - y * y).sqrt() * turn.cos());
+            let direction = Vec3::new(
+                (1.0 - y * y).sqrt() * turn.sin(),
+                y,
+                (1.0 - y * y).sqrt() * turn.cos(),
+            );
             (direction, 0.1 + 0.05 * ((i * 5) % 7) as f32)
         })
         .collect()
@@ -20,7 +24,12 @@ fn dome() -> Vec<(Vec3, f32)> {
 /// Writes a shoot of a white ball with coloured spots that turns between poses, under [`dome`].
 fn small_shoot(root: &Path, response: &DualGamma) -> Project {
     const SIZE: usize = 96;
-    let ball = Ball { center_px: [48.0, 48.0], radius_px: 42.0, radius_m: 0.075, camera_distance_m: 4.0 };
+    let ball = Ball {
+        center_px: [48.0, 48.0],
+        radius_px: 42.0,
+        radius_m: 0.075,
+        camera_distance_m: 4.0,
+    };
     let names = |what: &str, n: usize| (0..n).map(|i| format!("{what}{i:02}")).collect::<Vec<_>>();
     let lamps = dome();
     let settings = Settings {
@@ -39,7 +48,10 @@ fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             environments: vec![],
         },
     };
-    let project = Project { root: root.to_path_buf(), settings };
+    let project = Project {
+        root: root.to_path_buf(),
+        settings,
+    };
     let pictures = std::cell::Cell::new(0u32);
     let write = |path: PathBuf, light: &Image| {
         // Eight bits of a camera whose sensor dithers: noise of half a code, other in every picture.
@@ -71,7 +83,8 @@ fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             let mut picture = Image::filled(SIZE, SIZE, [0.0002; 3]);
             for pixel in &geometry.pixels {
                 let glow = 0.8 * ((pixel.direction.dot(*direction) - 1.0) / 0.01).exp();
-                picture.pixels[pixel.index] = [glow + 0.0002, 0.9 * glow + 0.0002, 0.7 * glow + 0.0002];
+                picture.pixels[pixel.index] =
+                    [glow + 0.0002, 0.9 * glow + 0.0002, 0.7 * glow + 0.0002];
             }
             picture
         })
@@ -86,18 +99,27 @@ fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             let n = Vec3::new(dx, dy, (1.0 - dx * dx - dy * dy).max(0.0).sqrt());
             let spots = 0.5 + 0.5 * (9.0 * (n.x + turn)).sin() * (7.0 * n.y).cos();
             let light = 0.25 * n.dot(direction).max(0.0) + 0.004;
-            [0.9, 0.6 + 0.2 * spots, 0.3 + 0.5 * spots].map(|albedo| albedo * (0.2 + 0.8 * spots) * light)
+            [0.9, 0.6 + 0.2 * spots, 0.3 + 0.5 * spots]
+                .map(|albedo| albedo * (0.2 + 0.8 * spots) * light)
         })
     };
-    let mask = Mask::from_fn(SIZE, SIZE, |x, y| f32::from((x as f32 - 47.5).hypot(y as f32 - 47.5) < 44.0));
+    let mask = Mask::from_fn(SIZE, SIZE, |x, y| {
+        f32::from((x as f32 - 47.5).hypot(y as f32 - 47.5) < 44.0)
+    });
     for pose in 0..4 {
-        let olats: Vec<Image> = lamps.iter().map(|(d, _)| subject(0.7 * pose as f32, *d)).collect();
+        let olats: Vec<Image> = lamps
+            .iter()
+            .map(|(d, _)| subject(0.7 * pose as f32, *d))
+            .collect();
         for (i, olat) in olats.iter().enumerate() {
             write(project.olat_path(pose, i), olat);
         }
         file::write_mask_png(&project.exemplar_mask_path(pose), &mask).unwrap();
         // The interview shows the poses, a little turned.
-        let frame: Vec<Image> = lamps.iter().map(|(d, _)| subject(0.7 * pose as f32 + 0.05, *d)).collect();
+        let frame: Vec<Image> = lamps
+            .iter()
+            .map(|(d, _)| subject(0.7 * pose as f32 + 0.05, *d))
+            .collect();
         write(project.frame_path(pose), &sum(&frame));
         file::write_mask_png(&project.frame_mask_path(pose), &mask).unwrap();
     }
@@ -110,7 +132,11 @@ fn median(mut values: Vec<f32>) -> f32 {
 }
 
 fn angles_deg(rig: &Rig, truth: &[Vec3]) -> Vec<f32> {
-    rig.lamps.iter().zip(truth).map(|(lamp, t)| lamp.direction.angle_between(*t).to_degrees()).collect()
+    rig.lamps
+        .iter()
+        .zip(truth)
+        .map(|(lamp, t)| lamp.direction.angle_between(*t).to_degrees())
+        .collect()
 }
 
 #[test]
@@ -119,14 +145,27 @@ fn a_shoot_of_known_making_is_recovered() {
         let folder = tempfile::tempdir().unwrap();
         let project = small_shoot(folder.path(), &DualGamma { gamma1, gamma2 });
         let found = calibrate(&project, &Progress::silent()).unwrap();
-        println!("γ ({gamma1}, {gamma2}): {:?} ± {:?}, exposure {}", found.response, found.gamma_deviation, found.exposure);
-        assert!((found.response.gamma1 - gamma1).abs() < 0.15 && (found.response.gamma2 - gamma2).abs() < 0.15);
+        println!(
+            "γ ({gamma1}, {gamma2}): {:?} ± {:?}, exposure {}",
+            found.response, found.gamma_deviation, found.exposure
+        );
+        assert!(
+            (found.response.gamma1 - gamma1).abs() < 0.15
+                && (found.response.gamma2 - gamma2).abs() < 0.15
+        );
         let truth: Vec<Vec3> = dome().iter().map(|(direction, _)| *direction).collect();
         let angle = median(angles_deg(&found.rig, &truth));
         let weight = median(
-            dome().iter().zip(&found.interview_weights).flat_map(|((_, t), w)| w.map(|w| (w / t - 1.0).abs())).collect(),
+            dome()
+                .iter()
+                .zip(&found.interview_weights)
+                .flat_map(|((_, t), w)| w.map(|w| (w / t - 1.0).abs()))
+                .collect(),
         );
-        println!("median angle {angle:.2}°, median weight error {:.1} %", 100.0 * weight);
+        println!(
+            "median angle {angle:.2}°, median weight error {:.1} %",
+            100.0 * weight
+        );
         assert!(angle < 1.0 && weight < 0.03);
         found.save(&project).unwrap();
         assert_eq!(Calibration::load(&project).unwrap(), found);
@@ -138,13 +177,28 @@ fn a_calibration_of_other_lamps_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut project = small_project(folder.path());
     let calibration = small_calibration();
-    assert!(Calibration::load(&project).unwrap_err().to_string().contains("afterlight calibrate"));
+    assert!(
+        Calibration::load(&project)
+            .unwrap_err()
+            .to_string()
+            .contains("afterlight calibrate")
+    );
     calibration.save(&project).unwrap();
     assert_eq!(Calibration::load(&project).unwrap(), calibration);
     project.settings.shoot.lamps = vec!["other".into()];
-    assert!(Calibration::load(&project).unwrap_err().to_string().contains("afterlight calibrate"));
+    assert!(
+        Calibration::load(&project)
+            .unwrap_err()
+            .to_string()
+            .contains("afterlight calibrate")
+    );
     project.settings.shoot.lamps = vec!["olat_00".into(), "olat_01".into()];
-    assert!(Calibration::load(&project).unwrap_err().to_string().contains("2 lamps"));
+    assert!(
+        Calibration::load(&project)
+            .unwrap_err()
+            .to_string()
+            .contains("2 lamps")
+    );
 }
 
 #[test]
@@ -153,9 +207,21 @@ fn a_calibration_that_holds_no_numbers_is_refused() {
     let project = small_project(folder.path());
     let sound = small_calibration();
     for broken in [
-        Calibration { interview_weights: vec![[f32::NAN; 3]], ..sound.clone() },
-        Calibration { exposure: f32::INFINITY, ..sound.clone() },
-        Calibration { response: DualGamma { gamma1: f32::NAN, gamma2: 2.0 }, ..sound.clone() },
+        Calibration {
+            interview_weights: vec![[f32::NAN; 3]],
+            ..sound.clone()
+        },
+        Calibration {
+            exposure: f32::INFINITY,
+            ..sound.clone()
+        },
+        Calibration {
+            response: DualGamma {
+                gamma1: f32::NAN,
+                gamma2: 2.0,
+            },
+            ..sound.clone()
+        },
     ] {
         broken.save(&project).unwrap();
         assert!(Calibration::load(&project).is_err());
@@ -165,7 +231,9 @@ fn a_calibration_that_holds_no_numbers_is_refused() {
 #[test]
 fn a_shoot_without_poses_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let error = calibrate(&small_project(folder.path()), &Progress::silent()).unwrap_err().to_string();
+    let error = calibrate(&small_project(folder.path()), &Progress::silent())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("at least one of poses"), "{error}");
 }
 
@@ -176,17 +244,34 @@ fn small_project(root: &Path) -> Project {
         poses: vec![],
         lamps: vec!["olat_00".into()],
         frames: vec![],
-        ball: Ball { center_px: [8.0; 2], radius_px: 7.0, radius_m: 0.05, camera_distance_m: 2.0 },
+        ball: Ball {
+            center_px: [8.0; 2],
+            radius_px: 7.0,
+            radius_m: 0.05,
+            camera_distance_m: 2.0,
+        },
         dome_radius_m: None,
         environments: vec![],
     };
-    let settings = Settings { format: crate::project::FORMAT, name: "small".into(), size: 32, seed: 1, shoot };
-    Project { root: root.to_path_buf(), settings }
+    let settings = Settings {
+        format: crate::project::FORMAT,
+        name: "small".into(),
+        size: 32,
+        seed: 1,
+        shoot,
+    };
+    Project {
+        root: root.to_path_buf(),
+        settings,
+    }
 }
 
 fn small_calibration() -> Calibration {
     Calibration {
-        response: DualGamma { gamma1: 2.2, gamma2: 2.2 },
+        response: DualGamma {
+            gamma1: 2.2,
+            gamma2: 2.2,
+        },
         gamma_deviation: [0.05; 2],
         exposure: 1.0,
         interview_weights: vec![[0.5; 3]],
@@ -194,6 +279,7 @@ fn small_calibration() -> Calibration {
         probe_residual: 0.0,
         gamma_residual: 0.0,
         blind_share: 0.02,
+        filled_energy: 0.0,
         clipped_pixels: 0,
         rig: Rig {
             lamps: vec![Lamp {
@@ -208,7 +294,9 @@ fn small_calibration() -> Calibration {
 }
 
 /// The shared shoot of a real head scan, rendered by other software; `None` where it is not here.
-fn shared_shoot(probes: &str) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
+fn shared_shoot(
+    probes: &str,
+) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/stage");
     let read = |name: &str| -> Option<serde_json::Value> {
         serde_json::from_str(&std::fs::read_to_string(folder.join(name)).ok()?).ok()
@@ -219,7 +307,9 @@ fn shared_shoot(probes: &str) -> Option<(Project, tempfile::TempDir, serde_json:
     };
     let number = |value: &serde_json::Value| value.as_f64().unwrap() as f32;
     let names = |what: &str, digits: usize, n: &serde_json::Value| -> Vec<String> {
-        (0..n.as_u64().unwrap()).map(|i| format!("{what}{i:0digits$}")).collect()
+        (0..n.as_u64().unwrap())
+            .map(|i| format!("{what}{i:0digits$}"))
+            .collect()
     };
     let probe = &manifest["probes"];
     let settings = Settings {
@@ -234,7 +324,10 @@ fn shared_shoot(probes: &str) -> Option<(Project, tempfile::TempDir, serde_json:
             lamps: names("olat_", 2, &manifest["olat_conditions"]),
             frames: names("frame_", 3, &manifest["frames"]),
             ball: Ball {
-                center_px: [number(&probe["ball_center_px"][0]), number(&probe["ball_center_px"][1])],
+                center_px: [
+                    number(&probe["ball_center_px"][0]),
+                    number(&probe["ball_center_px"][1]),
+                ],
                 radius_px: number(&probe["ball_radius_px"]),
                 radius_m: number(&probe["ball_radius_m"]),
                 camera_distance_m: number(&manifest["camera"]["position"][2]),
@@ -244,9 +337,15 @@ fn shared_shoot(probes: &str) -> Option<(Project, tempfile::TempDir, serde_json:
         },
     };
     let directions = manifest["bank_directions"].as_array().unwrap();
-    let directions = directions.iter().map(|d| Vec3::from_array([0, 1, 2].map(|c| number(&d[c])))).collect();
+    let directions = directions
+        .iter()
+        .map(|d| Vec3::from_array([0, 1, 2].map(|c| number(&d[c]))))
+        .collect();
     let home = tempfile::tempdir().unwrap();
-    let project = Project { root: home.path().to_path_buf(), settings };
+    let project = Project {
+        root: home.path().to_path_buf(),
+        settings,
+    };
     if probes == "probes" {
         return Some((project, home, truth, directions));
     }
@@ -254,7 +353,12 @@ fn shared_shoot(probes: &str) -> Option<(Project, tempfile::TempDir, serde_json:
     let mut project = project;
     let shoot = home.path().join("shoot");
     std::fs::create_dir(&shoot).unwrap();
-    for name in ["exemplars", "exemplar_masks", "interview", "interview_masks"] {
+    for name in [
+        "exemplars",
+        "exemplar_masks",
+        "interview",
+        "interview_masks",
+    ] {
         std::os::unix::fs::symlink(project.shoot_path(name), shoot.join(name)).unwrap();
     }
     std::os::unix::fs::symlink(project.shoot_path(probes), shoot.join("probes")).unwrap();
@@ -263,19 +367,34 @@ fn shared_shoot(probes: &str) -> Option<(Project, tempfile::TempDir, serde_json:
 }
 
 /// Angles and weights beside the truth, printed; returns their medians and γ's errors.
-fn judge(found: &Calibration, truth: &serde_json::Value, directions: &[Vec3]) -> (f32, f32, [f32; 2]) {
+fn judge(
+    found: &Calibration,
+    truth: &serde_json::Value,
+    directions: &[Vec3],
+) -> (f32, f32, [f32; 2]) {
     let number = |value: &serde_json::Value| value.as_f64().unwrap() as f32;
     let angles = angles_deg(&found.rig, directions);
     let weights = &truth["weights_linear_interview_per_olat"];
     let errors: Vec<f32> = (found.interview_weights.iter().enumerate())
         .flat_map(|(i, w)| [0, 1, 2].map(|c| (w[c] / number(&weights[i][c]) - 1.0).abs()))
         .collect();
-    let gamma = [found.response.gamma1 - number(&truth["g1"]), found.response.gamma2 - number(&truth["g2"])];
+    let gamma = [
+        found.response.gamma1 - number(&truth["g1"]),
+        found.response.gamma2 - number(&truth["g2"]),
+    ];
     println!(
         "γ ({:.3}, {:.3}) ± {:.3?}, off by {gamma:.3?}; exposure {:.3}; residuals: quantiles {:.4}, probe {:.4}; \
-         uncovered {:.4}; blind {:.3}; clipped {}",
-        found.response.gamma1, found.response.gamma2, found.gamma_deviation, found.exposure, found.gamma_residual,
-        found.probe_residual, found.uncovered_energy, found.blind_share, found.clipped_pixels,
+         uncovered {:.4}; blind {:.3}; filled {:.4}; clipped {}",
+        found.response.gamma1,
+        found.response.gamma2,
+        found.gamma_deviation,
+        found.exposure,
+        found.gamma_residual,
+        found.probe_residual,
+        found.uncovered_energy,
+        found.blind_share,
+        found.filled_energy,
+        found.clipped_pixels,
     );
     println!(
         "lamp directions: median {:.3}°, worst {:.2}°; weights: median {:.2} %, worst {:.2} %; least confident {:?}",
@@ -283,14 +402,21 @@ fn judge(found: &Calibration, truth: &serde_json::Value, directions: &[Vec3]) ->
         angles.iter().copied().fold(0.0, f32::max),
         100.0 * median(errors.clone()),
         100.0 * errors.iter().copied().fold(0.0, f32::max),
-        found.rig.lamps.iter().min_by(|a, b| a.confidence.total_cmp(&b.confidence)).map(|l| (&l.name, l.confidence)),
+        found
+            .rig
+            .lamps
+            .iter()
+            .min_by(|a, b| a.confidence.total_cmp(&b.confidence))
+            .map(|l| (&l.name, l.confidence)),
     );
     (median(angles), median(errors), gamma)
 }
 
 #[test]
 fn the_shared_shoot_is_calibrated() {
-    let Some((project, _home, truth, directions)) = shared_shoot("probes") else { return };
+    let Some((project, _home, truth, directions)) = shared_shoot("probes") else {
+        return;
+    };
     let start = std::time::Instant::now();
     let found = calibrate(&project, &Progress::silent()).unwrap();
     println!("calibrated in {:.1} s", start.elapsed().as_secs_f32());
@@ -300,10 +426,14 @@ fn the_shared_shoot_is_calibrated() {
 
 #[test]
 fn clipped_balls_are_counted_and_lower_the_confidence() {
-    let Some((project, _home, truth, directions)) = shared_shoot("probes_hot") else { return };
+    let Some((project, _home, truth, directions)) = shared_shoot("probes_hot") else {
+        return;
+    };
     let found = calibrate(&project, &Progress::silent()).unwrap();
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 2.5 && weight <= 0.05 && gamma.iter().all(|g| g.abs() <= 0.15));
-    assert!(found.clipped_pixels > 1000 && found.rig.lamps.iter().all(|lamp| lamp.confidence < 0.5));
+    assert!(
+        found.clipped_pixels > 1000 && found.rig.lamps.iter().all(|lamp| lamp.confidence < 0.5)
+    );
     assert!(found.warnings().iter().any(|w| w.contains("clipped")));
 }

@@ -42,7 +42,16 @@ impl Console {
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         let terminal = std::io::stderr().is_terminal();
-        Self { json, cancel, bar: Mutex::new(Bar { stage: "", bar, terminal, printed: Instant::now() }) }
+        Self {
+            json,
+            cancel,
+            bar: Mutex::new(Bar {
+                stage: "",
+                bar,
+                terminal,
+                printed: Instant::now(),
+            }),
+        }
     }
 
     /// Runs `work` with progress shown here.
@@ -57,10 +66,18 @@ impl Console {
 
     fn show(&self, report: Report) {
         // A panic elsewhere while the bar was drawn must not hide this report's own cause.
-        let mut bar = self.bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut bar = self
+            .bar
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
         match report {
             Report::Say(sentence) => bar.bar.suspend(|| eprintln!("{sentence}")),
-            Report::Step { stage, done, total, note } => bar.step(stage, done, total, note),
+            Report::Step {
+                stage,
+                done,
+                total,
+                note,
+            } => bar.step(stage, done, total, note),
         }
     }
 
@@ -68,7 +85,10 @@ impl Console {
     pub fn finish(&self, figures: &impl Serialize, sentences: impl FnOnce() -> String) {
         if self.json {
             // Our own figures always serialise; NaN becomes null.
-            println!("{}", serde_json::to_string(figures).unwrap_or_else(|e| format!("{{\"error\":\"{e}\"}}")));
+            println!(
+                "{}",
+                serde_json::to_string(figures).unwrap_or_else(|e| format!("{{\"error\":\"{e}\"}}"))
+            );
         } else {
             println!("{}", sentences());
         }
@@ -80,7 +100,11 @@ impl Bar {
         if self.stage != stage {
             self.bar.finish();
             self.stage = stage;
-            self.bar = if self.terminal { ProgressBar::new(total) } else { ProgressBar::hidden() };
+            self.bar = if self.terminal {
+                ProgressBar::new(total)
+            } else {
+                ProgressBar::hidden()
+            };
             let template = "{msg:>22} {bar:30} {percent:>3} % · {elapsed} · {eta} left  {prefix}";
             if let Ok(style) = ProgressStyle::with_template(template) {
                 self.bar.set_style(style);

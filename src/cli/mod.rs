@@ -96,7 +96,9 @@ struct CalibrateArgs {
 
 /// Train the project's network, or go on training it. Ctrl-C stops it and keeps the checkpoint.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: afterlight train interview --preset quick --exclude-frames 5,14,25,36")]
+#[command(
+    after_help = "Example: afterlight train interview --preset quick --exclude-frames 5,14,25,36"
+)]
 struct TrainArgs {
     /// The project's folder.
     project: PathBuf,
@@ -136,7 +138,12 @@ struct RelightArgs {
     #[arg(long)]
     environment: PathBuf,
     /// Turn the environment: positive moves it to camera-right in front.
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     yaw: f32,
     /// Turn the environment once around over the frames, from --yaw on.
     #[arg(long)]
@@ -249,28 +256,91 @@ impl Cli {
         match command {
             Command::Studio(args) => open_studio(args.project, args.device.device),
             Command::Stage(args) => {
-                let StageArgs { dir, frames, size, seed, lamps, output } = args;
-                let settings = StageSettings { frames, size, seed, lamps };
-                do_job(&output, || Ok(Job::Stage { folder: dir, settings }))
+                let StageArgs {
+                    dir,
+                    frames,
+                    size,
+                    seed,
+                    lamps,
+                    output,
+                } = args;
+                let settings = StageSettings {
+                    frames,
+                    size,
+                    seed,
+                    lamps,
+                };
+                do_job(&output, || {
+                    Ok(Job::Stage {
+                        folder: dir,
+                        settings,
+                    })
+                })
             }
             Command::Import(args) => {
-                let ImportArgs { project, shoot, size, seed, output } = args;
+                let ImportArgs {
+                    project,
+                    shoot,
+                    size,
+                    seed,
+                    output,
+                } = args;
                 let settings = ImportSettings { size, seed };
-                do_job(&output, || Ok(Job::Import { project, shoot, settings }))
+                do_job(&output, || {
+                    Ok(Job::Import {
+                        project,
+                        shoot,
+                        settings,
+                    })
+                })
             }
-            Command::Calibrate(args) => do_job(&args.output, || Ok(Job::Calibrate { project: args.project })),
+            Command::Calibrate(args) => do_job(&args.output, || {
+                Ok(Job::Calibrate {
+                    project: args.project,
+                })
+            }),
             Command::Train(args) => do_job(&args.output, || args.job()),
             Command::Relight(args) => do_job(&args.output, || Ok(args.job())),
             Command::Evaluate(args) => {
-                let EvaluateArgs { project, truth, with, table, sheet, device, output } = args;
-                let settings = EvaluateSettings { truth, method: with, table, sheet, device: device.device };
+                let EvaluateArgs {
+                    project,
+                    truth,
+                    with,
+                    table,
+                    sheet,
+                    device,
+                    output,
+                } = args;
+                let settings = EvaluateSettings {
+                    truth,
+                    method: with,
+                    table,
+                    sheet,
+                    device: device.device,
+                };
                 do_job(&output, || Ok(Job::Evaluate { project, settings }))
             }
             Command::Demo(args) => {
-                let DemoArgs { dir, prepare, device, output } = args;
-                do_job(&output, || Ok(Job::Demo { folder: dir, prepare, device: device.device }))
+                let DemoArgs {
+                    dir,
+                    prepare,
+                    device,
+                    output,
+                } = args;
+                do_job(&output, || {
+                    Ok(Job::Demo {
+                        folder: dir,
+                        prepare,
+                        device: device.device,
+                    })
+                })
             }
-            Command::Pack(args) => do_job(&args.output, || Ok(Job::Pack { project: args.project, to: args.to })),
+            Command::Pack(args) => do_job(&args.output, || {
+                Ok(Job::Pack {
+                    project: args.project,
+                    to: args.to,
+                })
+            }),
         }
     }
 }
@@ -303,8 +373,16 @@ impl TrainArgs {
         if let Some(truth) = &self.exclude_truth {
             exclude_frames.extend(Truth::open(&Project::open(&self.project)?, truth)?.frames);
         }
-        let settings = TrainSettings { config, exclude_frames, fresh: self.fresh, device: self.device.device };
-        Ok(Job::Train { project: self.project.clone(), settings })
+        let settings = TrainSettings {
+            config,
+            exclude_frames,
+            fresh: self.fresh,
+            device: self.device.device,
+        };
+        Ok(Job::Train {
+            project: self.project.clone(),
+            settings,
+        })
     }
 }
 
@@ -316,17 +394,32 @@ impl RelightArgs {
             turntable: self.turntable,
             frames: self.frames,
             exposure_stops: self.exposure,
-            background: if self.no_background { Background::None } else { Background::Environment },
+            background: if self.no_background {
+                Background::None
+            } else {
+                Background::Environment
+            },
             to: self.to.clone(),
             device: self.device.device,
         };
-        Job::Relight { project: self.project.clone(), settings }
+        Job::Relight {
+            project: self.project.clone(),
+            settings,
+        }
     }
 }
 
 fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
     let (from, to) = text.split_once('-').unwrap_or((text, text));
-    let number = |s: &str| s.trim().parse::<usize>().map_err(|e| format!("{s:?} is no frame number: {e}"));
+    let number = |s: &str| {
+        s.trim()
+            .parse::<usize>()
+            .map_err(|e| format!("{s:?} is no frame number: {e}"))
+    };
     let (from, to) = (number(from)?, number(to)?);
-    if from <= to { Ok((from, to)) } else { Err(format!("{from} comes after {to}")) }
+    if from <= to {
+        Ok((from, to))
+    } else {
+        Err(format!("{from} comes after {to}"))
+    }
 }

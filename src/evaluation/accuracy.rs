@@ -378,6 +378,9 @@ mod tests {
             uncovered_energy: 0.0,
             probe_residual: 0.0,
             gamma_residual: 0.0,
+            gamma_deviation: [0.0; 2],
+            blind_share: 0.0,
+            clipped_pixels: 0,
             rig: Rig::default(),
         };
         let truth = Truth::open(&project, &shoot).unwrap();

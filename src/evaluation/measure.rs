@@ -2,6 +2,7 @@
 
 use super::{Method, Row, Scores, Truth, excluded_check, markdown, score};
 use crate::calibration::Calibration;
+use crate::compositor::reference::{extend_edges, view};
 use crate::error::{Error, Result};
 use crate::export::{Tile, contact_sheet};
 use crate::footage::Frame;
@@ -43,11 +44,16 @@ pub struct EvaluateReport {
 ///
 /// # Errors
 /// When something is missing, or the network was trained on a frame of the truth.
-pub fn evaluate(project: &Project, settings: &EvaluateSettings, progress: &Progress) -> Result<EvaluateReport> {
+pub fn evaluate(
+    project: &Project,
+    settings: &EvaluateSettings,
+    progress: &Progress,
+) -> Result<EvaluateReport> {
     let calibration = Calibration::load(project)?;
     let truth = Truth::open(project, &settings.truth)?;
     let compute = ComputeDevice::choose(settings.device);
-    let asks_network = settings.method == Method::Network || settings.table.is_some() || settings.sheet.is_some();
+    let asks_network =
+        settings.method == Method::Network || settings.table.is_some() || settings.sheet.is_some();
     let predictor = if asks_network {
         let predictor = Predictor::open(project, &compute.device)?;
         excluded_check(&predictor.info().training_frames, &truth.frames)?;
@@ -60,12 +66,27 @@ pub fn evaluate(project: &Project, settings: &EvaluateSettings, progress: &Progr
             Some(predictor) => predictor.predict(frame),
             None => Predictor::open(project, &compute.device)?.predict(frame),
         };
-        score(project, &calibration, &truth, method, &mut predict, progress)
+        score(
+            project,
+            &calibration,
+            &truth,
+            method,
+            &mut predict,
+            progress,
+        )
     };
     let scores = scores_of(settings.method)?;
     if let (Some(path), Some(predictor)) = (&settings.table, &predictor) {
-        let methods = [Method::Nearest, Method::Ratio, Method::Network, Method::TruthOlats];
-        let all = methods.map(&mut scores_of).into_iter().collect::<Result<Vec<_>>>()?;
+        let methods = [
+            Method::Nearest,
+            Method::Ratio,
+            Method::Network,
+            Method::TruthOlats,
+        ];
+        let all = methods
+            .map(&mut scores_of)
+            .into_iter()
+            .collect::<Result<Vec<_>>>()?;
         let info = predictor.info();
         let trained = format!(
             "{:.1} min of training, {} steps, {}",
@@ -81,7 +102,10 @@ pub fn evaluate(project: &Project, settings: &EvaluateSettings, progress: &Progr
     if let (Some(path), Some(predictor)) = (&settings.sheet, &predictor) {
         write_png(path, &sheet(project, &calibration, &truth, predictor)?)?;
     }
-    let info = predictor.as_ref().filter(|_| settings.method == Method::Network).map(|p| p.info().clone());
+    let info = predictor
+        .as_ref()
+        .filter(|_| settings.method == Method::Network)
+        .map(|p| p.info().clone());
     Ok(EvaluateReport {
         scores,
         training_steps: info.as_ref().map(|i| i.step),
@@ -125,24 +149,59 @@ fn with_section(text: &str, title: &str, body: &str) -> String {
 }
 
 /// Eight lamps of one truth frame that no training saw, spread over the rig: true above predicted.
-fn sheet(project: &Project, calibration: &Calibration, truth: &Truth, predictor: &Predictor) -> Result<Encoded> {
+fn sheet(
+    project: &Project,
+    calibration: &Calibration,
+    truth: &Truth,
+    predictor: &Predictor,
+) -> Result<Encoded> {
     const LAMPS: usize = 8;
-    let frame = truth.frames.iter().copied().find(|&f| truth.has_olats(f)).ok_or_else(|| {
-        Error::unexpected("the truth", "a frame with true OLATs", "none", "Leave out the contact sheet")
-    })?;
+    let frame = truth
+        .frames
+        .iter()
+        .copied()
+        .find(|&f| truth.has_olats(f))
+        .ok_or_else(|| {
+            Error::unexpected(
+                "the truth",
+                "a frame with true OLATs",
+                "none",
+                "Leave out the contact sheet",
+            )
+        })?;
     let frame = Frame::load(project, &calibration.response, frame)?;
     let field = predictor.predict(&frame)?;
     let truths = truth.olats(frame.index)?;
     let predicted: Vec<Image> = (0..field.lamps).map(|lamp| field.olat(lamp)).collect();
-    let (true_level, level) = (brightness(&truths, &frame.mask), brightness(&predicted, &frame.mask));
-    let picked: Vec<usize> = (0..LAMPS.min(field.lamps)).map(|i| i * field.lamps / LAMPS.min(field.lamps)).collect();
+    let (true_level, level) = (
+        brightness(&truths, &frame.mask),
+        brightness(&predicted, &frame.mask),
+    );
+    let picked: Vec<usize> = (0..LAMPS.min(field.lamps))
+        .map(|i| i * field.lamps / LAMPS.min(field.lamps))
+        .collect();
     let mut tiles: BTreeMap<(usize, usize), (String, Encoded)> = BTreeMap::new();
     for (column, &lamp) in picked.iter().enumerate() {
         let name = &project.settings.shoot.lamps[lamp];
-        tiles.insert((0, column), (format!("{name} true"), shown(&truths[lamp], &frame.mask, true_level)));
-        tiles.insert((1, column), (format!("{name} predicted"), shown(&predicted[lamp], &frame.mask, level)));
+        tiles.insert(
+            (0, column),
+            (
+                format!("{name} true"),
+                shown(&truths[lamp], &frame.mask, true_level),
+            ),
+        );
+        tiles.insert(
+            (1, column),
+            (
+                format!("{name} predicted"),
+                shown(&predicted[lamp], &frame.mask, level),
+            ),
+        );
     }
-    let tiles: Vec<Tile> = tiles.values().map(|(label, picture)| Tile { label, picture }).collect();
+    let tiles: Vec<Tile> = tiles
+        .values()
+        .map(|(label, picture)| Tile { label, picture })
+        .collect();
     contact_sheet(&tiles, picked.len())
 }
 
@@ -150,7 +209,12 @@ fn sheet(project: &Project, calibration: &Calibration, truth: &Truth, predictor:
 fn brightness(olats: &[Image], mask: &Mask) -> f32 {
     let (mut sum, mut count) = (0f64, 0u64);
     for olat in olats {
-        for (pixel, _) in olat.pixels.iter().zip(&mask.pixels).filter(|&(_, &alpha)| alpha > 0.98) {
+        for (pixel, _) in olat
+            .pixels
+            .iter()
+            .zip(&mask.pixels)
+            .filter(|&(_, &alpha)| alpha > 0.98)
+        {
             sum += f64::from(luminance(*pixel));
             count += 1;
         }
@@ -161,10 +225,11 @@ fn brightness(olats: &[Image], mask: &Mask) -> f32 {
 fn shown(olat: &Image, mask: &Mask, level: f32) -> Encoded {
     let gain = 0.12 / level.max(f32::MIN_POSITIVE);
     let mut tile = olat.clone();
+    extend_edges(&mut tile, mask);
     for (pixel, &alpha) in tile.pixels.iter_mut().zip(&mask.pixels) {
         *pixel = pixel.map(|v| v * gain * alpha);
     }
-    crate::compositor::reference::view(&tile)
+    view(&tile)
 }
 
 #[cfg(test)]
@@ -174,8 +239,14 @@ mod tests {
     #[test]
     fn a_section_is_replaced_and_its_neighbours_stay() {
         let text = "# Accuracy\n\nWords.\n\n## a\n\nold\n\n## b\n\nkept\n";
-        assert_eq!(with_section(text, "a", "new\n"), "# Accuracy\n\nWords.\n\n## a\n\nnew\n\n## b\n\nkept\n");
-        assert_eq!(with_section(text, "c", "new\n"), format!("{}\n\n## c\n\nnew\n", text.trim_end()));
+        assert_eq!(
+            with_section(text, "a", "new\n"),
+            "# Accuracy\n\nWords.\n\n## a\n\nnew\n\n## b\n\nkept\n"
+        );
+        assert_eq!(
+            with_section(text, "c", "new\n"),
+            format!("{}\n\n## c\n\nnew\n", text.trim_end())
+        );
         assert_eq!(with_section("", "c", "new\n"), "## c\n\nnew\n");
     }
 }

@@ -57,7 +57,11 @@ pub struct RelightReport {
 /// # Errors
 /// When something is missing that has to be made first, a file cannot be read or written, or a stop
 /// was asked for: stills that were finished are kept then, a movie is not.
-pub fn relight(project: &Project, settings: &RelightSettings, progress: &Progress) -> Result<RelightReport> {
+pub fn relight(
+    project: &Project,
+    settings: &RelightSettings,
+    progress: &Progress,
+) -> Result<RelightReport> {
     let destination = Destination::parse(&settings.to)?;
     let (first, last) = frame_range(project, settings.frames)?;
     let count = last - first + 1;
@@ -81,8 +85,17 @@ pub fn relight(project: &Project, settings: &RelightSettings, progress: &Progres
     let started = Instant::now();
     for (done, index) in (first..=last).enumerate() {
         progress.check(&format!("{done} frames were finished"))?;
-        progress.step("relighting", done as u64, count as u64, format!("frame {index}"));
-        let turn = if settings.turntable { 360.0 * done as f32 / count as f32 } else { 0.0 };
+        progress.step(
+            "relighting",
+            done as u64,
+            count as u64,
+            format!("frame {index}"),
+        );
+        let turn = if settings.turntable {
+            360.0 * done as f32 / count as f32
+        } else {
+            0.0
+        };
         let scene = Scene {
             frame: index,
             yaw_deg: settings.yaw_deg + turn,
@@ -112,11 +125,16 @@ pub fn relight(project: &Project, settings: &RelightSettings, progress: &Progres
                 environment: &environment,
                 levels,
                 view: CameraView::default(),
-                upstream: Upstream { predict_ms, weights_ms },
+                upstream: Upstream {
+                    predict_ms,
+                    weights_ms,
+                },
             },
         )?;
         match (&destination, &mut clip) {
-            (Destination::Stills(stills), _) => write_still(&stills.path(index), &picture, frame_rate)?,
+            (Destination::Stills(stills), _) => {
+                write_still(&stills.path(index), &picture, frame_rate)?
+            }
             (Destination::Clip(_), Some(clip)) => clip.push(&picture)?,
             (Destination::Clip(_), None) => {}
         }
@@ -152,7 +170,10 @@ pub fn find_environment(project: &Project, wanted: &Path) -> Result<Environment>
     let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).collect();
     Err(Error::unexpected(
         format!("the environment {}", wanted.display()),
-        format!("a lat-long EXR or HDR file, or one of the shoot's environments ({})", names.join(", ")),
+        format!(
+            "a lat-long EXR or HDR file, or one of the shoot's environments ({})",
+            names.join(", ")
+        ),
         "neither",
         "Check the path",
     ))

@@ -25,12 +25,18 @@ impl Exemplar {
             .into_par_iter()
             .map(|lamp| load_linear(&project.olat_path(pose, lamp), response, size))
             .collect::<Result<_>>()?;
-        Ok(Self { pose, olats, mask: load_mask(&project.exemplar_mask_path(pose), size)? })
+        Ok(Self {
+            pose,
+            olats,
+            mask: load_mask(&project.exemplar_mask_path(pose), size)?,
+        })
     }
 
     /// Reads every pose of the project.
     pub fn load_all(project: &Project, response: &DualGamma) -> Result<Vec<Self>> {
-        (0..project.settings.shoot.poses.len()).map(|p| Self::load(project, response, p)).collect()
+        (0..project.settings.shoot.poses.len())
+            .map(|p| Self::load(project, response, p))
+            .collect()
     }
 
     /// The pose as a sum of its lamps: Σ weights_i · OLAT_i.

@@ -57,14 +57,30 @@ struct Probes {
 /// When the manifest is not understood; a pose lacks a lamp that others have; a probe or a matte is
 /// missing; pictures that belong together differ in size; a file cannot be read; or there is a
 /// project already. The error names the file.
-pub fn import(root: &Path, shoot: &Path, settings: &ImportSettings, progress: &Progress) -> Result<Project> {
+pub fn import(
+    root: &Path,
+    shoot: &Path,
+    settings: &ImportSettings,
+    progress: &Progress,
+) -> Result<Project> {
     project::check_size(settings.size)?;
     let manifest_path = shoot.join("manifest.json");
     let text = std::fs::read_to_string(&manifest_path).map_err(|e| {
-        Error::file("open", &manifest_path, e, "Name the folder that holds a shoot's manifest.json")
+        Error::file(
+            "open",
+            &manifest_path,
+            e,
+            "Name the folder that holds a shoot's manifest.json",
+        )
     })?;
-    let manifest: Manifest = serde_json::from_str(&text)
-        .map_err(|e| Error::file("read", &manifest_path, e, "Mend the manifest; `afterlight stage` writes an example"))?;
+    let manifest: Manifest = serde_json::from_str(&text).map_err(|e| {
+        Error::file(
+            "read",
+            &manifest_path,
+            e,
+            "Mend the manifest; `afterlight stage` writes an example",
+        )
+    })?;
     let project_file = root.join("project.toml");
     if project_file.exists() {
         return Err(Error::unexpected(
@@ -74,26 +90,51 @@ pub fn import(root: &Path, shoot: &Path, settings: &ImportSettings, progress: &P
             "Choose another folder, or remove project.toml to import again",
         ));
     }
-    let poses = entries(&shoot.join("exemplars"), |path| path.is_dir().then(|| name_of(path)))?;
+    let poses = entries(&shoot.join("exemplars"), |path| {
+        path.is_dir().then(|| name_of(path))
+    })?;
     if poses.is_empty() {
-        return Err(missing(&shoot.join("exemplars"), "at least one pose folder"));
+        return Err(missing(
+            &shoot.join("exemplars"),
+            "at least one pose folder",
+        ));
     }
     // A lamp that any pose or probe has is a lamp: where it lacks, reading it names the file.
     let mut lamps = std::collections::BTreeSet::new();
     for pose in &poses {
         lamps.extend(png_names(&shoot.join("exemplars").join(pose))?);
     }
-    lamps.extend(png_names(&shoot.join("probes"))?.into_iter().filter(|name| name != "interview"));
+    lamps.extend(
+        png_names(&shoot.join("probes"))?
+            .into_iter()
+            .filter(|name| name != "interview"),
+    );
     let lamps: Vec<String> = lamps.into_iter().collect();
     let frames = png_names(&shoot.join("interview"))?;
-    check_count(&manifest_path, "exemplar_poses", manifest.exemplar_poses, poses.len())?;
-    check_count(&manifest_path, "olat_conditions", manifest.olat_conditions, lamps.len())?;
+    check_count(
+        &manifest_path,
+        "exemplar_poses",
+        manifest.exemplar_poses,
+        poses.len(),
+    )?;
+    check_count(
+        &manifest_path,
+        "olat_conditions",
+        manifest.olat_conditions,
+        lamps.len(),
+    )?;
     check_count(&manifest_path, "frames", manifest.frames, frames.len())?;
     if lamps.is_empty() {
-        return Err(missing(&shoot.join("exemplars"), "at least one OLAT as PNG"));
+        return Err(missing(
+            &shoot.join("exemplars"),
+            "at least one OLAT as PNG",
+        ));
     }
     if frames.is_empty() {
-        return Err(missing(&shoot.join("interview"), "at least one frame as PNG"));
+        return Err(missing(
+            &shoot.join("interview"),
+            "at least one frame as PNG",
+        ));
     }
     let [x, y, z] = manifest.camera.position;
     let ball = Ball {
@@ -103,8 +144,14 @@ pub fn import(root: &Path, shoot: &Path, settings: &ImportSettings, progress: &P
         camera_distance_m: (x * x + y * y + z * z).sqrt(),
     };
     check_ball(&manifest_path, &ball)?;
-    std::fs::create_dir_all(root)
-        .map_err(|e| Error::file("make", root, e, "Check that the folder above can be written"))?;
+    std::fs::create_dir_all(root).map_err(|e| {
+        Error::file(
+            "make",
+            root,
+            e,
+            "Check that the folder above can be written",
+        )
+    })?;
     let project = Project {
         root: root.to_path_buf(),
         settings: Settings {
@@ -114,7 +161,10 @@ pub fn import(root: &Path, shoot: &Path, settings: &ImportSettings, progress: &P
             seed: settings.seed,
             shoot: Shoot {
                 folder: relative(root, shoot)?,
-                frame_rate: manifest.frame_rate.filter(|r| *r > 0.0 && r.is_finite()).unwrap_or(24.0),
+                frame_rate: manifest
+                    .frame_rate
+                    .filter(|r| *r > 0.0 && r.is_finite())
+                    .unwrap_or(24.0),
                 poses,
                 lamps,
                 frames,
@@ -135,7 +185,10 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
     let group = |what: &'static str, paths: Vec<PathBuf>| -> Result<(usize, usize)> {
         progress.check("no project was made")?;
         progress.step(what, 0, paths.len() as u64, "");
-        let sizes = paths.par_iter().map(|p| dimensions(p)).collect::<Result<Vec<_>>>()?;
+        let sizes = paths
+            .par_iter()
+            .map(|p| dimensions(p))
+            .collect::<Result<Vec<_>>>()?;
         let size = sizes[0];
         if let Some(other) = sizes.iter().position(|s| *s != size) {
             return Err(differs(&paths[other], sizes[other], &paths[0], size));
@@ -144,17 +197,31 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
         Ok(size)
     };
     let poses = 0..shoot.poses.len();
-    let olats = poses.clone().flat_map(|p| (0..shoot.lamps.len()).map(move |l| (p, l)));
-    let olat_size = group("checking OLATs", olats.map(|(p, l)| project.olat_path(p, l)).collect())?;
+    let olats = poses
+        .clone()
+        .flat_map(|p| (0..shoot.lamps.len()).map(move |l| (p, l)));
+    let olat_size = group(
+        "checking OLATs",
+        olats.map(|(p, l)| project.olat_path(p, l)).collect(),
+    )?;
     let masks: Vec<_> = poses.map(|p| project.exemplar_mask_path(p)).collect();
     let mask_size = group("checking mattes", masks.clone())?;
     same_size(&masks[0], mask_size, &project.olat_path(0, 0), olat_size)?;
-    let frame_paths: Vec<_> = (0..shoot.frames.len()).map(|f| project.frame_path(f)).collect();
+    let frame_paths: Vec<_> = (0..shoot.frames.len())
+        .map(|f| project.frame_path(f))
+        .collect();
     let frame_size = group("checking frames", frame_paths.clone())?;
-    let masks: Vec<_> = (0..shoot.frames.len()).map(|f| project.frame_mask_path(f)).collect();
+    let masks: Vec<_> = (0..shoot.frames.len())
+        .map(|f| project.frame_mask_path(f))
+        .collect();
     let mask_size = group("checking mattes", masks.clone())?;
     same_size(&masks[0], mask_size, &frame_paths[0], frame_size)?;
-    same_size(&frame_paths[0], frame_size, &project.olat_path(0, 0), olat_size)?;
+    same_size(
+        &frame_paths[0],
+        frame_size,
+        &project.olat_path(0, 0),
+        olat_size,
+    )?;
     if frame_size.0 != frame_size.1 {
         return Err(Error::unexpected(
             frame_paths[0].display(),
@@ -169,15 +236,23 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
     for environment in &shoot.environments {
         let path = project.shoot_path(&environment.file);
         if let Err(e) = dimensions(&path) {
-            progress.say(format!("The environment {} cannot be used: {e}", environment.name));
+            progress.say(format!(
+                "The environment {} cannot be used: {e}",
+                environment.name
+            ));
         }
     }
     Ok(())
 }
 
 fn check_ball(manifest: &Path, ball: &Ball) -> Result<()> {
-    let positive = [ball.radius_px, ball.radius_m, ball.camera_distance_m].iter().all(|v| *v > 0.0 && v.is_finite());
-    if positive && ball.camera_distance_m > ball.radius_m && ball.center_px.iter().all(|v| v.is_finite()) {
+    let positive = [ball.radius_px, ball.radius_m, ball.camera_distance_m]
+        .iter()
+        .all(|v| *v > 0.0 && v.is_finite());
+    if positive
+        && ball.camera_distance_m > ball.radius_m
+        && ball.center_px.iter().all(|v| v.is_finite())
+    {
         return Ok(());
     }
     Err(Error::unexpected(
@@ -201,49 +276,82 @@ fn check_count(manifest: &Path, key: &str, said: Option<usize>, found: usize) ->
 }
 
 fn same_size(a: &Path, a_size: (usize, usize), b: &Path, b_size: (usize, usize)) -> Result<()> {
-    if a_size == b_size { Ok(()) } else { Err(differs(a, a_size, b, b_size)) }
+    if a_size == b_size {
+        Ok(())
+    } else {
+        Err(differs(a, a_size, b, b_size))
+    }
 }
 
 fn differs(path: &Path, size: (usize, usize), reference: &Path, expected: (usize, usize)) -> Error {
     Error::unexpected(
         path.display(),
-        format!("{} × {} pixels like {}", expected.0, expected.1, reference.display()),
+        format!(
+            "{} × {} pixels like {}",
+            expected.0,
+            expected.1,
+            reference.display()
+        ),
         format!("{} × {}", size.0, size.1),
         "Bring all pictures of the shoot to one size",
     )
 }
 
 fn missing(folder: &Path, what: &str) -> Error {
-    Error::unexpected(folder.display(), what, "none", "Check that this is a shoot folder and is complete")
+    Error::unexpected(
+        folder.display(),
+        what,
+        "none",
+        "Check that this is a shoot folder and is complete",
+    )
 }
 
 /// Names that `pick` takes from a folder's entries, sorted.
 fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
-    let listing = std::fs::read_dir(folder)
-        .map_err(|e| Error::file("open", folder, e, "Check that this is a shoot folder and is complete"))?;
-    let mut names: Vec<String> = listing.flatten().filter_map(|entry| pick(&entry.path())).collect();
+    let listing = std::fs::read_dir(folder).map_err(|e| {
+        Error::file(
+            "open",
+            folder,
+            e,
+            "Check that this is a shoot folder and is complete",
+        )
+    })?;
+    let mut names: Vec<String> = listing
+        .flatten()
+        .filter_map(|entry| pick(&entry.path()))
+        .collect();
     names.sort();
     Ok(names)
 }
 
 fn png_names(folder: &Path) -> Result<Vec<String>> {
     entries(folder, |path| {
-        let png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        (png && !name_of(path).starts_with('.')).then(|| path.with_extension("")).map(|p| name_of(&p))
+        let png = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        (png && !name_of(path).starts_with('.'))
+            .then(|| path.with_extension(""))
+            .map(|p| name_of(&p))
     })
 }
 
 fn name_of(path: &Path) -> String {
-    path.file_name().map_or_else(|| "shoot".to_owned(), |n| n.to_string_lossy().into_owned())
+    path.file_name()
+        .map_or_else(|| "shoot".to_owned(), |n| n.to_string_lossy().into_owned())
 }
 
 /// The way from folder `from` to folder `to`, both existing.
 fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
     let full = |p: &Path| {
-        p.canonicalize().map_err(|e| Error::file("open", p, e, "Check that the folder is there"))
+        p.canonicalize()
+            .map_err(|e| Error::file("open", p, e, "Check that the folder is there"))
     };
     let (from, to) = (full(from)?, full(to)?);
-    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let shared = from
+        .components()
+        .zip(to.components())
+        .take_while(|(a, b)| a == b)
+        .count();
     let up = from.components().skip(shared).map(|_| Component::ParentDir);
     Ok(up.chain(to.components().skip(shared)).collect())
 }

@@ -6,7 +6,7 @@ pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
 }
 
 /// `x` within `[0, 1]`; NaN becomes 0, where `f32::clamp` would pass it on.
-pub(super) fn unit(x: f32) -> f32 {
+pub fn unit(x: f32) -> f32 {
     if x >= 1.0 {
         1.0
     } else if x > 0.0 {
@@ -32,7 +32,11 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
 /// Linear value of an sRGB-encoded one (IEC 61966-2-1), for encoded values in `[0, 1]`.
 pub fn linear_from_srgb(encoded: f32) -> f32 {
     let x = unit(encoded);
-    if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+    if x <= 0.040_45 {
+        x / 12.92
+    } else {
+        ((x + 0.055) / 1.055).powf(2.4)
+    }
 }
 
 /// An 8-bit code of a value in `[0, 1]`, rounded to nearest.

@@ -16,17 +16,32 @@ fn decode(path: &Path) -> Result<image::DynamicImage> {
         .with_guessed_format()
         .map_err(|e| Error::file("read", path, e, remedy))?;
     reader.no_limits();
-    let picture = reader.decode().map_err(|e| Error::file("decode", path, e, remedy))?;
+    let picture = reader
+        .decode()
+        .map_err(|e| Error::file("decode", path, e, remedy))?;
     if picture.width() == 0 || picture.height() == 0 {
-        return Err(Error::unexpected(path.display(), "at least one pixel", "none", remedy));
+        return Err(Error::unexpected(
+            path.display(),
+            "at least one pixel",
+            "none",
+            remedy,
+        ));
     }
     Ok(picture)
 }
 
 fn raster_from_rgb(rgb: image::Rgb32FImage) -> Raster<[f32; 3]> {
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-    let pixels = rgb.into_raw().chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
-    Raster { width, height, pixels }
+    let pixels = rgb
+        .into_raw()
+        .chunks_exact(3)
+        .map(|c| [c[0], c[1], c[2]])
+        .collect();
+    Raster {
+        width,
+        height,
+        pixels,
+    }
 }
 
 /// Reads an integer picture (8 or 16 bits) as encoded values in `[0, 1]`; alpha is dropped.
@@ -46,7 +61,11 @@ pub fn read_mask(path: &Path) -> Result<Mask> {
     Ok(Mask {
         width: grey.width() as usize,
         height: grey.height() as usize,
-        pixels: grey.into_raw().into_iter().map(|v| f32::from(v) / 65535.0).collect(),
+        pixels: grey
+            .into_raw()
+            .into_iter()
+            .map(|v| f32::from(v) / 65535.0)
+            .collect(),
     })
 }
 
@@ -64,8 +83,16 @@ pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
 
 /// Writes encoded values as an 8-bit RGB PNG.
 pub fn write_png(path: &Path, picture: &Encoded) -> Result<()> {
-    let Raster { width, height, pixels } = &picture.0;
-    let bytes: Vec<u8> = pixels.iter().flatten().map(|&v| byte_from_unit(v)).collect();
+    let Raster {
+        width,
+        height,
+        pixels,
+    } = &picture.0;
+    let bytes: Vec<u8> = pixels
+        .iter()
+        .flatten()
+        .map(|&v| byte_from_unit(v))
+        .collect();
     write_png_bytes(path, (*width, *height), &bytes, ExtendedColorType::Rgb8)
 }
 
@@ -95,13 +122,21 @@ pub fn write_exr(path: &Path, picture: &Image) -> Result<()> {
         let [r, g, b] = picture.at(at.x(), at.y());
         (half(r), half(g), half(b))
     });
-    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
-    let layer = Layer::new(picture.size(), LayerAttributes::default(), encoding, channels);
+    // Scan lines in order: the same picture gives the same bytes.
+    let encoding = Encoding::SMALL_LOSSLESS;
+    let layer = Layer::new(
+        picture.size(),
+        LayerAttributes::default(),
+        encoding,
+        channels,
+    );
     let mut bytes = Vec::new();
     exr::prelude::Image::from_layer(layer)
         .write()
         .to_buffered(std::io::Cursor::new(&mut bytes))
-        .map_err(|e| crate::error::Error::file("encode", path, e, "Check the size of the picture"))?;
+        .map_err(|e| {
+            crate::error::Error::file("encode", path, e, "Check the size of the picture")
+        })?;
     write_beside(path, |out| out.write_all(&bytes))
 }
 
@@ -112,11 +147,22 @@ pub fn write_beside<E: ToString>(
     write: impl FnOnce(&mut BufWriter<&File>) -> std::result::Result<(), E>,
 ) -> Result<()> {
     let fail = |cause: String| {
-        Error::file("write", path, cause, "Check that the folder can be written and the disk has room")
+        Error::file(
+            "write",
+            path,
+            cause,
+            "Check that the folder can be written and the disk has room",
+        )
     };
     let folder = path.parent().unwrap_or(Path::new("."));
-    let name = path.file_name().ok_or_else(|| fail("it names no file".into()))?;
-    let beside = folder.join(format!(".{}.{}", name.to_string_lossy(), std::process::id()));
+    let name = path
+        .file_name()
+        .ok_or_else(|| fail("it names no file".into()))?;
+    let beside = folder.join(format!(
+        ".{}.{}",
+        name.to_string_lossy(),
+        std::process::id()
+    ));
     let written = (|| {
         std::fs::create_dir_all(folder).map_err(|e| fail(e.to_string()))?;
         let file = File::create(&beside).map_err(|e| fail(e.to_string()))?;
@@ -143,9 +189,14 @@ mod tests {
         let linear = Raster::from_fn(5, 3, |x, y| [x as f32 * 0.25, y as f32 * 4.0, 70_000.0]);
         let path = folder.path().join("new/linear.exr");
         write_exr(&path, &linear).unwrap();
-        assert_eq!(read_linear(&path).unwrap(), linear.map(|[r, g, _]| [r, g, 65504.0]));
+        assert_eq!(
+            read_linear(&path).unwrap(),
+            linear.map(|[r, g, _]| [r, g, 65504.0])
+        );
 
-        let encoded = Encoded(Raster::from_fn(4, 2, |x, y| [x as f32 / 3.0, y as f32, 0.2]));
+        let encoded = Encoded(Raster::from_fn(4, 2, |x, y| {
+            [x as f32 / 3.0, y as f32, 0.2]
+        }));
         let path = folder.path().join("encoded.png");
         write_png(&path, &encoded).unwrap();
         assert_eq!(dimensions(&path).unwrap(), (4, 2));
@@ -158,7 +209,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("broken.png");
         std::fs::write(&path, b"not a picture").unwrap();
-        assert!(read_encoded(&path).unwrap_err().to_string().contains("broken.png"));
+        assert!(
+            read_encoded(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("broken.png")
+        );
     }
 
     #[test]

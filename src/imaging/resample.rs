@@ -63,11 +63,17 @@ pub fn resize_area<T: Blend>(source: &Raster<T>, width: usize, height: usize) ->
             (0..width).map(move |x| blend(&rows[y], |sy| narrow[sy * width + x]))
         })
         .collect();
-    Raster { width, height, pixels }
+    Raster {
+        width,
+        height,
+        pixels,
+    }
 }
 
 fn blend<T: Blend>(shares: &[(usize, f32)], pixel: impl Fn(usize) -> T) -> T {
-    shares.iter().fold(T::ZERO, |sum, &(i, share)| sum.add_scaled(pixel(i), share))
+    shares
+        .iter()
+        .fold(T::ZERO, |sum, &(i, share)| sum.add_scaled(pixel(i), share))
 }
 
 #[cfg(test)]

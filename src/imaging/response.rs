@@ -33,7 +33,11 @@ impl DualGamma {
         }
         Err(Error::unexpected(
             "the camera's dual gamma",
-            format!("two exponents from {} to {} whose curve never falls", Self::BOUNDS.start(), Self::BOUNDS.end()),
+            format!(
+                "two exponents from {} to {} whose curve never falls",
+                Self::BOUNDS.start(),
+                Self::BOUNDS.end()
+            ),
             format!("γ1 = {gamma1}, γ2 = {gamma2}"),
             "Run the calibration again, or give exponents near 2.2",
         ))
@@ -64,9 +68,17 @@ impl DualGamma {
         // Newton's steps, kept inside a bracket that every step narrows; 64 halvings exhaust f64.
         for _ in 0..64 {
             let (value, slope) = self.value_and_slope(x);
-            if value < y { low = x } else { high = x }
+            if value < y {
+                low = x
+            } else {
+                high = x
+            }
             let newton = x - (value - y) / slope;
-            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+            let next = if newton >= low && newton <= high {
+                newton
+            } else {
+                0.5 * (low + high)
+            };
             if (next - x).abs() <= 1e-9 * next {
                 return next as f32;
             }
@@ -82,7 +94,11 @@ impl DualGamma {
         let table = codes.map(|code| self.decode_value(code));
         map_values(&picture.0, |value| {
             let code = (value * 255.0 + 0.5) as usize & 255;
-            if codes[code] == value { table[code] } else { self.decode_value(value) }
+            if codes[code] == value {
+                table[code]
+            } else {
+                self.decode_value(value)
+            }
         })
     }
 
@@ -96,13 +112,25 @@ impl DualGamma {
         let (g1, g2) = (f64::from(self.gamma1), f64::from(self.gamma2));
         // I^(γ−1) is finite at 0 because γ ≥ 1, so no division by I is needed.
         let (a, b) = (x.powf(g1 - 1.0), x.powf(g2));
-        ((1.0 - x) * a * x + x * b, g1 * a - (g1 + 1.0) * a * x + (g2 + 1.0) * b)
+        (
+            (1.0 - x) * a * x + x * b,
+            g1 * a - (g1 + 1.0) * a * x + (g2 + 1.0) * b,
+        )
     }
 }
 
 fn map_values(picture: &Raster<[f32; 3]>, value: impl Fn(f32) -> f32 + Sync) -> Raster<[f32; 3]> {
-    let pixels = picture.pixels.par_iter().with_min_len(4096).map(|pixel| pixel.map(&value)).collect();
-    Raster { width: picture.width, height: picture.height, pixels }
+    let pixels = picture
+        .pixels
+        .par_iter()
+        .with_min_len(4096)
+        .map(|pixel| pixel.map(&value))
+        .collect();
+    Raster {
+        width: picture.width,
+        height: picture.height,
+        pixels,
+    }
 }
 
 #[cfg(test)]
@@ -149,8 +177,14 @@ mod tests {
     #[test]
     fn the_slope_is_finite_at_both_ends() {
         for (g1, g2) in [(1.0, 1.0), (1.0, 4.0), (4.0, 1.0), (2.6, 2.1)] {
-            let curve = DualGamma { gamma1: g1, gamma2: g2 };
-            assert_eq!(curve.value_and_slope(0.0).1, if g1 == 1.0 { 1.0 } else { 0.0 });
+            let curve = DualGamma {
+                gamma1: g1,
+                gamma2: g2,
+            };
+            assert_eq!(
+                curve.value_and_slope(0.0).1,
+                if g1 == 1.0 { 1.0 } else { 0.0 }
+            );
             assert!((curve.value_and_slope(1.0).1 - f64::from(g2)).abs() < 1e-12);
         }
     }
@@ -158,7 +192,13 @@ mod tests {
     #[test]
     fn hostile_values_go_to_the_ends() {
         let curve = DualGamma::new(2.6, 2.1).unwrap();
-        for (value, end) in [(f32::NAN, 0.0), (-1.0, 0.0), (f32::NEG_INFINITY, 0.0), (2.0, 1.0), (f32::INFINITY, 1.0)] {
+        for (value, end) in [
+            (f32::NAN, 0.0),
+            (-1.0, 0.0),
+            (f32::NEG_INFINITY, 0.0),
+            (2.0, 1.0),
+            (f32::INFINITY, 1.0),
+        ] {
             assert_eq!(curve.decode_value(value), end);
             assert_eq!(curve.encode_value(value), end);
         }
@@ -167,17 +207,33 @@ mod tests {
 
     #[test]
     fn impossible_exponents_are_refused() {
-        for (g1, g2) in [(f32::NAN, 2.0), (2.0, f32::INFINITY), (0.9, 2.0), (2.0, 4.1), (-2.0, 2.0)] {
+        for (g1, g2) in [
+            (f32::NAN, 2.0),
+            (2.0, f32::INFINITY),
+            (0.9, 2.0),
+            (2.0, 4.1),
+            (-2.0, 2.0),
+        ] {
             assert!(DualGamma::new(g1, g2).is_err(), "({g1}, {g2})");
         }
-        assert!(!DualGamma { gamma1: 1.0, gamma2: 20.0 }.is_monotone());
+        assert!(
+            !DualGamma {
+                gamma1: 1.0,
+                gamma2: 20.0
+            }
+            .is_monotone()
+        );
     }
 
     #[test]
     fn a_picture_is_decoded_like_its_values() {
         let curve = DualGamma::new(2.3, 1.9).unwrap();
         let picture = Encoded(Raster::from_fn(300, 4, |x, y| {
-            [x as f32 / 255.0, (x * y) as f32 / 1017.0, if x == 7 { f32::NAN } else { -(y as f32) }]
+            [
+                x as f32 / 255.0,
+                (x * y) as f32 / 1017.0,
+                if x == 7 { f32::NAN } else { -(y as f32) },
+            ]
         }));
         let light = curve.decode(&picture);
         for (pixel, code) in light.pixels.iter().zip(&picture.0.pixels) {

@@ -26,7 +26,10 @@ impl Environment {
     /// # Errors
     /// When the file cannot be read.
     pub fn load(path: &Path) -> Result<Self> {
-        let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
+        let name = path
+            .file_stem()
+            .unwrap_or(path.as_os_str())
+            .to_string_lossy();
         Ok(Self::from_radiance(name, file::read_linear(path)?))
     }
 
@@ -35,10 +38,16 @@ impl Environment {
     /// and NaN the median of its neighbours, which a sun among them does not raise.
     pub fn from_radiance(name: impl Into<String>, mut radiance: Image) -> Self {
         let is_light = |v: f32| v.is_finite() && v >= 0.0;
-        let broken: Vec<usize> =
-            (0..radiance.pixels.len()).filter(|&i| !radiance.pixels[i].into_iter().all(is_light)).collect();
+        let broken: Vec<usize> = (0..radiance.pixels.len())
+            .filter(|&i| !radiance.pixels[i].into_iter().all(is_light))
+            .collect();
         if !broken.is_empty() {
-            let finite = radiance.pixels.iter().flatten().copied().filter(|&v| is_light(v));
+            let finite = radiance
+                .pixels
+                .iter()
+                .flatten()
+                .copied()
+                .filter(|&v| is_light(v));
             let brightest = match finite.fold(0.0, f32::max) {
                 0.0 => HALF_MAX,
                 value => value,
@@ -58,7 +67,11 @@ impl Environment {
                 radiance.pixels[i] = pixel;
             }
         }
-        Self { name: name.into(), radiance, repaired_texels: broken.len() }
+        Self {
+            name: name.into(),
+            radiance,
+            repaired_texels: broken.len(),
+        }
     }
 
     /// ∫ E dω over the sphere, per channel.
@@ -87,11 +100,21 @@ impl Environment {
         let mut radiance = Image::filled(width, height, [0.0; 3]);
         for (y, out) in radiance.pixels.chunks_exact_mut(width).enumerate() {
             // In units of source rows, rows y and y + 1 of the target are here:
-            let (top, bottom) = (y as f64 * source as f64 / height as f64, (y + 1) as f64 * source as f64 / height as f64);
+            let (top, bottom) = (
+                y as f64 * source as f64 / height as f64,
+                (y + 1) as f64 * source as f64 / height as f64,
+            );
             let mut sums = vec![[0.0f64; 3]; width];
             for from in (top as usize)..(bottom.ceil() as usize).min(source) {
-                let share = band((from as f64).max(top), (from as f64 + 1.0).min(bottom), source) / band(top, bottom, source);
-                for (sum, pixel) in sums.iter_mut().zip(&columns.pixels[from * width..(from + 1) * width]) {
+                let share = band(
+                    (from as f64).max(top),
+                    (from as f64 + 1.0).min(bottom),
+                    source,
+                ) / band(top, bottom, source);
+                for (sum, pixel) in sums
+                    .iter_mut()
+                    .zip(&columns.pixels[from * width..(from + 1) * width])
+                {
                     for c in 0..3 {
                         sum[c] += share * f64::from(pixel[c]);
                     }
@@ -101,7 +124,11 @@ impl Environment {
                 *out = sum.map(|v| v as f32);
             }
         }
-        Self { name: self.name.clone(), radiance, repaired_texels: self.repaired_texels }
+        Self {
+            name: self.name.clone(),
+            radiance,
+            repaired_texels: self.repaired_texels,
+        }
     }
 
     /// Radiance from a direction of any length but zero: bilinear, across the seam and the poles.
@@ -113,7 +140,13 @@ impl Environment {
         let texel = |dx: i64, dy: i64| {
             // A step across a pole comes down on the other side of it, half a turn away.
             let (row, rows) = (y.floor() as i64 + dy, height as i64);
-            let (row, turn) = if row < 0 { (0, width / 2) } else if row >= rows { (height - 1, width / 2) } else { (row as usize, 0) };
+            let (row, turn) = if row < 0 {
+                (0, width / 2)
+            } else if row >= rows {
+                (height - 1, width / 2)
+            } else {
+                (row as usize, 0)
+            };
             let column = (x.floor() as i64 + dx + turn as i64).rem_euclid(width as i64);
             self.radiance.at(column as usize, row)
         };
@@ -141,7 +174,10 @@ fn median_of_neighbours(image: &Image, i: usize, c: usize) -> f32 {
         .filter(|v| v.is_finite() && *v >= 0.0)
         .collect();
     values.sort_by(f32::total_cmp);
-    values.get(values.len().saturating_sub(1) / 2).copied().unwrap_or(0.0)
+    values
+        .get(values.len().saturating_sub(1) / 2)
+        .copied()
+        .unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -175,7 +211,9 @@ mod tests {
     fn a_uniform_sky_has_four_pi_of_energy() {
         let sky = Environment::from_radiance("sky", Image::filled(37, 19, [1.0, 2.0, 0.0]));
         let [r, g, b] = sky.energy();
-        assert!((r - 4.0 * std::f64::consts::PI).abs() < 1e-9 && (g - 2.0 * r).abs() < 1e-9 && b == 0.0);
+        assert!(
+            (r - 4.0 * std::f64::consts::PI).abs() < 1e-9 && (g - 2.0 * r).abs() < 1e-9 && b == 0.0
+        );
     }
 
     #[test]
@@ -237,13 +275,17 @@ mod tests {
 
     #[test]
     fn a_panorama_of_the_shared_data_is_read() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/hdri/probulator_pisa.hdr");
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/hdri/probulator_pisa.hdr");
         if !path.exists() {
             eprintln!("skipped: {} is not here", path.display());
             return;
         }
         let pisa = Environment::load(&path).unwrap();
-        assert_eq!((pisa.name.as_str(), pisa.repaired_texels), ("probulator_pisa", 0));
+        assert_eq!(
+            (pisa.name.as_str(), pisa.repaired_texels),
+            ("probulator_pisa", 0)
+        );
         assert_same_energy(&pisa, &pisa.reduced(128));
     }
 }

@@ -48,18 +48,65 @@ mod tests {
             spread_deg: 9.5,
             confidence: 0.75,
         };
-        let rig = Rig { lamps: vec![lamp.clone(), Lamp { name: "olat_01".into(), ..lamp }] };
-        assert_eq!(toml::from_str::<Rig>(&toml::to_string(&rig).unwrap()).unwrap(), rig);
+        let rig = Rig {
+            lamps: vec![
+                lamp.clone(),
+                Lamp {
+                    name: "olat_01".into(),
+                    ..lamp
+                },
+            ],
+        };
+        assert_eq!(
+            toml::from_str::<Rig>(&toml::to_string(&rig).unwrap()).unwrap(),
+            rig
+        );
     }
 
     #[test]
     fn a_lamp_that_was_not_seen_is_not_usable() {
-        let lamp = Lamp { name: "a".into(), direction: Vec3::Y, energy: [1.0; 3], spread_deg: 1.0, confidence: 1.0 };
+        let lamp = Lamp {
+            name: "a".into(),
+            direction: Vec3::Y,
+            energy: [1.0; 3],
+            spread_deg: 1.0,
+            confidence: 1.0,
+        };
         assert!(lamp.is_usable());
-        assert!(!Lamp { confidence: 0.0, ..lamp.clone() }.is_usable());
-        assert!(!Lamp { energy: [1.0, 0.0, 1.0], ..lamp.clone() }.is_usable());
-        assert!(!Lamp { energy: [1.0, f32::NAN, 1.0], ..lamp.clone() }.is_usable());
-        assert!(!Lamp { direction: Vec3::ZERO, ..lamp.clone() }.is_usable());
-        assert!(!Lamp { direction: Vec3::NAN, ..lamp }.is_usable());
+        assert!(
+            !Lamp {
+                confidence: 0.0,
+                ..lamp.clone()
+            }
+            .is_usable()
+        );
+        assert!(
+            !Lamp {
+                energy: [1.0, 0.0, 1.0],
+                ..lamp.clone()
+            }
+            .is_usable()
+        );
+        assert!(
+            !Lamp {
+                energy: [1.0, f32::NAN, 1.0],
+                ..lamp.clone()
+            }
+            .is_usable()
+        );
+        assert!(
+            !Lamp {
+                direction: Vec3::ZERO,
+                ..lamp.clone()
+            }
+            .is_usable()
+        );
+        assert!(
+            !Lamp {
+                direction: Vec3::NAN,
+                ..lamp
+            }
+            .is_usable()
+        );
     }
 }

@@ -27,16 +27,6 @@ impl LightWeights {
     pub fn soft(environment: &Environment, rig: &Rig, yaw_deg: f32) -> Self {
         Partition::soft(rig, Partition::WIDTH).weights(environment, yaw_deg)
     }
-
-    /// Weights by [`Partition::smooth`].
-    pub fn smooth(environment: &Environment, rig: &Rig, yaw_deg: f32) -> Self {
-        Partition::smooth(rig, Partition::WIDTH).weights(environment, yaw_deg)
-    }
-
-    /// Weights by [`Partition::cells`].
-    pub fn cells(environment: &Environment, rig: &Rig, yaw_deg: f32) -> Self {
-        Partition::cells(rig, Partition::WIDTH).weights(environment, yaw_deg)
-    }
 }
 
 /// Which lamps stand for which direction, for every texel of a panorama.
@@ -68,14 +58,23 @@ impl Partition {
         let nodes = Nodes::of(rig);
         let sigma = 0.2 * nodes.spacing();
         Self::build(rig, width, &nodes, |nodes, direction, _, _| {
-            let angles: Vec<f64> = nodes.real().map(|lamp| direction.angle_between(*lamp)).collect();
+            let angles: Vec<f64> = nodes
+                .real()
+                .map(|lamp| direction.angle_between(*lamp))
+                .collect();
             let nearest = angles.iter().copied().fold(f64::INFINITY, f64::min);
-            let softness = |angle: f64| (-(angle * angle - nearest * nearest) / (2.0 * sigma * sigma)).exp();
+            let softness =
+                |angle: f64| (-(angle * angle - nearest * nearest) / (2.0 * sigma * sigma)).exp();
             // What is left out below falls to 0 continuously.
-            let raw = angles.iter().map(|&angle| (softness(angle) - 1e-4).max(0.0));
-            let raw: Vec<(usize, f64)> = raw.enumerate().filter(|(_, share)| *share > 0.0).collect();
+            let raw = angles
+                .iter()
+                .map(|&angle| (softness(angle) - 1e-4).max(0.0));
+            let raw: Vec<(usize, f64)> =
+                raw.enumerate().filter(|(_, share)| *share > 0.0).collect();
             let sum: f64 = raw.iter().map(|(_, share)| share).sum();
-            raw.into_iter().map(|(node, share)| (node as u16, (share / sum) as f32)).collect()
+            raw.into_iter()
+                .map(|(node, share)| (node as u16, (share / sum) as f32))
+                .collect()
         })
     }
 
@@ -85,7 +84,9 @@ impl Partition {
     pub fn smooth(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         Self::build(rig, width, &nodes, |_, _, corners, shares| {
-            [0, 1, 2].map(|i| (corners[i] as u16, shares[i] as f32)).to_vec()
+            [0, 1, 2]
+                .map(|i| (corners[i] as u16, shares[i] as f32))
+                .to_vec()
         })
     }
 
@@ -94,7 +95,10 @@ impl Partition {
     pub fn cells(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         Self::build(rig, width, &nodes, |nodes, direction, _, _| {
-            let nearest = nodes.real().enumerate().max_by(|(_, a), (_, b)| a.dot(direction).total_cmp(&b.dot(direction)));
+            let nearest = nodes
+                .real()
+                .enumerate()
+                .max_by(|(_, a), (_, b)| a.dot(direction).total_cmp(&b.dot(direction)));
             vec![(nearest.map_or(0, |(node, _)| node as u16), 1.0)]
         })
     }
@@ -109,7 +113,15 @@ impl Partition {
         let lamp_energy = rig.lamps.iter().map(|lamp| lamp.energy).collect();
         if nodes.lamps.is_empty() {
             let (shares, ends, covered) = (vec![], vec![], vec![]);
-            return Self { width, height, shares, ends, covered, nodes: vec![], lamp_energy };
+            return Self {
+                width,
+                height,
+                shares,
+                ends,
+                covered,
+                nodes: vec![],
+                lamp_energy,
+            };
         }
         let hull = Hull::of(&nodes.directions);
         let (texels, covered): (Vec<_>, Vec<_>) = (0..width * height)
@@ -117,7 +129,10 @@ impl Partition {
             .map(|i| {
                 let direction = texel_direction(i % width, i / width, width, height).as_dvec3();
                 let (facet, shares) = hull.locate(direction);
-                let covered = facet.corners.iter().all(|&corner| corner < nodes.lamps.len());
+                let covered = facet
+                    .corners
+                    .iter()
+                    .all(|&corner| corner < nodes.lamps.len());
                 (share(nodes, direction, facet.corners, shares), covered)
             })
             .unzip();
@@ -126,7 +141,15 @@ impl Partition {
             Some(*end)
         });
         let (ends, shares) = (ends.collect(), texels.concat());
-        Self { width, height, shares, ends, covered, nodes: nodes.lamp_shares(&hull), lamp_energy }
+        Self {
+            width,
+            height,
+            shares,
+            ends,
+            covered,
+            nodes: nodes.lamp_shares(&hull),
+            lamp_energy,
+        }
     }
 
     /// The weights of an environment turned by `yaw_deg`; positive moves its content towards larger u.
@@ -139,7 +162,10 @@ impl Partition {
         }
         if self.nodes.is_empty() {
             let dark = environment.energy().into_iter().all(|e| e == 0.0);
-            return LightWeights { per_lamp, uncovered: if dark { 0.0 } else { 1.0 } };
+            return LightWeights {
+                per_lamp,
+                uncovered: if dark { 0.0 } else { 1.0 },
+            };
         }
         let (node_energy, uncovered_energy) = self.gather(environment, yaw_deg);
         let mut energy = vec![[0.0f64; 3]; self.lamp_energy.len()];
@@ -160,7 +186,14 @@ impl Partition {
             }
         }
         let (all, uncovered) = (luminance(total), luminance(uncovered_energy));
-        LightWeights { per_lamp, uncovered: if all > 0.0 { (uncovered / all).min(1.0) as f32 } else { 0.0 } }
+        LightWeights {
+            per_lamp,
+            uncovered: if all > 0.0 {
+                (uncovered / all).min(1.0) as f32
+            } else {
+                0.0
+            },
+        }
     }
 
     /// Each node's energy, and the energy from uncovered directions.
@@ -171,7 +204,12 @@ impl Partition {
         let mut node_energy = vec![[0.0f64; 3]; self.nodes.len()];
         let mut uncovered = [0.0f64; 3];
         let mut start = 0;
-        for (y, row) in environment.radiance.pixels.chunks_exact(self.width).enumerate() {
+        for (y, row) in environment
+            .radiance
+            .pixels
+            .chunks_exact(self.width)
+            .enumerate()
+        {
             let solid_angle = texel_solid_angle(y, self.width, self.height);
             // A turn by part of a column shares each texel's light between two columns.
             let mut from = (2 * self.width - shift - 1) % self.width;
@@ -179,7 +217,9 @@ impl Partition {
                 let before = row[from];
                 from = if from + 1 == self.width { 0 } else { from + 1 };
                 let energy: [f64; 3] = std::array::from_fn(|c| {
-                    solid_angle * (f64::from(fraction * before[c]) + f64::from((1.0 - fraction) * row[from][c]))
+                    solid_angle
+                        * (f64::from(fraction * before[c])
+                            + f64::from((1.0 - fraction) * row[from][c]))
                 });
                 let texel = y * self.width + x;
                 let end = self.ends[texel] as usize;
@@ -217,11 +257,23 @@ impl Nodes {
     const SAME_DEG: f64 = 0.5;
 
     fn of(rig: &Rig) -> Self {
-        let mut nodes = Self { directions: vec![], lamps: vec![] };
+        let mut nodes = Self {
+            directions: vec![],
+            lamps: vec![],
+        };
         let same = Self::SAME_DEG.to_radians().cos();
-        for (i, lamp) in rig.lamps.iter().enumerate().filter(|(_, lamp)| lamp.is_usable()) {
+        for (i, lamp) in rig
+            .lamps
+            .iter()
+            .enumerate()
+            .filter(|(_, lamp)| lamp.is_usable())
+        {
             let direction = lamp.direction.as_dvec3().normalize();
-            match nodes.directions.iter().position(|d| d.dot(direction) > same) {
+            match nodes
+                .directions
+                .iter()
+                .position(|d| d.dot(direction) > same)
+            {
                 Some(node) => nodes.lamps[node].push(i),
                 None => {
                     nodes.directions.push(direction);
@@ -244,7 +296,9 @@ impl Nodes {
     fn spacing(&self) -> f64 {
         let nearest = |lamp: &DVec3| {
             let others = self.real().filter(|other| *other != lamp);
-            others.map(|other| lamp.angle_between(*other)).fold(PI / 2.0, f64::min)
+            others
+                .map(|other| lamp.angle_between(*other))
+                .fold(PI / 2.0, f64::min)
         };
         let mut spacings: Vec<f64> = self.real().map(nearest).collect();
         let middle = spacings.len() / 2;
@@ -256,8 +310,9 @@ impl Nodes {
     fn fill_gaps(&mut self) {
         let even = (1.0 - 2.0 / self.lamps.len() as f64).acos();
         let limit = (2.0 * even).min(75.0 * PI / 180.0).cos();
-        let candidates: Vec<DVec3> =
-            (0..96 * 48).map(|i| texel_direction(i % 96, i / 96, 96, 48).as_dvec3()).collect();
+        let candidates: Vec<DVec3> = (0..96 * 48)
+            .map(|i| texel_direction(i % 96, i / 96, 96, 48).as_dvec3())
+            .collect();
         // The cosine of the angle to the nearest node, for each candidate.
         let mut nearest = vec![-1.0f64; candidates.len()];
         let mut known = 0;
@@ -268,7 +323,9 @@ impl Nodes {
                 }
             }
             known = self.directions.len();
-            let emptiest = (0..candidates.len()).min_by(|&i, &j| nearest[i].total_cmp(&nearest[j])).unwrap_or(0);
+            let emptiest = (0..candidates.len())
+                .min_by(|&i, &j| nearest[i].total_cmp(&nearest[j]))
+                .unwrap_or(0);
             if nearest[emptiest] >= limit {
                 return;
             }
@@ -296,11 +353,16 @@ impl Nodes {
         for _ in 0..1000 {
             let mut change = 0.0f64;
             for node in real..all {
-                for lamp in 0..real {
-                    let sum: f64 = neighbours[node].iter().map(|&n: &usize| shares[n][lamp]).sum();
-                    let mean = sum / neighbours[node].len().max(1) as f64;
-                    change = change.max((mean - shares[node][lamp]).abs());
-                    shares[node][lamp] = mean;
+                let mut mean = vec![0.0; real];
+                for &neighbour in &neighbours[node] {
+                    mean.iter_mut()
+                        .zip(&shares[neighbour])
+                        .for_each(|(sum, share)| *sum += share);
+                }
+                let count = neighbours[node].len().max(1) as f64;
+                for (share, sum) in shares[node].iter_mut().zip(mean) {
+                    change = change.max((sum / count - *share).abs());
+                    *share = sum / count;
                 }
             }
             if change < 1e-9 {
@@ -311,9 +373,17 @@ impl Nodes {
             .iter()
             .map(|shares| {
                 let sum: f64 = shares.iter().sum();
-                let given = self.lamps.iter().zip(shares).filter(|(_, share)| **share > 0.0);
+                let given = self
+                    .lamps
+                    .iter()
+                    .zip(shares)
+                    .filter(|(_, share)| **share > 0.0);
                 given
-                    .flat_map(|(lamps, share)| lamps.iter().map(move |&l| (l, share / sum / lamps.len() as f64)))
+                    .flat_map(|(lamps, share)| {
+                        lamps
+                            .iter()
+                            .map(move |&l| (l, share / sum / lamps.len() as f64))
+                    })
                     .collect()
             })
             .collect()

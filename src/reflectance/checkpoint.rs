@@ -65,7 +65,12 @@ pub const DEMO_STARTER: Starter = Starter {
 const STARTER_WEIGHTS: &str = "weights.bpk";
 
 /// Writes a checkpoint: the averaged network that predicts, and what training needs to go on.
-pub fn save(folder: &Path, info: &CheckpointInfo, network: &UNet, state: &TrainingState) -> Result<()> {
+pub fn save(
+    folder: &Path,
+    info: &CheckpointInfo,
+    network: &UNet,
+    state: &TrainingState,
+) -> Result<()> {
     let name = |what: &str| format!("{what}-{:07}.bpk", info.step);
     let write = |what: &str, bytes: &[u8]| {
         let name = name(what);
@@ -86,9 +91,17 @@ pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
     let (info, network) = load(from, &Device::flex())?;
     let small = weight_bytes(&network.map(&mut Halved))?;
     write_beside(&to.join(STARTER_WEIGHTS), |out| out.write_all(&small))?;
-    let info = CheckpointInfo { step: 0, seconds: 0.0, ..info };
-    let table =
-        Table { weights: STARTER_WEIGHTS.to_owned(), live_weights: None, optimizer: None, info: info.clone() };
+    let info = CheckpointInfo {
+        step: 0,
+        seconds: 0.0,
+        ..info
+    };
+    let table = Table {
+        weights: STARTER_WEIGHTS.to_owned(),
+        live_weights: None,
+        optimizer: None,
+        info: info.clone(),
+    };
     save_table(to, &table)?;
     Ok(info)
 }
@@ -104,14 +117,22 @@ impl ModuleMapper for Halved {
 
 /// Puts a starting point into a project's empty checkpoint folder.
 pub fn install(starter: Starter, folder: &Path) -> Result<()> {
-    write_beside(&folder.join(STARTER_WEIGHTS), |out| out.write_all(starter.weights))?;
-    write_beside(&folder.join("checkpoint.toml"), |out| out.write_all(starter.table.as_bytes()))
+    write_beside(&folder.join(STARTER_WEIGHTS), |out| {
+        out.write_all(starter.weights)
+    })?;
+    write_beside(&folder.join("checkpoint.toml"), |out| {
+        out.write_all(starter.table.as_bytes())
+    })
 }
 
 /// Makes `table` the folder's checkpoint and removes weights that it does not name.
 fn save_table(folder: &Path, table: &Table) -> Result<()> {
     save_toml(&folder.join("checkpoint.toml"), table)?;
-    let named = [Some(&table.weights), table.live_weights.as_ref(), table.optimizer.as_ref()];
+    let named = [
+        Some(&table.weights),
+        table.live_weights.as_ref(),
+        table.optimizer.as_ref(),
+    ];
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let file = entry.file_name().to_string_lossy().into_owned();
         if file.ends_with(".bpk") && !named.contains(&Some(&file)) {
@@ -124,11 +145,14 @@ fn save_table(folder: &Path, table: &Table) -> Result<()> {
 
 /// A network's weights as one burnpack.
 pub fn weight_bytes(network: &UNet) -> Result<Bytes> {
-    network
-        .clone()
-        .into_record()
-        .into_bytes()
-        .map_err(|e| Error::unexpected("the network's weights", "weights that can be packed", e.to_string(), REMEDY))
+    network.clone().into_record().into_bytes().map_err(|e| {
+        Error::unexpected(
+            "the network's weights",
+            "weights that can be packed",
+            e.to_string(),
+            REMEDY,
+        )
+    })
 }
 
 /// What the checkpoint in `folder` is, without its weights.
@@ -159,7 +183,12 @@ pub struct Resumed {
 
 /// Loads what training needs to go on from the checkpoint in `folder`.
 pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
-    let Table { weights, live_weights, optimizer, info } = table(folder)?;
+    let Table {
+        weights,
+        live_weights,
+        optimizer,
+        info,
+    } = table(folder)?;
     let live = folder.join(live_weights.as_ref().unwrap_or(&weights));
     Ok(Resumed {
         average: network_from_file(&folder.join(&weights), &info.network, device)?,
@@ -186,5 +215,8 @@ fn network_from_file(path: &Path, config: &UNetConfig, device: &Device) -> Resul
     let refuse = |e: &dyn std::fmt::Display| Error::file("read", path, e, REMEDY);
     let record = ModuleRecord::from_bytes(read(path)?).map_err(|e| refuse(&e))?;
     let record = record.cast_to_module_dtype();
-    config.init(0.5, device).try_load_record(record).map_err(|e| refuse(&e))
+    config
+        .init(0.5, device)
+        .try_load_record(record)
+        .map_err(|e| refuse(&e))
 }

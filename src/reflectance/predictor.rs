@@ -25,12 +25,20 @@ impl Predictor {
         let folder = project.checkpoint_path();
         let (info, network) = checkpoint::load(&folder, device)?;
         check_fits(&info, project)?;
-        Ok(Self { network, info, device: device.clone() })
+        Ok(Self {
+            network,
+            info,
+            device: device.clone(),
+        })
     }
 
     /// A predictor over a network at hand.
     pub fn new(network: UNet, info: CheckpointInfo, device: &Device) -> Self {
-        Self { network, info, device: device.clone() }
+        Self {
+            network,
+            info,
+            device: device.clone(),
+        }
     }
 
     /// What the checkpoint says of itself.
@@ -46,12 +54,22 @@ impl Predictor {
         let look = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
         let output = self.network.forward(encode(look.clone()) * mask.clone());
-        let predicted = olats(output, &look, self.info.network.formulation, self.info.scale);
+        let predicted = olats(
+            output,
+            &look,
+            self.info.network.formulation,
+            self.info.scale,
+        );
         let covered = predicted * mask.greater_elem(0.0).float();
         let data = covered.try_into_data().map_err(|e| device_failure(&e))?;
         let values = data.try_into_vec::<f32>().map_err(|e| device_failure(&e))?;
         let (width, height) = frame.mask.size();
-        Ok(ReflectanceField { width, height, lamps: self.info.network.lamps, values })
+        Ok(ReflectanceField {
+            width,
+            height,
+            lamps: self.info.network.lamps,
+            values,
+        })
     }
 }
 
@@ -63,7 +81,11 @@ pub fn check_fits(info: &CheckpointInfo, project: &Project) -> Result<()> {
     }
     Err(Error::unexpected(
         project.checkpoint_path().display(),
-        format!("a network for {} lamps at {} pixels", settings.shoot.lamps.len(), settings.size),
+        format!(
+            "a network for {} lamps at {} pixels",
+            settings.shoot.lamps.len(),
+            settings.size
+        ),
         format!("one for {} lamps at {} pixels", network.lamps, network.size),
         "Train this project from the start: afterlight train PROJECT --fresh",
     ))

@@ -18,7 +18,12 @@ pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
 
 /// The OLATs that a network's output stands for: `[1, 3·lamps, h, w]` in (0, 1) and the linear look
 /// `[1, 3, h, w]` → linear OLATs `[lamps, 3, h, w]`.
-pub fn olats(output: Tensor<4>, look: &Tensor<4>, formulation: Formulation, scale: f32) -> Tensor<4> {
+pub fn olats(
+    output: Tensor<4>,
+    look: &Tensor<4>,
+    formulation: Formulation,
+    scale: f32,
+) -> Tensor<4> {
     let [_, channels, h, w] = output.dims();
     let olats = output.reshape([channels / 3, 3, h, w]) * scale;
     match formulation {

@@ -9,15 +9,25 @@ use burn::tensor::{Tensor, s};
 pub fn blur_pool(x: Tensor<4>) -> Tensor<4> {
     let [n, c, h, w] = x.dims();
     let halves = x.reshape([n, c, h, w / 2, 2]);
-    let even = halves.clone().slice(s![.., .., .., .., 0..1]).reshape([n, c, h, w / 2]);
-    let odd = halves.slice(s![.., .., .., .., 1..2]).reshape([n, c, h, w / 2]);
+    let even = halves
+        .clone()
+        .slice(s![.., .., .., .., 0..1])
+        .reshape([n, c, h, w / 2]);
+    let odd = halves
+        .slice(s![.., .., .., .., 1..2])
+        .reshape([n, c, h, w / 2]);
     let first = even.clone().slice(s![.., .., .., 0..1]);
     let previous = before(first, odd.clone(), 3);
     let x = (previous + odd) * 0.25 + even * 0.5;
 
     let halves = x.reshape([n, c, h / 2, 2, w / 2]);
-    let even = halves.clone().slice(s![.., .., .., 0..1, ..]).reshape([n, c, h / 2, w / 2]);
-    let odd = halves.slice(s![.., .., .., 1..2, ..]).reshape([n, c, h / 2, w / 2]);
+    let even = halves
+        .clone()
+        .slice(s![.., .., .., 0..1, ..])
+        .reshape([n, c, h / 2, w / 2]);
+    let odd = halves
+        .slice(s![.., .., .., 1..2, ..])
+        .reshape([n, c, h / 2, w / 2]);
     let first = even.clone().slice(s![.., .., 0..1, ..]);
     let previous = before(first, odd.clone(), 2);
     (previous + odd) * 0.25 + even * 0.5
@@ -69,16 +79,34 @@ mod tests {
     }
 
     fn values(x: Tensor<4>) -> Vec<f32> {
-        x.into_data().to_vec().unwrap()
+        x.into_data().try_to_vec().unwrap()
     }
 
     /// The same filters, pixel by pixel, with clamped reads.
-    fn direct(x: &[f32], h: usize, w: usize, taps: &dyn Fn(usize) -> Vec<(isize, f32)>, size: (usize, usize)) -> Vec<f32> {
-        let read = |y: isize, x_: isize| x[y.clamp(0, h as isize - 1) as usize * w + x_.clamp(0, w as isize - 1) as usize];
+    fn direct(
+        x: &[f32],
+        h: usize,
+        w: usize,
+        taps: &dyn Fn(usize) -> Vec<(isize, f32)>,
+        size: (usize, usize),
+    ) -> Vec<f32> {
+        let read = |y: isize, x_: isize| {
+            x[y.clamp(0, h as isize - 1) as usize * w + x_.clamp(0, w as isize - 1) as usize]
+        };
         let mut out = Vec::new();
         for y in 0..size.0 {
             for x in 0..size.1 {
-                out.push(taps(y).iter().map(|&(sy, wy)| taps(x).iter().map(|&(sx, wx)| wy * wx * read(sy, sx)).sum::<f32>()).sum());
+                out.push(
+                    taps(y)
+                        .iter()
+                        .map(|&(sy, wy)| {
+                            taps(x)
+                                .iter()
+                                .map(|&(sx, wx)| wy * wx * read(sy, sx))
+                                .sum::<f32>()
+                        })
+                        .sum(),
+                );
             }
         }
         out
@@ -87,10 +115,16 @@ mod tests {
     #[test]
     fn blur_pool_is_the_binomial_filter_on_every_second_pixel() {
         for (h, w) in [(2, 2), (4, 8), (6, 2)] {
-            let expected = direct(&values(ramp(h, w)), h, w, &|i| {
-                let i = 2 * i as isize;
-                vec![(i - 1, 0.25), (i, 0.5), (i + 1, 0.25)]
-            }, (h / 2, w / 2));
+            let expected = direct(
+                &values(ramp(h, w)),
+                h,
+                w,
+                &|i| {
+                    let i = 2 * i as isize;
+                    vec![(i - 1, 0.25), (i, 0.5), (i + 1, 0.25)]
+                },
+                (h / 2, w / 2),
+            );
             for (a, b) in values(blur_pool(ramp(h, w))).iter().zip(&expected) {
                 assert!((a - b).abs() < 1e-5, "{a} is not {b} at {h}×{w}");
             }
@@ -100,10 +134,19 @@ mod tests {
     #[test]
     fn upsampling_is_bilinear_with_half_pixel_centres() {
         for (h, w) in [(1, 1), (1, 3), (4, 5)] {
-            let expected = direct(&values(ramp(h, w)), h, w, &|i| {
-                let (whole, odd) = (i as isize / 2, i % 2 == 1);
-                vec![(whole, 0.75), (if odd { whole + 1 } else { whole - 1 }, 0.25)]
-            }, (2 * h, 2 * w));
+            let expected = direct(
+                &values(ramp(h, w)),
+                h,
+                w,
+                &|i| {
+                    let (whole, odd) = (i as isize / 2, i % 2 == 1);
+                    vec![
+                        (whole, 0.75),
+                        (if odd { whole + 1 } else { whole - 1 }, 0.25),
+                    ]
+                },
+                (2 * h, 2 * w),
+            );
             for (a, b) in values(upsample(ramp(h, w))).iter().zip(&expected) {
                 assert!((a - b).abs() < 1e-5, "{a} is not {b} at {h}×{w}");
             }

@@ -67,11 +67,18 @@ impl UNetConfig {
     pub fn check(&self) -> Result<()> {
         crate::project::check_size(self.size)?;
         let widths = [self.width, self.most_channels];
-        if self.lamps == 0 || widths.iter().any(|w| !w.is_multiple_of(8) || !(8..=1024).contains(w)) {
+        if self.lamps == 0
+            || widths
+                .iter()
+                .any(|w| !w.is_multiple_of(8) || !(8..=1024).contains(w))
+        {
             return Err(Error::unexpected(
                 "the network's shape",
                 "at least one lamp, and channel counts that are multiples of 8 from 8 to 1024",
-                format!("{} lamps, {} to {} channels", self.lamps, self.width, self.most_channels),
+                format!(
+                    "{} lamps, {} to {} channels",
+                    self.lamps, self.width, self.most_channels
+                ),
                 "Choose other channel counts",
             ));
         }
@@ -82,17 +89,23 @@ impl UNetConfig {
     /// `mean_output`, the mean of what it has to predict. From the default start it falls to black
     /// and does not return.
     pub fn init(&self, mean_output: f32, device: &Device) -> UNet {
-        let convolution = |from: usize, to: usize, kernel: usize| {
-            Conv2dConfig::new([from, to], [kernel, kernel])
-                .with_padding(PaddingConfig2d::Explicit(kernel / 2, kernel / 2, kernel / 2, kernel / 2))
-        };
+        let convolution =
+            |from: usize, to: usize, kernel: usize| {
+                Conv2dConfig::new([from, to], [kernel, kernel]).with_padding(
+                    PaddingConfig2d::Explicit(kernel / 2, kernel / 2, kernel / 2, kernel / 2),
+                )
+            };
         let mut channels = 3;
         let mut encoder = Vec::new();
         for block in 0..self.blocks() {
             let to = self.channels(block);
             let kernel = if block == 0 { 7 } else { 3 };
             let pixels = self.size >> block;
-            let normalized = if block == 0 { Normalization::None } else { self.normalization };
+            let normalized = if block == 0 {
+                Normalization::None
+            } else {
+                self.normalization
+            };
             encoder.push(EncoderBlock {
                 convolution: convolution(channels, to, kernel).init(device),
                 batch: (normalized == Normalization::Batch && pixels > 1)
@@ -110,12 +123,19 @@ impl UNetConfig {
         }
         let bound = 0.1 / (channels as f64 * 9.0).sqrt();
         let mut output = convolution(channels, 3 * self.lamps, 3)
-            .with_initializer(Initializer::Uniform { min: -bound, max: bound })
+            .with_initializer(Initializer::Uniform {
+                min: -bound,
+                max: bound,
+            })
             .init(device);
         let mean = mean_output.clamp(1e-4, 1.0 - 1e-4);
         let bias = Tensor::full([3 * self.lamps], (mean / (1.0 - mean)).ln(), device);
         output.bias = Some(Param::from_tensor(bias));
-        UNet { encoder, decoder, output }
+        UNet {
+            encoder,
+            decoder,
+            output,
+        }
     }
 }
 

@@ -45,7 +45,9 @@ pub struct StudioApp {
 
 /// The window's title.
 pub(super) fn title(project: Option<&Project>) -> String {
-    project.map_or("Afterlight".to_owned(), |p| format!("Afterlight — {}", p.settings.name))
+    project.map_or("Afterlight".to_owned(), |p| {
+        format!("Afterlight — {}", p.settings.name)
+    })
 }
 
 impl StudioApp {
@@ -146,7 +148,11 @@ impl StudioApp {
 
     fn list(&mut self, name: String, path: PathBuf) {
         self.library.load(path.clone());
-        self.environments.push(Entry { name, path, panorama: Reading::Waiting });
+        self.environments.push(Entry {
+            name,
+            path,
+            panorama: Reading::Waiting,
+        });
     }
 
     /// Takes in what the threads have to say.
@@ -168,10 +174,16 @@ impl StudioApp {
             let panorama = match read {
                 Ok(panorama) => {
                     let small = &panorama.thumbnail;
-                    let picture = egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
+                    let picture =
+                        egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                     let options = egui::TextureOptions::LINEAR_REPEAT;
-                    let thumbnail = self.ctx.load_texture(path.display().to_string(), picture, options);
-                    Reading::Done { panorama, thumbnail }
+                    let thumbnail =
+                        self.ctx
+                            .load_texture(path.display().to_string(), picture, options);
+                    Reading::Done {
+                        panorama,
+                        thumbnail,
+                    }
                 }
                 Err(e) => Reading::Failed(e.to_string()),
             };
@@ -185,12 +197,19 @@ impl StudioApp {
     /// Asks for the picture that the state calls for, where that is another than before.
     fn ask(&mut self) {
         let place = self.state.look.environment;
-        let (Some(worker), Some(entry)) = (&self.worker, self.environments.get(place)) else { return };
-        let Reading::Done { panorama, .. } = &entry.panorama else { return };
+        let (Some(worker), Some(entry)) = (&self.worker, self.environments.get(place)) else {
+            return;
+        };
+        let Reading::Done { panorama, .. } = &entry.panorama else {
+            return;
+        };
         let wanted = (self.state.scene(), place);
         if self.asked.as_ref() != Some(&wanted) {
             self.news.failure = None;
-            worker.show(Ask { scene: wanted.0.clone(), environment: panorama.environment.clone() });
+            worker.show(Ask {
+                scene: wanted.0.clone(),
+                environment: panorama.environment.clone(),
+            });
             self.asked = Some(wanted);
         }
     }
@@ -199,7 +218,10 @@ impl StudioApp {
     fn play(&mut self) {
         let period = 1.0 / self.state.frame_rate;
         let now = self.ctx.input(|i| i.time);
-        let seen = self.relit.as_ref().is_some_and(|r| r.scene.frame == self.state.frame);
+        let seen = self
+            .relit
+            .as_ref()
+            .is_some_and(|r| r.scene.frame == self.state.frame);
         if !self.state.playing {
             self.due = now + period;
         } else if seen {
@@ -208,7 +230,8 @@ impl StudioApp {
                 // Late frames are not made up for: that would show them faster than they were filmed.
                 self.due = (self.due + period).max(now);
             }
-            self.ctx.request_repaint_after(Duration::from_secs_f64((self.due - now).max(0.0)));
+            self.ctx
+                .request_repaint_after(Duration::from_secs_f64((self.due - now).max(0.0)));
         }
     }
 
@@ -216,11 +239,15 @@ impl StudioApp {
         self.state.apply(&command, self.environments.len());
         match command {
             Command::ToggleFullScreen | Command::Dismiss => {
-                self.ctx.send_viewport_cmd(ViewportCommand::Fullscreen(self.state.full_screen));
+                self.ctx
+                    .send_viewport_cmd(ViewportCommand::Fullscreen(self.state.full_screen));
             }
             Command::ChooseEnvironments => self.dialog(|| {
                 let dialog = rfd::FileDialog::new().set_title("Add environments");
-                dialog.add_filter("Panoramas", &PANORAMAS).pick_files().map(Command::AddEnvironments)
+                dialog
+                    .add_filter("Panoramas", &PANORAMAS)
+                    .pick_files()
+                    .map(Command::AddEnvironments)
             }),
             Command::ChooseProject => self.dialog(|| {
                 let dialog = rfd::FileDialog::new().set_title("Open a project's folder");
@@ -229,14 +256,20 @@ impl StudioApp {
             Command::AddEnvironments(paths) => {
                 let first = self.environments.len();
                 for path in paths {
-                    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                    let name = path
+                        .file_stem()
+                        .unwrap_or_default()
+                        .to_string_lossy()
+                        .into_owned();
                     self.list(name, path);
                 }
-                self.state.apply(&Command::Environment(first), self.environments.len());
+                self.state
+                    .apply(&Command::Environment(first), self.environments.len());
             }
             Command::OpenProject(folder) => match Project::open(&folder) {
                 Ok(project) => {
-                    self.ctx.send_viewport_cmd(ViewportCommand::Title(title(Some(&project))));
+                    self.ctx
+                        .send_viewport_cmd(ViewportCommand::Title(title(Some(&project))));
                     let worker = Worker::start(project.clone(), self.device, self.wake());
                     self.open(project, worker);
                 }
@@ -284,8 +317,13 @@ impl StudioApp {
 
     /// What was dropped onto the window: panoramas, or a project's folder.
     fn dropped(&mut self, out: &mut Vec<Command>) {
-        let dropped = self.ctx.input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
-        let paths: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
+        let dropped = self
+            .ctx
+            .input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
+        let paths: Vec<PathBuf> = dropped
+            .iter()
+            .map(|file| file.path().to_path_buf())
+            .collect();
         let (panoramas, others): (Vec<_>, Vec<_>) = paths.into_iter().partition(|p| is_panorama(p));
         if !panoramas.is_empty() {
             out.push(Command::AddEnvironments(panoramas));
@@ -294,8 +332,10 @@ impl StudioApp {
             if path.join("project.toml").exists() {
                 out.push(Command::OpenProject(path));
             } else {
-                self.news.failure =
-                    Some(format!("{} is neither a panorama (.exr, .hdr) nor a project's folder", path.display()));
+                self.news.failure = Some(format!(
+                    "{} is neither a panorama (.exr, .hdr) nor a project's folder",
+                    path.display()
+                ));
             }
         }
     }
@@ -303,7 +343,9 @@ impl StudioApp {
 
 fn is_panorama(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default();
-    PANORAMAS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+    PANORAMAS
+        .iter()
+        .any(|known| extension.eq_ignore_ascii_case(known))
 }
 
 impl eframe::App for StudioApp {
@@ -313,7 +355,13 @@ impl eframe::App for StudioApp {
         commands.extend(self.chosen.take());
         keys::pressed(&self.ctx, &mut commands);
         self.dropped(&mut commands);
-        let Self { viewport, timeline, light, status, .. } = self;
+        let Self {
+            viewport,
+            timeline,
+            light,
+            status,
+            ..
+        } = self;
         let sight = Sight {
             project: self.project.as_ref(),
             state: &self.state,
@@ -322,13 +370,28 @@ impl eframe::App for StudioApp {
             relit: self.relit.as_ref(),
         };
         if sight.state.panels && sight.project.is_some() {
-            let bar = |margin: i8| Frame::new().fill(theme::PANEL).inner_margin(egui::Margin::symmetric(12, margin));
-            Panel::bottom("status").exact_size(30.0).frame(bar(2)).show(ui, |ui| status.ui(ui, &sight, &mut commands));
+            let bar = |margin: i8| {
+                Frame::new()
+                    .fill(theme::PANEL)
+                    .inner_margin(egui::Margin::symmetric(12, margin))
+            };
+            Panel::bottom("status")
+                .exact_size(30.0)
+                .frame(bar(2))
+                .show(ui, |ui| status.ui(ui, &sight, &mut commands));
             if sight.state.passes {
-                Panel::bottom("passes").frame(bar(6)).show(ui, |ui| status.passes_ui(ui, &sight));
+                Panel::bottom("passes")
+                    .frame(bar(6))
+                    .show(ui, |ui| status.passes_ui(ui, &sight));
             }
-            Panel::bottom("timeline").exact_size(44.0).frame(bar(4)).show(ui, |ui| timeline.ui(ui, &sight, &mut commands));
-            Panel::right("light").exact_size(264.0).frame(bar(0)).show(ui, |ui| light.ui(ui, &sight, &mut commands));
+            Panel::bottom("timeline")
+                .exact_size(44.0)
+                .frame(bar(4))
+                .show(ui, |ui| timeline.ui(ui, &sight, &mut commands));
+            Panel::right("light")
+                .exact_size(264.0)
+                .frame(bar(0))
+                .show(ui, |ui| light.ui(ui, &sight, &mut commands));
         }
         CentralPanel::no_frame().show(ui, |ui| viewport.ui(ui, &sight, &mut commands));
         if sight.state.keys {

@@ -34,7 +34,10 @@ pub enum Command {
     TogglePlay,
 
     /// Scale the picture by a factor about a point, given in points from the viewport's centre.
-    Zoom { factor: f32, about: [f32; 2] },
+    Zoom {
+        factor: f32,
+        about: [f32; 2],
+    },
     /// Move the picture by points.
     Pan([f32; 2]),
     /// Fit the picture into the viewport.

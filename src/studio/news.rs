@@ -44,7 +44,11 @@ pub struct News {
 impl News {
     /// Before anything happened.
     pub fn new(phase: Phase) -> Self {
-        Self { phase, failure: None, said: None }
+        Self {
+            phase,
+            failure: None,
+            said: None,
+        }
     }
 
     /// Takes an event in.
@@ -61,7 +65,12 @@ impl News {
             Event::Report(Report::Say(sentence)) | Event::Finished { sentence } => {
                 self.said = Some(sentence);
             }
-            Event::Report(Report::Step { stage, done, total, note }) => {
+            Event::Report(Report::Step {
+                stage,
+                done,
+                total,
+                note,
+            }) => {
                 if let Phase::Working(work) = &mut self.phase {
                     if work.stage != stage {
                         *work = Work::new(work.what, stage);
@@ -76,7 +85,13 @@ impl News {
 
 impl Work {
     fn new(what: &'static str, stage: &'static str) -> Self {
-        Self { what, stage, share: 0.0, note: String::new(), since: Instant::now() }
+        Self {
+            what,
+            stage,
+            share: 0.0,
+            note: String::new(),
+            since: Instant::now(),
+        }
     }
 
     /// Time left of the stage, after `elapsed` of it; none before there is anything to go by.
@@ -91,30 +106,61 @@ mod tests {
     use crate::worker::Need;
 
     fn step(stage: &'static str, done: u64) -> Event {
-        Event::Report(Report::Step { stage, done, total: 4, note: String::new() })
+        Event::Report(Report::Step {
+            stage,
+            done,
+            total: 4,
+            note: String::new(),
+        })
     }
 
     #[test]
     fn a_job_shows_its_share_and_its_end() {
         let mut news = News::new(Phase::Opening);
-        news.hear(Event::Blocked(Blocked { sentence: "no network".into(), need: Some(Need::Network) }));
-        news.hear(Event::Started { what: "training the network" });
+        news.hear(Event::Blocked(Blocked {
+            sentence: "no network".into(),
+            need: Some(Need::Network),
+        }));
+        news.hear(Event::Started {
+            what: "training the network",
+        });
         news.hear(step("reading", 4));
         news.hear(step("training", 1));
-        let Phase::Working(work) = &news.phase else { panic!("{:?}", news.phase) };
+        let Phase::Working(work) = &news.phase else {
+            panic!("{:?}", news.phase)
+        };
         assert_eq!((work.stage, work.share), ("training", 0.25));
-        assert_eq!(work.left(Duration::from_secs(10)), Some(Duration::from_secs(30)));
-        news.hear(Event::Finished { sentence: "trained".into() });
+        assert_eq!(
+            work.left(Duration::from_secs(10)),
+            Some(Duration::from_secs(30))
+        );
+        news.hear(Event::Finished {
+            sentence: "trained".into(),
+        });
         news.hear(Event::Opening);
-        news.hear(Event::Ready { device: "CPU".into() });
-        assert_eq!(news.phase, Phase::Ready { device: "CPU".into() });
+        news.hear(Event::Ready {
+            device: "CPU".into(),
+        });
+        assert_eq!(
+            news.phase,
+            Phase::Ready {
+                device: "CPU".into()
+            }
+        );
         assert_eq!(news.said.as_deref(), Some("trained"));
     }
 
     #[test]
     fn a_late_report_does_not_bring_a_job_back() {
-        let mut news = News::new(Phase::Ready { device: "CPU".into() });
+        let mut news = News::new(Phase::Ready {
+            device: "CPU".into(),
+        });
         news.hear(step("training", 1));
-        assert_eq!(news.phase, Phase::Ready { device: "CPU".into() });
+        assert_eq!(
+            news.phase,
+            Phase::Ready {
+                device: "CPU".into()
+            }
+        );
     }
 }

@@ -29,7 +29,10 @@ pub struct Entry {
 /// How far the reading of a panorama is.
 pub enum Reading {
     Waiting,
-    Done { panorama: Panorama, thumbnail: egui::TextureHandle },
+    Done {
+        panorama: Panorama,
+        thumbnail: egui::TextureHandle,
+    },
     /// Why it cannot be used.
     Failed(String),
 }

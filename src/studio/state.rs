@@ -29,7 +29,10 @@ pub struct View {
     pub pan: [f32; 2],
 }
 
-const FITTED: View = View { zoom: 1.0, pan: [0.0; 2] };
+const FITTED: View = View {
+    zoom: 1.0,
+    pan: [0.0; 2],
+};
 
 /// The window's state.
 #[derive(Clone, Debug, PartialEq)]
@@ -167,7 +170,11 @@ impl State {
     }
 
     fn travel(&mut self, back: bool) {
-        let (from, to) = if back { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
+        let (from, to) = if back {
+            (&mut self.undo, &mut self.redo)
+        } else {
+            (&mut self.redo, &mut self.undo)
+        };
         if let Some(look) = from.pop() {
             to.push(std::mem::replace(&mut self.look, look));
         }
@@ -194,7 +201,11 @@ fn wrapped(degrees: f32, old: f32) -> f32 {
 }
 
 fn exposure(stops: f32, old: f32) -> f32 {
-    if stops.is_nan() { old } else { stops.clamp(*EXPOSURE_STOPS.start(), *EXPOSURE_STOPS.end()) }
+    if stops.is_nan() {
+        old
+    } else {
+        stops.clamp(*EXPOSURE_STOPS.start(), *EXPOSURE_STOPS.end())
+    }
 }
 
 #[cfg(test)]
@@ -213,15 +224,24 @@ mod tests {
         s.apply(&Command::StepExposure(0.5), 3);
         s.release();
         s.apply(&Command::StepEnvironment(-1), 3);
-        assert_eq!((s.look.yaw_deg, s.look.exposure_stops, s.look.environment), (30.0, 0.5, 2));
+        assert_eq!(
+            (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
+            (30.0, 0.5, 2)
+        );
         s.apply(&Command::Undo, 3);
-        assert_eq!((s.look.yaw_deg, s.look.exposure_stops, s.look.environment), (30.0, 0.5, 0));
+        assert_eq!(
+            (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
+            (30.0, 0.5, 0)
+        );
         s.apply(&Command::Undo, 3);
         s.apply(&Command::Undo, 3);
         assert_eq!(s.look, state().look);
         assert!(!s.can_undo());
         (0..3).for_each(|_| s.apply(&Command::Redo, 3));
-        assert_eq!((s.look.yaw_deg, s.look.exposure_stops, s.look.environment), (30.0, 0.5, 2));
+        assert_eq!(
+            (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
+            (30.0, 0.5, 2)
+        );
     }
 
     #[test]
@@ -290,7 +310,10 @@ mod tests {
         let before = under(&s.view);
         s.apply(&Command::Zoom { factor: 2.5, about }, 0);
         let after = under(&s.view);
-        assert!((0..2).all(|i| (before[i] - after[i]).abs() < 1e-3), "{before:?} {after:?}");
+        assert!(
+            (0..2).all(|i| (before[i] - after[i]).abs() < 1e-3),
+            "{before:?} {after:?}"
+        );
         s.apply(&Command::Zoom { factor: 1e9, about }, 0);
         assert_eq!(s.view.zoom, 64.0);
         s.apply(&Command::Fit, 0);

@@ -45,7 +45,7 @@ pub fn apply(ctx: &egui::Context) {
         visuals.weak_text_color = Some(QUIET);
         visuals.hyperlink_color = ACCENT;
         visuals.warn_fg_color = ACCENT;
-        visuals.selection.bg_fill = ACCENT_DIM;
+        visuals.selection.bg_fill = Color32::from_gray(92);
         visuals.selection.stroke = Stroke::new(1.0, Color32::WHITE);
         let widgets = &mut visuals.widgets;
         widgets.noninteractive.fg_stroke.color = TEXT;

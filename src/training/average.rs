@@ -9,7 +9,10 @@ use std::collections::VecDeque;
 pub fn blend(average: UNet, live: &UNet, keep: f32) -> UNet {
     let mut collector = Collector::default();
     live.visit(&mut collector);
-    average.map(&mut Blender { live: collector.0, keep })
+    average.map(&mut Blender {
+        live: collector.0,
+        keep,
+    })
 }
 
 /// All parameters, flattened, in the module's order.
@@ -31,7 +34,9 @@ struct Blender {
 
 impl ModuleMapper for Blender {
     fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        let Some(live) = self.live.pop_front() else { return param };
+        let Some(live) = self.live.pop_front() else {
+            return param;
+        };
         param.map(|average| {
             let live = live.reshape(average.dims());
             average * self.keep + live * (1.0 - self.keep)

@@ -11,8 +11,6 @@ pub enum Preset {
     Quick,
     /// The paper's network and schedule.
     Paper,
-    /// The small network that the demo starts from.
-    Starter,
 }
 
 /// Everything that decides what a training run does, apart from the pictures.
@@ -58,7 +56,7 @@ impl Preset {
         match self {
             Self::Quick => TrainingConfig {
                 width: 16,
-                most_channels: 128,
+                most_channels: 64,
                 normalization: Normalization::Group,
                 formulation: Formulation::Ratio,
                 reconstruction: 1.0,
@@ -75,9 +73,6 @@ impl Preset {
                 epochs: 100_000,
                 minutes: Some(10.0),
             },
-            Self::Starter => {
-                TrainingConfig { width: 16, most_channels: 64, ..Self::Quick.config() }
-            }
             Self::Paper => TrainingConfig {
                 width: 32,
                 most_channels: 512,

@@ -9,7 +9,8 @@ use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::Formulation;
 use crate::reflectance::render::{
-    RATIO_FLOOR, encode, tensor_from_image, tensor_from_images, tensor_from_mask, tensor_from_weights,
+    RATIO_FLOOR, encode, tensor_from_image, tensor_from_images, tensor_from_mask,
+    tensor_from_weights,
 };
 use burn::tensor::{Device, Tensor};
 use rayon::prelude::*;
@@ -59,8 +60,11 @@ impl TrainingData {
         device: &Device,
         progress: &Progress,
     ) -> Result<Self> {
-        let weights: Vec<[f32; 3]> =
-            calibration.interview_weights.iter().map(|w| w.map(|v| v * calibration.exposure)).collect();
+        let weights: Vec<[f32; 3]> = calibration
+            .interview_weights
+            .iter()
+            .map(|w| w.map(|v| v * calibration.exposure))
+            .collect();
         let poses = project.settings.shoot.poses.len();
         let mut exemplars = Vec::with_capacity(poses);
         let (mut levels, mut targets) = (Vec::new(), Vec::new());
@@ -79,8 +83,9 @@ impl TrainingData {
             exemplars.push((exemplar, look));
         }
         progress.step("reading exemplars", poses as u64, poses as u64, "");
-        let frame_numbers: Vec<usize> =
-            (0..project.settings.shoot.frames.len()).filter(|f| !exclude.contains(f)).collect();
+        let frame_numbers: Vec<usize> = (0..project.settings.shoot.frames.len())
+            .filter(|f| !exclude.contains(f))
+            .collect();
         let frames = frame_numbers
             .par_iter()
             .map(|&f| Frame::load(project, &calibration.response, f))
@@ -102,7 +107,10 @@ impl TrainingData {
         });
         Ok(Self {
             exemplars: exemplars.collect(),
-            frames: frames.iter().map(|f| Look::new(&f.plate, &f.mask, device)).collect(),
+            frames: frames
+                .iter()
+                .map(|f| Look::new(&f.plate, &f.mask, device))
+                .collect(),
             frame_numbers,
             weights: tensor_from_weights(&weights, device),
             scale,
@@ -115,14 +123,24 @@ impl TrainingData {
 impl Look {
     fn new(linear: &Image, mask: &Mask, device: &Device) -> Self {
         let linear = tensor_from_image(linear, device);
-        Self { encoded: encode(linear.clone()), linear, mask: tensor_from_mask(mask, device) }
+        Self {
+            encoded: encode(linear.clone()),
+            linear,
+            mask: tensor_from_mask(mask, device),
+        }
     }
 }
 
 /// Pairs of OLAT and interview look at every fourth pixel of the subject, for all lamps and channels.
-fn sample_subject<'a>(exemplar: &'a Exemplar, look: &'a Image) -> impl Iterator<Item = (f32, f32)> + 'a {
+fn sample_subject<'a>(
+    exemplar: &'a Exemplar,
+    look: &'a Image,
+) -> impl Iterator<Item = (f32, f32)> + 'a {
     let mask = &exemplar.mask.pixels;
-    let subject: Vec<usize> = (0..mask.len()).filter(|&i| mask[i] > 0.9).step_by(4).collect();
+    let subject: Vec<usize> = (0..mask.len())
+        .filter(|&i| mask[i] > 0.9)
+        .step_by(4)
+        .collect();
     exemplar.olats.iter().flat_map(move |olat| {
         subject
             .clone()

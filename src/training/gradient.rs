@@ -8,7 +8,10 @@ use burn::tensor::Tensor;
 /// Scales `gradients` so that their common Euclidean norm is at most `most`, and returns the norm
 /// they had. It is NaN or infinite when any of them is: such a step must not be taken.
 pub fn clip(network: &UNet, gradients: &mut GradientsParams, most: f32) -> f32 {
-    let mut squares = Squares { gradients, sums: Vec::new() };
+    let mut squares = Squares {
+        gradients,
+        sums: Vec::new(),
+    };
     network.visit(&mut squares);
     let sums = squares.sums;
     if sums.is_empty() {
@@ -16,7 +19,10 @@ pub fn clip(network: &UNet, gradients: &mut GradientsParams, most: f32) -> f32 {
     }
     let norm = Tensor::cat(sums, 0).sum().sqrt().into_scalar::<f32>();
     if norm > most {
-        network.visit(&mut Scaler { gradients, factor: most / norm });
+        network.visit(&mut Scaler {
+            gradients,
+            factor: most / norm,
+        });
     }
     norm
 }

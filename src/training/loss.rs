@@ -28,8 +28,10 @@ pub fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>
         let [_, _, h, w] = difference.dims();
         let mut terms = norms(square_sum(difference.clone()), &values);
         if w > 1 && h > 1 {
-            let across = difference.clone().narrow(3, 1, w - 1) - difference.clone().narrow(3, 0, w - 1);
-            let down = difference.clone().narrow(2, 1, h - 1) - difference.clone().narrow(2, 0, h - 1);
+            let across =
+                difference.clone().narrow(3, 1, w - 1) - difference.clone().narrow(3, 0, w - 1);
+            let down =
+                difference.clone().narrow(2, 1, h - 1) - difference.clone().narrow(2, 0, h - 1);
             terms = terms + norms(square_sum(across) + square_sum(down), &values);
         }
         sum = Some(match sum {
@@ -48,12 +50,17 @@ pub fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>
 /// Σ x² of each picture: `[n, 3, h, w]` → `[n]`.
 fn square_sum(x: Tensor<4>) -> Tensor<1> {
     let [n, c, h, w] = x.dims();
-    (x.clone() * x).reshape([n, c * h * w]).sum_dim(1).reshape([n])
+    (x.clone() * x)
+        .reshape([n, c * h * w])
+        .sum_dim(1)
+        .reshape([n])
 }
 
 /// Mean over pictures of √(Σ x² / values + ε²).
 fn norms(square_sums: Tensor<1>, values: &Tensor<1>) -> Tensor<1> {
-    (square_sums / values.clone() + EPSILON * EPSILON).sqrt().mean()
+    (square_sums / values.clone() + EPSILON * EPSILON)
+        .sqrt()
+        .mean()
 }
 
 #[cfg(test)]
@@ -69,16 +76,32 @@ mod tests {
         let truth = Tensor::full([2, 3, 8, 8], truth, &device);
         let loss = feature_distance(encode(predicted.clone()), encode(truth), &mask);
         let gradients = loss.backward();
-        let gradient = predicted.grad(&gradients).unwrap().into_data().try_to_vec().unwrap();
+        let gradient = predicted
+            .grad(&gradients)
+            .unwrap()
+            .into_data()
+            .try_to_vec()
+            .unwrap();
         (loss.into_scalar(), gradient)
     }
 
     #[test]
     fn zero_error_black_and_saturated_pictures_have_finite_gradients() {
-        for (predicted, truth) in [(0.0, 0.0), (0.3, 0.3), (0.0, 1.0), (1.0, 0.0), (1e4, 1e4), (1e4, 0.0), (-0.1, 0.0)] {
+        for (predicted, truth) in [
+            (0.0, 0.0),
+            (0.3, 0.3),
+            (0.0, 1.0),
+            (1.0, 0.0),
+            (1e4, 1e4),
+            (1e4, 0.0),
+            (-0.1, 0.0),
+        ] {
             let (loss, gradient) = distance(predicted, truth);
             assert!(loss.is_finite(), "{predicted} against {truth}");
-            assert!(gradient.iter().all(|g| g.is_finite()), "{predicted} against {truth}");
+            assert!(
+                gradient.iter().all(|g| g.is_finite()),
+                "{predicted} against {truth}"
+            );
         }
         let (loss, gradient) = distance(0.3, 0.3);
         assert!(loss < 3.0 * EPSILON && gradient.iter().all(|g| *g == 0.0));
@@ -94,7 +117,10 @@ mod tests {
         let outside = truth.clone() + (mask.clone().neg() + 1.0) * 5.0;
         let inside = truth.clone() + mask.clone() * 0.1;
         let at_zero = feature_distance(truth.clone(), truth.clone(), &mask).into_scalar::<f32>();
-        assert_eq!(feature_distance(outside, truth.clone(), &mask).into_scalar::<f32>(), at_zero);
+        assert_eq!(
+            feature_distance(outside, truth.clone(), &mask).into_scalar::<f32>(),
+            at_zero
+        );
         assert!(feature_distance(inside, truth, &mask).into_scalar::<f32>() > 10.0 * at_zero);
     }
 
@@ -119,13 +145,22 @@ mod tests {
         let value = |x: Tensor<4>| loss(x).into_scalar::<f32>();
         let x = start.clone().require_grad();
         let gradients = loss(x.clone()).backward();
-        let gradient: Vec<f32> = x.grad(&gradients).unwrap().into_data().try_to_vec().unwrap();
+        let gradient: Vec<f32> = x
+            .grad(&gradients)
+            .unwrap()
+            .into_data()
+            .try_to_vec()
+            .unwrap();
         // Along the gradient itself the difference is largest against rounding of f32.
         let direction = x.grad(&gradients).unwrap();
         let norm = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
         let h = 2e-2 / norm;
         let step = Tensor::from_inner(direction) * h;
         let slope = (value(start.clone() + step.clone()) - value(start - step)) / (2.0 * h);
-        assert!((slope / (norm * norm) - 1.0).abs() < 0.02, "{slope} against {}", norm * norm);
+        assert!(
+            (slope / (norm * norm) - 1.0).abs() < 0.02,
+            "{slope} against {}",
+            norm * norm
+        );
     }
 }

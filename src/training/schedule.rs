@@ -51,7 +51,10 @@ impl Schedule {
     /// Steps of the whole run.
     pub fn steps(&self) -> u64 {
         let round = u64::from(self.exemplar_epochs + self.video_epochs);
-        let (rounds, rest) = (u64::from(self.epochs) / round, u64::from(self.epochs) % round);
+        let (rounds, rest) = (
+            u64::from(self.epochs) / round,
+            u64::from(self.epochs) % round,
+        );
         let exemplar = rest.min(u64::from(self.exemplar_epochs));
         rounds * self.round_steps()
             + exemplar * self.poses as u64
@@ -65,12 +68,19 @@ impl Schedule {
         let epochs = u64::from(self.exemplar_epochs + self.video_epochs);
         if within < exemplar_steps {
             let (epoch, place) = (within / self.poses as u64, within % self.poses as u64);
-            Lesson::Exemplar { pose: self.shuffled(round * epochs + epoch, self.poses)[place as usize] }
+            Lesson::Exemplar {
+                pose: self.shuffled(round * epochs + epoch, self.poses)[place as usize],
+            }
         } else {
             let per_epoch = self.frames_per_epoch as u64;
-            let (epoch, place) = ((within - exemplar_steps) / per_epoch, (within - exemplar_steps) % per_epoch);
+            let (epoch, place) = (
+                (within - exemplar_steps) / per_epoch,
+                (within - exemplar_steps) % per_epoch,
+            );
             let epoch = round * epochs + u64::from(self.exemplar_epochs) + epoch;
-            Lesson::Video { frame: self.shuffled(epoch, self.frames)[place as usize] }
+            Lesson::Video {
+                frame: self.shuffled(epoch, self.frames)[place as usize],
+            }
         }
     }
 
@@ -83,7 +93,10 @@ impl Schedule {
     /// The shift in pixels, at most `most` on each axis, by which step `step` moves its exemplar.
     pub fn shift(&self, step: u64, most: i64) -> (i64, i64) {
         let mut rng = draw(self.seed, step, 1);
-        (rng.random_range(-most..=most), rng.random_range(-most..=most))
+        (
+            rng.random_range(-most..=most),
+            rng.random_range(-most..=most),
+        )
     }
 }
 
@@ -126,7 +139,11 @@ mod tests {
     #[test]
     fn every_epoch_visits_each_picture_once_in_its_own_order() {
         let schedule = Schedule::new(&Preset::Paper.config(), 6, 40, 7);
-        let epoch = |e: u64| (0..6).map(|i| schedule.lesson(e * 6 + i)).collect::<Vec<_>>();
+        let epoch = |e: u64| {
+            (0..6)
+                .map(|i| schedule.lesson(e * 6 + i))
+                .collect::<Vec<_>>()
+        };
         let mut orders = std::collections::HashSet::new();
         for e in 0..20 {
             let lessons = epoch(e);

@@ -118,14 +118,24 @@ impl Trainer {
             }
         }
         let autodiff = device.clone().autodiff();
-        let data =
-            TrainingData::load(project, calibration, &config, &settings.exclude_frames, &autodiff, progress)?;
+        let data = TrainingData::load(
+            project,
+            calibration,
+            &config,
+            &settings.exclude_frames,
+            &autodiff,
+            progress,
+        )?;
         let seed = project.settings.seed;
         let schedule = Schedule::new(&config, data.exemplars.len(), data.frames.len(), seed);
         let optimizer = AdamConfig::new().with_epsilon(1e-8).init();
         if resume {
-            let Resumed { mut info, average, live, optimizer: moments } =
-                checkpoint::load_training(&folder, device)?;
+            let Resumed {
+                mut info,
+                average,
+                live,
+                optimizer: moments,
+            } = checkpoint::load_training(&folder, device)?;
             info.training_frames.extend(&data.frame_numbers);
             info.training_frames.sort_unstable();
             info.training_frames.dedup();
@@ -140,7 +150,15 @@ impl Trainer {
                     )
                 })?,
             };
-            return Ok(Self { config, schedule, data, info, live, average, optimizer });
+            return Ok(Self {
+                config,
+                schedule,
+                data,
+                info,
+                live,
+                average,
+                optimizer,
+            });
         }
         autodiff.seed(seed);
         let live = network.init(data.mean_output, &autodiff).materialize();
@@ -151,7 +169,15 @@ impl Trainer {
             training_frames: data.frame_numbers.clone(),
             network,
         };
-        Ok(Self { average: live.valid(), config, schedule, data, info, live, optimizer })
+        Ok(Self {
+            average: live.valid(),
+            config,
+            schedule,
+            data,
+            info,
+            live,
+            optimizer,
+        })
     }
 
     /// Makes one step; `done` is the finished share of the run, for the learning rate.
@@ -189,11 +215,18 @@ impl Trainer {
         let learning_rate = schedule::learning_rate(&self.config, step, done);
         let value = |loss: Tensor<1>| loss.into_scalar::<f32>();
         let (reconstruction, rendering) = (reconstruction.map(value), value(rendering));
-        let taken = gradient_norm.is_finite() && rendering.is_finite() && reconstruction.is_none_or(f32::is_finite);
+        let taken = gradient_norm.is_finite()
+            && rendering.is_finite()
+            && reconstruction.is_none_or(f32::is_finite);
         if taken {
-            self.live = self.optimizer.step(learning_rate, self.live.clone(), gradients);
+            self.live = self
+                .optimizer
+                .step(learning_rate, self.live.clone(), gradients);
             // Early on the average follows fast, so that it does not remember the start.
-            let keep = self.config.averaging.min((step + 1) as f32 / (step + 10) as f32);
+            let keep = self
+                .config
+                .averaging
+                .min((step + 1) as f32 / (step + 10) as f32);
             self.average = if self.config.averaging > 0.0 {
                 average::blend(self.average.clone(), &self.live, keep)
             } else {
@@ -201,12 +234,23 @@ impl Trainer {
             };
         }
         self.info.step += 1;
-        StepReport { reconstruction, rendering, gradient_norm, learning_rate, taken }
+        StepReport {
+            reconstruction,
+            rendering,
+            gradient_norm,
+            learning_rate,
+            taken,
+        }
     }
 
     fn predict(&self, look: &Look) -> Tensor<4> {
         let output = self.live.forward(look.encoded.clone() * look.mask.clone());
-        olats(output, &look.linear, self.info.network.formulation, self.info.scale)
+        olats(
+            output,
+            &look.linear,
+            self.info.network.formulation,
+            self.info.scale,
+        )
     }
 
     fn rendering_loss(&self, predicted: Tensor<4>, look: &Look) -> Tensor<1> {
@@ -227,10 +271,23 @@ impl Trainer {
     /// Writes the checkpoint.
     pub fn save(&self, project: &Project) -> Result<()> {
         let optimizer = self.optimizer.into_bytes().map_err(|e| {
-            Error::unexpected("the optimiser", "a state that can be packed", e.to_string(), "Report this fault")
+            Error::unexpected(
+                "the optimiser",
+                "a state that can be packed",
+                e.to_string(),
+                "Report this fault",
+            )
         })?;
-        let state = TrainingState { live_weights: checkpoint::weight_bytes(&self.live)?, optimizer };
-        checkpoint::save(&project.checkpoint_path(), &self.info, &self.average, &state)
+        let state = TrainingState {
+            live_weights: checkpoint::weight_bytes(&self.live)?,
+            optimizer,
+        };
+        checkpoint::save(
+            &project.checkpoint_path(),
+            &self.info,
+            &self.average,
+            &state,
+        )
     }
 }
 
@@ -275,7 +332,10 @@ pub fn train(
         } else {
             bad += 1;
             skipped += 1;
-            progress.say(format!("Step {} was not finite and has been skipped", trainer.info.step));
+            progress.say(format!(
+                "Step {} was not finite and has been skipped",
+                trainer.info.step
+            ));
             if bad == MOST_BAD_STEPS {
                 return Err(Error::unexpected(
                     "training",
@@ -285,7 +345,12 @@ pub fn train(
                 ));
             }
         }
-        progress.step("training", (done * 1000.0) as u64, 1000, recent.note(trainer.info.step));
+        progress.step(
+            "training",
+            (done * 1000.0) as u64,
+            1000,
+            recent.note(trainer.info.step),
+        );
         if saved.elapsed() > CHECKPOINT_INTERVAL {
             trainer.save(project)?;
             log.flush()?;
@@ -321,7 +386,8 @@ struct Recent {
 
 impl Recent {
     fn add(&mut self, report: &StepReport) {
-        let smooth = |old: Option<f32>, new: f32| Some(old.map_or(new, |old| 0.95 * old + 0.05 * new));
+        let smooth =
+            |old: Option<f32>, new: f32| Some(old.map_or(new, |old| 0.95 * old + 0.05 * new));
         self.rendering = smooth(self.rendering, report.rendering);
         if let Some(reconstruction) = report.reconstruction {
             self.reconstruction = smooth(self.reconstruction, reconstruction);
@@ -330,7 +396,11 @@ impl Recent {
 
     fn note(&self, step: u64) -> String {
         let show = |loss: Option<f32>| loss.map_or("–".to_owned(), |l| format!("{l:.4}"));
-        format!("step {step}, OLATs {}, relit {}", show(self.reconstruction), show(self.rendering))
+        format!(
+            "step {step}, OLATs {}, relit {}",
+            show(self.reconstruction),
+            show(self.rendering)
+        )
     }
 }
 
@@ -343,12 +413,21 @@ struct Log {
 impl Log {
     fn open(project: &Project, fresh: bool) -> Result<Self> {
         let path = project.root.join("training.csv");
-        let fail = |e: std::io::Error| Error::file("write", &path, e, "Check that the folder can be written");
+        let fail = |e: std::io::Error| {
+            Error::file("write", &path, e, "Check that the folder can be written")
+        };
         let mut options = OpenOptions::new();
-        options.create(true).write(true).append(!fresh).truncate(fresh);
+        options
+            .create(true)
+            .write(true)
+            .append(!fresh)
+            .truncate(fresh);
         let file = options.open(&path).map_err(fail)?;
         let empty = file.metadata().map_err(fail)?.len() == 0;
-        let mut log = Self { out: BufWriter::new(file), path };
+        let mut log = Self {
+            out: BufWriter::new(file),
+            path,
+        };
         if empty {
             log.line("step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken")?;
         }
@@ -356,7 +435,9 @@ impl Log {
     }
 
     fn write(&mut self, info: &CheckpointInfo, report: &StepReport) -> Result<()> {
-        let reconstruction = report.reconstruction.map_or(String::new(), |l| l.to_string());
+        let reconstruction = report
+            .reconstruction
+            .map_or(String::new(), |l| l.to_string());
         self.line(&format!(
             "{},{:.3},{reconstruction},{},{:e},{},{}",
             info.step,

@@ -14,7 +14,10 @@ pub struct FieldCache {
 impl FieldCache {
     /// A cache of at most `budget_bytes`; one field is kept even where it is larger.
     pub fn new(budget_bytes: usize) -> Self {
-        Self { budget_bytes, frames: VecDeque::new() }
+        Self {
+            budget_bytes,
+            frames: VecDeque::new(),
+        }
     }
 
     /// The field of frame `index`, which now counts as used.
@@ -27,7 +30,8 @@ impl FieldCache {
 
     /// Keeps a field in place of an older one of the same frame.
     pub fn insert(&mut self, predicted: Arc<PredictedFrame>) {
-        self.frames.retain(|p| p.frame.index != predicted.frame.index);
+        self.frames
+            .retain(|p| p.frame.index != predicted.frame.index);
         self.frames.push_back(predicted);
         let mut held: usize = self.frames.iter().map(|p| bytes(p)).sum();
         while held > self.budget_bytes && self.frames.len() > 1 {
@@ -61,7 +65,12 @@ mod tests {
                 plate: Image::filled(1, 1, [0.0; 3]),
                 mask: Mask::filled(1, 1, 1.0),
             }),
-            field: Arc::new(ReflectanceField { width: 1, height: 1, lamps: 2, values: vec![0.0; 6] }),
+            field: Arc::new(ReflectanceField {
+                width: 1,
+                height: 1,
+                lamps: 2,
+                values: vec![0.0; 6],
+            }),
             ms: 1.0,
         })
     }

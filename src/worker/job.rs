@@ -19,19 +19,39 @@ use std::path::PathBuf;
 #[derive(Clone, Debug)]
 pub enum Job {
     /// Trace a shoot with the virtual stage into `folder`.
-    Stage { folder: PathBuf, settings: StageSettings },
+    Stage {
+        folder: PathBuf,
+        settings: StageSettings,
+    },
     /// Make a project in `project` that points at the shoot in `shoot`.
-    Import { project: PathBuf, shoot: PathBuf, settings: ImportSettings },
+    Import {
+        project: PathBuf,
+        shoot: PathBuf,
+        settings: ImportSettings,
+    },
     /// Find lamps, weights and camera response of the project in `project`.
     Calibrate { project: PathBuf },
     /// Train the network of the project in `project`.
-    Train { project: PathBuf, settings: TrainSettings },
+    Train {
+        project: PathBuf,
+        settings: TrainSettings,
+    },
     /// Relight the interview and write it.
-    Relight { project: PathBuf, settings: RelightSettings },
+    Relight {
+        project: PathBuf,
+        settings: RelightSettings,
+    },
     /// Measure against a truth.
-    Evaluate { project: PathBuf, settings: EvaluateSettings },
+    Evaluate {
+        project: PathBuf,
+        settings: EvaluateSettings,
+    },
     /// Run the demo in `folder`, or only make its project.
-    Demo { folder: PathBuf, prepare: bool, device: DeviceChoice },
+    Demo {
+        folder: PathBuf,
+        prepare: bool,
+        device: DeviceChoice,
+    },
     /// Write the project's network as a starting point for others.
     Pack { project: PathBuf, to: PathBuf },
 }
@@ -88,7 +108,11 @@ impl Job {
             Self::Stage { folder, settings } => {
                 virtual_stage::write_shoot(&folder, &settings, progress).map(Outcome::Staged)
             }
-            Self::Import { project, shoot, settings } => {
+            Self::Import {
+                project,
+                shoot,
+                settings,
+            } => {
                 let project = footage::import(&project, &shoot, &settings, progress)?;
                 Ok(Outcome::Imported(ImportReport::of(&project)))
             }
@@ -109,7 +133,11 @@ impl Job {
             Self::Evaluate { project, settings } => {
                 evaluate(&Project::open(&project)?, &settings, progress).map(Outcome::Evaluated)
             }
-            Self::Demo { folder, prepare: true, .. } => {
+            Self::Demo {
+                folder,
+                prepare: true,
+                ..
+            } => {
                 let project = demo::prepare(&folder, progress)?;
                 Ok(Outcome::Imported(ImportReport::of(&project)))
             }
@@ -174,17 +202,26 @@ impl Outcome {
             Self::Evaluated(report) => evaluated(report),
             Self::Shown(report) => report.sentence(),
             Self::Packed(info) => {
-                format!("A network for {} lamps at {} pixels", info.network.lamps, info.network.size)
+                format!(
+                    "A network for {} lamps at {} pixels",
+                    info.network.lamps, info.network.size
+                )
             }
         }
     }
 }
 
 fn staged(report: &StageReport) -> String {
-    let mut text = format!("{} files in {:.0} s. What was traced:", report.files, report.seconds);
+    let mut text = format!(
+        "{} files in {:.0} s. What was traced:",
+        report.files, report.seconds
+    );
     for effect in &report.effects {
         let share = 100.0 * effect.share;
-        text += &format!("\n  {} for {share:.1} % of {}; elsewhere {}", effect.name, effect.of, effect.skipped);
+        text += &format!(
+            "\n  {} for {share:.1} % of {}; elsewhere {}",
+            effect.name, effect.of, effect.skipped
+        );
     }
     text
 }
@@ -197,7 +234,17 @@ fn evaluated(report: &EvaluateReport) -> String {
         Method::Nearest => "The nearest pose",
         Method::Ratio => "The ratio image",
     };
-    let relit: Vec<String> = scores.relit_psnr_db.iter().map(|(name, db)| format!("{db:.2} dB under {name}")).collect();
-    let olats = scores.olat_psnr_db.map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
-    format!("{method}: {}{olats}, over frames {:?}", relit.join(", "), scores.frames)
+    let relit: Vec<String> = scores
+        .relit_psnr_db
+        .iter()
+        .map(|(name, db)| format!("{db:.2} dB under {name}"))
+        .collect();
+    let olats = scores
+        .olat_psnr_db
+        .map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
+    format!(
+        "{method}: {}{olats}, over frames {:?}",
+        relit.join(", "),
+        scores.frames
+    )
 }

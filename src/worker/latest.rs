@@ -12,7 +12,10 @@ pub struct Latest<T> {
 impl<T> Latest<T> {
     /// An empty slot that calls `wake` after each [`Self::put`].
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self { slot: Mutex::new(None), wake: Box::new(wake) }
+        Self {
+            slot: Mutex::new(None),
+            wake: Box::new(wake),
+        }
     }
 
     /// Replaces the value and wakes whoever takes it.
@@ -24,7 +27,10 @@ impl<T> Latest<T> {
 
     /// Takes the value out, if one was put since the last time.
     pub fn take(&self) -> Option<T> {
-        self.slot.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.slot
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::latest::doorbell;
 use crate::error::Result;
+use crate::imaging::Image;
 use crate::imaging::color::{byte_from_unit, luminance, srgb_from_linear};
 use crate::imaging::resample::resize_area;
-use crate::imaging::Image;
 use crate::light::Environment;
 use crate::progress::Cancel;
 use std::collections::VecDeque;
@@ -51,7 +51,10 @@ impl Library {
         let (queue, stopped) = (wanted.clone(), stop.clone());
         let thread = std::thread::spawn(move || {
             while !stopped.requested() {
-                let next = queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+                let next = queue
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .pop_front();
                 let Some(path) = next else {
                     if rung.recv().is_err() {
                         break;
@@ -65,12 +68,21 @@ impl Library {
                 wake();
             }
         });
-        Self { wanted, read: Some(read), ring: Box::new(ring), stop, thread: Some(thread) }
+        Self {
+            wanted,
+            read: Some(read),
+            ring: Box::new(ring),
+            stop,
+            thread: Some(thread),
+        }
     }
 
     /// Asks for a file.
     pub fn load(&self, path: PathBuf) {
-        self.wanted.lock().unwrap_or_else(PoisonError::into_inner).push_back(path);
+        self.wanted
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push_back(path);
         (self.ring)();
     }
 
@@ -100,7 +112,10 @@ impl Panorama {
     pub fn load(path: &Path) -> Result<Self> {
         let environment = Environment::load(path)?;
         let thumbnail = Thumbnail::of(&environment.radiance);
-        Ok(Self { environment: Arc::new(environment), thumbnail })
+        Ok(Self {
+            environment: Arc::new(environment),
+            thumbnail,
+        })
     }
 }
 
@@ -111,10 +126,18 @@ impl Thumbnail {
     /// A panorama at a glance: its log-average luminance at middle grey, highlights rolled off
     /// (Reinhard et al., SIGGRAPH 2002, equations 1 to 4).
     pub fn of(radiance: &Image) -> Self {
-        let (width, height) = (Self::WIDTH.min(radiance.width), (Self::WIDTH / 2).min(radiance.height));
+        let (width, height) = (
+            Self::WIDTH.min(radiance.width),
+            (Self::WIDTH / 2).min(radiance.height),
+        );
         let small = resize_area(radiance, width, height);
         // Black texels say nothing about exposure; they would pull the average to nothing.
-        let lit: Vec<f32> = small.pixels.iter().map(|&p| luminance(p)).filter(|&y| y > 0.0).collect();
+        let lit: Vec<f32> = small
+            .pixels
+            .iter()
+            .map(|&p| luminance(p))
+            .filter(|&y| y > 0.0)
+            .collect();
         let log_sum: f64 = lit.iter().map(|&y| f64::from(y).ln()).sum();
         let average = (log_sum / lit.len().max(1) as f64).exp() as f32;
         let white = lit.iter().copied().fold(0.0, f32::max) * 0.18 / average;
@@ -146,7 +169,12 @@ mod tests {
 
     #[test]
     fn black_panoramas_and_suns_have_thumbnails() {
-        assert!(Thumbnail::of(&Image::filled(4, 2, [0.0; 3])).rgb.iter().all(|&v| v == 0));
+        assert!(
+            Thumbnail::of(&Image::filled(4, 2, [0.0; 3]))
+                .rgb
+                .iter()
+                .all(|&v| v == 0)
+        );
         let sun = Image::from_fn(64, 32, |x, y| [if (x, y) == (9, 9) { 1e6 } else { 0.5 }; 3]);
         let grey = Thumbnail::of(&sun).rgb[0];
         assert!((80..160).contains(&grey), "a sun leaves the sky at {grey}");
@@ -163,7 +191,17 @@ mod tests {
         library.load(good);
         (0..2).for_each(|_| woken.recv().unwrap());
         let loaded: Vec<_> = library.loaded().collect();
-        assert!(loaded[0].1.as_ref().unwrap_err().to_string().contains("missing.exr"));
-        assert_eq!(loaded[1].1.as_ref().unwrap().environment.radiance.size(), (8, 4));
+        assert!(
+            loaded[0]
+                .1
+                .as_ref()
+                .unwrap_err()
+                .to_string()
+                .contains("missing.exr")
+        );
+        assert_eq!(
+            loaded[1].1.as_ref().unwrap().environment.radiance.size(),
+            (8, 4)
+        );
     }
 }

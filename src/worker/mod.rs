@@ -20,7 +20,7 @@ pub use event::{Blocked, Event, Need};
 pub use job::{Job, Outcome};
 pub use latest::Latest;
 pub use library::{Library, Panorama, Thumbnail};
-pub use network::{Source, open_project};
+pub use network::{Predict, Source, open_project};
 pub use relighter::{Ask, Relit};
 
 use crate::footage::Frame;

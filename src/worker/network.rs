@@ -1,9 +1,9 @@
 //! The thread that owns the network: it predicts the newest frame asked for, and runs jobs.
 
+use super::PredictedFrame;
 use super::event::{Blocked, Event, Need};
 use super::job::Job;
 use super::latest::Latest;
-use super::PredictedFrame;
 use crate::calibration::Calibration;
 use crate::error::Error;
 use crate::footage::Frame;
@@ -16,13 +16,16 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
+/// Reads a frame by its number and predicts its field.
+pub type Predict = Box<dyn FnMut(usize) -> Result<(Frame, ReflectanceField), Error>>;
+
 /// Where predicted frames come from.
 pub struct Source {
     pub rig: Rig,
     /// Where the prediction runs, and why there.
     pub device: String,
-    /// Reads a frame and predicts its field. It stays on the thread that made it.
-    pub predict: Box<dyn FnMut(usize) -> Result<(Frame, ReflectanceField), Error>>,
+    /// Stays on the thread that made it.
+    pub predict: Predict,
 }
 
 /// Opens a project's calibration and network.
@@ -30,7 +33,12 @@ pub struct Source {
 /// # Errors
 /// When the project is not that far, or its files cannot be read.
 pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, Blocked> {
-    let blocked = |need| move |e: Error| Blocked { sentence: e.to_string(), need };
+    let blocked = |need| {
+        move |e: Error| Blocked {
+            sentence: e.to_string(),
+            need,
+        }
+    };
     let missing = |path: &std::path::Path, need| (!path.exists()).then_some(need);
     let need = missing(&project.calibration_path(), Need::Calibration);
     let calibration = Calibration::load(project).map_err(blocked(need))?;
@@ -89,7 +97,9 @@ where
         match (self.open)() {
             Ok(source) => {
                 self.rigs.put(Arc::new(source.rig.clone()));
-                (self.tell)(Event::Ready { device: source.device.clone() });
+                (self.tell)(Event::Ready {
+                    device: source.device.clone(),
+                });
                 Some(source)
             }
             Err(blocked) => {
@@ -107,7 +117,9 @@ where
                 field: Arc::new(field),
                 ms: started.elapsed().as_secs_f64() * 1e3,
             })),
-            Err(e) => (self.tell)(Event::Failed { sentence: e.to_string() }),
+            Err(e) => (self.tell)(Event::Failed {
+                sentence: e.to_string(),
+            }),
         }
     }
 

@@ -94,7 +94,11 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         while bell.recv().is_ok() && !self.stop.requested() {
             if let Some(rig) = self.rigs.take() {
                 let partition = Partition::soft(&rig, Partition::WIDTH);
-                stage = Some(Stage { partition, reference: None, light: None });
+                stage = Some(Stage {
+                    partition,
+                    reference: None,
+                    light: None,
+                });
                 self.cache = FieldCache::new(super::FIELD_BUDGET_BYTES);
                 (shown, sent, made) = (None, None, None);
             }
@@ -104,7 +108,9 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 self.cache.insert(predicted);
             }
             ask = self.asks.take().or(ask);
-            let (Some(stage), Some(ask)) = (&mut stage, &ask) else { continue };
+            let (Some(stage), Some(ask)) = (&mut stage, &ask) else {
+                continue;
+            };
             let started = Instant::now();
             let wanted = ask.scene.frame;
             if let Some(field) = self.cache.get(wanted) {
@@ -115,8 +121,14 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 self.frames.put(wanted);
             }
             let Some(shown) = &shown else { continue };
-            let scene = Scene { frame: shown.frame.index, output: Output::Display, ..ask.scene.clone() };
-            let same = |(s, e): &(Scene, Arc<Environment>)| *s == scene && Arc::ptr_eq(e, &ask.environment);
+            let scene = Scene {
+                frame: shown.frame.index,
+                output: Output::Display,
+                ..ask.scene.clone()
+            };
+            let same = |(s, e): &(Scene, Arc<Environment>)| {
+                *s == scene && Arc::ptr_eq(e, &ask.environment)
+            };
             if made.as_ref().is_some_and(same) {
                 continue;
             }
@@ -124,7 +136,9 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             let predict_ms = (fresh == Some(shown.frame.index)).then_some(shown.ms);
             match self.relight(stage, scene, &ask.environment, shown, predict_ms, started) {
                 Ok(relit) => self.relit.put(Arc::new(relit)),
-                Err(e) => (self.tell)(Event::Failed { sentence: e.to_string() }),
+                Err(e) => (self.tell)(Event::Failed {
+                    sentence: e.to_string(),
+                }),
             }
         }
     }
@@ -148,11 +162,17 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 environment: &light.environment,
                 levels: light.levels,
                 view: CameraView::default(),
-                upstream: Upstream { predict_ms, weights_ms },
+                upstream: Upstream {
+                    predict_ms,
+                    weights_ms,
+                },
             },
         )?;
         let (width, height) = picture.linear.size();
-        let codes = picture.display.iter().flat_map(|shown| shown.0.pixels.iter().flatten());
+        let codes = picture
+            .display
+            .iter()
+            .flat_map(|shown| shown.0.pixels.iter().flatten());
         Ok(Relit {
             scene,
             environment: light.environment.name.clone(),
@@ -178,18 +198,24 @@ impl Stage {
         shown: &Arc<PredictedFrame>,
     ) -> (&Light, Option<f64>) {
         let started = Instant::now();
-        let old = self.light.take().filter(|light| Arc::ptr_eq(&light.environment, environment));
+        let old = self
+            .light
+            .take()
+            .filter(|light| Arc::ptr_eq(&light.environment, environment));
         let at_hand = old.as_ref().is_some_and(|light| light.yaw_deg == yaw_deg);
         let light = match old {
             Some(light) if at_hand => light,
-            Some(light) => {
-                Light { yaw_deg, weights: self.partition.weights(&light.reduced, yaw_deg), ..light }
-            }
+            Some(light) => Light {
+                yaw_deg,
+                weights: self.partition.weights(&light.reduced, yaw_deg),
+                ..light
+            },
             None => {
                 let reference = self.reference.get_or_insert_with(|| shown.clone());
                 let reduced = environment.reduced(Partition::WIDTH);
                 let (width, height) = reduced.radiance.size();
-                let even = Environment::from_radiance("even", Image::filled(width, height, [1.0; 3]));
+                let even =
+                    Environment::from_radiance("even", Image::filled(width, height, [1.0; 3]));
                 let even = self.partition.weights(&even, 0.0);
                 let (field, mask) = (&reference.field, &reference.frame.mask);
                 Light {

@@ -18,14 +18,24 @@ fn rig() -> Rig {
         spread_deg: 5.0,
         confidence: 1.0,
     };
-    Rig { lamps: vec![lamp(-1.0), lamp(1.0)] }
+    Rig {
+        lamps: vec![lamp(-1.0), lamp(1.0)],
+    }
 }
 
 /// A frame whose left half is lit by the left lamp alone.
 fn predicted(index: usize) -> (Frame, ReflectanceField) {
-    let olat = |lit: fn(usize) -> bool| Image::from_fn(8, 8, |x, _| [if lit(x) { 0.5 } else { 0.0 }; 3]);
+    let olat =
+        |lit: fn(usize) -> bool| Image::from_fn(8, 8, |x, _| [if lit(x) { 0.5 } else { 0.0 }; 3]);
     let field = ReflectanceField::from_olats(&[olat(|x| x < 4), olat(|x| x >= 4)]);
-    (Frame { index, plate: Image::filled(8, 8, [0.5; 3]), mask: Mask::filled(8, 8, 1.0) }, field)
+    (
+        Frame {
+            index,
+            plate: Image::filled(8, 8, [0.5; 3]),
+            mask: Mask::filled(8, 8, 1.0),
+        },
+        field,
+    )
 }
 
 /// A worker whose predictions each wait for a word, and what says it.
@@ -40,7 +50,11 @@ fn slow_worker() -> (Worker, Sender<()>, Receiver<usize>) {
             let _ = gate.lock().unwrap().recv();
             Ok(predicted(index))
         };
-        Ok(Source { rig: rig(), device: "test".to_owned(), predict: Box::new(predict) })
+        Ok(Source {
+            rig: rig(),
+            device: "test".to_owned(),
+            predict: Box::new(predict),
+        })
     };
     (Worker::over(open, || {}), go, begun)
 }
@@ -53,7 +67,10 @@ fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> Ask {
         background: Background::None,
         output: Output::Display,
     };
-    Ask { scene, environment: environment.clone() }
+    Ask {
+        scene,
+        environment: environment.clone(),
+    }
 }
 
 /// Light from camera-left alone.
@@ -97,7 +114,10 @@ fn a_turn_is_shown_while_the_network_is_busy() {
     worker.show(ask(0, 0.0, &light));
     go.send(()).unwrap();
     let left = wait_for(|| worker.relit());
-    assert!(left.rgb[0] > left.rgb[3 * 7], "light from the left is on the left");
+    assert!(
+        left.rgb[0] > left.rgb[3 * 7],
+        "light from the left is on the left"
+    );
     assert!(left.passes.iter().any(|p| p.name == "predict" && p.ran));
     worker.show(ask(1, 0.0, &light));
     begun.recv_timeout(LONG).unwrap();
@@ -128,7 +148,10 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
     let (opened, openings) = channel();
     let open = move || {
         opened.send(()).unwrap();
-        Err(Blocked { sentence: "no network".to_owned(), need: Some(Need::Network) })
+        Err(Blocked {
+            sentence: "no network".to_owned(),
+            need: Some(Need::Network),
+        })
     };
     let worker = Worker::over(open, || {});
     openings.recv_timeout(LONG).unwrap();
@@ -141,14 +164,20 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
     let mut events = Vec::new();
     wait_for(|| {
         events.extend(worker.events());
-        let blocked = events.iter().filter(|e| matches!(e, Event::Blocked(_))).count();
+        let blocked = events
+            .iter()
+            .filter(|e| matches!(e, Event::Blocked(_)))
+            .count();
         (blocked == 2).then_some(())
     });
     let said = events.iter().find_map(|e| match e {
         Event::Finished { sentence } => Some(sentence.clone()),
         _ => None,
     });
-    assert!(said.unwrap().contains("no/such/shoot"), "the failure is a sentence");
+    assert!(
+        said.unwrap().contains("no/such/shoot"),
+        "the failure is a sentence"
+    );
     assert!(events.iter().any(|e| matches!(e, Event::Started { .. })));
 }
 
@@ -163,12 +192,20 @@ fn a_dropped_worker_is_gone() {
                 let _ = &held;
                 Ok(predicted(index))
             };
-            Ok(Source { rig: rig(), device: "test".to_owned(), predict: Box::new(predict) })
+            Ok(Source {
+                rig: rig(),
+                device: "test".to_owned(),
+                predict: Box::new(predict),
+            })
         },
         || {},
     );
     worker.show(ask(0, 0.0, &from_the_left()));
     wait_for(|| worker.relit());
     drop(worker);
-    assert_eq!(Arc::strong_count(&alive), 1, "no thread holds anything any more");
+    assert_eq!(
+        Arc::strong_count(&alive),
+        1,
+        "no thread holds anything any more"
+    );
 }

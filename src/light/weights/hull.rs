@@ -22,21 +22,33 @@ impl Hull {
         // Lamps often stand in rings, so that four or more lie in one plane and "above the plane" has no
         // answer. A displacement along the sphere by a millionth of a radian decides, and is far below any
         // error of a lamp's direction. Points on a sphere are all corners of their hull.
-        let points: Vec<DVec3> =
-            points.iter().enumerate().map(|(i, p)| (*p + 1e-6 * displacement(i)).normalize()).collect();
+        let points: Vec<DVec3> = points
+            .iter()
+            .enumerate()
+            .map(|(i, p)| (*p + 1e-6 * displacement(i)).normalize())
+            .collect();
         let first = tetrahedron(&points);
         let inside = first.iter().map(|&i| points[i]).sum::<DVec3>() / 4.0;
         let normal = |[a, b, c]: [usize; 3]| (points[b] - points[a]).cross(points[c] - points[a]);
         let outward = |[a, b, c]: [usize; 3]| {
-            if normal([a, b, c]).dot(points[a] - inside) > 0.0 { [a, b, c] } else { [a, c, b] }
+            if normal([a, b, c]).dot(points[a] - inside) > 0.0 {
+                [a, b, c]
+            } else {
+                [a, c, b]
+            }
         };
         let [a, b, c, d] = first;
-        let mut facets: Vec<[usize; 3]> = [[a, b, c], [a, b, d], [a, c, d], [b, c, d]].map(outward).to_vec();
+        let mut facets: Vec<[usize; 3]> = [[a, b, c], [a, b, d], [a, c, d], [b, c, d]]
+            .map(outward)
+            .to_vec();
         for p in (0..points.len()).filter(|p| !first.contains(p)) {
-            let (seen, hidden): (Vec<_>, Vec<_>) =
-                facets.iter().partition(|&&facet| normal(facet).dot(points[p] - points[facet[0]]) > 0.0);
-            let edges: Vec<[usize; 2]> =
-                seen.iter().flat_map(|&[a, b, c]: &[usize; 3]| [[a, b], [b, c], [c, a]]).collect();
+            let (seen, hidden): (Vec<_>, Vec<_>) = facets
+                .iter()
+                .partition(|&&facet| normal(facet).dot(points[p] - points[facet[0]]) > 0.0);
+            let edges: Vec<[usize; 2]> = seen
+                .iter()
+                .flat_map(|&[a, b, c]: &[usize; 3]| [[a, b], [b, c], [c, a]])
+                .collect();
             // Neighbours run along their common edge in opposite senses; the horizon's edges have no twin.
             let horizon = edges.iter().filter(|[a, b]| !edges.contains(&[*b, *a]));
             facets = hidden;
@@ -46,7 +58,10 @@ impl Hull {
             .into_iter()
             .map(|corners| {
                 let [a, b, c] = corners.map(|i| points[i]);
-                Facet { corners, coordinates: DMat3::from_cols(a, b, c).inverse() }
+                Facet {
+                    corners,
+                    coordinates: DMat3::from_cols(a, b, c).inverse(),
+                }
             })
             .collect();
         Self { facets }
@@ -81,7 +96,9 @@ fn displacement(i: usize) -> DVec3 {
 /// Four points that span a volume, chosen far apart.
 fn tetrahedron(points: &[DVec3]) -> [usize; 4] {
     let farthest = |distance: &dyn Fn(DVec3) -> f64| {
-        (0..points.len()).max_by(|&i, &j| distance(points[i]).total_cmp(&distance(points[j]))).unwrap_or(0)
+        (0..points.len())
+            .max_by(|&i, &j| distance(points[i]).total_cmp(&distance(points[j])))
+            .unwrap_or(0)
     };
     let a = 0;
     let b = farthest(&|p| p.distance_squared(points[a]));
@@ -100,8 +117,15 @@ mod tests {
     fn lattice(n: usize) -> Vec<DVec3> {
         (0..n)
             .map(|i| {
-                let (y, turn) = (1.0 - (2.0 * i as f64 + 1.0) / n as f64, i as f64 * 2.399_963_229_728_653);
-                DVec3::new((1.0 - y * y).sqrt() * turn.cos(), y, (1.0 - y * y).sqrt() * turn.sin())
+                let (y, turn) = (
+                    1.0 - (2.0 * i as f64 + 1.0) / n as f64,
+                    i as f64 * 2.399_963_229_728_653,
+                );
+                DVec3::new(
+                    (1.0 - y * y).sqrt() * turn.cos(),
+                    y,
+                    (1.0 - y * y).sqrt() * turn.sin(),
+                )
             })
             .collect()
     }
@@ -126,8 +150,16 @@ mod tests {
             let hull = Hull::of(&points);
             for direction in lattice(1000) {
                 let (facet, shares) = hull.locate(direction);
-                assert!(shares.iter().all(|s| *s >= 0.0) && (shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-                let mean: DVec3 = facet.corners.iter().zip(shares).map(|(&i, s)| points[i] * s).sum();
+                assert!(
+                    shares.iter().all(|s| *s >= 0.0)
+                        && (shares.iter().sum::<f64>() - 1.0).abs() < 1e-12
+                );
+                let mean: DVec3 = facet
+                    .corners
+                    .iter()
+                    .zip(shares)
+                    .map(|(&i, s)| points[i] * s)
+                    .sum();
                 assert!(mean.normalize().distance(direction) < 1e-5);
             }
         }
@@ -139,7 +171,11 @@ mod tests {
         let hull = Hull::of(&points);
         for (i, point) in points.iter().enumerate() {
             let (facet, shares) = hull.locate(*point);
-            let own = facet.corners.iter().position(|&c| c == i).expect("the facet touches the point");
+            let own = facet
+                .corners
+                .iter()
+                .position(|&c| c == i)
+                .expect("the facet touches the point");
             assert!(shares[own] > 0.9999);
         }
     }

@@ -21,23 +21,32 @@ impl EnvironmentsPanel {
         ui.horizontal(|ui| {
             ui.strong("Environments");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                if ui.button("Add…").on_hover_text("Add .exr or .hdr panoramas; they can be dropped anywhere").clicked() {
+                if ui
+                    .button("Add…")
+                    .on_hover_text("Add .exr or .hdr panoramas; they can be dropped anywhere")
+                    .clicked()
+                {
                     out.push(Command::ChooseEnvironments);
                 }
             });
         });
         if sight.environments.is_empty() {
-            ui.label(RichText::new("None yet. Add lat-long panoramas, or drop them here.").color(theme::QUIET));
+            ui.label(
+                RichText::new("None yet. Add lat-long panoramas, or drop them here.")
+                    .color(theme::QUIET),
+            );
         }
-        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            ui.spacing_mut().item_spacing.y = 2.0;
-            for (i, entry) in sight.environments.iter().enumerate() {
-                let chosen = i == sight.state.look.environment;
-                if row_ui(ui, entry, sight.state.look.yaw_deg, chosen) && !chosen {
-                    out.push(Command::Environment(i));
+        egui::ScrollArea::vertical()
+            .auto_shrink(false)
+            .show(ui, |ui| {
+                ui.spacing_mut().item_spacing.y = 2.0;
+                for (i, entry) in sight.environments.iter().enumerate() {
+                    let chosen = i == sight.state.look.environment;
+                    if row_ui(ui, entry, sight.state.look.yaw_deg, chosen) && !chosen {
+                        out.push(Command::Environment(i));
+                    }
                 }
-            }
-        });
+            });
     }
 }
 
@@ -52,57 +61,71 @@ fn preview_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     }
     // What is behind the subject: between these ticks, the column that the camera looks at.
     let tick = Stroke::new(2.0, theme::ACCENT);
-    ui.painter().vline(rect.center().x, rect.top()..=rect.top() + 8.0, tick);
-    ui.painter().vline(rect.center().x, rect.bottom() - 8.0..=rect.bottom(), tick);
+    ui.painter()
+        .vline(rect.center().x, rect.top()..=rect.top() + 8.0, tick);
+    ui.painter()
+        .vline(rect.center().x, rect.bottom() - 8.0..=rect.bottom(), tick);
     if response.dragged() {
         // The content follows the hand.
         out.push(Command::Turn(response.drag_delta().x / width * 360.0));
     }
-    response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal).on_hover_text(
-        "What lights the subject. The ticks mark what is behind the subject; drag to turn it.",
-    );
+    response
+        .on_hover_cursor(egui::CursorIcon::ResizeHorizontal)
+        .on_hover_text(
+            "What lights the subject. The ticks mark what is behind the subject; drag to turn it.",
+        );
 }
 
 fn controls_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     let look = &sight.state.look;
-    egui::Grid::new("light").num_columns(2).min_col_width(84.0).show(ui, |ui| {
-        let mut yaw = look.yaw_deg;
-        let field = egui::DragValue::new(&mut yaw).speed(0.5).fixed_decimals(1).suffix("°");
-        number_ui(ui, "Yaw", field, out, || Command::Yaw(0.0));
-        if yaw != look.yaw_deg {
-            out.push(Command::Yaw(yaw));
-        }
-        ui.end_row();
-        let mut stops = look.exposure_stops;
-        let field = egui::DragValue::new(&mut stops)
-            .speed(0.02)
-            .range(EXPOSURE_STOPS)
-            .fixed_decimals(2)
-            .suffix(" stops");
-        number_ui(ui, "Exposure", field, out, || Command::Exposure(0.0));
-        if stops != look.exposure_stops {
-            out.push(Command::Exposure(stops));
-        }
-        ui.end_row();
-        ui.label("Background");
-        let mut shown = look.background == Background::Environment;
-        if ui.checkbox(&mut shown, "environment").changed() {
-            out.push(Command::Background(if shown { Background::Environment } else { Background::None }));
-        }
-        ui.end_row();
-        ui.label("");
-        ui.horizontal(|ui| {
-            for (text, can, command) in [
-                ("Undo", sight.state.can_undo(), Command::Undo),
-                ("Redo", sight.state.can_redo(), Command::Redo),
-            ] {
-                if ui.add_enabled(can, egui::Button::new(text)).clicked() {
-                    out.push(command);
-                }
+    egui::Grid::new("light")
+        .num_columns(2)
+        .min_col_width(84.0)
+        .show(ui, |ui| {
+            let mut yaw = look.yaw_deg;
+            let field = egui::DragValue::new(&mut yaw)
+                .speed(0.5)
+                .fixed_decimals(1)
+                .suffix("°");
+            number_ui(ui, "Yaw", field, out, || Command::Yaw(0.0));
+            if yaw != look.yaw_deg {
+                out.push(Command::Yaw(yaw));
             }
+            ui.end_row();
+            let mut stops = look.exposure_stops;
+            let field = egui::DragValue::new(&mut stops)
+                .speed(0.02)
+                .range(EXPOSURE_STOPS)
+                .fixed_decimals(2)
+                .suffix(" stops");
+            number_ui(ui, "Exposure", field, out, || Command::Exposure(0.0));
+            if stops != look.exposure_stops {
+                out.push(Command::Exposure(stops));
+            }
+            ui.end_row();
+            ui.label("Background");
+            let mut shown = look.background == Background::Environment;
+            if ui.checkbox(&mut shown, "environment").changed() {
+                out.push(Command::Background(if shown {
+                    Background::Environment
+                } else {
+                    Background::None
+                }));
+            }
+            ui.end_row();
+            ui.label("");
+            ui.horizontal(|ui| {
+                for (text, can, command) in [
+                    ("Undo", sight.state.can_undo(), Command::Undo),
+                    ("Redo", sight.state.can_redo(), Command::Redo),
+                ] {
+                    if ui.add_enabled(can, egui::Button::new(text)).clicked() {
+                        out.push(command);
+                    }
+                }
+            });
+            ui.end_row();
         });
-        ui.end_row();
-    });
 }
 
 /// A number to drag, type or reset by a double-click.
@@ -127,9 +150,8 @@ fn number_ui(
 fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> bool {
     let size = vec2(ui.available_width(), 52.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.name)
-    });
+    response
+        .widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.name));
     let fill = match (chosen, response.hovered()) {
         (true, _) => Color32::from_gray(68),
         (false, true) => Color32::from_gray(52),
@@ -137,12 +159,19 @@ fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> bool {
     };
     ui.painter().rect_filled(rect, 3.0, fill);
     if chosen {
-        ui.painter().rect_filled(Rect::from_min_size(rect.min, vec2(3.0, rect.height())), 0.0, theme::ACCENT);
+        ui.painter().rect_filled(
+            Rect::from_min_size(rect.min, vec2(3.0, rect.height())),
+            0.0,
+            theme::ACCENT,
+        );
     }
     let picture = Rect::from_min_size(rect.min + vec2(8.0, 4.0), vec2(88.0, 44.0));
     ui.painter().rect_filled(picture, 0.0, theme::WELL);
     panorama_ui(ui, entry, picture, yaw_deg);
-    let text = Rect::from_min_max(pos2(picture.right() + GAP, rect.top()), rect.max - vec2(GAP, 0.0));
+    let text = Rect::from_min_max(
+        pos2(picture.right() + GAP, rect.top()),
+        rect.max - vec2(GAP, 0.0),
+    );
     let state = match &entry.panorama {
         Reading::Waiting => Some("reading"),
         Reading::Failed(_) => Some("cannot be read"),
@@ -151,11 +180,23 @@ fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> bool {
     let color = if chosen { Color32::WHITE } else { theme::TEXT };
     let mut job = egui::text::LayoutJob::default();
     let font = |size| egui::FontId::proportional(size);
-    job.append(&entry.name, 0.0, egui::TextFormat::simple(font(14.0), color));
+    job.append(
+        &entry.name,
+        0.0,
+        egui::TextFormat::simple(font(14.0), color),
+    );
     if let Some(state) = state {
-        job.append(&format!("\n{state}"), 0.0, egui::TextFormat::simple(font(12.0), theme::QUIET));
+        job.append(
+            &format!("\n{state}"),
+            0.0,
+            egui::TextFormat::simple(font(12.0), theme::QUIET),
+        );
     }
-    job.wrap = egui::text::TextWrapping { max_width: text.width(), max_rows: 2, ..Default::default() };
+    job.wrap = egui::text::TextWrapping {
+        max_width: text.width(),
+        max_rows: 2,
+        ..Default::default()
+    };
     let galley = ui.painter().layout_job(job);
     let at = pos2(text.left(), text.center().y - galley.size().y / 2.0);
     ui.painter().galley(at, galley, color);
@@ -166,7 +207,10 @@ fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> bool {
             let (width, height) = panorama.environment.radiance.size();
             let mut hint = format!("{}\n{width} × {height} texels", entry.path.display());
             if panorama.environment.repaired_texels > 0 {
-                hint += &format!("\n{} texels were no light and have been repaired", panorama.environment.repaired_texels);
+                hint += &format!(
+                    "\n{} texels were no light and have been repaired",
+                    panorama.environment.repaired_texels
+                );
             }
             response.on_hover_text(hint)
         }
@@ -180,6 +224,7 @@ fn panorama_ui(ui: &Ui, entry: &Entry, rect: Rect, yaw_deg: f32) {
     if let Reading::Done { thumbnail, .. } = &entry.panorama {
         let from = -yaw_deg / 360.0;
         let part = Rect::from_min_max(Pos2::new(from, 0.0), Pos2::new(from + 1.0, 1.0));
-        ui.painter().image(thumbnail.id(), rect, part, Color32::WHITE);
+        ui.painter()
+            .image(thumbnail.id(), rect, part, Color32::WHITE);
     }
 }

@@ -29,7 +29,11 @@ impl StatusPanel {
                 figure_ui(ui, &format!("predicted in {:.0} ms", relit.predict_ms));
                 figure_ui(ui, &format!("relit in {:.1} ms", relit.relight_ms));
                 let share = relit.uncovered * 100.0;
-                let text = if share < 0.1 { "all light covered".to_owned() } else { format!("{share:.1} % of the light uncovered") };
+                let text = if share < 0.1 {
+                    "all light covered".to_owned()
+                } else {
+                    format!("{share:.1} % of the light uncovered")
+                };
                 ui.label(small(&text)).on_hover_text(
                     "Share of the environment's energy that comes from where the rig has no lamp; \
                      the nearest lamps stand in for it.",
@@ -43,7 +47,11 @@ impl StatusPanel {
                     let ran = relit.passes.iter().filter(|p| p.ran).count();
                     let text = format!("{ran} of {} passes ran", relit.passes.len());
                     let toggle = egui::Button::selectable(sight.state.passes, small(&text));
-                    if ui.add(toggle).on_hover_text("Which passes ran, which did not, and why").clicked() {
+                    if ui
+                        .add(toggle)
+                        .on_hover_text("Which passes ran, which did not, and why")
+                        .clicked()
+                    {
                         out.push(Command::TogglePasses);
                     }
                 }
@@ -57,16 +65,25 @@ impl StatusPanel {
             ui.label(small("No picture has been made yet"));
             return;
         };
-        egui::Grid::new("passes").num_columns(3).spacing([2.0 * GAP, 2.0]).show(ui, |ui| {
-            for pass in &relit.passes {
-                let color = if pass.ran { theme::TEXT } else { theme::QUIET };
-                ui.label(small(&pass.name).color(color));
-                let time = if pass.ran { format!("{:.2} ms", pass.ms) } else { "skipped".to_owned() };
-                ui.label(small(&time).color(color));
-                ui.label(small(&pass.reason).color(color));
-                ui.end_row();
-            }
-        });
+        // Rows of text alone need no room for buttons.
+        ui.spacing_mut().interact_size.y = 0.0;
+        egui::Grid::new("passes")
+            .num_columns(3)
+            .spacing([2.0 * GAP, 2.0])
+            .show(ui, |ui| {
+                for pass in &relit.passes {
+                    let color = if pass.ran { theme::TEXT } else { theme::QUIET };
+                    ui.label(small(&pass.name).color(color));
+                    let time = if pass.ran {
+                        format!("{:.2} ms", pass.ms)
+                    } else {
+                        "skipped".to_owned()
+                    };
+                    ui.label(small(&time).color(color));
+                    ui.label(small(&pass.reason).color(color));
+                    ui.end_row();
+                }
+            });
     }
 }
 

@@ -40,14 +40,15 @@ fn bar_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     let state = sight.state;
     let size = vec2(ui.available_width(), 28.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
-    response.widget_info(|| {
-        egui::WidgetInfo::slider(true, state.frame as f64, "Scrub bar")
-    });
+    response.widget_info(|| egui::WidgetInfo::slider(true, state.frame as f64, "Scrub bar"));
     let track = rect.shrink2(vec2(GAP, 0.0));
     let cell = track.width() / state.frames.max(1) as f32;
     let span = |frame: usize, top: f32, bottom: f32| {
         let left = track.left() + frame as f32 * cell;
-        Rect::from_min_max(pos2(left, rect.top() + top), pos2(left + cell, rect.top() + bottom))
+        Rect::from_min_max(
+            pos2(left, rect.top() + top),
+            pos2(left + cell, rect.top() + bottom),
+        )
     };
     let painter = ui.painter();
     painter.rect_filled(track.shrink2(vec2(0.0, 9.0)), 2.0, theme::WELL);
@@ -55,12 +56,21 @@ fn bar_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         painter.rect_filled(span(frame, 12.0, 16.0), 0.0, theme::ACCENT_DIM);
     }
     let head = span(state.frame, 4.0, 24.0);
-    let head = Rect::from_center_size(head.center(), vec2(head.width().clamp(4.0, 10.0), head.height()));
+    let head = Rect::from_center_size(
+        head.center(),
+        vec2(head.width().clamp(4.0, 10.0), head.height()),
+    );
     painter.rect_filled(head, 2.0, theme::ACCENT);
     if let Some(at) = response.hover_pos().filter(|_| !response.dragged()) {
         let frame = frame_at(at.x, track, state.frames);
         let label = span(frame, 0.0, 0.0).center_bottom();
-        painter.text(label, Align2::CENTER_BOTTOM, frame, egui::FontId::proportional(12.0), theme::QUIET);
+        painter.text(
+            label,
+            Align2::CENTER_BOTTOM,
+            frame,
+            egui::FontId::proportional(12.0),
+            theme::QUIET,
+        );
     }
     if let Some(at) = response.interact_pointer_pos() {
         let frame = frame_at(at.x, track, state.frames);

@@ -33,7 +33,12 @@ impl ViewportPanel {
                 let size = vec2(relit.width as f32, relit.height as f32);
                 let picture = placed(rect, size, sight);
                 let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-                ui.painter().with_clip_rect(rect).image(texture.id(), picture, whole, Color32::WHITE);
+                ui.painter().with_clip_rect(rect).image(
+                    texture.id(),
+                    picture,
+                    whole,
+                    Color32::WHITE,
+                );
                 if let Some(sentence) = overlay(sight, relit) {
                     note_ui(ui, rect, &sentence);
                 }
@@ -42,11 +47,16 @@ impl ViewportPanel {
                 let width = (TEXT_WIDTH + 6.0 * GAP).min(rect.width() - 4.0 * GAP);
                 // Not at the centre: what is read first stands a little above it.
                 let size = vec2(width, rect.height() * 0.75);
-                let area = Rect::from_center_size(rect.center() + vec2(0.0, rect.height() * 0.1), size);
+                let area =
+                    Rect::from_center_size(rect.center() + vec2(0.0, rect.height() * 0.1), size);
                 ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
-                    egui::Frame::new().fill(theme::PANEL).corner_radius(6).inner_margin(3.0 * GAP).show(ui, |ui| {
-                        ui.vertical_centered(|ui| instead_ui(ui, sight, out));
-                    });
+                    egui::Frame::new()
+                        .fill(theme::PANEL)
+                        .corner_radius(6)
+                        .inner_margin(3.0 * GAP)
+                        .show(ui, |ui| {
+                            ui.vertical_centered(|ui| instead_ui(ui, sight, out));
+                        });
                 });
             }
         }
@@ -58,7 +68,11 @@ impl ViewportPanel {
             self.shown = None;
             return;
         };
-        if self.shown.as_ref().is_some_and(|(shown, _)| Arc::ptr_eq(shown, relit)) {
+        if self
+            .shown
+            .as_ref()
+            .is_some_and(|(shown, _)| Arc::ptr_eq(shown, relit))
+        {
             return;
         }
         let picture = egui::ColorImage::from_rgb([relit.width, relit.height], &relit.rgb);
@@ -83,13 +97,13 @@ fn placed(rect: Rect, size: Vec2, sight: &Sight) -> Rect {
 
 fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::drag());
-    response.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::Image, true, "Relit picture")
-    });
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Relit picture"));
     let shift = ui.input(|i| i.modifiers.shift);
     let delta = response.drag_delta();
     if response.dragged_by(PointerButton::Primary) {
-        out.push(Command::Turn(delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 }));
+        out.push(Command::Turn(
+            delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 },
+        ));
     } else if response.dragged_by(PointerButton::Secondary) && shift {
         out.push(Command::Turn(delta.x * DEGREES_PER_POINT));
     } else if response.dragged_by(PointerButton::Middle) {
@@ -98,7 +112,10 @@ fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
     if let Some(at) = response.hover_pos() {
         let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
         if factor != 1.0 {
-            out.push(Command::Zoom { factor, about: (at - rect.center()).into() });
+            out.push(Command::Zoom {
+                factor,
+                about: (at - rect.center()).into(),
+            });
         }
     }
 }
@@ -122,10 +139,13 @@ fn overlay(sight: &Sight, relit: &Relit) -> Option<String> {
 fn note_ui(ui: &Ui, rect: Rect, sentence: &str) {
     let width = TEXT_WIDTH.min(rect.width() - 6.0 * GAP);
     let font = egui::TextStyle::Body.resolve(ui.style());
-    let text = ui.painter().layout(sentence.to_owned(), font, theme::TEXT, width);
+    let text = ui
+        .painter()
+        .layout(sentence.to_owned(), font, theme::TEXT, width);
     let corner = rect.left_bottom() + vec2(2.0 * GAP, -2.0 * GAP - text.size().y);
     let back = Rect::from_min_size(corner, text.size()).expand2(vec2(10.0, 6.0));
-    ui.painter().rect_filled(back, 4.0, Color32::from_black_alpha(200));
+    ui.painter()
+        .rect_filled(back, 4.0, Color32::from_black_alpha(200));
     ui.painter().galley(corner, text, theme::TEXT);
     let label = ui.interact(back, ui.scope_id().with("note"), Sense::hover());
     label.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, sentence));
@@ -143,7 +163,11 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             out.push(command);
         }
     };
-    let failed = sight.news.failure.as_ref().map(|failure| (failure, theme::ACCENT));
+    let failed = sight
+        .news
+        .failure
+        .as_ref()
+        .map(|failure| (failure, theme::ACCENT));
     let said = sight.news.said.as_ref().map(|said| (said, theme::QUIET));
     for (sentence, color) in failed.into_iter().chain(said) {
         ui.colored_label(color, sentence);
@@ -169,15 +193,22 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         }
         Phase::Opening => heading(ui, "Reading the calibration and the network"),
         Phase::Blocked(Blocked { sentence, need }) => {
-            heading(ui, match need {
-                Some(Need::Calibration) => "This project is not calibrated yet",
-                Some(Need::Network) => "This project has no trained network yet",
-                None => "This project cannot be relit",
-            });
+            heading(
+                ui,
+                match need {
+                    Some(Need::Calibration) => "This project is not calibrated yet",
+                    Some(Need::Network) => "This project has no trained network yet",
+                    None => "This project cannot be relit",
+                },
+            );
             ui.label(sentence);
             match need {
                 Some(Need::Calibration) => {
-                    button(ui, "Calibrate".to_owned(), Command::Provide(Need::Calibration));
+                    button(
+                        ui,
+                        "Calibrate".to_owned(),
+                        Command::Provide(Need::Calibration),
+                    );
                 }
                 Some(Need::Network) => {
                     let minutes = Preset::Quick.config().minutes;
@@ -189,14 +220,22 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         }
         Phase::Working(work) => {
             work_ui(ui, work);
-            button(ui, "Stop, and keep what is done".to_owned(), Command::StopJob);
+            button(
+                ui,
+                "Stop, and keep what is done".to_owned(),
+                Command::StopJob,
+            );
         }
         Phase::Ready { .. } => match sight.environment().map(|e| &e.panorama) {
             _ if sight.news.failure.is_some() => heading(ui, "This picture cannot be made"),
             None => {
                 heading(ui, "Light is missing");
                 ui.label("Add an environment: a lat-long panorama, .exr or .hdr. It can be dropped here.");
-                button(ui, "Add environments…".to_owned(), Command::ChooseEnvironments);
+                button(
+                    ui,
+                    "Add environments…".to_owned(),
+                    Command::ChooseEnvironments,
+                );
             }
             Some(Reading::Failed(sentence)) => {
                 heading(ui, "This environment cannot be read");
@@ -217,11 +256,17 @@ fn work_ui(ui: &mut Ui, work: &Work) {
     }
     ui.heading(what);
     ui.add_space(GAP);
-    let time = work.left(work.since.elapsed()).map_or(String::new(), |left| {
-        let seconds = left.as_secs();
-        format!(", {}:{:02} left", seconds / 60, seconds % 60)
-    });
-    ui.add(egui::ProgressBar::new(work.share).desired_height(8.0).fill(theme::ACCENT));
+    let time = work
+        .left(work.since.elapsed())
+        .map_or(String::new(), |left| {
+            let seconds = left.as_secs();
+            format!(", {}:{:02} left", seconds / 60, seconds % 60)
+        });
+    ui.add(
+        egui::ProgressBar::new(work.share)
+            .desired_height(8.0)
+            .fill(theme::ACCENT),
+    );
     ui.label(format!("{} {:.0} %{time}", work.stage, work.share * 100.0));
     ui.label(&work.note);
 }
