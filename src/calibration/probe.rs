@@ -200,7 +200,7 @@ impl Probes {
         let radius = std::f32::consts::SQRT_2 * spread;
         let (mut filled, mut all) = (0.0, 0.0);
         for lamp in &mut lamps {
-            if lamp.confidence > 0.0 && from_axis(lamp) < cone + radius {
+            if lamp.confidence > 0.0 && radius > 0.0 && from_axis(lamp) < cone + radius {
                 let [seen, radius, cone] =
                     [from_axis(lamp), radius, cone].map(|a| f64::from(a).to_radians());
                 let (angle, visible) = uncover(seen, radius, cone);

@@ -381,6 +381,7 @@ mod tests {
             gamma_deviation: [0.0; 2],
             blind_share: 0.0,
             clipped_pixels: 0,
+            filled_energy: 0.0,
             rig: Rig::default(),
         };
         let truth = Truth::open(&project, &shoot).unwrap();

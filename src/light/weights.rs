@@ -292,7 +292,7 @@ impl Nodes {
         self.directions[..self.lamps.len()].iter()
     }
 
-    /// The median angle from a lamp to its nearest neighbour in radians; a right angle for a lone lamp.
+    /// The median angle from a lamp to its nearest neighbour in radians; a right angle for a lone lamp or none.
     fn spacing(&self) -> f64 {
         let nearest = |lamp: &DVec3| {
             let others = self.real().filter(|other| *other != lamp);
@@ -301,8 +301,9 @@ impl Nodes {
                 .fold(PI / 2.0, f64::min)
         };
         let mut spacings: Vec<f64> = self.real().map(nearest).collect();
-        let middle = spacings.len() / 2;
-        *spacings.select_nth_unstable_by(middle, f64::total_cmp).1
+        spacings.sort_by(f64::total_cmp);
+        let median = spacings.get(spacings.len() / 2).copied();
+        median.unwrap_or(PI / 2.0)
     }
 
     /// Adds points until no gap is left. A gap is an empty cap of twice the radius that N caps have which

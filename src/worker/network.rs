@@ -39,11 +39,12 @@ pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, B
             need,
         }
     };
-    let missing = |path: &std::path::Path, need| (!path.exists()).then_some(need);
-    let need = missing(&project.calibration_path(), Need::Calibration);
-    let calibration = Calibration::load(project).map_err(blocked(need))?;
+    // Whatever is wrong with a calibration, another one mends it.
+    let calibration = Calibration::load(project).map_err(blocked(Some(Need::Calibration)))?;
     let compute = ComputeDevice::choose(device);
-    let need = missing(&project.checkpoint_path(), Need::Network);
+    // A network that is there and cannot be used is not replaced unasked.
+    let untrained = !project.checkpoint_path().exists();
+    let need = untrained.then_some(Need::Network);
     let predictor = Predictor::open(project, &compute.device).map_err(blocked(need))?;
     let (project, response) = (project.clone(), calibration.response);
     Ok(Source {

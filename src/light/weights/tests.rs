@@ -201,11 +201,10 @@ proptest! {
         };
         let mixed = partition.weights(&Environment::from_radiance("mixed", mixed), yaw);
         let (one, two) = (partition.weights(&one, yaw), partition.weights(&two, yaw));
-        for (i, mixed) in mixed.per_lamp.iter().enumerate() {
-            for c in 0..3 {
-                let sum = a * one.per_lamp[i][c] + b * two.per_lamp[i][c];
-                prop_assert!((mixed[c] - sum).abs() <= 1e-4 * sum.max(1.0));
-            }
+        let both = one.per_lamp.iter().flatten().zip(two.per_lamp.iter().flatten());
+        for (mixed, (one, two)) in mixed.per_lamp.iter().flatten().zip(both) {
+            let sum = a * one + b * two;
+            prop_assert!((mixed - sum).abs() <= 1e-4 * sum.max(1.0));
         }
     }
 }

@@ -196,7 +196,7 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             heading(
                 ui,
                 match need {
-                    Some(Need::Calibration) => "This project is not calibrated yet",
+                    Some(Need::Calibration) => "This project has to be calibrated",
                     Some(Need::Network) => "This project has no trained network yet",
                     None => "This project cannot be relit",
                 },
