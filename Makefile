@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = target/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test lint doc starter accuracy clean-demo
+.PHONY: run build setup test lint doc starter clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -29,13 +29,13 @@ lint:
 doc:
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps
 
-# Trains the small network that the demo starts from, on the virtual stage alone.
+# Trains the small network that the demo starts from, on the virtual stage alone: ten minutes.
 starter: build
 	rm -rf target/starter
 	$(AFTERLIGHT) stage target/starter/shoot --size 128 --frames 24
 	$(AFTERLIGHT) import target/starter/project --shoot target/starter/shoot --size 128
 	$(AFTERLIGHT) calibrate target/starter/project
-	$(AFTERLIGHT) train target/starter/project --preset quick --exclude-truth target/starter/shoot
+	$(AFTERLIGHT) train target/starter/project --fresh --preset quick --exclude-truth target/starter/shoot
 	$(AFTERLIGHT) pack target/starter/project --to assets/starter
 
 clean-demo:

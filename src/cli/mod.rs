@@ -198,6 +198,8 @@ struct StudioArgs {
     project: Option<PathBuf>,
     #[command(flatten)]
     device: DeviceArgs,
+    #[command(flatten)]
+    output: OutputArgs,
 }
 
 /// Run the whole way on a shoot of the virtual stage: no data and no download needed.
@@ -254,7 +256,13 @@ impl Cli {
             return open_studio(self.project, DeviceChoice::Auto);
         };
         match command {
-            Command::Studio(args) => open_studio(args.project, args.device.device),
+            Command::Studio(args) => {
+                open_studio(args.project.clone(), args.device.device)?;
+                if args.output.json {
+                    println!("{}", serde_json::json!({ "project": args.project }));
+                }
+                Ok(())
+            }
             Command::Stage(args) => {
                 let StageArgs {
                     dir,
