@@ -11,8 +11,8 @@ use crate::imaging::{Image, Mask, color::luminance};
 /// Coverage above which a pixel counts as subject.
 pub const SUBJECT: f32 = 0.98;
 
-/// Mean squared error below which pictures count as equal: 120 dB, finite in every report.
-const LEAST_ERROR: f64 = 1e-12;
+/// Pictures this alike count as equal; so the figure is finite in every report.
+pub const MOST_DECIBELS: f64 = 120.0;
 
 /// Pictures of one frame that are measured together, with their truths: one relit picture, or the
 /// frame under every lamp. All have the size of the matte.
@@ -111,7 +111,7 @@ fn frame_db(picture: &[[f32; 3]], truth: &[[f32; 3]], scale: f64) -> f64 {
             error * error
         });
     let error = squares.sum::<f64>() / (3 * truth.len()) as f64;
-    -10.0 * error.max(LEAST_ERROR).log10()
+    (-10.0 * error.log10()).min(MOST_DECIBELS)
 }
 
 /// The value that `percent` of the values lie below, between neighbours by straight lines (as numpy
@@ -225,7 +225,7 @@ mod tests {
         for y in 0..9 {
             spoilt.pixels[y * 12 + 8] = [f32::NAN, 1e9, -5.0];
         }
-        assert_eq!(one(&spoilt, &picture(3), &mask).mean_db, 120.0);
+        assert_eq!(one(&spoilt, &picture(3), &mask).mean_db, MOST_DECIBELS);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Scores as a Markdown table, for `docs/accuracy.md`.
 
 use super::accuracy::Scores;
+use super::metrics::MOST_DECIBELS;
 use std::collections::BTreeSet;
 
 /// One line of the table.
@@ -19,7 +20,11 @@ pub fn markdown(rows: &[Row]) -> String {
         .iter()
         .flat_map(|r| r.scores.relit_psnr_db.keys())
         .collect();
-    let decibels = |db: Option<&f64>| db.map_or("–".to_owned(), |db| format!("{db:.1}"));
+    let decibels = |db: Option<&f64>| match db {
+        None => "–".to_owned(),
+        Some(&db) if db >= MOST_DECIBELS => "exact".to_owned(),
+        Some(db) => format!("{db:.1}"),
+    };
     let mut table = String::from("| method |");
     environments
         .iter()
@@ -54,7 +59,7 @@ mod tests {
             olat_psnr_db,
             olat_psnr_by_frame_db: BTreeMap::new(),
         };
-        let (a, b) = (scores("grace", Some(30.0)), scores("pisa", None));
+        let (a, b) = (scores("grace", Some(MOST_DECIBELS)), scores("pisa", None));
         let table = markdown(&[
             Row {
                 name: "ratio",
@@ -73,7 +78,7 @@ mod tests {
             "| method | grace, dB | pisa, dB | OLATs, dB | frames | cost |"
         );
         assert_eq!(lines[1], "|---|---:|---:|---:|---:|---|");
-        assert_eq!(lines[2], "| ratio | 24.2 | – | 30.0 | 2 |  |");
+        assert_eq!(lines[2], "| ratio | 24.2 | – | exact | 2 |  |");
         assert_eq!(lines[3], "| network | – | 24.2 | – | 2 | 18 min |");
     }
 }
