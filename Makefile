@@ -1,6 +1,6 @@
 # `make` sets the machine up, builds and runs; `make test` sets up and passes all tests.
 CARGO ?= cargo
-AFTERLIGHT = target/debug/afterlight
+AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
 .PHONY: run build setup test lint doc starter clean-demo
