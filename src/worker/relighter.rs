@@ -105,6 +105,8 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             let mut fresh = None;
             if let Some(predicted) = self.fields.take() {
                 fresh = Some(predicted.frame.index);
+                // Until the wanted frame is there, the first one that came stands in for it.
+                shown.get_or_insert_with(|| predicted.clone());
                 self.cache.insert(predicted);
             }
             ask = self.asks.take().or(ask);
