@@ -21,8 +21,7 @@ const SMALL: StageSettings = StageSettings {
     lamps: 6,
 };
 
-/// Names and contents of all files below a folder: pixels of EXR pictures, whose blocks a writer may
-/// store in any order, and bytes of all others.
+/// Names and contents of all files below a folder.
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_path_buf()];
@@ -33,16 +32,7 @@ fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
                 folders.push(path);
                 continue;
             }
-            let content = if path.extension().is_some_and(|e| e == "exr") {
-                let pixels = read_linear(&path).unwrap().pixels;
-                pixels
-                    .iter()
-                    .flatten()
-                    .flat_map(|v| v.to_le_bytes())
-                    .collect()
-            } else {
-                std::fs::read(&path).unwrap()
-            };
+            let content = std::fs::read(&path).unwrap();
             let name = path.strip_prefix(folder).unwrap();
             found.push((name.to_string_lossy().into_owned(), content));
         }
