@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test lint doc starter clean-demo
+.PHONY: run build setup test lint doc peers bench starter clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -28,6 +28,19 @@ lint:
 
 doc:
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps
+
+# An environment with PyTorch, which the network is compared with and raced against. Pip's own
+# settings choose where it comes from; a build for the CPU suffices.
+PEERS = $(or $(CARGO_TARGET_DIR),target)/peers
+
+peers:
+	python3 -m venv $(PEERS)
+	$(PEERS)/bin/pip install -r tests/peers/requirements.txt
+
+# The network's speed and memory, and PyTorch's where it is there. BENCH="--size 128" makes it short.
+bench:
+	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(wildcard $(PEERS)/bin/python)} \
+		$(CARGO) bench --locked --profile dev --bench network -- $(BENCH)
 
 # Trains the small network that the demo starts from, on the virtual stage alone: ten minutes.
 starter: build

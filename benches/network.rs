@@ -1,0 +1,498 @@
+//! The network against the same one in PyTorch: seconds and memory of a training step and of a
+//! prediction, measured in turns. `make bench` runs it; `tests/peers/README.md` says what each does.
+//!
+//! The driver starts one process for each peer and case, so that the number of threads can be set
+//! before the first one starts and peak memory belongs to one case. Both peers speak the same lines:
+//! `step N`, `predict N`, `memory`, `quit`.
+
+use afterlight::reflectance::{Formulation, Normalization, UNet, UNetConfig};
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::store::{ModuleSnapshot, ModuleStore, SafetensorsStore, bridge};
+use burn::tensor::{Device, Distribution, Tensor, TensorData};
+use clap::{Parser, ValueEnum};
+use serde_json::{Value, json};
+use std::error::Error;
+use std::io::{BufRead, BufReader, Lines, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::Instant;
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+const PYTHON: &str = "AFTERLIGHT_PYTHON";
+const LEARNING_RATE: f64 = 1e-3;
+const LAMPS: usize = 41;
+/// Seconds that a peer keeps the turn for, if one run is not longer.
+const TURN: f64 = 0.5;
+/// Rounds of turns that each case gets, however slow.
+const LEAST_ROUNDS: usize = 3;
+/// Largest difference from PyTorch that `--check` accepts, as a share of the largest value: far above
+/// the rounding of f32 in sums of a few thousand terms, far below any fault of a kernel.
+const TOLERANCE: f64 = 1e-3;
+
+/// Times the network against PyTorch.
+#[derive(Parser)]
+struct Options {
+    /// Widths and heights of the pictures.
+    #[arg(long, value_delimiter = ',', default_values_t = [128, 256, 512])]
+    size: Vec<usize>,
+    /// Numbers of threads.
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 2])]
+    threads: Vec<usize>,
+    /// Shapes of the network.
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Shape::Quick, Shape::Paper])]
+    shape: Vec<Shape>,
+    /// Seconds for each of the two measurements of a case.
+    #[arg(long, default_value_t = 15.0)]
+    seconds: f64,
+    /// Further arguments for the PyTorch script, such as "--fused --channels-last".
+    #[arg(long, default_value = "", allow_hyphen_values = true)]
+    peer: String,
+    /// Compare with a folder that `unet.py reference` wrote, in place of timing.
+    #[arg(long)]
+    check: Option<PathBuf>,
+    /// Answer lines as a peer: what the driver starts.
+    #[arg(long, hide = true)]
+    serve: bool,
+    /// What cargo passes to benches.
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Shape {
+    /// The preset that trains for ten minutes.
+    Quick,
+    /// The paper's network.
+    Paper,
+}
+
+impl Shape {
+    fn config(self, size: usize) -> UNetConfig {
+        let (width, most_channels, normalization) = match self {
+            Self::Quick => (16, 64, Normalization::Group),
+            Self::Paper => (32, 512, Normalization::Batch),
+        };
+        UNetConfig {
+            size,
+            lamps: LAMPS,
+            width,
+            most_channels,
+            normalization,
+            formulation: Formulation::Direct,
+        }
+    }
+}
+
+fn main() -> Result<()> {
+    let options = Options::parse();
+    if let Some(folder) = &options.check {
+        return check(folder);
+    }
+    if options.serve {
+        return serve(&options.shape[0].config(options.size[0]));
+    }
+    race(&options)
+}
+
+/// The network that learns, and what a step needs.
+struct Learner {
+    network: UNet,
+    optimizer: ModuleOptimizer,
+    input: Tensor<4>,
+    target: Tensor<4>,
+}
+
+/// Seconds of the parts of a step, and its loss.
+struct Step {
+    forward: f64,
+    backward: f64,
+    optimizer: f64,
+    loss: f32,
+}
+
+impl Learner {
+    fn new(network: UNet, input: Tensor<4>, target: Tensor<4>) -> Self {
+        Self {
+            network,
+            optimizer: AdamConfig::new().with_epsilon(1e-8).init(),
+            input,
+            target,
+        }
+    }
+
+    fn loss(&self) -> Tensor<1> {
+        (self.network.forward(self.input.clone()) - self.target.clone())
+            .square()
+            .mean()
+    }
+
+    fn step(&mut self) -> Step {
+        let start = Instant::now();
+        let loss = self.loss();
+        let forward = start.elapsed().as_secs_f64();
+        let gradients = GradientsParams::from_grads(loss.backward(), &self.network);
+        let backward = start.elapsed().as_secs_f64();
+        self.network = self
+            .optimizer
+            .step(LEARNING_RATE, self.network.clone(), gradients);
+        let loss = loss.into_scalar();
+        Step {
+            forward,
+            backward: backward - forward,
+            optimizer: start.elapsed().as_secs_f64() - backward,
+            loss,
+        }
+    }
+}
+
+/// Answers the lines on the standard input with the network of this crate.
+fn serve(config: &UNetConfig) -> Result<()> {
+    let plain = Device::flex();
+    let device = plain.clone().autodiff();
+    device.seed(0);
+    let noise = |channels| {
+        let shape = [1, channels, config.size, config.size];
+        Tensor::random(shape, Distribution::Uniform(0.0, 1.0), &device)
+    };
+    let network = config.init(0.5, &device).materialize();
+    let mut learner = Learner::new(network, noise(3), noise(3 * config.lamps));
+    for line in std::io::stdin().lines() {
+        let line = line?;
+        let (what, count) = line.split_once(' ').unwrap_or((&line, "0"));
+        let count: usize = count.parse()?;
+        let reply = match what {
+            "quit" => break,
+            "memory" => json!({
+                "peak_kib": status_kib("VmHWM"),
+                "now_kib": status_kib("VmRSS"),
+            }),
+            "step" => {
+                let steps: Vec<Step> = (0..count).map(|_| learner.step()).collect();
+                let column = |f: fn(&Step) -> f64| steps.iter().map(f).collect::<Vec<_>>();
+                json!({
+                    "seconds": column(|s| s.forward + s.backward + s.optimizer),
+                    "forward": column(|s| s.forward),
+                    "backward": column(|s| s.backward),
+                    "optimizer": column(|s| s.optimizer),
+                    "loss": column(|s| s.loss.into()),
+                })
+            }
+            "predict" => {
+                let (network, input) = (learner.network.valid(), learner.input.clone().inner());
+                let seconds = (0..count).map(|_| {
+                    let start = Instant::now();
+                    network.forward(input.clone());
+                    start.elapsed().as_secs_f64()
+                });
+                json!({ "seconds": seconds.collect::<Vec<_>>() })
+            }
+            _ => json!({ "error": "expected: step N, predict N, memory or quit" }),
+        };
+        println!("{reply}");
+    }
+    Ok(())
+}
+
+/// A line of the process's status in KiB; 0 where the system has none.
+fn status_kib(name: &str) -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    status
+        .lines()
+        .find_map(|l| l.strip_prefix(name)?.strip_prefix(':'))
+        .and_then(|l| l.split_whitespace().next()?.parse().ok())
+        .unwrap_or(0)
+}
+
+/// One of the two processes of a case.
+struct Peer {
+    child: Child,
+    lines: Lines<BufReader<ChildStdout>>,
+    to: ChildStdin,
+}
+
+impl Peer {
+    fn start(command: &mut Command) -> Result<Self> {
+        let mut child = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let to = child.stdin.take().expect("it is piped");
+        let lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
+        Ok(Self { child, lines, to })
+    }
+
+    fn ours(shape: Shape, size: usize, threads: usize) -> Result<Self> {
+        let shape = shape.to_possible_value().expect("none is skipped");
+        Self::start(
+            Command::new(std::env::current_exe()?)
+                .args(["--serve", "--shape", shape.get_name()])
+                .args(["--size", &size.to_string()])
+                .env("RAYON_NUM_THREADS", threads.to_string()),
+        )
+    }
+
+    fn theirs(python: &str, shape: Shape, size: usize, threads: usize, more: &str) -> Result<Self> {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/unet.py");
+        let config = shape.config(size);
+        let normalization = match config.normalization {
+            Normalization::Batch => "batch",
+            Normalization::Group => "group",
+            Normalization::None => "none",
+        };
+        Self::start(
+            Command::new(python)
+                .arg(script)
+                .args(["serve", "--normalization", normalization])
+                .args(["--size", &size.to_string()])
+                .args(["--lamps", &config.lamps.to_string()])
+                .args(["--width", &config.width.to_string()])
+                .args(["--most-channels", &config.most_channels.to_string()])
+                .args(["--threads", &threads.to_string()])
+                .args(more.split_whitespace())
+                .env("OMP_NUM_THREADS", threads.to_string()),
+        )
+    }
+
+    fn ask(&mut self, line: &str) -> Result<Value> {
+        writeln!(self.to, "{line}")?;
+        let reply = self.lines.next().ok_or("a peer ended early")??;
+        Ok(serde_json::from_str(&reply)?)
+    }
+
+    fn memory(&mut self, which: &str) -> Result<f64> {
+        let kib = self.ask("memory")?[which].as_f64().unwrap_or(0.0);
+        Ok(kib / 1024.0)
+    }
+
+    fn run(&mut self, what: &str, count: usize, into: &mut Samples) -> Result<()> {
+        let reply = self.ask(&format!("{what} {count}"))?;
+        for (part, samples) in Samples::PARTS.iter().zip(&mut into.0) {
+            let values = reply[part].as_array().into_iter().flatten();
+            samples.extend(values.filter_map(Value::as_f64));
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // A peer that is gone already has nothing left to be told.
+        let _ = writeln!(self.to, "quit");
+        let _ = self.child.wait();
+    }
+}
+
+/// Seconds of many runs, whole and in parts.
+#[derive(Default)]
+struct Samples([Vec<f64>; 4]);
+
+impl Samples {
+    const PARTS: [&str; 4] = ["seconds", "forward", "backward", "optimizer"];
+
+    /// Median and least milliseconds of a part.
+    fn milliseconds(&self, part: usize) -> [f64; 2] {
+        let mut values = self.0[part].clone();
+        values.sort_by(f64::total_cmp);
+        [values.len() / 2, 0].map(|i| values.get(i).map_or(f64::NAN, |seconds| seconds * 1e3))
+    }
+}
+
+/// Lets the peers take turns at `what` for about `budget` seconds.
+fn alternate(peers: &mut [Peer], what: &str, budget: f64) -> Result<Vec<Samples>> {
+    let start = Instant::now();
+    let mut turns = Vec::new();
+    for peer in peers.iter_mut() {
+        let mut warm = Samples::default();
+        let mut seconds = 0.0;
+        // The first run allocates; where it takes long, that is a small part of it.
+        while warm.0[0].len() < 2 && seconds < 4.0 * TURN {
+            peer.run(what, 1, &mut warm)?;
+            seconds = warm.0[0].last().copied().unwrap_or(TURN);
+        }
+        turns.push((TURN / seconds).clamp(1.0, 50.0) as usize);
+    }
+    let mut samples: Vec<Samples> = peers.iter().map(|_| Samples::default()).collect();
+    let mut rounds = 0;
+    while rounds < LEAST_ROUNDS || start.elapsed().as_secs_f64() < budget {
+        for ((peer, samples), turn) in peers.iter_mut().zip(&mut samples).zip(&turns) {
+            peer.run(what, *turn, samples)?;
+        }
+        rounds += 1;
+    }
+    Ok(samples)
+}
+
+/// Times every case and prints the tables.
+fn race(options: &Options) -> Result<()> {
+    let python = std::env::var(PYTHON).ok().filter(|p| !p.is_empty());
+    if python.is_none() {
+        println!("PyTorch is left out: {PYTHON} names no interpreter (`make peers` makes one).\n");
+    }
+    println!(
+        "Milliseconds: median (least). Memory in MiB: peak, and what was held at the start.\n"
+    );
+    println!(
+        "| network | size | threads | step | PyTorch | ratio | prediction | PyTorch | ratio | memory | PyTorch |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    let mut parts = Vec::new();
+    for &shape in &options.shape {
+        for &size in &options.size {
+            for &threads in &options.threads {
+                let mut peers = vec![Peer::ours(shape, size, threads)?];
+                if let Some(python) = &python {
+                    let peer = Peer::theirs(python, shape, size, threads, &options.peer)?;
+                    peers.push(peer);
+                }
+                let mut starts = Vec::new();
+                for peer in &mut peers {
+                    starts.push(peer.memory("now_kib")?);
+                }
+                let predictions = alternate(&mut peers, "predict", options.seconds)?;
+                let steps = alternate(&mut peers, "step", options.seconds)?;
+                let name = shape.to_possible_value().expect("none is skipped");
+                let case = format!("| {} | {size} | {threads} |", name.get_name());
+                print!("{case}{}{}", cells(&steps, 0), cells(&predictions, 0));
+                for (peer, start) in peers.iter_mut().zip(starts) {
+                    print!(" {:.0}, {start:.0} |", peer.memory("peak_kib")?);
+                }
+                println!("{}", if peers.len() == 1 { " |" } else { "" });
+                let row: String = (1..4).map(|part| cells(&steps, part)).collect();
+                parts.push(format!("{case}{row}"));
+            }
+        }
+    }
+    println!("\nThe parts of a step.\n");
+    println!(
+        "| network | size | threads | forward | PyTorch | ratio | backward | PyTorch | ratio | Adam | PyTorch | ratio |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("{}", parts.join("\n"));
+    Ok(())
+}
+
+/// Ours, theirs and their ratio as cells of a table.
+fn cells(samples: &[Samples], part: usize) -> String {
+    let [median, least] = samples[0].milliseconds(part);
+    match samples.get(1).map(|theirs| theirs.milliseconds(part)) {
+        Some([their_median, their_least]) => format!(
+            " {median:.1} ({least:.1}) | {their_median:.1} ({their_least:.1}) | {:.2} ({:.2}) |",
+            median / their_median,
+            least / their_least
+        ),
+        None => format!(" {median:.1} ({least:.1}) | | |"),
+    }
+}
+
+/// Compares output, gradients and the first losses with those that PyTorch wrote into `folder`.
+fn check(folder: &Path) -> Result<()> {
+    let device = Device::flex().autodiff();
+    let shape: Value = serde_json::from_slice(&std::fs::read(folder.join("shape.json"))?)?;
+    let number = |name: &str| shape[name].as_u64().unwrap_or(0) as usize;
+    let config = UNetConfig {
+        size: number("size"),
+        lamps: number("lamps"),
+        width: number("width"),
+        most_channels: number("most_channels"),
+        normalization: serde_json::from_value(shape["normalization"].clone())?,
+        formulation: Formulation::Direct,
+    };
+    let network = || -> Result<UNet> {
+        let mut network = config.init(0.5, &device);
+        let weights = folder.join("weights.safetensors");
+        network.load_from(&mut SafetensorsStore::from_file(weights))?;
+        Ok(network)
+    };
+    let read = |file: &str, name: &str| -> Result<TensorData> {
+        let mut store = SafetensorsStore::from_file(folder.join(file));
+        let tensor = store.get_tensor(name)?.ok_or("a tensor is missing")?;
+        Ok(bridge::to_data(tensor)?)
+    };
+    let tensor = |name: &str| -> Result<Tensor<4>> {
+        Ok(Tensor::from_data(read("step.safetensors", name)?, &device))
+    };
+    let (input, target) = (tensor("input")?, tensor("target")?);
+    let mut worst = 0.0f64;
+    let mut compare = |name: &str, ours: TensorData, theirs: TensorData| -> Result<()> {
+        let (ours, theirs) = (ours.try_into_vec::<f32>(), theirs.try_into_vec::<f32>());
+        let (ours, theirs) = (ours.map_err(text)?, theirs.map_err(text)?);
+        let pairs = || ours.iter().zip(&theirs);
+        let most = pairs().map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        let largest = theirs.iter().fold(f32::MIN_POSITIVE, |m, v| m.max(v.abs()));
+        let share = f64::from(most / largest);
+        println!("{name:40} largest {largest:9.2e}  difference {most:9.2e}  share {share:.1e}");
+        // A bias that normalisation takes away again has no gradient but rounding.
+        if largest > 1e-8 || ours.len() != theirs.len() {
+            worst = worst.max(if share.is_nan() { f64::INFINITY } else { share });
+        }
+        Ok(())
+    };
+    let mut learner = Learner::new(network()?, input.clone(), target);
+    let output = learner.network.forward(input.clone()).inner().into_data();
+    compare("output", output, read("step.safetensors", "output")?)?;
+    let plain = network()?.valid().forward(input.inner()).into_data();
+    compare("prediction", plain, read("step.safetensors", "prediction")?)?;
+    for (name, ours) in Named::collect(&learner.network.valid(), GradientsParams::new()) {
+        compare(&name, ours, read("statistics.safetensors", &name)?)?;
+    }
+    let gradients = GradientsParams::from_grads(learner.loss().backward(), &learner.network);
+    for (name, ours) in Named::collect(&learner.network, gradients) {
+        compare(&name, ours, read("gradients.safetensors", &name)?)?;
+    }
+    learner.network = network()?;
+    let theirs = read("step.safetensors", "losses")?;
+    let ours: Vec<f32> = (0..theirs.num_elements())
+        .map(|_| learner.step().loss)
+        .collect();
+    let count = ours.len();
+    compare("losses", TensorData::new(ours, [count]), theirs)?;
+    if worst > TOLERANCE {
+        return Err(format!("a difference of {worst:.1e} is above {TOLERANCE:.0e}").into());
+    }
+    println!("All agree: the largest share is {worst:.1e}");
+    Ok(())
+}
+
+fn text(cause: impl std::fmt::Debug) -> String {
+    format!("{cause:?}")
+}
+
+/// Collects gradients under the names of their parameters, or else the running statistics.
+struct Named {
+    gradients: GradientsParams,
+    path: Vec<String>,
+    found: Vec<(String, TensorData)>,
+}
+
+impl Named {
+    fn collect(network: &UNet, gradients: GradientsParams) -> Vec<(String, TensorData)> {
+        let mut named = Self {
+            gradients,
+            path: Vec::new(),
+            found: Vec::new(),
+        };
+        network.visit(&mut named);
+        named.found
+    }
+}
+
+impl ModuleVisitor for Named {
+    fn enter_module(&mut self, name: &str, _container: &str) {
+        self.path.push(name.to_owned());
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.path.pop();
+    }
+
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let name = self.path.join(".");
+        if let Some(gradient) = self.gradients.get::<D>(param.id) {
+            self.found.push((name, gradient.into_data()));
+        } else if self.gradients.is_empty() && name.contains("running") {
+            self.found.push((name, param.val().into_data()));
+        }
+    }
+}
