@@ -1,5 +1,6 @@
 //! Between tensors and light: what the sigmoid's output stands for, and the differentiable renderer.
 
+use super::kernels;
 use super::unet::Formulation;
 use crate::imaging::{Image, Mask};
 use burn::tensor::{Device, Tensor, TensorData};
@@ -11,6 +12,9 @@ pub const RATIO_FLOOR: f32 = 0.02;
 /// Display-like encoding for the network's input and its losses: (x + o)^(1/2.2) − o^(1/2.2).
 /// The offset o keeps the slope at black finite: 8.9 at o = 0.01, where a pure power has none.
 pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
+    if kernels::serve(&linear) {
+        return kernels::encode(linear);
+    }
     const OFFSET: f32 = 0.01;
     const POWER: f32 = 1.0 / 2.2;
     (linear.clamp_min(0.0) + OFFSET).powf_scalar(POWER) - OFFSET.powf(POWER)

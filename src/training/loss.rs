@@ -4,6 +4,7 @@
 //! differences, at three scales. Differences carry edges and shading, the coarse scales the overall
 //! light; all are linear, so their gradients are cheap.
 
+use crate::reflectance::kernels;
 use burn::tensor::Tensor;
 use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
@@ -21,6 +22,9 @@ const SCALES: usize = 3;
 /// norm that is not squared (the paper's), divided by the root of the subject's number of values, so
 /// that the loss does not depend on the picture's size.
 pub fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) -> Tensor<1> {
+    if kernels::serve(&predicted) {
+        return kernels::feature_distance(predicted, truth, mask.clone());
+    }
     let mut difference = (predicted - truth) * mask.clone();
     let mut values = mask.clone().sum().clamp_min(1.0) * 3.0;
     let mut sum: Option<Tensor<1>> = None;

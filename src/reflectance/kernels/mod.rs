@@ -1,0 +1,126 @@
+//! The operations that the network and its losses are made of. On the CPU they are our own kernels,
+//! on other devices compositions of burn's operations; callers cannot tell which.
+//!
+//! To add one: write it and its gradient as pure functions on slices in a file here, declare it in
+//! [`operations::Kernels`], implement it there for `Flex` and, with its gradient, for
+//! `Autodiff<Flex, C>`, and give it a function here that falls back to burn's operations.
+
+mod chunks;
+mod convolution;
+mod feature_distance;
+mod normalize;
+mod operations;
+mod pointwise;
+mod resample;
+mod sums;
+mod tile;
+#[cfg(test)]
+mod tests;
+
+pub use convolution::Activation;
+
+use self::operations::Kernels;
+use super::resize;
+use burn::backend::{Dispatch, DispatchDevice};
+use burn::nn::GroupNorm;
+use burn::nn::conv::Conv2d;
+use burn::tensor::{DType, Tensor, activation};
+
+/// Whether our kernels can compute on `x`: f32 on burn's CPU backend.
+pub fn serve<const D: usize>(x: &Tensor<D>) -> bool {
+    let device = x.device().without_autodiff();
+    x.dtype() == DType::F32 && matches!(device.as_dispatch(), DispatchDevice::Flex(_))
+}
+
+/// A second source of no channels.
+fn nothing(x: &Tensor<4>) -> Tensor<4> {
+    let [n, _, h, w] = x.dims();
+    Tensor::empty([n, 0, h, w], &x.device().without_autodiff())
+}
+
+/// A convolution of stride 1 that keeps the picture's size, and its activation. The channels of `x`
+/// are followed by those of `skip`: `[n, c1, h, w]`, `[n, c2, h, w]` → `[n, outputs, h, w]`.
+pub fn convolution(
+    x: Tensor<4>,
+    skip: Option<Tensor<4>>,
+    layer: &Conv2d,
+    activation: Activation,
+) -> Tensor<4> {
+    if serve(&x)
+        && let Some(bias) = &layer.bias
+    {
+        let skip = skip.unwrap_or_else(|| nothing(&x));
+        return Tensor::from_dispatch(Dispatch::convolution(
+            x.into_dispatch(),
+            skip.into_dispatch(),
+            layer.weight.val().into_dispatch(),
+            bias.val().into_dispatch(),
+            activation,
+        ));
+    }
+    let y = layer.forward(joined(x, skip));
+    match activation {
+        Activation::None => y,
+        Activation::LeakyRelu(slope) => activation::leaky_relu(y, f64::from(slope)),
+        Activation::Sigmoid => activation::sigmoid(y),
+    }
+}
+
+fn joined(x: Tensor<4>, skip: Option<Tensor<4>>) -> Tensor<4> {
+    match skip {
+        Some(skip) => Tensor::cat(vec![x, skip], 1),
+        None => x,
+    }
+}
+
+/// Blur-pool ÷2 (Zhang, "Making convolutional networks shift-invariant again"): the binomial filter
+/// [1 2 1]/4 on both axes, edges repeated, then every second pixel. `[n, c, h, w]` → `[n, c, h/2, w/2]`;
+/// h and w must be even.
+pub fn blur_pool(x: Tensor<4>) -> Tensor<4> {
+    if serve(&x) {
+        return Tensor::from_dispatch(Dispatch::blur_pool(x.into_dispatch()));
+    }
+    resize::blur_pool(x)
+}
+
+/// Bilinear ×2 with half-pixel centres and repeated edges, as PyTorch's `align_corners=False`, of the
+/// channels of `x` followed by those of `skip`: → `[n, c1 + c2, 2h, 2w]`.
+pub fn upsample(x: Tensor<4>, skip: Option<Tensor<4>>) -> Tensor<4> {
+    if serve(&x) {
+        let skip = skip.unwrap_or_else(|| nothing(&x));
+        let (x, skip) = (x.into_dispatch(), skip.into_dispatch());
+        return Tensor::from_dispatch(Dispatch::upsample(x, skip));
+    }
+    resize::upsample(joined(x, skip))
+}
+
+/// Group normalisation followed by a leaky ReLU of this slope.
+pub fn normalize(x: Tensor<4>, norm: &GroupNorm, slope: f32) -> Tensor<4> {
+    if serve(&x)
+        && let (Some(gamma), Some(beta)) = (&norm.gamma, &norm.beta)
+    {
+        return Tensor::from_dispatch(Dispatch::normalize(
+            x.into_dispatch(),
+            gamma.val().into_dispatch(),
+            beta.val().into_dispatch(),
+            norm.num_groups,
+            norm.epsilon,
+            slope,
+        ));
+    }
+    activation::leaky_relu(norm.forward(x), f64::from(slope))
+}
+
+/// See [`render::encode`](super::render::encode); for tensors that [`serve`] names.
+pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
+    Tensor::from_dispatch(Dispatch::encode(linear.into_dispatch()))
+}
+
+/// Mean feature distance between encoded pictures; for tensors that [`serve`] names.
+pub fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: Tensor<4>) -> Tensor<1> {
+    Tensor::from_dispatch(Dispatch::feature_distance(
+        predicted.into_dispatch(),
+        truth.into_dispatch(),
+        mask.into_dispatch(),
+    ))
+}

@@ -1,0 +1,415 @@
+//! The kernels as operations of burn: what they compute, and by hand what their gradients are.
+
+use super::convolution::{self, Activation};
+use super::feature_distance;
+use super::normalize::GroupNorm;
+use super::{pointwise, resample};
+use burn::backend::autodiff::checkpoint::base::Checkpointer;
+use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
+use burn::backend::autodiff::grads::Gradients;
+use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
+use burn::backend::flex::{FlexTensor, Layout};
+use burn::backend::tensor::FloatTensor;
+use burn::backend::{Autodiff, Backend, Flex, TensorMetadata, backend_extension};
+use burn::tensor::{Bytes, DType, Shape};
+
+/// What the network and its losses are made of, for burn's CPU backend.
+#[backend_extension(Flex, Autodiff)]
+pub trait Kernels: Backend {
+    /// Convolution of the channels of `first` and then `second` (of no channels where there is but
+    /// one source), bias and activation. See [`convolution::forward`].
+    fn convolution(
+        first: FloatTensor<Self>,
+        second: FloatTensor<Self>,
+        weight: FloatTensor<Self>,
+        bias: FloatTensor<Self>,
+        activation: Activation,
+    ) -> FloatTensor<Self>;
+
+    /// See [`resample::blur_pool`].
+    fn blur_pool(x: FloatTensor<Self>) -> FloatTensor<Self>;
+
+    /// See [`resample::upsample`]; `second` may have no channels.
+    fn upsample(first: FloatTensor<Self>, second: FloatTensor<Self>) -> FloatTensor<Self>;
+
+    /// Group normalisation and leaky ReLU. See [`GroupNorm`].
+    fn normalize(
+        x: FloatTensor<Self>,
+        gamma: FloatTensor<Self>,
+        beta: FloatTensor<Self>,
+        groups: usize,
+        epsilon: f64,
+        slope: f32,
+    ) -> FloatTensor<Self>;
+
+    /// See [`pointwise::encode`].
+    fn encode(x: FloatTensor<Self>) -> FloatTensor<Self>;
+
+    /// See [`feature_distance`]; no gradient goes to `truth` and `mask`.
+    fn feature_distance(
+        predicted: FloatTensor<Self>,
+        truth: FloatTensor<Self>,
+        mask: FloatTensor<Self>,
+    ) -> FloatTensor<Self>;
+}
+
+/// A tensor's values in the order `[n, c, h, w]`, copied only where they lie otherwise.
+struct Values(FlexTensor);
+
+impl Values {
+    fn new(tensor: &FlexTensor) -> Self {
+        Self(tensor.to_contiguous())
+    }
+
+    fn get(&self) -> &[f32] {
+        self.0
+            .as_slice()
+            .expect("a contiguous tensor of f32, as the network's operations ask for")
+    }
+}
+
+fn tensor(values: Vec<f32>, shape: impl Into<Shape>) -> FlexTensor {
+    FlexTensor::new(
+        Bytes::from_elems(values),
+        Layout::contiguous(shape.into()),
+        DType::F32,
+    )
+}
+
+fn dims(tensor: &FlexTensor) -> [usize; 4] {
+    tensor.shape().dims()
+}
+
+/// Two sources of the gradient of both, without a copy where there is but one.
+fn split(gradient: Vec<f32>, [n, c1, c2]: [usize; 3], [h, w]: [usize; 2]) -> [FlexTensor; 2] {
+    if c2 == 0 {
+        return [tensor(gradient, [n, c1, h, w]), tensor(Vec::new(), [n, 0, h, w])];
+    }
+    let both = tensor(gradient, [n, c1 + c2, h, w]);
+    let strides = [(c1 + c2) * h * w, h * w, w, 1].map(|s| s as isize).to_vec();
+    [(c1, 0), (c2, c1 * h * w)].map(|(c, offset)| {
+        let layout = Layout::new(Shape::from([n, c, h, w]), strides.clone(), offset);
+        FlexTensor::from_arc(both.data_arc(), layout, DType::F32)
+    })
+}
+
+fn convolution_shape(first: &FlexTensor, second: &FlexTensor, weight: &FlexTensor) -> convolution::Shape {
+    let ([batch, c1, height, width], [_, c2, ..]) = (dims(first), dims(second));
+    let [outputs, inputs, kernel, _] = dims(weight);
+    assert_eq!(inputs, c1 + c2, "the weights' input channels are those of the sources");
+    convolution::Shape { batch, inputs, outputs, height, width, kernel }
+}
+
+fn group_norm<'a>(x: &FlexTensor, [gamma, beta]: [&'a Values; 2], groups: usize, epsilon: f64, slope: f32) -> GroupNorm<'a> {
+    let [_, _, h, w] = dims(x);
+    GroupNorm { groups, pixels: h * w, gamma: gamma.get(), beta: beta.get(), epsilon, slope }
+}
+
+impl Kernels for Flex {
+    fn convolution(
+        first: FlexTensor,
+        second: FlexTensor,
+        weight: FlexTensor,
+        bias: FlexTensor,
+        activation: Activation,
+    ) -> FlexTensor {
+        let shape = convolution_shape(&first, &second, &weight);
+        let [first, second, weight, bias] = [&first, &second, &weight, &bias].map(Values::new);
+        let mut out = vec![0.0; shape.batch * shape.outputs * shape.height * shape.width];
+        let sources = [first.get(), second.get()];
+        convolution::forward(&shape, sources, weight.get(), bias.get(), activation, &mut out);
+        tensor(out, [shape.batch, shape.outputs, shape.height, shape.width])
+    }
+
+    fn blur_pool(x: FlexTensor) -> FlexTensor {
+        let [n, c, h, w] = dims(&x);
+        let out = [n, c, h.div_ceil(2), w.div_ceil(2)];
+        let mut values = vec![0.0; out.iter().product()];
+        resample::blur_pool(Values::new(&x).get(), [h, w], &mut values);
+        tensor(values, out)
+    }
+
+    fn upsample(first: FlexTensor, second: FlexTensor) -> FlexTensor {
+        let ([n, c1, h, w], [_, c2, ..]) = (dims(&first), dims(&second));
+        let out = [n, c1 + c2, 2 * h, 2 * w];
+        let mut values = vec![0.0; out.iter().product()];
+        let [first, second] = [&first, &second].map(Values::new);
+        resample::upsample(n, [h, w], first.get(), second.get(), &mut values);
+        tensor(values, out)
+    }
+
+    fn normalize(
+        x: FlexTensor,
+        gamma: FlexTensor,
+        beta: FlexTensor,
+        groups: usize,
+        epsilon: f64,
+        slope: f32,
+    ) -> FlexTensor {
+        let affine = [&gamma, &beta].map(Values::new);
+        let norm = group_norm(&x, affine.each_ref(), groups, epsilon, slope);
+        let values = Values::new(&x);
+        let mut y = vec![0.0; values.get().len()];
+        norm.forward(values.get(), &mut y);
+        tensor(y, dims(&x))
+    }
+
+    fn encode(x: FlexTensor) -> FlexTensor {
+        let values = Values::new(&x);
+        let mut y = vec![0.0; values.get().len()];
+        pointwise::encode(values.get(), &mut y);
+        tensor(y, x.shape())
+    }
+
+    fn feature_distance(predicted: FlexTensor, truth: FlexTensor, mask: FlexTensor) -> FlexTensor {
+        let (value, _) = distance(&predicted, &truth, &mask);
+        tensor(vec![value], [1])
+    }
+}
+
+/// The distance and its gradient by what is predicted.
+fn distance(predicted: &FlexTensor, truth: &FlexTensor, mask: &FlexTensor) -> (f32, FlexTensor) {
+    let [n, _, h, w] = dims(predicted);
+    let [p, t, m] = [predicted, truth, mask].map(Values::new);
+    let mut gradient = vec![0.0; p.get().len()];
+    let value = feature_distance::feature_distance(p.get(), t.get(), m.get(), [h, w], &mut gradient);
+    (value as f32, tensor(gradient, [n, 3, h, w]))
+}
+
+/// Registers an operation: `state` is kept for `step` where a gradient will be asked for.
+macro_rules! record {
+    ($step:expr, $guards:expr, $state:expr, $output:expr) => {
+        match $step.prepare::<C>($guards).compute_bound().stateful() {
+            OpsKind::Tracked(prep) => prep.finish($state, $output),
+            OpsKind::UnTracked(prep) => prep.finish($output),
+        }
+    };
+}
+
+impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
+    fn convolution(
+        first: FloatTensor<Self>,
+        second: FloatTensor<Self>,
+        weight: FloatTensor<Self>,
+        bias: FloatTensor<Self>,
+        activation: Activation,
+    ) -> FloatTensor<Self> {
+        #[derive(Debug)]
+        struct Convolution;
+        impl Backward<Flex, 4> for Convolution {
+            /// Both sources, the weights, the output, the activation.
+            type State = ([FlexTensor; 4], Activation);
+            fn backward(
+                self,
+                ops: Ops<Self::State, 4>,
+                gradients: &mut Gradients,
+                _: &mut Checkpointer,
+            ) {
+                let ([first, second, weight, output], activation) = ops.state;
+                let gradient = gradients.consume::<Flex>(&ops.node);
+                let shape = convolution_shape(&first, &second, &weight);
+                let channels = [shape.batch, dims(&first)[1], dims(&second)[1]];
+                let [x, y] = [&first, &second].map(Values::new);
+                let values = [&weight, &output, &gradient].map(Values::new);
+                let [first_node, second_node, weight_node, bias_node] = ops.parents;
+                let back = convolution::backward(
+                    &shape,
+                    [x.get(), y.get()],
+                    values[0].get(),
+                    activation,
+                    values[1].get(),
+                    values[2].get(),
+                    first_node.is_some() || second_node.is_some(),
+                );
+                if let Some(input) = back.input {
+                    let sources = split(input, channels, [shape.height, shape.width]);
+                    for (node, gradient) in [first_node, second_node].into_iter().zip(sources) {
+                        if let Some(node) = node {
+                            gradients.register::<Flex>(node.id, gradient);
+                        }
+                    }
+                }
+                if let Some(node) = weight_node {
+                    gradients.register::<Flex>(node.id, tensor(back.weight, dims(&weight)));
+                }
+                if let Some(node) = bias_node {
+                    gradients.register::<Flex>(node.id, tensor(back.bias, [shape.outputs]));
+                }
+            }
+        }
+        let inputs = [first, second, weight, bias];
+        let guards = inputs.each_ref().map(|t| t.node());
+        let [first, second, weight, bias] = inputs.map(|t| t.into_primitive());
+        let kept = [&first, &second, &weight].map(Clone::clone);
+        let output = Flex::convolution(first, second, weight, bias, activation);
+        let [first, second, weight] = kept;
+        let state = ([first, second, weight, output.clone()], activation);
+        record!(Convolution, guards, state, output)
+    }
+
+    fn blur_pool(x: FloatTensor<Self>) -> FloatTensor<Self> {
+        #[derive(Debug)]
+        struct BlurPool;
+        impl Backward<Flex, 1> for BlurPool {
+            type State = [usize; 4];
+            fn backward(
+                self,
+                ops: Ops<Self::State, 1>,
+                gradients: &mut Gradients,
+                _: &mut Checkpointer,
+            ) {
+                let gradient = gradients.consume::<Flex>(&ops.node);
+                let [n, c, h, w] = ops.state;
+                if let [Some(node)] = ops.parents {
+                    let mut dx = vec![0.0; n * c * h * w];
+                    resample::blur_pool_backward(Values::new(&gradient).get(), [h, w], &mut dx);
+                    gradients.register::<Flex>(node.id, tensor(dx, [n, c, h, w]));
+                }
+            }
+        }
+        let guard = x.node();
+        let x = x.into_primitive();
+        let state = dims(&x);
+        record!(BlurPool, [guard], state, Flex::blur_pool(x))
+    }
+
+    fn upsample(first: FloatTensor<Self>, second: FloatTensor<Self>) -> FloatTensor<Self> {
+        #[derive(Debug)]
+        struct Upsample;
+        impl Backward<Flex, 2> for Upsample {
+            /// Pictures and channels of both sources; their height and width.
+            type State = ([usize; 3], [usize; 2]);
+            fn backward(
+                self,
+                ops: Ops<Self::State, 2>,
+                gradients: &mut Gradients,
+                _: &mut Checkpointer,
+            ) {
+                let gradient = gradients.consume::<Flex>(&ops.node);
+                let ([n, c1, c2], size) = ops.state;
+                let [mut first, mut second] = [c1, c2].map(|c| vec![0.0; n * c * size[0] * size[1]]);
+                let gradient = Values::new(&gradient);
+                resample::upsample_backward(n, size, gradient.get(), &mut first, &mut second);
+                let sources = [(first, c1), (second, c2)];
+                for (node, (dx, channels)) in ops.parents.into_iter().zip(sources) {
+                    if let Some(node) = node {
+                        let dx = tensor(dx, [n, channels, size[0], size[1]]);
+                        gradients.register::<Flex>(node.id, dx);
+                    }
+                }
+            }
+        }
+        let guards = [first.node(), second.node()];
+        let (first, second) = (first.into_primitive(), second.into_primitive());
+        let ([n, c1, h, w], [_, c2, ..]) = (dims(&first), dims(&second));
+        let output = Flex::upsample(first, second);
+        record!(Upsample, guards, ([n, c1, c2], [h, w]), output)
+    }
+
+    fn normalize(
+        x: FloatTensor<Self>,
+        gamma: FloatTensor<Self>,
+        beta: FloatTensor<Self>,
+        groups: usize,
+        epsilon: f64,
+        slope: f32,
+    ) -> FloatTensor<Self> {
+        #[derive(Debug)]
+        struct Normalize;
+        impl Backward<Flex, 3> for Normalize {
+            /// x, γ and β; the mean and variance of each group; groups, ε and slope.
+            type State = ([FlexTensor; 3], Vec<super::normalize::Moments>, (usize, f64, f32));
+            fn backward(
+                self,
+                ops: Ops<Self::State, 3>,
+                gradients: &mut Gradients,
+                _: &mut Checkpointer,
+            ) {
+                let gradient = gradients.consume::<Flex>(&ops.node);
+                let ([x, gamma, beta], moments, (groups, epsilon, slope)) = ops.state;
+                let shape = dims(&x);
+                let affine = [&gamma, &beta].map(Values::new);
+                let norm = group_norm(&x, affine.each_ref(), groups, epsilon, slope);
+                let [dy, x] = [&gradient, &x].map(Values::new);
+                let mut dx = vec![0.0; x.get().len()];
+                let [mut dgamma, mut dbeta] = [vec![0.0; shape[1]], vec![0.0; shape[1]]];
+                norm.backward(dy.get(), x.get(), &moments, &mut dx, &mut dgamma, &mut dbeta);
+                let results = [tensor(dx, shape), tensor(dgamma, [shape[1]]), tensor(dbeta, [shape[1]])];
+                for (node, gradient) in ops.parents.into_iter().zip(results) {
+                    if let Some(node) = node {
+                        gradients.register::<Flex>(node.id, gradient);
+                    }
+                }
+            }
+        }
+        let inputs = [x, gamma, beta];
+        let guards = inputs.each_ref().map(|t| t.node());
+        let inputs = inputs.map(|t| t.into_primitive());
+        let affine = [&inputs[1], &inputs[2]].map(Values::new);
+        let norm = group_norm(&inputs[0], affine.each_ref(), groups, epsilon, slope);
+        let x = Values::new(&inputs[0]);
+        let mut y = vec![0.0; x.get().len()];
+        let moments = norm.forward(x.get(), &mut y);
+        let output = tensor(y, dims(&inputs[0]));
+        record!(Normalize, guards, (inputs, moments, (groups, epsilon, slope)), output)
+    }
+
+    fn encode(x: FloatTensor<Self>) -> FloatTensor<Self> {
+        #[derive(Debug)]
+        struct Encode;
+        impl Backward<Flex, 1> for Encode {
+            type State = FlexTensor;
+            fn backward(
+                self,
+                ops: Ops<Self::State, 1>,
+                gradients: &mut Gradients,
+                _: &mut Checkpointer,
+            ) {
+                let gradient = gradients.consume::<Flex>(&ops.node);
+                if let [Some(node)] = ops.parents {
+                    let [dy, x] = [&gradient, &ops.state].map(Values::new);
+                    let mut dx = vec![0.0; x.get().len()];
+                    pointwise::encode_backward(dy.get(), x.get(), &mut dx);
+                    gradients.register::<Flex>(node.id, tensor(dx, ops.state.shape()));
+                }
+            }
+        }
+        let guard = x.node();
+        let x = x.into_primitive();
+        let state = x.clone();
+        record!(Encode, [guard], state, Flex::encode(x))
+    }
+
+    fn feature_distance(
+        predicted: FloatTensor<Self>,
+        truth: FloatTensor<Self>,
+        mask: FloatTensor<Self>,
+    ) -> FloatTensor<Self> {
+        #[derive(Debug)]
+        struct Distance;
+        impl Backward<Flex, 1> for Distance {
+            /// The gradient, which came with the distance.
+            type State = FlexTensor;
+            fn backward(
+                self,
+                ops: Ops<Self::State, 1>,
+                gradients: &mut Gradients,
+                _: &mut Checkpointer,
+            ) {
+                let factor = gradients.consume::<Flex>(&ops.node);
+                if let [Some(node)] = ops.parents {
+                    let factor = Values::new(&factor).get()[0];
+                    let mut gradient = ops.state;
+                    for value in gradient.storage_mut::<f32>() {
+                        *value *= factor;
+                    }
+                    gradients.register::<Flex>(node.id, gradient);
+                }
+            }
+        }
+        let guard = predicted.node();
+        let [truth, mask] = [truth, mask].map(|t| t.into_primitive());
+        let (value, gradient) = distance(predicted.primitive(), &truth, &mask);
+        record!(Distance, [guard], gradient, tensor(vec![value], [1]))
+    }
+}
