@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use burn::module::{Initializer, Module, Param};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, GroupNorm, GroupNormConfig, PaddingConfig2d};
-use burn::tensor::{Device, Tensor, activation};
+use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 
 /// The slope of the encoder's leaky ReLU below zero.
@@ -186,11 +186,11 @@ impl EncoderBlock {
             (None, None) => kernels::convolution(x, None, &self.convolution, leak),
             (None, Some(group)) => {
                 let x = kernels::convolution(x, None, &self.convolution, Activation::None);
-                kernels::normalize(x, group, LEAK)
+                kernels::group_norm(x, group, LEAK)
             }
             (Some(batch), _) => {
                 let x = kernels::convolution(x, None, &self.convolution, Activation::None);
-                activation::leaky_relu(batch.forward(x), f64::from(LEAK))
+                kernels::batch_norm(x, batch, LEAK)
             }
         }
     }

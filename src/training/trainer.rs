@@ -1,5 +1,6 @@
 //! The training loop: one lesson a step, both losses, checkpoints as it goes.
 
+use super::adam::Adam;
 use super::config::TrainingConfig;
 use super::data::{Look, TrainingData};
 use super::schedule::{self, Schedule};
@@ -14,7 +15,7 @@ use crate::reflectance::predictor::check_fits;
 use crate::reflectance::render::{encode, olats, relight};
 use crate::reflectance::{UNet, UNetConfig};
 use burn::module::Module;
-use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor};
 use serde::Serialize;
 use std::fs::OpenOptions;
@@ -128,7 +129,7 @@ impl Trainer {
         )?;
         let seed = project.settings.seed;
         let schedule = Schedule::new(&config, data.exemplars.len(), data.frames.len(), seed);
-        let optimizer = AdamConfig::new().with_epsilon(1e-8).init();
+        let optimizer = ModuleOptimizer::from(Adam::default());
         if resume {
             let Resumed {
                 mut info,

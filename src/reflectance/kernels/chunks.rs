@@ -1,47 +1,69 @@
 //! How work is divided among threads and reaches the processor's widest vectors.
 
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 /// The least number of elements that is given to a thread: below, waking it costs more than it
 /// brings. Work of less than two such shares stays on the calling thread.
 pub const WORTH_A_THREAD: usize = 1 << 14;
 
+/// Runs `work` with the processor's widest vectors.
+///
+/// Its loops are compiled once for each width, as far as they become part of this function: write
+/// `#[inline(always)]` before the closure and the functions that it calls, or they stay as narrow as
+/// the build's target.
+#[inline(always)]
+pub fn vectorized<T>(work: impl FnMut() -> T) -> T {
+    // pulp takes closures as they are, but by `FnOnce`, and the compiler does not inline the step
+    // from there to a closure that could be called twice.
+    struct Work<F>(F);
+
+    impl<T, F: FnMut() -> T> NullaryFnOnce for Work<F> {
+        type Output = T;
+
+        #[inline(always)]
+        fn call(mut self) -> T {
+            (self.0)()
+        }
+    }
+
+    Arch::new().dispatch(Work(work))
+}
+
 /// Calls `work(index, chunk)` for each chunk of `size` elements of `out` (the last may be shorter)
 /// and returns the answers in order.
 ///
-/// `work` is compiled once for each width of vectors: write `#[inline(always)]` before the closure,
-/// or its loops stay as narrow as the build's target.
+/// `work` runs [`vectorized`], so it should be `#[inline(always)]`.
 pub fn each_chunk<T: Send>(
     out: &mut [f32],
     size: usize,
     work: impl Fn(usize, &mut [f32]) -> T + Sync,
 ) -> Vec<T> {
     let work = |(index, chunk): (usize, &mut [f32])| {
-        Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || work(index, chunk),
         )
     };
     out.par_chunks_mut(size)
         .enumerate()
-        .with_min_len((WORTH_A_THREAD / size).max(1))
+        .with_min_len(WORTH_A_THREAD.div_ceil(size))
         .map(work)
         .collect()
 }
 
 /// Calls `work(index)` for `count` pieces of work on `size` elements each and returns the answers
-/// in order. As for [`each_chunk`], `work` must be `#[inline(always)]`.
+/// in order. Like that of [`each_chunk`], `work` should be `#[inline(always)]`.
 pub fn each_index<T: Send>(count: usize, size: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let work = |index: usize| {
-        Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || work(index),
         )
     };
     (0..count)
         .into_par_iter()
-        .with_min_len((WORTH_A_THREAD / size).max(1))
+        .with_min_len(WORTH_A_THREAD.div_ceil(size))
         .map(work)
         .collect()
 }

@@ -6,6 +6,7 @@
 //! matrix product whose right factor is read at shifted places, over all pixels of the band at once.
 //! What comes out between rows is thrown away.
 
+use super::chunks::vectorized;
 use super::pointwise;
 use super::tile::{self, Factor, MOST_POSITIONS, ROWS, TAPS, Tile};
 use pulp::{Arch, Simd, WithSimd};
@@ -37,17 +38,17 @@ pub enum Activation {
 impl Activation {
     /// Applies it in place.
     fn apply(self, values: &mut [f32]) {
-        Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || match self {
                 Self::None => {}
                 Self::LeakyRelu(slope) => {
-                    for v in values {
+                    for v in &mut *values {
                         *v = if *v > 0.0 { *v } else { slope * *v };
                     }
                 }
                 Self::Sigmoid => {
-                    for v in values {
+                    for v in &mut *values {
                         *v = pointwise::sigmoid(*v);
                     }
                 }
@@ -57,7 +58,7 @@ impl Activation {
 
     /// into = gradient · derivative, from the activation's output.
     fn pull_back(self, gradient: &[f32], output: &[f32], into: &mut [f32]) {
-        Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || {
                 let terms = into.iter_mut().zip(gradient).zip(output);

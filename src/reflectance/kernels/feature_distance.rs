@@ -1,8 +1,7 @@
 //! The distance between encoded pictures that the network is trained on, and its gradient.
 
-use super::chunks::{each_chunk, each_index};
-use super::sums::{BLOCK, Lanes, sum_of};
-use pulp::Arch;
+use crate::reflectance::kernels::chunks::{each_chunk, each_index, vectorized};
+use crate::reflectance::kernels::sums::{BLOCK, Lanes, sum_of};
 
 /// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 and not 0/0.
 /// In units of encoded values: far below one 8-bit step.
@@ -114,7 +113,7 @@ fn covered(mask: &[f32]) -> f64 {
 /// (a − b)·mask for each colour.
 fn subtract(a: &[f32], b: &[f32], mask: &[f32], difference: &mut [f32]) {
     let pixels = mask.len();
-    Arch::new().dispatch(
+    vectorized(
         #[inline(always)]
         || {
             for (colour, plane) in difference.chunks_exact_mut(pixels).enumerate() {
@@ -128,7 +127,7 @@ fn subtract(a: &[f32], b: &[f32], mask: &[f32], difference: &mut [f32]) {
 }
 
 fn multiply(x: &mut [f32], mask: &[f32]) {
-    Arch::new().dispatch(
+    vectorized(
         #[inline(always)]
         || {
             for plane in x.chunks_exact_mut(mask.len()) {
@@ -152,7 +151,7 @@ impl SquareSums {
     fn of(x: &[f32], [h, w]: [usize; 2]) -> Self {
         let mut sums = Self::default();
         let rows_in_band = (BLOCK / w).max(1);
-        Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || {
                 for plane in x.chunks_exact(h * w) {
@@ -184,7 +183,7 @@ impl SquareSums {
 /// The means of 2×2 pixels: `[3, h, w]` → `[3, ⌊h/2⌋, ⌊w/2⌋]`.
 fn halved(x: &[f32], [h, w]: [usize; 2]) -> Vec<f32> {
     let mut means = vec![0.0; COLOURS * (h / 2) * (w / 2)];
-    Arch::new().dispatch(
+    vectorized(
         #[inline(always)]
         || {
             for (row, means) in means.chunks_exact_mut(w / 2).enumerate() {
@@ -212,7 +211,7 @@ fn into_gradient(
     // Rows that were overwritten or are about to be, with their outermost columns repeated, as a
     // pixel does not differ from itself.
     let [mut above, mut here] = [vec![0.0; w + 2], vec![0.0; w + 2]];
-    Arch::new().dispatch(
+    vectorized(
         #[inline(always)]
         || {
             for (plane_index, plane) in x.chunks_exact_mut(h * w).enumerate() {
@@ -244,4 +243,219 @@ fn into_gradient(
             }
         },
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reflectance::kernels::chunks::tests::{assert_independent_of_threads, noise};
+    use proptest::prelude::*;
+
+    /// Loss and gradient.
+    fn distance_of(
+        predicted: &[f32],
+        truth: &[f32],
+        mask: &[f32],
+        size: [usize; 2],
+    ) -> (f64, Vec<f32>) {
+        let mut gradient = vec![f32::NAN; predicted.len()];
+        let loss = feature_distance(predicted, truth, mask, size, &mut gradient);
+        (loss, gradient)
+    }
+
+    /// The loss by its definition, in f64.
+    fn reference(predicted: &[f64], truth: &[f32], mask: &[f32], [h, w]: [usize; 2]) -> f64 {
+        let covered: f64 = mask.iter().copied().map(f64::from).sum();
+        let pictures = predicted.len() / (3 * h * w);
+        let mut loss = 0.0;
+        for picture in 0..pictures {
+            let mut x: Vec<f64> = (0..3 * h * w)
+                .map(|i| {
+                    let at = picture * 3 * h * w + i;
+                    (predicted[at] - f64::from(truth[at])) * f64::from(mask[i % (h * w)])
+                })
+                .collect();
+            let ([mut h, mut w], mut values) = ([h, w], 3.0 * covered.max(1.0));
+            for _ in 0..3 {
+                let at = |c: usize, y: usize, i: usize| x[(c * h + y) * w + i];
+                let norm = |sum: f64| (sum / values + 1e-8).sqrt();
+                loss += norm(x.iter().map(|x| x * x).sum());
+                if h < 2 || w < 2 {
+                    break;
+                }
+                let (mut differences, mut means) = (0.0, Vec::new());
+                for c in 0..3 {
+                    for y in 0..h {
+                        for i in 0..w {
+                            if i > 0 {
+                                differences += (at(c, y, i) - at(c, y, i - 1)).powi(2);
+                            }
+                            if y > 0 {
+                                differences += (at(c, y, i) - at(c, y - 1, i)).powi(2);
+                            }
+                        }
+                    }
+                    for y in 0..h / 2 {
+                        for i in 0..w / 2 {
+                            let corners = [(0, 0), (0, 1), (1, 0), (1, 1)];
+                            let sum: f64 = corners
+                                .iter()
+                                .map(|(a, b)| at(c, 2 * y + a, 2 * i + b))
+                                .sum();
+                            means.push(sum / 4.0);
+                        }
+                    }
+                }
+                loss += norm(differences);
+                (x, h, w, values) = (means, h / 2, w / 2, values / 4.0);
+            }
+        }
+        loss / 3.0 / pictures as f64
+    }
+
+    fn wide(values: &[f32]) -> Vec<f64> {
+        values.iter().copied().map(f64::from).collect()
+    }
+
+    /// Soft values with whole rows of 0 and 1.
+    fn soft_mask([h, w]: [usize; 2]) -> Vec<f32> {
+        let noise = noise(h * w, 7);
+        let soft = noise.iter().map(|x| (1.5 * x + 0.5).clamp(0.0, 1.0));
+        soft.enumerate()
+            .map(|(i, x)| if i / w == 1 { 0.0 } else { x })
+            .collect()
+    }
+
+    #[test]
+    fn it_is_the_definition_in_every_size() {
+        let sizes = [
+            [1, 1],
+            [1, 9],
+            [2, 2],
+            [3, 5],
+            [7, 4],
+            [33, 65],
+            [127, 127],
+            [128, 128],
+        ];
+        for [h, w] in sizes {
+            for pictures in 1..=4 {
+                let (predicted, truth) = (
+                    noise(pictures * 3 * h * w, 1),
+                    noise(pictures * 3 * h * w, 2),
+                );
+                let mask = soft_mask([h, w]);
+                let (loss, _) = distance_of(&predicted, &truth, &mask, [h, w]);
+                let expected = reference(&wide(&predicted), &truth, &mask, [h, w]);
+                assert!(
+                    (loss / expected - 1.0).abs() < 1e-6,
+                    "{loss} is not {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_finite_differences() {
+        for [h, w] in [[1, 1], [1, 9], [5, 1], [2, 2], [3, 5], [7, 4], [9, 11]] {
+            let (predicted, truth) = (noise(2 * 3 * h * w, 1), noise(2 * 3 * h * w, 2));
+            let mask = soft_mask([h, w]);
+            let (_, gradient) = distance_of(&predicted, &truth, &mask, [h, w]);
+            for (i, gradient) in gradient.iter().enumerate() {
+                let moved = |step: f64| {
+                    let mut predicted = wide(&predicted);
+                    predicted[i] += step;
+                    reference(&predicted, &truth, &mask, [h, w])
+                };
+                let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+                let difference = (f64::from(*gradient) - slope).abs();
+                assert!(
+                    difference < 1e-6,
+                    "{gradient} is not {slope} at {i} of {h}×{w}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn in_a_large_picture_the_gradient_is_the_slope_along_itself() {
+        let size = [127, 128];
+        let count = 3 * 127 * 128;
+        let (predicted, truth, mask) = (noise(count, 1), noise(count, 2), soft_mask(size));
+        let (_, gradient) = distance_of(&predicted, &truth, &mask, size);
+        let square: f64 = wide(&gradient).iter().map(|g| g * g).sum();
+        let moved = |step: f64| {
+            let predicted = predicted.iter().zip(&gradient);
+            let moved: Vec<f64> = predicted
+                .map(|(&x, &g)| f64::from(x) + step * f64::from(g))
+                .collect();
+            reference(&moved, &truth, &mask, size)
+        };
+        let slope = (moved(1e-2) - moved(-1e-2)) / 2e-2;
+        assert!(
+            (slope / square - 1.0).abs() < 1e-5,
+            "{slope} is not {square}"
+        );
+    }
+
+    #[test]
+    fn without_an_error_there_is_no_gradient() {
+        let x = noise(2 * 3 * 64, 1);
+        let (loss, gradient) = distance_of(&x, &x, &[1.0; 64], [8, 8]);
+        assert!((loss - 2.0 * EPSILON).abs() < 1e-12);
+        assert!(gradient.iter().all(|g| *g == 0.0));
+    }
+
+    #[test]
+    fn an_empty_mask_is_finite_and_nothing_pulls() {
+        let (loss, gradient) = distance_of(&noise(48, 1), &noise(48, 2), &[0.0; 16], [4, 4]);
+        assert!(loss.is_finite());
+        assert!(gradient.iter().all(|g| *g == 0.0));
+    }
+
+    #[test]
+    fn results_do_not_depend_on_the_number_of_threads() {
+        let count = 9 * 3 * 127 * 127;
+        let (predicted, truth, mask) = (noise(count, 1), noise(count, 2), soft_mask([127, 127]));
+        assert_independent_of_threads(|| {
+            let (loss, mut values) = distance_of(&predicted, &truth, &mask, [127, 127]);
+            let bits = loss.to_bits();
+            values.extend([
+                f32::from_bits(bits as u32),
+                f32::from_bits((bits >> 32) as u32),
+            ]);
+            values
+        });
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn what_lies_outside_the_mask_does_not_count(
+            h in 1..12usize, w in 1..12usize, seed: u64,
+        ) {
+            let (mut predicted, truth) = (noise(3 * h * w, seed), noise(3 * h * w, seed ^ 1));
+            let mut mask = vec![1.0; h * w];
+            mask[..h * w / 2].fill(0.0);
+            let before = distance_of(&predicted, &truth, &mask, [h, w]);
+            for (i, x) in predicted.iter_mut().enumerate() {
+                *x += 5.0 * (1.0 - mask[i % (h * w)]);
+            }
+            prop_assert_eq!(before, distance_of(&predicted, &truth, &mask, [h, w]));
+        }
+
+        #[test]
+        fn it_grows_with_the_error(h in 1..12usize, w in 1..12usize, error in 0.1f32..10.0) {
+            let truth = noise(3 * h * w, 1);
+            let at = |error: f32| {
+                let moved = truth.iter().zip(noise(3 * h * w, 2));
+                let predicted: Vec<f32> = moved.map(|(x, d)| x + error * d).collect();
+                distance_of(&predicted, &truth, &vec![1.0; h * w], [h, w]).0
+            };
+            let (near, far) = (at(0.5 * error), at(error));
+            // Twice, but for the part of ε.
+            prop_assert!(far > 1.5 * near && far < 2.001 * near);
+        }
+    }
 }

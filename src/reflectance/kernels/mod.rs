@@ -5,6 +5,7 @@
 //! [`operations::Kernels`], implement it there for `Flex` and, with its gradient, for
 //! `Autodiff<Flex, C>`, and give it a function here that falls back to burn's operations.
 
+mod adam;
 mod chunks;
 mod convolution;
 mod feature_distance;
@@ -19,10 +20,11 @@ mod tests;
 
 pub use convolution::Activation;
 
-use self::operations::Kernels;
+use self::adam::AdamStep;
+use self::operations::{Kernels, Updates};
 use super::resize;
 use burn::backend::{Dispatch, DispatchDevice};
-use burn::nn::GroupNorm;
+use burn::nn::{BatchNorm, GroupNorm};
 use burn::nn::conv::Conv2d;
 use burn::tensor::{DType, Tensor, activation};
 
@@ -95,20 +97,35 @@ pub fn upsample(x: Tensor<4>, skip: Option<Tensor<4>>) -> Tensor<4> {
 }
 
 /// Group normalisation followed by a leaky ReLU of this slope.
-pub fn normalize(x: Tensor<4>, norm: &GroupNorm, slope: f32) -> Tensor<4> {
+pub fn group_norm(x: Tensor<4>, norm: &GroupNorm, slope: f32) -> Tensor<4> {
     if serve(&x)
         && let (Some(gamma), Some(beta)) = (&norm.gamma, &norm.beta)
     {
-        return Tensor::from_dispatch(Dispatch::normalize(
-            x.into_dispatch(),
-            gamma.val().into_dispatch(),
-            beta.val().into_dispatch(),
-            norm.num_groups,
-            norm.epsilon,
-            slope,
-        ));
+        let [gamma, beta] = [gamma, beta].map(|p| p.val().into_dispatch());
+        let x = x.into_dispatch();
+        let (y, _) = Dispatch::normalize(x, gamma, beta, norm.num_groups, norm.epsilon, slope);
+        return Tensor::from_dispatch(y);
     }
     activation::leaky_relu(norm.forward(x), f64::from(slope))
+}
+
+/// Batch normalisation followed by a leaky ReLU of this slope. As with burn's, a picture's own
+/// statistics count in training and the running ones in use.
+pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32) -> Tensor<4> {
+    let [n, c, ..] = x.dims();
+    let training = x.device().is_autodiff() && norm.training.is_enabled();
+    if !(serve(&x) && training && n == 1) {
+        return activation::leaky_relu(norm.forward(x), f64::from(slope));
+    }
+    let [gamma, beta] = [&norm.gamma, &norm.beta].map(|p| p.val().into_dispatch());
+    let (y, moments) = Dispatch::normalize(x.into_dispatch(), gamma, beta, c, norm.epsilon, slope);
+    let moments = Tensor::<2>::from_dispatch(moments).detach();
+    for (row, running) in [&norm.running_mean, &norm.running_var].into_iter().enumerate() {
+        let now = moments.clone().slice([row..row + 1]).reshape([c]);
+        let before = running.value_sync().to_device(&now.device());
+        running.update((before * (1.0 - norm.momentum) + now * norm.momentum).detach());
+    }
+    Tensor::from_dispatch(y)
 }
 
 /// See [`render::encode`](super::render::encode); for tensors that [`serve`] names.
@@ -123,4 +140,40 @@ pub fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: Tensor<4>)
         truth.into_dispatch(),
         mask.into_dispatch(),
     ))
+}
+
+/// A parameter and both its moments after step number `step` (from 1) of Adam, with β₁ = 0.9,
+/// β₂ = 0.999 and ε = 1e-8; for tensors that [`serve`] names.
+pub fn adam<const D: usize>(
+    parameter: Tensor<D>,
+    gradient: Tensor<D>,
+    moments: [Tensor<D>; 2],
+    learning_rate: f64,
+    step: usize,
+) -> (Tensor<D>, [Tensor<D>; 2]) {
+    let [first, second] = moments.map(Tensor::into_dispatch);
+    let step = AdamStep { learning_rate, step: step as i32 };
+    let (parameter, gradient) = (parameter.into_dispatch(), gradient.into_dispatch());
+    let (parameter, first, second) = Dispatch::adam(parameter, gradient, first, second, step);
+    (
+        Tensor::from_dispatch(parameter),
+        [first, second].map(Tensor::from_dispatch),
+    )
+}
+
+/// keep · average + (1 − keep) · parameter.
+pub fn follow<const D: usize>(average: Tensor<D>, parameter: Tensor<D>, keep: f32) -> Tensor<D> {
+    if serve(&average) {
+        let (average, parameter) = (average.into_dispatch(), parameter.into_dispatch());
+        return Tensor::from_dispatch(Dispatch::follow(average, parameter, keep));
+    }
+    average * keep + parameter * (1.0 - keep)
+}
+
+/// Σ x².
+pub fn square_sum<const D: usize>(x: Tensor<D>) -> Tensor<1> {
+    if serve(&x) {
+        return Tensor::from_dispatch(Dispatch::square_sum(x.into_dispatch()));
+    }
+    (x.clone() * x).sum()
 }

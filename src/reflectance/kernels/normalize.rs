@@ -1,8 +1,8 @@
 //! Group normalisation, fused with what follows it: a scale and a shift per channel and a leaky
 //! ReLU. Batch normalisation of one picture is the case of one channel per group.
 
-use super::chunks::{each_chunk, each_index};
-use super::sums::{BLOCK, sum_of, sum_of_pairs};
+use crate::reflectance::kernels::chunks::{each_chunk, each_index};
+use crate::reflectance::kernels::sums::{BLOCK, sum_of, sum_of_pairs};
 
 /// y = leak(γ·(x − mean)/√(variance + ε) + β), with the mean and the variance over all pixels and
 /// channels of a picture's group (Wu and He, "Group Normalization").
@@ -119,8 +119,6 @@ impl GroupNorm<'_> {
                 sums
             },
         );
-        dgamma.fill(0.0);
-        dbeta.fill(0.0);
         let channels = self.gamma.len();
         let mut totals = vec![GradientSums::default(); channels];
         for (index, sums) in sums.into_iter().flatten().enumerate() {
@@ -309,6 +307,253 @@ impl Moments {
         Self {
             mean,
             variance: squares.max(0.0) / count,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reflectance::kernels::chunks::tests::{assert_independent_of_threads, noise};
+    use proptest::prelude::*;
+
+    /// A normalisation with its input, owned.
+    struct Case {
+        batch: usize,
+        groups: usize,
+        pixels: usize,
+        slope: f32,
+        gamma: Vec<f32>,
+        beta: Vec<f32>,
+        x: Vec<f32>,
+    }
+
+    struct Gradients {
+        dx: Vec<f32>,
+        dgamma: Vec<f32>,
+        dbeta: Vec<f32>,
+    }
+
+    impl Case {
+        fn new(batch: usize, channels: usize, groups: usize, pixels: usize, slope: f32) -> Self {
+            Self {
+                batch,
+                groups,
+                pixels,
+                slope,
+                gamma: noise(channels, 1),
+                beta: noise(channels, 2),
+                x: noise(batch * channels * pixels, 3),
+            }
+        }
+
+        fn norm(&self) -> GroupNorm<'_> {
+            GroupNorm {
+                groups: self.groups,
+                pixels: self.pixels,
+                gamma: &self.gamma,
+                beta: &self.beta,
+                epsilon: 1e-5,
+                slope: self.slope,
+            }
+        }
+
+        fn forward(&self) -> (Vec<f32>, Vec<Moments>) {
+            let mut y = vec![f32::NAN; self.x.len()];
+            let moments = self.norm().forward(&self.x, &mut y);
+            assert_eq!(moments.len(), self.batch * self.groups);
+            (y, moments)
+        }
+
+        fn backward(&self, dy: &[f32]) -> Gradients {
+            let (_, moments) = self.forward();
+            let mut gradients = Gradients {
+                dx: vec![f32::NAN; self.x.len()],
+                dgamma: vec![f32::NAN; self.gamma.len()],
+                dbeta: vec![f32::NAN; self.gamma.len()],
+            };
+            let Gradients { dx, dgamma, dbeta } = &mut gradients;
+            self.norm()
+                .backward(dy, &self.x, &moments, dx, dgamma, dbeta);
+            gradients
+        }
+
+        /// The definition, in f64.
+        fn reference(&self, x: &[f64], gamma: &[f64], beta: &[f64]) -> Vec<f64> {
+            let size = gamma.len() / self.groups * self.pixels;
+            let mut y = Vec::new();
+            for (index, group) in x.chunks(size).enumerate() {
+                let mean = group.iter().sum::<f64>() / size as f64;
+                let variance = group.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / size as f64;
+                for (i, x) in group.iter().enumerate() {
+                    let channel = (index * size + i) / self.pixels % gamma.len();
+                    let normalized = (x - mean) / (variance + 1e-5).sqrt();
+                    let value = gamma[channel] * normalized + beta[channel];
+                    y.push(if value > 0.0 {
+                        value
+                    } else {
+                        f64::from(self.slope) * value
+                    });
+                }
+            }
+            y
+        }
+    }
+
+    fn wide(values: &[f32]) -> Vec<f64> {
+        values.iter().copied().map(f64::from).collect()
+    }
+
+    fn assert_close(values: &[f32], expected: &[f64], tolerance: f64) {
+        assert_eq!(values.len(), expected.len());
+        for (i, (a, b)) in values.iter().zip(expected).enumerate() {
+            assert!(
+                (f64::from(*a) - b).abs() < tolerance,
+                "{a} is not {b} at {i}"
+            );
+        }
+    }
+
+    #[test]
+    fn it_is_the_definition_in_every_shape() {
+        for (batch, channels, groups) in [(1, 1, 1), (2, 6, 3), (3, 64, 8), (1, 8, 8), (4, 4, 1)] {
+            for pixels in [1, 15, 127 * 127, 128 * 128] {
+                if channels * batch * pixels > 1 << 20 {
+                    continue;
+                }
+                let case = Case::new(batch, channels, groups, pixels, 0.2);
+                let expected =
+                    case.reference(&wide(&case.x), &wide(&case.gamma), &wide(&case.beta));
+                // Normalised values of up to 3.
+                assert_close(&case.forward().0, &expected, 2e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_large_mean_does_not_hide_a_small_deviation() {
+        for count in [64, 5000, 128 * 128] {
+            let mut case = Case::new(1, 1, 1, count, 1.0);
+            (case.gamma, case.beta) = (vec![1.0], vec![0.0]);
+            // Uniform noise in ±1 deviates by 1/√3.
+            let deviation = 0.01 * 3f32.sqrt();
+            case.x.iter_mut().for_each(|x| *x = 1000.0 + deviation * *x);
+            let x = wide(&case.x);
+            let (y, moments) = case.forward();
+            let mean = x.iter().sum::<f64>() / x.len() as f64;
+            let variance = x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len() as f64;
+            assert!((moments[0].mean - mean).abs() < 1e-8);
+            assert!((moments[0].variance / variance - 1.0).abs() < 1e-5);
+            assert_close(&y, &case.reference(&x, &[1.0], &[0.0]), 1e-5);
+        }
+    }
+
+    #[test]
+    fn an_outlier_in_the_first_place_does_not_disturb_the_variance() {
+        let mut case = Case::new(1, 1, 1, 4096, 1.0);
+        case.x[0] = 1e6;
+        let x = wide(&case.x);
+        let mean = x.iter().sum::<f64>() / 4096.0;
+        let variance = x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 4096.0;
+        let moments = case.forward().1[0];
+        assert!((moments.variance / variance - 1.0).abs() < 1e-5);
+        assert!((moments.mean / mean - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn equal_values_become_the_shift() {
+        let mut case = Case::new(2, 4, 2, 9, 1.0);
+        case.x.fill(0.7);
+        let (y, moments) = case.forward();
+        assert!(moments.iter().all(|moments| moments.variance < 1e-12));
+        for (plane, index) in y.chunks(9).zip(0..) {
+            assert!(
+                plane
+                    .iter()
+                    .all(|y| (y - case.beta[index % 4]).abs() < 1e-6)
+            );
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_finite_differences() {
+        for (batch, channels, groups, pixels) in
+            [(1, 1, 1, 4), (2, 6, 3, 15), (3, 4, 4, 7), (4, 4, 1, 2)]
+        {
+            let case = Case::new(batch, channels, groups, pixels, 0.2);
+            let dy = noise(case.x.len(), 9);
+            let gradients = case.backward(&dy);
+            let parameters = [wide(&case.x), wide(&case.gamma), wide(&case.beta)];
+            let loss = |[x, gamma, beta]: &[Vec<f64>; 3]| -> f64 {
+                let y = case.reference(x, gamma, beta);
+                y.iter().zip(&dy).map(|(y, &dy)| y * f64::from(dy)).sum()
+            };
+            let computed = [gradients.dx, gradients.dgamma, gradients.dbeta];
+            for (which, gradient) in computed.iter().enumerate() {
+                for (i, gradient) in gradient.iter().enumerate() {
+                    let moved = |step: f64| {
+                        let mut parameters = parameters.clone();
+                        parameters[which][i] += step;
+                        loss(&parameters)
+                    };
+                    let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+                    let difference = (f64::from(*gradient) - slope).abs();
+                    assert!(
+                        difference < 1e-5 * (1.0 + slope.abs()),
+                        "{gradient} is not {slope}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn at_zero_the_gradient_is_that_of_negative_values() {
+        let mut case = Case::new(1, 1, 1, 4, 0.25);
+        (case.gamma, case.beta) = (vec![0.0], vec![0.0]);
+        assert_eq!(case.backward(&[1.0; 4]).dbeta, [1.0]);
+    }
+
+    #[test]
+    fn results_do_not_depend_on_the_number_of_threads() {
+        for groups in [1, 8, 16] {
+            let case = Case::new(2, 16, groups, 127 * 127, 0.2);
+            let dy = noise(case.x.len(), 9);
+            assert_independent_of_threads(|| case.forward().0);
+            assert_independent_of_threads(|| {
+                let gradients = case.backward(&dy);
+                [gradients.dx, gradients.dgamma, gradients.dbeta].concat()
+            });
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn neither_light_nor_contrast_of_the_input_matters(
+            pixels in 8..200usize, scale in 0.5f32..50.0, offset in -50f32..50.0,
+        ) {
+            let case = Case::new(2, 6, 3, pixels, 0.2);
+            let mut other = Case::new(2, 6, 3, pixels, 0.2);
+            other.x.iter_mut().for_each(|x| *x = scale * *x + offset);
+            for (a, b) in case.forward().0.iter().zip(other.forward().0) {
+                // The noise deviates by 0.58: ε counts for 1e-5/0.58²/2, and for 4 times that
+                // at half the contrast. Rounding to f32 at 100 adds as much.
+                prop_assert!((a - b).abs() < 5e-4);
+            }
+        }
+
+        /// Adding to all of a group changes nothing, so the gradient sums to zero.
+        #[test]
+        fn the_gradient_of_a_group_has_no_mean(pixels in 1..300usize) {
+            let case = Case::new(2, 6, 3, pixels, 0.2);
+            let gradients = case.backward(&noise(case.x.len(), 9));
+            for group in gradients.dx.chunks(2 * pixels) {
+                let sum: f64 = group.iter().copied().map(f64::from).sum();
+                let size: f64 = group.iter().map(|g| f64::from(g.abs())).sum();
+                prop_assert!(sum.abs() <= 1e-5 * (1.0 + size));
+            }
         }
     }
 }

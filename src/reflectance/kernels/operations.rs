@@ -2,15 +2,16 @@
 
 use super::convolution::{self, Activation};
 use super::feature_distance;
-use super::normalize::GroupNorm;
-use super::{pointwise, resample};
+use super::adam::AdamStep;
+use super::normalize::{GroupNorm, Moments};
+use super::{adam, pointwise, resample};
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::autodiff::grads::Gradients;
 use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::flex::{FlexTensor, Layout};
 use burn::backend::tensor::FloatTensor;
-use burn::backend::{Autodiff, Backend, Flex, TensorMetadata, backend_extension};
+use burn::backend::{Autodiff, AutodiffBackend, Backend, Flex, TensorMetadata, backend_extension};
 use burn::tensor::{Bytes, DType, Shape};
 
 /// What the network and its losses are made of, for burn's CPU backend.
@@ -32,7 +33,8 @@ pub trait Kernels: Backend {
     /// See [`resample::upsample`]; `second` may have no channels.
     fn upsample(first: FloatTensor<Self>, second: FloatTensor<Self>) -> FloatTensor<Self>;
 
-    /// Group normalisation and leaky ReLU. See [`GroupNorm`].
+    /// Group normalisation and leaky ReLU, see [`GroupNorm`]; with it the mean and the variance of
+    /// each group, `[2, n·groups]`, through which no gradient goes.
     fn normalize(
         x: FloatTensor<Self>,
         gamma: FloatTensor<Self>,
@@ -40,7 +42,7 @@ pub trait Kernels: Backend {
         groups: usize,
         epsilon: f64,
         slope: f32,
-    ) -> FloatTensor<Self>;
+    ) -> (FloatTensor<Self>, FloatTensor<Self>);
 
     /// See [`pointwise::encode`].
     fn encode(x: FloatTensor<Self>) -> FloatTensor<Self>;
@@ -51,6 +53,62 @@ pub trait Kernels: Backend {
         truth: FloatTensor<Self>,
         mask: FloatTensor<Self>,
     ) -> FloatTensor<Self>;
+}
+
+/// What happens to parameters once their gradients are known.
+#[backend_extension(Flex)]
+pub trait Updates: Backend {
+    /// The parameter and both moments after a step. See [`AdamStep`].
+    fn adam(
+        parameter: FloatTensor<Self>,
+        gradient: FloatTensor<Self>,
+        first_moment: FloatTensor<Self>,
+        second_moment: FloatTensor<Self>,
+        step: AdamStep,
+    ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>);
+
+    /// keep · average + (1 − keep) · parameter.
+    fn follow(average: FloatTensor<Self>, parameter: FloatTensor<Self>, keep: f32) -> FloatTensor<Self>;
+
+    /// Σ x², `[1]`.
+    fn square_sum(x: FloatTensor<Self>) -> FloatTensor<Self>;
+}
+
+impl Updates for Flex {
+    fn adam(
+        parameter: FlexTensor,
+        gradient: FlexTensor,
+        first_moment: FlexTensor,
+        second_moment: FlexTensor,
+        step: AdamStep,
+    ) -> (FlexTensor, FlexTensor, FlexTensor) {
+        let gradient = Values::new(&gradient);
+        // Written in place where nobody else holds them, into a copy otherwise.
+        let [mut p, mut m, mut v] =
+            [parameter, first_moment, second_moment].map(|t| whole(t));
+        step.apply(p.storage_mut(), gradient.get(), m.storage_mut(), v.storage_mut());
+        (p, m, v)
+    }
+
+    fn follow(average: FlexTensor, parameter: FlexTensor, keep: f32) -> FlexTensor {
+        let mut average = whole(average);
+        adam::follow(average.storage_mut(), Values::new(&parameter).get(), keep);
+        average
+    }
+
+    fn square_sum(x: FlexTensor) -> FlexTensor {
+        tensor(vec![adam::square_sum(Values::new(&x).get()) as f32], [1])
+    }
+}
+
+/// A tensor that is all of its buffer, in order.
+fn whole(tensor: FlexTensor) -> FlexTensor {
+    let elements = tensor.shape().num_elements();
+    if tensor.is_contiguous() && tensor.storage::<f32>().len() == elements {
+        return tensor;
+    }
+    let values = Values::new(&tensor).get().to_vec();
+    self::tensor(values, tensor.shape())
 }
 
 /// A tensor's values in the order `[n, c, h, w]`, copied only where they lie otherwise.
@@ -105,6 +163,13 @@ fn group_norm<'a>(x: &FlexTensor, [gamma, beta]: [&'a Values; 2], groups: usize,
     GroupNorm { groups, pixels: h * w, gamma: gamma.get(), beta: beta.get(), epsilon, slope }
 }
 
+/// Means and then variances.
+fn moments_tensor(moments: &[Moments]) -> FlexTensor {
+    let means = moments.iter().map(|m| m.mean as f32);
+    let variances = moments.iter().map(|m| m.variance as f32);
+    tensor(means.chain(variances).collect(), [2, moments.len()])
+}
+
 impl Kernels for Flex {
     fn convolution(
         first: FlexTensor,
@@ -145,13 +210,13 @@ impl Kernels for Flex {
         groups: usize,
         epsilon: f64,
         slope: f32,
-    ) -> FlexTensor {
+    ) -> (FlexTensor, FlexTensor) {
         let affine = [&gamma, &beta].map(Values::new);
         let norm = group_norm(&x, affine.each_ref(), groups, epsilon, slope);
         let values = Values::new(&x);
         let mut y = vec![0.0; values.get().len()];
-        norm.forward(values.get(), &mut y);
-        tensor(y, dims(&x))
+        let moments = norm.forward(values.get(), &mut y);
+        (tensor(y, dims(&x)), moments_tensor(&moments))
     }
 
     fn encode(x: FlexTensor) -> FlexTensor {
@@ -313,12 +378,12 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         groups: usize,
         epsilon: f64,
         slope: f32,
-    ) -> FloatTensor<Self> {
+    ) -> (FloatTensor<Self>, FloatTensor<Self>) {
         #[derive(Debug)]
         struct Normalize;
         impl Backward<Flex, 3> for Normalize {
             /// x, γ and β; the mean and variance of each group; groups, ε and slope.
-            type State = ([FlexTensor; 3], Vec<super::normalize::Moments>, (usize, f64, f32));
+            type State = ([FlexTensor; 3], Vec<Moments>, (usize, f64, f32));
             fn backward(
                 self,
                 ops: Ops<Self::State, 3>,
@@ -351,7 +416,9 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         let mut y = vec![0.0; x.get().len()];
         let moments = norm.forward(x.get(), &mut y);
         let output = tensor(y, dims(&inputs[0]));
-        record!(Normalize, guards, (inputs, moments, (groups, epsilon, slope)), output)
+        let statistics = Self::from_inner(moments_tensor(&moments));
+        let state = (inputs, moments, (groups, epsilon, slope));
+        (record!(Normalize, guards, state, output), statistics)
     }
 
     fn encode(x: FloatTensor<Self>) -> FloatTensor<Self> {

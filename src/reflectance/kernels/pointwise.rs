@@ -1,11 +1,9 @@
 //! Functions of single values: the display-like encoding and the sigmoid, with their gradients.
 
-use super::chunks::{WORTH_A_THREAD, each_chunk};
+use crate::reflectance::kernels::chunks::{WORTH_A_THREAD, each_chunk};
 
 /// o in [`encode`]. It keeps the slope at black finite: 8.9, where a pure power has none.
 const OFFSET: f32 = 0.01;
-/// o^(1/2.2)
-const ENCODED_OFFSET: f32 = 0.123_284_67;
 
 /// The display-like encoding (max(x, 0) + o)^(1/2.2) − o^(1/2.2), with o = 0.01.
 ///
@@ -17,12 +15,14 @@ pub fn encode(x: &[f32], y: &mut [f32]) {
         WORTH_A_THREAD,
         #[inline(always)]
         |index, y| {
+            // By the same root as all others, so that black becomes exactly 0.
+            let black = root_2_2(OFFSET);
             for (y, &x) in y.iter_mut().zip(&x[index * WORTH_A_THREAD..]) {
                 let light = lifted(x);
                 let root = root_2_2(light);
                 // The root reads the bits of a number; ∞ and NaN are none.
                 let root = if light < f32::INFINITY { root } else { light };
-                *y = root - ENCODED_OFFSET;
+                *y = root - black;
             }
         },
     );
@@ -82,7 +82,7 @@ fn root_2_2(x: f32) -> f32 {
 #[inline(always)]
 fn log2(x: f32) -> f32 {
     const COEFFICIENTS: [f32; 9] = [
-        1.442_695,
+        std::f32::consts::LOG2_E,
         -0.721_347_45,
         0.480_910_75,
         -0.360_693_28,
@@ -93,7 +93,7 @@ fn log2(x: f32) -> f32 {
         0.123_109_68,
     ];
     let t = x - 1.0;
-    t * polynomial(t, &COEFFICIENTS)
+    t * polynomial(t, COEFFICIENTS)
 }
 
 /// 2^(whole + fraction) for whole numbers from −126 to 127 and |fraction| ≤ ¾, within 1e-7 of it:
@@ -101,7 +101,7 @@ fn log2(x: f32) -> f32 {
 #[inline(always)]
 fn exp2(whole: f32, fraction: f32) -> f32 {
     const COEFFICIENTS: [f32; 7] = [
-        0.693_147_2,
+        std::f32::consts::LN_2,
         0.240_226_54,
         0.055_504_11,
         0.009_617_762,
@@ -112,13 +112,15 @@ fn exp2(whole: f32, fraction: f32) -> f32 {
     // The low bits of whole + WHOLE are those of the integer.
     let integer = (whole + WHOLE).to_bits().wrapping_sub(WHOLE.to_bits());
     let power = f32::from_bits(integer.wrapping_add(127) << 23);
-    power * (1.0 + fraction * polynomial(fraction, &COEFFICIENTS))
+    power * (1.0 + fraction * polynomial(fraction, COEFFICIENTS))
 }
 
-/// Σ coefficients[i]·t^i. Multiplications and additions stay apart, see [the kernels](crate).
+/// Σ coefficients[i]·tⁱ. Multiplications and additions stay apart: fused ones are functions, and
+/// slow, on processors without them.
 #[inline(always)]
-fn polynomial(t: f32, coefficients: &[f32]) -> f32 {
-    coefficients.iter().rev().fold(0.0, |sum, c| sum * t + c)
+fn polynomial<const N: usize>(t: f32, coefficients: [f32; N]) -> f32 {
+    let lower = coefficients[..N - 1].iter().rev();
+    lower.fold(coefficients[N - 1], |sum, c| sum * t + c)
 }
 
 /// At 1.5·2²³ the numbers of f32 are the integers: adding it rounds.
@@ -129,4 +131,146 @@ const WHOLE: f32 = 12_582_912.0;
 #[inline(always)]
 fn nearest_whole(x: f32) -> f32 {
     (x + WHOLE) - WHOLE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reflectance::kernels::chunks::tests::{assert_independent_of_threads, noise};
+    use proptest::prelude::*;
+
+    /// 0 and values from 1e-9 to 1e6, evenly in their logarithm.
+    fn lights() -> Vec<f32> {
+        let exponents = (0..300_000).map(|i| -9.0 + 15.0 * f64::from(i) / 299_999.0);
+        exponents
+            .map(|e| 10f64.powf(e) as f32)
+            .chain([0.0])
+            .collect()
+    }
+
+    fn encoded(x: &[f32]) -> Vec<f32> {
+        let mut y = vec![f32::NAN; x.len()];
+        encode(x, &mut y);
+        y
+    }
+
+    fn encoded_gradient(dy: &[f32], x: &[f32]) -> Vec<f32> {
+        let mut dx = vec![f32::NAN; x.len()];
+        encode_backward(dy, x, &mut dx);
+        dx
+    }
+
+    fn sigmoids(x: &[f32]) -> Vec<f32> {
+        x.iter().map(|x| sigmoid(*x)).collect()
+    }
+
+    /// The largest error of `values`, relative to what is `expected` of each of `x`.
+    fn largest_relative_error(
+        x: &[f32],
+        values: impl IntoIterator<Item = f64>,
+        expected: impl Fn(f64) -> f64,
+    ) -> f64 {
+        let values = x.iter().zip(values);
+        values
+            .map(|(&x, value)| (value / expected(f64::from(x)) - 1.0).abs())
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_encoding_is_a_power_to_the_last_bits() {
+        let x = lights();
+        let offset = 0.01f64.powf(1.0 / 2.2);
+        let roots = encoded(&x).into_iter().map(|y| f64::from(y) + offset);
+        let error = largest_relative_error(&x, roots, |x| (x + 0.01).powf(1.0 / 2.2));
+        assert!(error < 2e-7, "{error}");
+    }
+
+    #[test]
+    fn the_encoding_has_the_slope_of_a_power() {
+        let x = lights();
+        let slopes = encoded_gradient(&vec![1.0; x.len()], &x)
+            .into_iter()
+            .map(f64::from);
+        let slope = |x: f64| (x + 0.01).powf(1.0 / 2.2 - 1.0) / 2.2;
+        let error = largest_relative_error(&x, slopes, slope);
+        assert!(error < 3e-7, "{error}");
+    }
+
+    #[test]
+    fn wide_vectors_give_the_bits_of_narrow_ones() {
+        let x = lights();
+        for (x, y) in x.iter().zip(encoded(&x)) {
+            assert_eq!(root_2_2(x + OFFSET) - root_2_2(OFFSET), y);
+        }
+    }
+
+    #[test]
+    fn black_stays_black_and_below_it_nothing_changes() {
+        assert_eq!(
+            encoded(&[0.0, -0.0, -1.0, f32::MIN, f32::NEG_INFINITY]),
+            [0.0; 5]
+        );
+        assert_eq!(
+            encoded_gradient(&[1.0; 3], &[-1e-9, -1.0, f32::MIN]),
+            [0.0; 3]
+        );
+        let at_black = encoded_gradient(&[1.0; 2], &[0.0, -0.0]);
+        assert!(
+            at_black.iter().all(|slope| (slope - 5.6).abs() < 0.1),
+            "{at_black:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_no_number_is_not_made_one() {
+        assert!(encoded(&[f32::NAN])[0].is_nan() && sigmoids(&[f32::NAN])[0].is_nan());
+        assert_eq!(encoded(&[f32::INFINITY]), [f32::INFINITY]);
+        assert!(encoded_gradient(&[1.0], &[f32::NAN])[0].is_nan());
+    }
+
+    #[test]
+    fn the_sigmoid_is_exact_to_a_ten_millionth() {
+        let x: Vec<f32> = (-400_000..=400_000).map(|i| i as f32 / 3333.0).collect();
+        for (x, y) in x.iter().zip(sigmoids(&x)) {
+            let expected = 1.0 / (1.0 + (-f64::from(*x)).exp());
+            assert!(
+                (f64::from(y) - expected).abs() < 1e-7,
+                "{y} is not {expected} at {x}"
+            );
+        }
+        let ends = [
+            0.0,
+            100.0,
+            1e30,
+            f32::INFINITY,
+            -100.0,
+            -1e30,
+            f32::NEG_INFINITY,
+        ];
+        assert_eq!(sigmoids(&ends), [0.5, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn results_do_not_depend_on_the_number_of_threads() {
+        let (x, dy) = (noise(100_003, 1), noise(100_003, 2));
+        assert_independent_of_threads(|| encoded(&x));
+        assert_independent_of_threads(|| encoded_gradient(&dy, &x));
+    }
+
+    proptest! {
+        #[test]
+        fn every_number_has_a_finite_encoding_and_slope(x in any::<f32>()) {
+            prop_assume!(x.is_finite());
+            prop_assert!(encoded(&[x])[0].is_finite() && encoded(&[x])[0] >= 0.0);
+            prop_assert!(encoded_gradient(&[1.0], &[x])[0].is_finite());
+            prop_assert!((0.0..=1.0).contains(&sigmoids(&[x])[0]));
+        }
+
+        #[test]
+        fn a_value_does_not_depend_on_its_neighbours(x in -2f32..100.0, place in 0..40usize) {
+            let mut many = noise(40, 1);
+            many[place] = x;
+            prop_assert_eq!(encoded(&many)[place], encoded(&[x])[0]);
+        }
+    }
 }

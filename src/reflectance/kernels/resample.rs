@@ -3,7 +3,7 @@
 //! Both filters are separable. A row of the result is combined from two or three rows of the source
 //! into one scratch row, which stays in the nearest cache, and from there along the row.
 
-use super::chunks::{WORTH_A_THREAD, each_chunk};
+use crate::reflectance::kernels::chunks::{WORTH_A_THREAD, each_chunk};
 
 /// Blur-pool ÷2 (Zhang, "Making convolutional networks shift-invariant again"): the binomial filter
 /// [1 2 1]/4 on both axes, edges repeated, then every second pixel, starting with the first.
@@ -213,4 +213,167 @@ fn assert_planes(large: usize, large_plane: usize, small: usize, small_plane: us
         "{large} is not a multiple of {large_plane}"
     );
     assert_eq!(small, large / large_plane * small_plane);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reflectance::kernels::chunks::tests::{assert_independent_of_threads, dot, noise};
+    use proptest::prelude::*;
+
+    const SIZES: [[usize; 2]; 8] = [
+        [1, 1],
+        [1, 2],
+        [3, 5],
+        [4, 1],
+        [6, 4],
+        [17, 64],
+        [127, 127],
+        [128, 128],
+    ];
+
+    /// For each result of an axis, its sources and their weights before edges are repeated.
+    type Taps = fn(isize) -> Vec<(isize, f64)>;
+
+    const BINOMIAL: Taps = |i| vec![(2 * i - 1, 0.25), (2 * i, 0.5), (2 * i + 1, 0.25)];
+    const BILINEAR: Taps = |i| {
+        let other = if i % 2 == 0 { i / 2 - 1 } else { i / 2 + 1 };
+        vec![(i / 2, 0.75), (other, 0.25)]
+    };
+
+    /// One plane, pixel by pixel in f64.
+    fn filtered(x: &[f32], [h, w]: [usize; 2], taps: Taps, to: [usize; 2]) -> Vec<f64> {
+        let clamp = |i: isize, size: usize| i.clamp(0, size as isize - 1) as usize;
+        let mut out = Vec::new();
+        for y in 0..to[0] as isize {
+            for column in 0..to[1] as isize {
+                let mut sum = 0.0;
+                for (row, a) in taps(y) {
+                    for (column, b) in taps(column) {
+                        sum += a * b * f64::from(x[clamp(row, h) * w + clamp(column, w)]);
+                    }
+                }
+                out.push(sum);
+            }
+        }
+        out
+    }
+
+    fn assert_close(values: &[f32], expected: &[f64], what: &str) {
+        assert_eq!(values.len(), expected.len());
+        for (a, b) in values.iter().zip(expected) {
+            // Values up to 1; a handful of roundings.
+            assert!((f64::from(*a) - b).abs() < 5e-7, "{what}: {a} is not {b}");
+        }
+    }
+
+    fn pooled(x: &[f32], planes: usize, [h, w]: [usize; 2]) -> Vec<f32> {
+        let mut out = vec![f32::NAN; planes * h.div_ceil(2) * w.div_ceil(2)];
+        blur_pool(x, [h, w], &mut out);
+        out
+    }
+
+    fn doubled(batch: usize, size: [usize; 2], first: &[f32], second: &[f32]) -> Vec<f32> {
+        let mut out = vec![f32::NAN; 4 * (first.len() + second.len())];
+        upsample(batch, size, first, second, &mut out);
+        out
+    }
+
+    #[test]
+    fn blur_pool_is_the_binomial_filter_on_every_second_pixel() {
+        for [h, w] in SIZES {
+            let x = noise(3 * h * w, 1);
+            let expected = x.chunks(h * w);
+            let to = [h.div_ceil(2), w.div_ceil(2)];
+            let expected: Vec<f64> = expected
+                .flat_map(|plane| filtered(plane, [h, w], BINOMIAL, to))
+                .collect();
+            assert_close(&pooled(&x, 3, [h, w]), &expected, &format!("{h}×{w}"));
+        }
+    }
+
+    #[test]
+    fn upsampling_is_bilinear_with_half_pixel_centres() {
+        for [h, w] in SIZES {
+            let x = noise(3 * h * w, 2);
+            let expected: Vec<f64> = x
+                .chunks(h * w)
+                .flat_map(|plane| filtered(plane, [h, w], BILINEAR, [2 * h, 2 * w]))
+                .collect();
+            assert_close(&doubled(1, [h, w], &x, &[]), &expected, &format!("{h}×{w}"));
+        }
+    }
+
+    #[test]
+    fn two_sources_stand_one_after_the_other_in_each_picture() {
+        let (batch, [c1, c2], [h, w]) = (3, [2, 5], [3, 4]);
+        let (first, second) = (noise(batch * c1 * h * w, 3), noise(batch * c2 * h * w, 4));
+        let pictures = first.chunks(c1 * h * w).zip(second.chunks(c2 * h * w));
+        let joined: Vec<f32> = pictures.flat_map(|(a, b)| [a, b].concat()).collect();
+        assert_eq!(
+            doubled(batch, [h, w], &first, &second),
+            doubled(batch, [h, w], &joined, &[])
+        );
+    }
+
+    #[test]
+    fn results_do_not_depend_on_the_number_of_threads() {
+        let (x, size) = (noise(8 * 127 * 127, 5), [127, 127]);
+        assert_independent_of_threads(|| pooled(&x, 8, size));
+        assert_independent_of_threads(|| doubled(2, size, &x, &x));
+        assert_independent_of_threads(|| {
+            let mut dx = vec![0.0; 8 * 127 * 127];
+            blur_pool_backward(&x[..8 * 64 * 64], size, &mut dx);
+            dx
+        });
+        assert_independent_of_threads(|| {
+            let mut dx = vec![0.0; 8 * 63 * 63];
+            let (first, second) = dx.split_at_mut(2 * 63 * 63);
+            upsample_backward(1, [63, 63], &x[..8 * 126 * 126], first, second);
+            dx
+        });
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// ⟨A·x, y⟩ = ⟨x, Aᵀ·y⟩.
+        #[test]
+        fn the_gradient_of_blur_pool_is_its_transpose(
+            planes in 1..65usize, h in 1..20usize, w in 1..40usize, seed: u64,
+        ) {
+            let x = noise(planes * h * w, seed);
+            let out = pooled(&x, planes, [h, w]);
+            let dout = noise(out.len(), seed ^ 1);
+            let mut dx = vec![f32::NAN; x.len()];
+            blur_pool_backward(&dout, [h, w], &mut dx);
+            let (forward, backward) = (dot(&out, &dout), dot(&x, &dx));
+            prop_assert!((forward - backward).abs() < 1e-6 * x.len() as f64);
+        }
+
+        #[test]
+        fn the_gradient_of_upsampling_is_its_transpose(
+            batch in 1..5usize, c1 in 0..4usize, c2 in 1..4usize, h in 1..20usize,
+            w in 1..40usize, seed: u64,
+        ) {
+            let (first, second) =
+                (noise(batch * c1 * h * w, seed), noise(batch * c2 * h * w, seed ^ 1));
+            let out = doubled(batch, [h, w], &first, &second);
+            let dout = noise(out.len(), seed ^ 2);
+            let mut dfirst = vec![f32::NAN; first.len()];
+            let mut dsecond = vec![f32::NAN; second.len()];
+            upsample_backward(batch, [h, w], &dout, &mut dfirst, &mut dsecond);
+            let backward = dot(&first, &dfirst) + dot(&second, &dsecond);
+            prop_assert!((dot(&out, &dout) - backward).abs() < 1e-6 * out.len() as f64);
+        }
+
+        /// Both filters only take means.
+        #[test]
+        fn a_constant_stays_constant(h in 1..40usize, w in 1..40usize, value in -9f32..9.0) {
+            let x = vec![value; h * w];
+            for y in pooled(&x, 1, [h, w]).into_iter().chain(doubled(1, [h, w], &x, &[])) {
+                prop_assert!((y - value).abs() <= 1e-6 * value.abs());
+            }
+        }
+    }
 }

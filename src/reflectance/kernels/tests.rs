@@ -227,7 +227,7 @@ fn normalization_and_its_gradients_are_those_of_burn() {
         norm.beta = Some(Param::from_tensor(random([channels], &device)));
         let x = (random([batch, channels, h, w], &device) * 3.0 + 1.0).detach().require_grad();
         let towards = random([batch, channels, h, w], &device);
-        let ours = normalize(x.clone(), &norm, 0.2);
+        let ours = group_norm(x.clone(), &norm, 0.2);
         let burns = activation::leaky_relu(norm.forward(x.clone()), 0.2);
         let what = format!("{batch}×{channels}×{h}×{w}");
         assert_close(&what, ours.clone(), burns.clone());
@@ -251,7 +251,7 @@ fn a_gradient_is_the_slope_of_the_loss() {
     let towards = random([1, 20, 14, 10], &device);
     let loss = |x: Tensor<4>| {
         let y = convolution(x, None, &layer, Activation::None);
-        let y = normalize(y, &norm, 1.0);
+        let y = group_norm(y, &norm, 1.0);
         let pooled = blur_pool(y.clone());
         let y = upsample(pooled.clone(), Some(pooled));
         (y * towards.clone()).sum()
