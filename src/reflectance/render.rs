@@ -1,6 +1,5 @@
 //! Between tensors and light: what the sigmoid's output stands for, and the differentiable renderer.
 
-use super::kernels;
 use super::unet::Formulation;
 use crate::imaging::{Image, Mask};
 use burn::tensor::{Device, Tensor, TensorData};
@@ -12,9 +11,6 @@ pub const RATIO_FLOOR: f32 = 0.02;
 /// Display-like encoding for the network's input and its losses: (x + o)^(1/2.2) − o^(1/2.2).
 /// The offset o keeps the slope at black finite: 8.9 at o = 0.01, where a pure power has none.
 pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
-    if kernels::serve(&linear) {
-        return kernels::encode(linear);
-    }
     const OFFSET: f32 = 0.01;
     const POWER: f32 = 1.0 / 2.2;
     (linear.clamp_min(0.0) + OFFSET).powf_scalar(POWER) - OFFSET.powf(POWER)
@@ -29,10 +25,14 @@ pub fn olats(
     scale: f32,
 ) -> Tensor<4> {
     let [_, channels, h, w] = output.dims();
-    let olats = output.reshape([channels / 3, 3, h, w]) * scale;
+    output.reshape([channels / 3, 3, h, w]) * light(look, formulation, scale)
+}
+
+/// The linear light that an output of 1 stands for, `[1, 3, h, w]`.
+pub fn light(look: &Tensor<4>, formulation: Formulation, scale: f32) -> Tensor<4> {
     match formulation {
-        Formulation::Direct => olats,
-        Formulation::Ratio => olats * (look.clone().clamp_min(0.0) + RATIO_FLOOR),
+        Formulation::Direct => look.ones_like() * scale,
+        Formulation::Ratio => (look.clone().clamp_min(0.0) + RATIO_FLOOR) * scale,
     }
 }
 

@@ -1,6 +1,6 @@
 //! The distance between encoded pictures that the network is trained on, and its gradient.
 
-use crate::reflectance::kernels::chunks::{each_chunk, each_index, vectorized};
+use crate::reflectance::kernels::chunks::{each_index, vectorized};
 use crate::reflectance::kernels::sums::{BLOCK, Lanes, sum_of};
 
 /// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 and not 0/0.
@@ -12,42 +12,41 @@ const SCALES: usize = 3;
 /// Colours of a picture.
 const COLOURS: usize = 3;
 
-/// Mean feature distance between encoded pictures, in units of encoded values, and its gradient.
+/// What the distance between encoded pictures `[3, h, w]` counts in a loss, where `mask`, `[h, w]`,
+/// is not 0.
 ///
-/// `predicted`, `truth` and `gradient` are `[n, 3, h, w]`, `mask` is `[h, w]`; where it is 0 nothing
-/// counts. The features of a picture are its values and their horizontal and vertical differences
-/// at three scales, each scale the means of 2×2 pixels of the one before it (a last odd row or
-/// column is left out). With d the masked difference of the two pictures, v = 3·max(Σ mask, 1)/4ˢ:
+/// The features of a picture are its values and their horizontal and vertical differences at three
+/// scales, each scale the means of 2×2 pixels of the one before it (a last odd row or column is left
+/// out). With d the masked difference of the two pictures, v = 3·max(Σ mask, 1)/4ˢ and n pictures:
 ///
 /// loss = mean over pictures of ⅓·Σₛ √(Σ d²/v + ε²) + √((Σ across² + Σ down²)/v + ε²)
 ///
 /// Scales of a single row or column have no differences, and no scale after them.
-pub fn feature_distance(
-    predicted: &[f32],
-    truth: &[f32],
-    mask: &[f32],
-    [h, w]: [usize; 2],
-    gradient: &mut [f32],
-) -> f64 {
-    let size = COLOURS * h * w;
-    let pictures = predicted.len() / size;
-    assert_eq!(
-        (truth.len(), gradient.len()),
-        (predicted.len(), predicted.len())
-    );
-    assert_eq!((mask.len(), predicted.len()), (h * w, pictures * size));
-    let norms = Norms {
-        values: COLOURS as f64 * covered(mask).max(1.0),
-        share: 1.0 / (SCALES * pictures) as f64,
-    };
-    let distances = each_chunk(gradient, size, |index, gradient| {
-        let start = index * size;
-        subtract(&predicted[start..], &truth[start..], mask, gradient);
-        let distance = distance(gradient, [h, w], norms, SCALES);
-        multiply(gradient, mask);
+#[derive(Clone, Copy)]
+pub struct FeatureDistance<'a> {
+    mask: &'a [f32],
+    size: [usize; 2],
+    norms: Norms,
+}
+
+impl<'a> FeatureDistance<'a> {
+    /// Of one of `pictures`.
+    pub fn new(mask: &'a [f32], size: [usize; 2], pictures: usize) -> Self {
+        assert_eq!(mask.len(), size[0] * size[1]);
+        let norms = Norms {
+            values: COLOURS as f64 * covered(mask).max(1.0),
+            share: 1.0 / (SCALES * pictures) as f64,
+        };
+        Self { mask, size, norms }
+    }
+
+    /// The share of one picture in the loss. `x` is what is predicted and becomes the gradient by it.
+    pub fn into_gradient(&self, x: &mut [f32], truth: &[f32]) -> f64 {
+        subtract(truth, self.mask, x);
+        let distance = distance(x, self.size, self.norms, SCALES);
+        multiply(x, self.mask);
         distance
-    });
-    distances.iter().sum()
+    }
 }
 
 /// The part of the loss that is due to the difference `x`, `[3, h, w]`, and the `scales` from there
@@ -110,16 +109,16 @@ fn covered(mask: &[f32]) -> f64 {
     blocks.iter().sum()
 }
 
-/// (a − b)·mask for each colour.
-fn subtract(a: &[f32], b: &[f32], mask: &[f32], difference: &mut [f32]) {
-    let pixels = mask.len();
+/// x ← (x − truth)·mask for each colour.
+fn subtract(truth: &[f32], mask: &[f32], x: &mut [f32]) {
+    assert_eq!(x.len(), truth.len());
     vectorized(
         #[inline(always)]
         || {
-            for (colour, plane) in difference.chunks_exact_mut(pixels).enumerate() {
-                let pictures = a[colour * pixels..].iter().zip(&b[colour * pixels..]);
-                for ((difference, (a, b)), mask) in plane.iter_mut().zip(pictures).zip(mask) {
-                    *difference = (a - b) * mask;
+            let planes = x.chunks_exact_mut(mask.len()).zip(truth.chunks_exact(mask.len()));
+            for (x, truth) in planes {
+                for ((x, truth), mask) in x.iter_mut().zip(truth).zip(mask) {
+                    *x = (*x - truth) * mask;
                 }
             }
         },
@@ -258,8 +257,11 @@ mod tests {
         mask: &[f32],
         size: [usize; 2],
     ) -> (f64, Vec<f32>) {
-        let mut gradient = vec![f32::NAN; predicted.len()];
-        let loss = feature_distance(predicted, truth, mask, size, &mut gradient);
+        let mut gradient = predicted.to_vec();
+        let pictures = predicted.len() / (3 * mask.len());
+        let distance = FeatureDistance::new(mask, size, pictures);
+        let pairs = gradient.chunks_exact_mut(3 * mask.len()).zip(truth.chunks_exact(3 * mask.len()));
+        let loss = pairs.map(|(x, truth)| distance.into_gradient(x, truth)).sum();
         (loss, gradient)
     }
 

@@ -9,6 +9,7 @@ mod adam;
 mod chunks;
 mod convolution;
 mod feature_distance;
+mod losses;
 mod normalize;
 mod operations;
 mod pointwise;
@@ -19,6 +20,7 @@ mod tile;
 mod tests;
 
 pub use convolution::Activation;
+pub use losses::Settings as LossSettings;
 
 use self::adam::AdamStep;
 use self::operations::{Kernels, Updates};
@@ -128,18 +130,30 @@ pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32) -> Tensor<4> {
     Tensor::from_dispatch(y)
 }
 
-/// See [`render::encode`](super::render::encode); for tensors that [`serve`] names.
-pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
-    Tensor::from_dispatch(Dispatch::encode(linear.into_dispatch()))
+/// What the network's output is compared with, `[1, 3, h, w]` where nothing else is said.
+pub struct Comparison<'a> {
+    /// Linear light that an output of 1 stands for.
+    pub light: Tensor<4>,
+    /// Where the subject is, `[1, 1, h, w]`.
+    pub mask: &'a Tensor<4>,
+    /// Encoded OLATs, `[lamps, 3, h, w]`; none skips the reconstruction loss.
+    pub olats: Option<&'a Tensor<4>>,
+    /// The interview's encoded look.
+    pub look: &'a Tensor<4>,
+    /// Weights of the lamps in the interview's light, `[lamps, 3, 1, 1]`.
+    pub weights: &'a Tensor<4>,
+    pub settings: LossSettings,
 }
 
-/// Mean feature distance between encoded pictures; for tensors that [`serve`] names.
-pub fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: Tensor<4>) -> Tensor<1> {
-    Tensor::from_dispatch(Dispatch::feature_distance(
-        predicted.into_dispatch(),
-        truth.into_dispatch(),
-        mask.into_dispatch(),
-    ))
+/// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
+/// by themselves, `[2]`; for tensors that [`serve`] names.
+pub fn losses(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
+    let olats = with.olats.cloned().unwrap_or_else(|| nothing(&output));
+    let tensors = [&with.light, with.mask, &olats, with.look, with.weights];
+    let [light, mask, olats, look, weights] = tensors.map(|t| t.clone().into_dispatch());
+    let output = output.into_dispatch();
+    let (total, parts) = Dispatch::losses(output, light, mask, olats, look, weights, with.settings);
+    (Tensor::from_dispatch(total), Tensor::from_dispatch(parts))
 }
 
 /// A parameter and both its moments after step number `step` (from 1) of Adam, with β₁ = 0.9,

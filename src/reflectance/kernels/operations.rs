@@ -1,15 +1,16 @@
 //! The kernels as operations of burn: what they compute, and by hand what their gradients are.
 
 use super::convolution::{self, Activation};
-use super::feature_distance;
+use super::losses::{Losses, Settings};
 use super::adam::AdamStep;
 use super::normalize::{GroupNorm, Moments};
-use super::{adam, pointwise, resample};
+use super::{adam, resample};
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::autodiff::grads::Gradients;
 use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::flex::{FlexTensor, Layout};
+use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, AutodiffBackend, Backend, Flex, TensorMetadata, backend_extension};
 use burn::tensor::{Bytes, DType, Shape};
@@ -44,15 +45,17 @@ pub trait Kernels: Backend {
         slope: f32,
     ) -> (FloatTensor<Self>, FloatTensor<Self>);
 
-    /// See [`pointwise::encode`].
-    fn encode(x: FloatTensor<Self>) -> FloatTensor<Self>;
-
-    /// See [`feature_distance`]; no gradient goes to `truth` and `mask`.
-    fn feature_distance(
-        predicted: FloatTensor<Self>,
-        truth: FloatTensor<Self>,
+    /// λ1 · reconstruction + λ2 · rendering, `[1]`, and both losses by themselves, `[2]`; no gradient
+    /// goes through these, nor to any input but `output`. `olats` may be empty. See [`Losses`].
+    fn losses(
+        output: FloatTensor<Self>,
+        light: FloatTensor<Self>,
         mask: FloatTensor<Self>,
-    ) -> FloatTensor<Self>;
+        olats: FloatTensor<Self>,
+        look: FloatTensor<Self>,
+        weights: FloatTensor<Self>,
+        settings: Settings,
+    ) -> (FloatTensor<Self>, FloatTensor<Self>);
 }
 
 /// What happens to parameters once their gradients are known.
@@ -219,26 +222,41 @@ impl Kernels for Flex {
         (tensor(y, dims(&x)), moments_tensor(&moments))
     }
 
-    fn encode(x: FlexTensor) -> FlexTensor {
-        let values = Values::new(&x);
-        let mut y = vec![0.0; values.get().len()];
-        pointwise::encode(values.get(), &mut y);
-        tensor(y, x.shape())
-    }
-
-    fn feature_distance(predicted: FlexTensor, truth: FlexTensor, mask: FlexTensor) -> FlexTensor {
-        let (value, _) = distance(&predicted, &truth, &mask);
-        tensor(vec![value], [1])
+    fn losses(
+        output: FlexTensor,
+        light: FlexTensor,
+        mask: FlexTensor,
+        olats: FlexTensor,
+        look: FlexTensor,
+        weights: FlexTensor,
+        settings: Settings,
+    ) -> (FlexTensor, FlexTensor) {
+        let (total, parts, _) = losses([output, light, mask, olats, look, weights], settings);
+        (total, parts)
     }
 }
 
-/// The distance and its gradient by what is predicted.
-fn distance(predicted: &FlexTensor, truth: &FlexTensor, mask: &FlexTensor) -> (f32, FlexTensor) {
-    let [n, _, h, w] = dims(predicted);
-    let [p, t, m] = [predicted, truth, mask].map(Values::new);
-    let mut gradient = vec![0.0; p.get().len()];
-    let value = feature_distance::feature_distance(p.get(), t.get(), m.get(), [h, w], &mut gradient);
-    (value as f32, tensor(gradient, [n, 3, h, w]))
+/// The weighted sum of the losses, both of them, and the gradient of the sum by the output.
+fn losses(inputs: [FlexTensor; 6], settings: Settings) -> (FlexTensor, FlexTensor, FlexTensor) {
+    let shape = dims(&inputs[0]);
+    let [output, light, mask, olats, look, weights] = inputs.each_ref().map(Values::new);
+    let losses = Losses {
+        size: [shape[2], shape[3]],
+        light: light.get(),
+        mask: mask.get(),
+        olats: Some(olats.get()).filter(|olats| !olats.is_empty()),
+        look: look.get(),
+        weights: weights.get(),
+        settings,
+    };
+    let mut gradient = vec![0.0; output.get().len()];
+    let parts = losses.of(output.get(), &mut gradient);
+    let total = settings.reconstruction * parts.reconstruction + settings.rendering * parts.rendering;
+    (
+        tensor(vec![total], [1]),
+        tensor(vec![parts.reconstruction, parts.rendering], [2]),
+        tensor(gradient, shape),
+    )
 }
 
 /// Registers an operation: `state` is kept for `step` where a gradient will be asked for.
@@ -421,41 +439,19 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         (record!(Normalize, guards, state, output), statistics)
     }
 
-    fn encode(x: FloatTensor<Self>) -> FloatTensor<Self> {
-        #[derive(Debug)]
-        struct Encode;
-        impl Backward<Flex, 1> for Encode {
-            type State = FlexTensor;
-            fn backward(
-                self,
-                ops: Ops<Self::State, 1>,
-                gradients: &mut Gradients,
-                _: &mut Checkpointer,
-            ) {
-                let gradient = gradients.consume::<Flex>(&ops.node);
-                if let [Some(node)] = ops.parents {
-                    let [dy, x] = [&gradient, &ops.state].map(Values::new);
-                    let mut dx = vec![0.0; x.get().len()];
-                    pointwise::encode_backward(dy.get(), x.get(), &mut dx);
-                    gradients.register::<Flex>(node.id, tensor(dx, ops.state.shape()));
-                }
-            }
-        }
-        let guard = x.node();
-        let x = x.into_primitive();
-        let state = x.clone();
-        record!(Encode, [guard], state, Flex::encode(x))
-    }
-
-    fn feature_distance(
-        predicted: FloatTensor<Self>,
-        truth: FloatTensor<Self>,
+    fn losses(
+        output: FloatTensor<Self>,
+        light: FloatTensor<Self>,
         mask: FloatTensor<Self>,
-    ) -> FloatTensor<Self> {
+        olats: FloatTensor<Self>,
+        look: FloatTensor<Self>,
+        weights: FloatTensor<Self>,
+        settings: Settings,
+    ) -> (FloatTensor<Self>, FloatTensor<Self>) {
         #[derive(Debug)]
-        struct Distance;
-        impl Backward<Flex, 1> for Distance {
-            /// The gradient, which came with the distance.
+        struct Total;
+        impl Backward<Flex, 1> for Total {
+            /// The gradient, which came with the losses.
             type State = FlexTensor;
             fn backward(
                 self,
@@ -467,16 +463,16 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
                 if let [Some(node)] = ops.parents {
                     let factor = Values::new(&factor).get()[0];
                     let mut gradient = ops.state;
-                    for value in gradient.storage_mut::<f32>() {
-                        *value *= factor;
+                    if factor != 1.0 {
+                        gradient = Flex::float_mul_scalar(gradient, factor.into());
                     }
                     gradients.register::<Flex>(node.id, gradient);
                 }
             }
         }
-        let guard = predicted.node();
-        let [truth, mask] = [truth, mask].map(|t| t.into_primitive());
-        let (value, gradient) = distance(predicted.primitive(), &truth, &mask);
-        record!(Distance, [guard], gradient, tensor(vec![value], [1]))
+        let guard = output.node();
+        let inputs = [output, light, mask, olats, look, weights].map(|t| t.into_primitive());
+        let (total, parts, gradient) = losses(inputs, settings);
+        (record!(Total, [guard], gradient, total), Self::from_inner(parts))
     }
 }

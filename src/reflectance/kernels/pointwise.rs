@@ -1,49 +1,21 @@
 //! Functions of single values: the display-like encoding and the sigmoid, with their gradients.
 
-use crate::reflectance::kernels::chunks::{WORTH_A_THREAD, each_chunk};
-
 /// o in [`encode`]. It keeps the slope at black finite: 8.9, where a pure power has none.
 const OFFSET: f32 = 0.01;
 
-/// The display-like encoding (max(x, 0) + o)^(1/2.2) − o^(1/2.2), with o = 0.01.
+/// The display-like encoding (max(x, 0) + o)^(1/2.2) − o^(1/2.2), with o = 0.01, and its slope, which
+/// is 0 below black and that of the power from black on.
 ///
 /// Within 2e-7 of the exact value of y + o^(1/2.2), relative to it. NaN stays NaN, +∞ stays +∞.
-pub fn encode(x: &[f32], y: &mut [f32]) {
-    assert_eq!(x.len(), y.len());
-    each_chunk(
-        y,
-        WORTH_A_THREAD,
-        #[inline(always)]
-        |index, y| {
-            // By the same root as all others, so that black becomes exactly 0.
-            let black = root_2_2(OFFSET);
-            for (y, &x) in y.iter_mut().zip(&x[index * WORTH_A_THREAD..]) {
-                let light = lifted(x);
-                let root = root_2_2(light);
-                // The root reads the bits of a number; ∞ and NaN are none.
-                let root = if light < f32::INFINITY { root } else { light };
-                *y = root - black;
-            }
-        },
-    );
-}
-
-/// The gradient of [`encode`]: dx = dy·(x + o)^(1/2.2 − 1)/2.2 where x ≥ 0, and 0 elsewhere.
-pub fn encode_backward(dy: &[f32], x: &[f32], dx: &mut [f32]) {
-    assert_eq!((dy.len(), x.len()), (dx.len(), dx.len()));
-    each_chunk(
-        dx,
-        WORTH_A_THREAD,
-        #[inline(always)]
-        |index, dx| {
-            let start = index * WORTH_A_THREAD;
-            for ((dx, &dy), &x) in dx.iter_mut().zip(&dy[start..]).zip(&x[start..]) {
-                let light = lifted(x);
-                let slope = root_2_2(light) / light * (1.0 / 2.2);
-                *dx = if x < 0.0 { 0.0 } else { dy * slope };
-            }
-        },
-    );
+#[inline(always)]
+pub fn encode(x: f32) -> (f32, f32) {
+    let light = lifted(x);
+    let root = root_2_2(light);
+    let slope = if x < 0.0 { 0.0 } else { root / light * (1.0 / 2.2) };
+    // The root reads the bits of a number; ∞ and NaN are none.
+    let root = if light < f32::INFINITY { root } else { light };
+    // By the same root, so that black becomes exactly 0.
+    (root - root_2_2(OFFSET), slope)
 }
 
 /// The sigmoid 1/(1 + e^−x), within 1e-7. Below −87 it is 0, as e^x leaves the normal numbers there.
@@ -136,7 +108,7 @@ fn nearest_whole(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::kernels::chunks::tests::{assert_independent_of_threads, noise};
+    use crate::reflectance::kernels::chunks::vectorized;
     use proptest::prelude::*;
 
     /// 0 and values from 1e-9 to 1e6, evenly in their logarithm.
@@ -149,15 +121,11 @@ mod tests {
     }
 
     fn encoded(x: &[f32]) -> Vec<f32> {
-        let mut y = vec![f32::NAN; x.len()];
-        encode(x, &mut y);
-        y
+        x.iter().map(|x| encode(*x).0).collect()
     }
 
     fn encoded_gradient(dy: &[f32], x: &[f32]) -> Vec<f32> {
-        let mut dx = vec![f32::NAN; x.len()];
-        encode_backward(dy, x, &mut dx);
-        dx
+        dy.iter().zip(x).map(|(dy, x)| dy * encode(*x).1).collect()
     }
 
     fn sigmoids(x: &[f32]) -> Vec<f32> {
@@ -199,9 +167,16 @@ mod tests {
     #[test]
     fn wide_vectors_give_the_bits_of_narrow_ones() {
         let x = lights();
-        for (x, y) in x.iter().zip(encoded(&x)) {
-            assert_eq!(root_2_2(x + OFFSET) - root_2_2(OFFSET), y);
-        }
+        let mut wide = vec![(0.0, 0.0); x.len()];
+        vectorized(
+            #[inline(always)]
+            || {
+                for (wide, x) in wide.iter_mut().zip(&x) {
+                    *wide = encode(*x);
+                }
+            },
+        );
+        assert!(x.iter().zip(wide).all(|(x, wide)| encode(*x) == wide));
     }
 
     #[test]
@@ -250,13 +225,6 @@ mod tests {
         assert_eq!(sigmoids(&ends), [0.5, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     }
 
-    #[test]
-    fn results_do_not_depend_on_the_number_of_threads() {
-        let (x, dy) = (noise(100_003, 1), noise(100_003, 2));
-        assert_independent_of_threads(|| encoded(&x));
-        assert_independent_of_threads(|| encoded_gradient(&dy, &x));
-    }
-
     proptest! {
         #[test]
         fn every_number_has_a_finite_encoding_and_slope(x in any::<f32>()) {
@@ -264,13 +232,6 @@ mod tests {
             prop_assert!(encoded(&[x])[0].is_finite() && encoded(&[x])[0] >= 0.0);
             prop_assert!(encoded_gradient(&[1.0], &[x])[0].is_finite());
             prop_assert!((0.0..=1.0).contains(&sigmoids(&[x])[0]));
-        }
-
-        #[test]
-        fn a_value_does_not_depend_on_its_neighbours(x in -2f32..100.0, place in 0..40usize) {
-            let mut many = noise(40, 1);
-            many[place] = x;
-            prop_assert_eq!(encoded(&many)[place], encoded(&[x])[0]);
         }
     }
 }
