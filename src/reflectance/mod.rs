@@ -3,6 +3,7 @@
 
 pub mod checkpoint;
 mod field;
+pub(crate) mod kernels;
 pub mod predictor;
 pub mod render;
 mod resize;

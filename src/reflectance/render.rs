@@ -25,10 +25,14 @@ pub fn olats(
     scale: f32,
 ) -> Tensor<4> {
     let [_, channels, h, w] = output.dims();
-    let olats = output.reshape([channels / 3, 3, h, w]) * scale;
+    output.reshape([channels / 3, 3, h, w]) * light(look, formulation, scale)
+}
+
+/// The linear light that an output of 1 stands for, `[1, 3, h, w]`.
+pub fn light(look: &Tensor<4>, formulation: Formulation, scale: f32) -> Tensor<4> {
     match formulation {
-        Formulation::Direct => olats,
-        Formulation::Ratio => olats * (look.clone().clamp_min(0.0) + RATIO_FLOOR),
+        Formulation::Direct => look.ones_like() * scale,
+        Formulation::Ratio => (look.clone().clamp_min(0.0) + RATIO_FLOOR) * scale,
     }
 }
 

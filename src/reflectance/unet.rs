@@ -1,15 +1,15 @@
 //! The U-Net of the paper's section 3.2: from one encoded interview look to all OLATs.
 
-use super::resize::{blur_pool, upsample};
+use super::kernels::{self, Activation};
 use crate::error::{Error, Result};
 use burn::module::{Initializer, Module, Param};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, GroupNorm, GroupNormConfig, PaddingConfig2d};
-use burn::tensor::{Device, Tensor, activation};
+use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 
 /// The slope of the encoder's leaky ReLU below zero.
-const LEAK: f64 = 0.2;
+const LEAK: f32 = 0.2;
 
 /// What shapes a [`UNet`]; two networks with equal configurations can exchange weights.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,23 +165,33 @@ impl UNet {
         for (i, block) in self.encoder.iter().enumerate() {
             if i > 0 {
                 skips.push(x.clone());
-                x = blur_pool(x);
+                x = kernels::blur_pool(x);
             }
-            x = block.convolution.forward(x);
-            if let Some(batch) = &block.batch {
-                x = batch.forward(x);
-            }
-            if let Some(group) = &block.group {
-                x = group.forward(x);
-            }
-            x = activation::leaky_relu(x, LEAK);
+            x = block.forward(x);
         }
+        let mut skip = None;
         for convolution in &self.decoder {
-            x = activation::relu(convolution.forward(upsample(x)));
-            if let Some(skip) = skips.pop() {
-                x = Tensor::cat(vec![x, skip], 1);
+            x = kernels::upsample(x, skip);
+            x = kernels::convolution(x, None, convolution, Activation::LeakyRelu(0.0));
+            skip = skips.pop();
+        }
+        kernels::convolution(x, skip, &self.output, Activation::Sigmoid)
+    }
+}
+
+impl EncoderBlock {
+    fn forward(&self, x: Tensor<4>) -> Tensor<4> {
+        let leak = Activation::LeakyRelu(LEAK);
+        match (&self.batch, &self.group) {
+            (None, None) => kernels::convolution(x, None, &self.convolution, leak),
+            (None, Some(group)) => {
+                let x = kernels::convolution(x, None, &self.convolution, Activation::None);
+                kernels::group_norm(x, group, LEAK)
+            }
+            (Some(batch), _) => {
+                let x = kernels::convolution(x, None, &self.convolution, Activation::None);
+                kernels::batch_norm(x, batch, LEAK)
             }
         }
-        activation::sigmoid(self.output.forward(x))
     }
 }

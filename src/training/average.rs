@@ -1,6 +1,6 @@
 //! The moving average of a network's weights, which predicts more steadily than the last step's.
 
-use crate::reflectance::UNet;
+use crate::reflectance::{UNet, kernels};
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::Tensor;
 use std::collections::VecDeque;
@@ -39,7 +39,7 @@ impl ModuleMapper for Blender {
         };
         param.map(|average| {
             let live = live.reshape(average.dims());
-            average * self.keep + live * (1.0 - self.keep)
+            kernels::follow(average, live, self.keep)
         })
     }
 }

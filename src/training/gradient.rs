@@ -1,6 +1,6 @@
 //! Clipping of all gradients by their common norm.
 
-use crate::reflectance::UNet;
+use crate::reflectance::{UNet, kernels};
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
@@ -35,7 +35,7 @@ struct Squares<'a> {
 impl ModuleVisitor for Squares<'_> {
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
         if let Some(gradient) = self.gradients.get::<D>(param.id) {
-            self.sums.push((gradient.clone() * gradient).sum());
+            self.sums.push(kernels::square_sum(gradient));
         }
     }
 }

@@ -4,6 +4,9 @@
 //! differences, at three scales. Differences carry edges and shading, the coarse scales the overall
 //! light; all are linear, so their gradients are cheap.
 
+use super::augment;
+use crate::reflectance::kernels::{self, Comparison};
+use crate::reflectance::render::{encode, relight};
 use burn::tensor::Tensor;
 use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
@@ -15,12 +18,38 @@ pub const EPSILON: f32 = 1e-4;
 /// Scales of the built-in features.
 const SCALES: usize = 3;
 
+/// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
+/// by themselves, `[2]`, the first of them 0 where there are no OLATs to compare with.
+pub fn losses(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
+    if kernels::serve(&output) {
+        return kernels::losses(output, with);
+    }
+    composed(output, with)
+}
+
+/// The same in burn's operations, for devices that our kernels do not serve.
+fn composed(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
+    let [_, channels, h, w] = output.dims();
+    let olats = output.reshape([channels / 3, 3, h, w]) * with.light.clone();
+    let settings = with.settings;
+    let relit = encode(relight(olats.clone(), with.weights));
+    let rendering = feature_distance(relit, with.look.clone(), with.mask);
+    let mut total = rendering.clone() * settings.rendering;
+    let mut reconstruction = rendering.zeros_like();
+    if let Some(truth) = with.olats {
+        let truth = augment::shift(truth.clone(), settings.shift[0], settings.shift[1]);
+        reconstruction = feature_distance(encode(olats * settings.gain), truth, with.mask);
+        total = total + reconstruction.clone() * settings.reconstruction;
+    }
+    (total, Tensor::cat(vec![reconstruction, rendering], 0).detach())
+}
+
 /// Mean feature distance between encoded pictures `[n, 3, h, w]`, in units of encoded values (see
 /// [`encode`](crate::reflectance::render::encode)).
 /// `mask` is `[1, 1, h, w]`; where it is 0 nothing counts. Each picture's features are compared by a
 /// norm that is not squared (the paper's), divided by the root of the subject's number of values, so
 /// that the loss does not depend on the picture's size.
-pub fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) -> Tensor<1> {
+fn feature_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) -> Tensor<1> {
     let mut difference = (predicted - truth) * mask.clone();
     let mut values = mask.clone().sum().clamp_min(1.0) * 3.0;
     let mut sum: Option<Tensor<1>> = None;

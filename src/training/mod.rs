@@ -1,5 +1,6 @@
 //! Training the network on a project's exemplars and interview frames (the paper's sections 3.3 and 4).
 
+mod adam;
 mod augment;
 mod average;
 pub mod config;

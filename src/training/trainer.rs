@@ -1,5 +1,6 @@
 //! The training loop: one lesson a step, both losses, checkpoints as it goes.
 
+use super::adam::Adam;
 use super::config::TrainingConfig;
 use super::data::{Look, TrainingData};
 use super::schedule::{self, Schedule};
@@ -11,10 +12,11 @@ use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::checkpoint::{self, CheckpointInfo, Resumed, TrainingState};
 use crate::reflectance::predictor::check_fits;
-use crate::reflectance::render::{encode, olats, relight};
+use crate::reflectance::kernels::{Comparison, LossSettings};
+use crate::reflectance::render::light;
 use crate::reflectance::{UNet, UNetConfig};
 use burn::module::Module;
-use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor};
 use serde::Serialize;
 use std::fs::OpenOptions;
@@ -128,7 +130,7 @@ impl Trainer {
         )?;
         let seed = project.settings.seed;
         let schedule = Schedule::new(&config, data.exemplars.len(), data.frames.len(), seed);
-        let optimizer = AdamConfig::new().with_epsilon(1e-8).init();
+        let optimizer = ModuleOptimizer::from(Adam::default());
         if resume {
             let Resumed {
                 mut info,
@@ -183,38 +185,45 @@ impl Trainer {
     /// Makes one step; `done` is the finished share of the run, for the learning rate.
     pub fn step(&mut self, done: f64) -> StepReport {
         let step = self.info.step;
-        let (reconstruction, rendering) = match self.schedule.lesson(step) {
+        let most = (self.config.shift * self.info.network.size as f32).round() as i64;
+        let (dx, dy) = self.schedule.shift(step, most);
+        let (look, olats, shift) = match self.schedule.lesson(step) {
             schedule::Lesson::Exemplar { pose } => {
                 let exemplar = &self.data.exemplars[pose];
-                let most = (self.config.shift * self.info.network.size as f32).round() as i64;
-                let (dx, dy) = self.schedule.shift(step, most);
                 let moved = |x: &Tensor<4>| augment::shift(x.clone(), dx, dy);
                 let look = Look {
                     linear: moved(&exemplar.look.linear),
                     encoded: moved(&exemplar.look.encoded),
                     mask: moved(&exemplar.look.mask),
                 };
-                let predicted = self.predict(&look);
-                let rendering = self.rendering_loss(predicted.clone(), &look);
-                let encoded = encode(predicted * self.data.olat_gain);
-                let truth = moved(&exemplar.encoded_olats);
-                let reconstruction = loss::feature_distance(encoded, truth, &look.mask);
-                (Some(reconstruction), rendering)
+                (look, Some(&exemplar.encoded_olats), [dx, dy])
             }
-            schedule::Lesson::Video { frame } => {
-                let look = &self.data.frames[frame];
-                (None, self.rendering_loss(self.predict(look), look))
-            }
+            schedule::Lesson::Video { frame } => (self.data.frames[frame].clone(), None, [0, 0]),
         };
-        let mut total = rendering.clone() * self.config.rendering;
-        if let Some(reconstruction) = &reconstruction {
-            total = total + reconstruction.clone() * self.config.reconstruction;
-        }
+        let network = &self.info.network;
+        let output = self.live.forward(look.encoded.clone() * look.mask.clone());
+        let (total, parts) = loss::losses(
+            output,
+            &Comparison {
+                light: light(&look.linear, network.formulation, self.info.scale),
+                mask: &look.mask,
+                olats,
+                look: &look.encoded,
+                weights: &self.data.weights,
+                settings: LossSettings {
+                    gain: self.data.olat_gain,
+                    shift,
+                    reconstruction: self.config.reconstruction,
+                    rendering: self.config.rendering,
+                },
+            },
+        );
+        let parts = parts.into_data().try_into_vec::<f32>().unwrap_or_default();
+        let value = |i: usize| parts.get(i).copied().unwrap_or(f32::NAN);
+        let (reconstruction, rendering) = (olats.map(|_| value(0)), value(1));
         let mut gradients = GradientsParams::from_grads(total.backward(), &self.live);
         let gradient_norm = gradient::clip(&self.live, &mut gradients, self.config.gradient_norm);
         let learning_rate = schedule::learning_rate(&self.config, step, done);
-        let value = |loss: Tensor<1>| loss.into_scalar::<f32>();
-        let (reconstruction, rendering) = (reconstruction.map(value), value(rendering));
         let taken = gradient_norm.is_finite()
             && rendering.is_finite()
             && reconstruction.is_none_or(f32::is_finite);
@@ -241,21 +250,6 @@ impl Trainer {
             learning_rate,
             taken,
         }
-    }
-
-    fn predict(&self, look: &Look) -> Tensor<4> {
-        let output = self.live.forward(look.encoded.clone() * look.mask.clone());
-        olats(
-            output,
-            &look.linear,
-            self.info.network.formulation,
-            self.info.scale,
-        )
-    }
-
-    fn rendering_loss(&self, predicted: Tensor<4>, look: &Look) -> Tensor<1> {
-        let relit = encode(relight(predicted, &self.data.weights));
-        loss::feature_distance(relit, look.encoded.clone(), &look.mask)
     }
 
     /// The network that predicts.

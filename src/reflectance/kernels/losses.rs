@@ -1,0 +1,172 @@
+//! Both losses of a training step and their gradient, in two passes over the network's output: what
+//! lies between, the OLATs and their encoded form, never leaves the cache.
+
+use super::chunks::{each_chunk, vectorized};
+use super::feature_distance::FeatureDistance;
+use super::pointwise::encode;
+
+/// What the network's output stands for and what it is compared with.
+#[derive(Clone, Copy, Debug)]
+pub struct Losses<'a> {
+    pub size: [usize; 2],
+    /// Linear light that an output of 1 stands for, `[3, h, w]`.
+    pub light: &'a [f32],
+    /// Where the subject is, `[h, w]`.
+    pub mask: &'a [f32],
+    /// Encoded OLATs, `[lamps, 3, h, w]`; none skips the reconstruction loss.
+    pub olats: Option<&'a [f32]>,
+    /// The interview's encoded look, `[3, h, w]`.
+    pub look: &'a [f32],
+    /// Weights of the lamps in the interview's light, `[lamps, 3]`.
+    pub weights: &'a [f32],
+    pub settings: Settings,
+}
+
+/// The numbers among what decides the losses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// OLATs are multiplied with it before they are encoded and compared.
+    pub gain: f32,
+    /// The true OLATs are moved by so many columns to the right and rows down; black comes in.
+    pub shift: [i64; 2],
+    /// λ1.
+    pub reconstruction: f32,
+    /// λ2.
+    pub rendering: f32,
+}
+
+/// The losses, unweighted; the reconstruction loss is 0 where it was skipped.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Values {
+    pub reconstruction: f32,
+    pub rendering: f32,
+}
+
+impl Losses<'_> {
+    /// Of the network's output `[lamps, 3, h, w]`. `gradient`, of the same shape, becomes that of
+    /// λ1 · reconstruction + λ2 · rendering.
+    pub fn of(&self, output: &[f32], gradient: &mut [f32]) -> Values {
+        let picture = self.light.len();
+        let lamps = output.len() / picture;
+        assert_eq!(picture, 3 * self.size[0] * self.size[1]);
+        assert_eq!((output.len(), gradient.len()), (lamps * picture, lamps * picture));
+        assert_eq!((self.look.len(), self.weights.len()), (picture, lamps * 3));
+        assert!(self.olats.is_none_or(|olats| olats.len() == output.len()));
+        let (rendering, relit_gradient) = self.rendering(output);
+        let distance = FeatureDistance::new(self.mask, self.size, lamps);
+        let distances = each_chunk(
+            gradient,
+            picture,
+            #[inline(always)]
+            |lamp, gradient| {
+                let output = &output[lamp * picture..][..picture];
+                let distance = match self.olats {
+                    Some(olats) => {
+                        let olat = self.shifted(&olats[lamp * picture..][..picture]);
+                        self.reconstruction(&distance, output, &olat, gradient)
+                    }
+                    None => {
+                        gradient.fill(0.0);
+                        0.0
+                    }
+                };
+                let planes = gradient.chunks_exact_mut(picture / 3);
+                let relit = relit_gradient.chunks_exact(picture / 3);
+                for ((plane, relit), weight) in planes.zip(relit).zip(&self.weights[lamp * 3..]) {
+                    for (g, relit) in plane.iter_mut().zip(relit) {
+                        *g += weight * relit;
+                    }
+                }
+                distance
+            },
+        );
+        Values {
+            reconstruction: distances.iter().sum::<f64>() as f32,
+            rendering: rendering as f32,
+        }
+    }
+
+    /// One lamp's share in the reconstruction loss, and λ1 times its gradient by the output.
+    #[inline(always)]
+    fn reconstruction(
+        &self,
+        distance: &FeatureDistance,
+        output: &[f32],
+        olat: &[f32],
+        gradient: &mut [f32],
+    ) -> f64 {
+        let gain = self.settings.gain;
+        let mut slopes = vec![0.0; output.len()];
+        for (((g, slope), s), light) in gradient.iter_mut().zip(&mut slopes).zip(output).zip(self.light) {
+            let factor = gain * light;
+            let (value, steepness) = encode(factor * s);
+            *g = value;
+            *slope = self.settings.reconstruction * factor * steepness;
+        }
+        let distance = distance.into_gradient(gradient, olat);
+        for (g, slope) in gradient.iter_mut().zip(&slopes) {
+            *g *= slope;
+        }
+        distance
+    }
+
+    /// The rendering loss, and λ2 times its gradient by Σ weight · output of each pixel.
+    fn rendering(&self, output: &[f32]) -> (f64, Vec<f32>) {
+        const PIXELS: usize = 2048;
+        let plane = self.mask.len();
+        let picture = 3 * plane;
+        let mut relit = vec![0.0; picture];
+        for (channel, relit) in relit.chunks_exact_mut(plane).enumerate() {
+            each_chunk(
+                relit,
+                PIXELS,
+                #[inline(always)]
+                |block, relit| {
+                    let start = channel * plane + block * PIXELS;
+                    let pictures = output.chunks_exact(picture);
+                    for (olat, weights) in pictures.zip(self.weights.chunks_exact(3)) {
+                        for (sum, s) in relit.iter_mut().zip(&olat[start..]) {
+                            *sum += weights[channel] * s;
+                        }
+                    }
+                },
+            );
+        }
+        let mut slopes = vec![0.0; picture];
+        vectorized(
+            #[inline(always)]
+            || {
+                for ((sum, slope), light) in relit.iter_mut().zip(&mut slopes).zip(self.light) {
+                    let (value, steepness) = encode(light * *sum);
+                    *sum = value;
+                    *slope = self.settings.rendering * light * steepness;
+                }
+            },
+        );
+        let distance = FeatureDistance::new(self.mask, self.size, 1);
+        let loss = distance.into_gradient(&mut relit, self.look);
+        for (g, slope) in relit.iter_mut().zip(&slopes) {
+            *g *= slope;
+        }
+        (loss, relit)
+    }
+
+    /// A true OLAT, moved.
+    fn shifted<'a>(&self, olat: &'a [f32]) -> std::borrow::Cow<'a, [f32]> {
+        let ([h, w], [dx, dy]) = (self.size, self.settings.shift);
+        if [dx, dy] == [0, 0] {
+            return olat.into();
+        }
+        let mut moved = vec![0.0; olat.len()];
+        let across = (dx.unsigned_abs() as usize).min(w);
+        let (to, from) = if dx > 0 { (across, 0) } else { (0, across) };
+        for (i, row) in moved.chunks_exact_mut(w).enumerate() {
+            let (plane, y) = (i / h * h, (i % h) as i64 - dy);
+            if let Some(source) = usize::try_from(y).ok().filter(|y| *y < h) {
+                let source = &olat[(plane + source) * w..][..w];
+                row[to..to + w - across].copy_from_slice(&source[from..from + w - across]);
+            }
+        }
+        moved.into()
+    }
+}

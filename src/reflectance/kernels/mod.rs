@@ -1,0 +1,193 @@
+//! The operations that the network and its losses are made of. On the CPU they are our own kernels,
+//! on other devices compositions of burn's operations; callers cannot tell which.
+//!
+//! To add one: write it and its gradient as pure functions on slices in a file here, declare it in
+//! [`operations::Kernels`], implement it there for `Flex` and, with its gradient, for
+//! `Autodiff<Flex, C>`, and give it a function here that falls back to burn's operations.
+
+mod adam;
+mod chunks;
+mod convolution;
+mod feature_distance;
+mod losses;
+mod normalize;
+mod operations;
+mod pointwise;
+mod resample;
+mod sums;
+mod tile;
+#[cfg(test)]
+mod tests;
+
+pub use convolution::Activation;
+pub use losses::Settings as LossSettings;
+
+use self::adam::AdamStep;
+use self::operations::{Kernels, Updates};
+use super::resize;
+use burn::backend::{Dispatch, DispatchDevice};
+use burn::nn::{BatchNorm, GroupNorm};
+use burn::nn::conv::Conv2d;
+use burn::tensor::{DType, Tensor, activation};
+
+/// Whether our kernels can compute on `x`: f32 on burn's CPU backend.
+pub fn serve<const D: usize>(x: &Tensor<D>) -> bool {
+    let device = x.device().without_autodiff();
+    x.dtype() == DType::F32 && matches!(device.as_dispatch(), DispatchDevice::Flex(_))
+}
+
+/// A second source of no channels.
+fn nothing(x: &Tensor<4>) -> Tensor<4> {
+    let [n, _, h, w] = x.dims();
+    Tensor::empty([n, 0, h, w], &x.device().without_autodiff())
+}
+
+/// A convolution of stride 1 that keeps the picture's size, and its activation. The channels of `x`
+/// are followed by those of `skip`: `[n, c1, h, w]`, `[n, c2, h, w]` → `[n, outputs, h, w]`.
+pub fn convolution(
+    x: Tensor<4>,
+    skip: Option<Tensor<4>>,
+    layer: &Conv2d,
+    activation: Activation,
+) -> Tensor<4> {
+    if serve(&x)
+        && let Some(bias) = &layer.bias
+    {
+        let skip = skip.unwrap_or_else(|| nothing(&x));
+        return Tensor::from_dispatch(Dispatch::convolution(
+            x.into_dispatch(),
+            skip.into_dispatch(),
+            layer.weight.val().into_dispatch(),
+            bias.val().into_dispatch(),
+            activation,
+        ));
+    }
+    let y = layer.forward(joined(x, skip));
+    match activation {
+        Activation::None => y,
+        Activation::LeakyRelu(slope) => activation::leaky_relu(y, f64::from(slope)),
+        Activation::Sigmoid => activation::sigmoid(y),
+    }
+}
+
+fn joined(x: Tensor<4>, skip: Option<Tensor<4>>) -> Tensor<4> {
+    match skip {
+        Some(skip) => Tensor::cat(vec![x, skip], 1),
+        None => x,
+    }
+}
+
+/// Blur-pool ÷2 (Zhang, "Making convolutional networks shift-invariant again"): the binomial filter
+/// [1 2 1]/4 on both axes, edges repeated, then every second pixel. `[n, c, h, w]` → `[n, c, h/2, w/2]`;
+/// h and w must be even.
+pub fn blur_pool(x: Tensor<4>) -> Tensor<4> {
+    if serve(&x) {
+        return Tensor::from_dispatch(Dispatch::blur_pool(x.into_dispatch()));
+    }
+    resize::blur_pool(x)
+}
+
+/// Bilinear ×2 with half-pixel centres and repeated edges, as PyTorch's `align_corners=False`, of the
+/// channels of `x` followed by those of `skip`: → `[n, c1 + c2, 2h, 2w]`.
+pub fn upsample(x: Tensor<4>, skip: Option<Tensor<4>>) -> Tensor<4> {
+    if serve(&x) {
+        let skip = skip.unwrap_or_else(|| nothing(&x));
+        let (x, skip) = (x.into_dispatch(), skip.into_dispatch());
+        return Tensor::from_dispatch(Dispatch::upsample(x, skip));
+    }
+    resize::upsample(joined(x, skip))
+}
+
+/// Group normalisation followed by a leaky ReLU of this slope.
+pub fn group_norm(x: Tensor<4>, norm: &GroupNorm, slope: f32) -> Tensor<4> {
+    if serve(&x)
+        && let (Some(gamma), Some(beta)) = (&norm.gamma, &norm.beta)
+    {
+        let [gamma, beta] = [gamma, beta].map(|p| p.val().into_dispatch());
+        let x = x.into_dispatch();
+        let (y, _) = Dispatch::normalize(x, gamma, beta, norm.num_groups, norm.epsilon, slope);
+        return Tensor::from_dispatch(y);
+    }
+    activation::leaky_relu(norm.forward(x), f64::from(slope))
+}
+
+/// Batch normalisation followed by a leaky ReLU of this slope. As with burn's, a picture's own
+/// statistics count in training and the running ones in use.
+pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32) -> Tensor<4> {
+    let [n, c, ..] = x.dims();
+    let training = x.device().is_autodiff() && norm.training.is_enabled();
+    if !(serve(&x) && training && n == 1) {
+        return activation::leaky_relu(norm.forward(x), f64::from(slope));
+    }
+    let [gamma, beta] = [&norm.gamma, &norm.beta].map(|p| p.val().into_dispatch());
+    let (y, moments) = Dispatch::normalize(x.into_dispatch(), gamma, beta, c, norm.epsilon, slope);
+    let moments = Tensor::<2>::from_dispatch(moments).detach();
+    for (row, running) in [&norm.running_mean, &norm.running_var].into_iter().enumerate() {
+        let now = moments.clone().slice([row..row + 1]).reshape([c]);
+        let before = running.value_sync().to_device(&now.device());
+        running.update((before * (1.0 - norm.momentum) + now * norm.momentum).detach());
+    }
+    Tensor::from_dispatch(y)
+}
+
+/// What the network's output is compared with, `[1, 3, h, w]` where nothing else is said.
+pub struct Comparison<'a> {
+    /// Linear light that an output of 1 stands for.
+    pub light: Tensor<4>,
+    /// Where the subject is, `[1, 1, h, w]`.
+    pub mask: &'a Tensor<4>,
+    /// Encoded OLATs, `[lamps, 3, h, w]`; none skips the reconstruction loss.
+    pub olats: Option<&'a Tensor<4>>,
+    /// The interview's encoded look.
+    pub look: &'a Tensor<4>,
+    /// Weights of the lamps in the interview's light, `[lamps, 3, 1, 1]`.
+    pub weights: &'a Tensor<4>,
+    pub settings: LossSettings,
+}
+
+/// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
+/// by themselves, `[2]`; for tensors that [`serve`] names.
+pub fn losses(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
+    let olats = with.olats.cloned().unwrap_or_else(|| nothing(&output));
+    let tensors = [&with.light, with.mask, &olats, with.look, with.weights];
+    let [light, mask, olats, look, weights] = tensors.map(|t| t.clone().into_dispatch());
+    let output = output.into_dispatch();
+    let (total, parts) = Dispatch::losses(output, light, mask, olats, look, weights, with.settings);
+    (Tensor::from_dispatch(total), Tensor::from_dispatch(parts))
+}
+
+/// A parameter and both its moments after step number `step` (from 1) of Adam, with β₁ = 0.9,
+/// β₂ = 0.999 and ε = 1e-8; for tensors that [`serve`] names.
+pub fn adam<const D: usize>(
+    parameter: Tensor<D>,
+    gradient: Tensor<D>,
+    moments: [Tensor<D>; 2],
+    learning_rate: f64,
+    step: usize,
+) -> (Tensor<D>, [Tensor<D>; 2]) {
+    let [first, second] = moments.map(Tensor::into_dispatch);
+    let step = AdamStep { learning_rate, step: step as i32 };
+    let (parameter, gradient) = (parameter.into_dispatch(), gradient.into_dispatch());
+    let (parameter, first, second) = Dispatch::adam(parameter, gradient, first, second, step);
+    (
+        Tensor::from_dispatch(parameter),
+        [first, second].map(Tensor::from_dispatch),
+    )
+}
+
+/// keep · average + (1 − keep) · parameter.
+pub fn follow<const D: usize>(average: Tensor<D>, parameter: Tensor<D>, keep: f32) -> Tensor<D> {
+    if serve(&average) {
+        let (average, parameter) = (average.into_dispatch(), parameter.into_dispatch());
+        return Tensor::from_dispatch(Dispatch::follow(average, parameter, keep));
+    }
+    average * keep + parameter * (1.0 - keep)
+}
+
+/// Σ x².
+pub fn square_sum<const D: usize>(x: Tensor<D>) -> Tensor<1> {
+    if serve(&x) {
+        return Tensor::from_dispatch(Dispatch::square_sum(x.into_dispatch()));
+    }
+    (x.clone() * x).sum()
+}

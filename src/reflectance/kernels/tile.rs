@@ -1,0 +1,130 @@
+//! The inner loops in which convolutions spend their time. Each keeps a block of sums in registers.
+
+use pulp::Simd;
+
+/// Rows of a tile of [`product`] and of [`correlation`].
+pub const ROWS: usize = 4;
+/// Most positions that a tile of [`product`] covers, whatever the processor.
+pub const MOST_POSITIONS: usize = 5 * 16;
+/// Taps of a tile of [`correlation`].
+pub const TAPS: usize = 6;
+
+/// One factor of a product: element (channel, tap) of row or position `i` lies at
+/// `channel · channel_stride + taps[tap] + i`.
+#[derive(Clone, Copy)]
+pub struct Factor<'a> {
+    pub values: &'a [f32],
+    pub channel_stride: usize,
+    pub taps: &'a [usize],
+}
+
+/// A tile of sums, row by row, `MOST_POSITIONS` places for each.
+pub type Tile = [[f32; MOST_POSITIONS]; ROWS];
+
+/// Positions that a tile of [`product`] covers on this processor.
+#[inline(always)]
+pub fn positions<S: Simd>() -> usize {
+    vectors::<S>() * S::F32_LANES
+}
+
+/// Vectors side by side in a tile: with sums, right factors and broadcasts the tile fills 32
+/// registers, or the 16 of AVX2.
+#[inline(always)]
+fn vectors<S: Simd>() -> usize {
+    if S::F32_LANES == 8 { 2 } else { 5 }
+}
+
+/// Fills `tile` with start(row) + Σ over channels and taps of left(channel, tap, row) ·
+/// right(channel, tap, position + column) for the `positions` columns of a tile.
+#[inline(always)]
+pub fn product<S: Simd>(
+    simd: S,
+    left: Factor,
+    rows: [usize; ROWS],
+    right: Factor,
+    channels: usize,
+    position: usize,
+    start: [f32; ROWS],
+    tile: &mut Tile,
+) {
+    if S::F32_LANES == 8 {
+        product_of::<S, 2>(simd, left, rows, right, channels, position, start, tile);
+    } else {
+        product_of::<S, 5>(simd, left, rows, right, channels, position, start, tile);
+    }
+}
+
+#[inline(always)]
+fn product_of<S: Simd, const V: usize>(
+    simd: S,
+    left: Factor,
+    rows: [usize; ROWS],
+    right: Factor,
+    channels: usize,
+    position: usize,
+    start: [f32; ROWS],
+    tile: &mut Tile,
+) {
+    let mut sums = [[simd.splat_f32s(0.0); V]; ROWS];
+    for (sums, start) in sums.iter_mut().zip(start) {
+        *sums = [simd.splat_f32s(start); V];
+    }
+    let taps = left.taps.len().min(right.taps.len());
+    for channel in 0..channels {
+        let a = &left.values[channel * left.channel_stride..];
+        let b = &right.values[channel * right.channel_stride + position..];
+        for tap in 0..taps {
+            let b = &b[right.taps[tap]..][..V * S::F32_LANES];
+            let (b, _) = S::as_simd_f32s(b);
+            let b: &[S::f32s; V] = b.first_chunk().expect("V vectors were taken");
+            let a_tap = left.taps[tap];
+            for (sums, row) in sums.iter_mut().zip(rows) {
+                let weight = simd.splat_f32s(a[row + a_tap]);
+                for (sum, b) in sums.iter_mut().zip(b) {
+                    *sum = simd.mul_add_e_f32s(weight, *b, *sum);
+                }
+            }
+        }
+    }
+    for (row, sums) in tile.iter_mut().zip(sums) {
+        let (row, _) = S::as_mut_simd_f32s(row);
+        for (into, sum) in row.iter_mut().zip(&sums) {
+            *into = *sum;
+        }
+    }
+}
+
+/// Σ over `length` positions of left[rows[r] + p] · right[taps[t] + p], for all r and t of a tile.
+/// `length` is a multiple of 16.
+#[inline(always)]
+pub fn correlation<S: Simd, const T: usize>(
+    simd: S,
+    left: &[f32],
+    rows: [usize; ROWS],
+    right: &[f32],
+    taps: [usize; T],
+    length: usize,
+) -> [[f32; T]; ROWS] {
+    let zero = simd.splat_f32s(0.0);
+    let mut sums = [[zero; T]; ROWS];
+    let left = rows.map(|row| S::as_simd_f32s(&left[row..][..length]).0);
+    let right = taps.map(|tap| S::as_simd_f32s(&right[tap..][..length]).0);
+    for p in 0..length / S::F32_LANES {
+        let mut b = [zero; T];
+        for (b, right) in b.iter_mut().zip(right) {
+            *b = right[p];
+        }
+        for (sums, a) in sums.iter_mut().zip(left) {
+            for (sum, b) in sums.iter_mut().zip(b) {
+                *sum = simd.mul_add_e_f32s(a[p], b, *sum);
+            }
+        }
+    }
+    let mut result = [[0.0; T]; ROWS];
+    for (result, sums) in result.iter_mut().zip(&sums) {
+        for (result, sum) in result.iter_mut().zip(sums) {
+            *result = simd.reduce_sum_f32s(*sum);
+        }
+    }
+    result
+}
