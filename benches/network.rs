@@ -6,8 +6,9 @@
 //! `step N`, `predict N`, `memory`, `quit`.
 
 use afterlight::reflectance::{Formulation, Normalization, UNet, UNetConfig};
+use afterlight::training::Adam;
 use burn::module::{Module, ModuleVisitor, Param};
-use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::store::{ModuleSnapshot, ModuleStore, SafetensorsStore, bridge};
 use burn::tensor::{Device, Distribution, Tensor, TensorData};
 use clap::{Parser, ValueEnum};
@@ -116,7 +117,7 @@ impl Learner {
     fn new(network: UNet, input: Tensor<4>, target: Tensor<4>) -> Self {
         Self {
             network,
-            optimizer: AdamConfig::new().with_epsilon(1e-8).init(),
+            optimizer: ModuleOptimizer::from(Adam::default()),
             input,
             target,
         }

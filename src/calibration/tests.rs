@@ -297,7 +297,8 @@ fn small_calibration() -> Calibration {
 fn shared_shoot(
     probes: &str,
 ) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/stage");
+    let folder =
+        Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("../shared/data/stage");
     let read = |name: &str| -> Option<serde_json::Value> {
         serde_json::from_str(&std::fs::read_to_string(folder.join(name)).ok()?).ok()
     };

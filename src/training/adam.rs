@@ -29,7 +29,9 @@ impl Optimizer for Adam {
         state: Option<Self::State<D>>,
     ) -> (Tensor<D>, Option<Self::State<D>>) {
         if !kernels::serve(&parameter) {
-            return self.elsewhere.step(learning_rate, parameter, gradient, state);
+            return self
+                .elsewhere
+                .step(learning_rate, parameter, gradient, state);
         }
         let (time, moments) = match state.map(|s| s.momentum) {
             Some(m) => (m.time + 1, [m.moment_1, m.moment_2]),

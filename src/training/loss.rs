@@ -41,7 +41,10 @@ fn composed(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
         reconstruction = feature_distance(encode(olats * settings.gain), truth, with.mask);
         total = total + reconstruction.clone() * settings.reconstruction;
     }
-    (total, Tensor::cat(vec![reconstruction, rendering], 0).detach())
+    (
+        total,
+        Tensor::cat(vec![reconstruction, rendering], 0).detach(),
+    )
 }
 
 /// Mean feature distance between encoded pictures `[n, 3, h, w]`, in units of encoded values (see
@@ -97,6 +100,53 @@ mod tests {
     use super::*;
     use crate::reflectance::render::encode;
     use burn::tensor::{Device, Distribution};
+
+    /// Fused and composed losses of one output, with the gradients by it.
+    fn both_ways(lamps: usize, [h, w]: [usize; 2], shift: [i64; 2], with_olats: bool) {
+        let device = Device::flex().autodiff();
+        let random = |shape: [usize; 4]| {
+            Tensor::<4>::random(shape, Distribution::Uniform(0.0, 1.0), &device)
+        };
+        let olats = random([lamps, 3, h, w]);
+        let mask = augment::shift(random([1, 1, h, w]).round(), shift[0], shift[1]);
+        let (look, weights) = (random([1, 3, h, w]), random([lamps, 3, 1, 1]));
+        let comparison = Comparison {
+            light: random([1, 3, h, w]) * 3.0,
+            mask: &mask,
+            olats: with_olats.then_some(&olats),
+            look: &look,
+            weights: &weights,
+            settings: kernels::LossSettings {
+                gain: 0.7,
+                shift,
+                reconstruction: 1.5,
+                rendering: 0.5,
+            },
+        };
+        let output = random([1, 3 * lamps, h, w]).require_grad();
+        let values = |losses: (Tensor<1>, Tensor<1>)| {
+            let gradient = output.grad(&losses.0.backward()).unwrap();
+            let parts = Tensor::cat(vec![losses.0.inner(), losses.1.inner()], 0);
+            [parts.into_data(), gradient.into_data()].map(|d| d.try_into_vec::<f32>().unwrap())
+        };
+        let fused = values(kernels::losses(output.clone(), &comparison));
+        let composed = values(composed(output.clone(), &comparison));
+        for (fused, composed) in fused.iter().zip(&composed) {
+            let largest = composed.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+            for (a, b) in fused.iter().zip(composed) {
+                assert!((a - b).abs() <= 2e-5 * largest, "{a} is not {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_fused_losses_are_the_composed_ones() {
+        both_ways(1, [1, 1], [0, 0], true);
+        both_ways(3, [3, 5], [1, -1], true);
+        both_ways(5, [64, 64], [-3, 2], true);
+        both_ways(2, [31, 47], [0, 5], false);
+        both_ways(4, [8, 8], [9, 0], true);
+    }
 
     fn distance(predicted: f32, truth: f32) -> (f32, Vec<f32>) {
         let device = Device::flex().autodiff();

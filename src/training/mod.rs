@@ -10,5 +10,6 @@ pub mod loss;
 pub mod schedule;
 mod trainer;
 
+pub use adam::Adam;
 pub use config::{Preset, TrainingConfig};
 pub use trainer::{TrainReport, TrainSettings, Trainer, train};

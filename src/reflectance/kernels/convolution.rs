@@ -108,13 +108,26 @@ impl Shape {
     }
 
     /// One row of a plane of `values`, `[batch, channels, height, width]`.
-    fn row<'a>(&self, values: &'a [f32], channels: usize, picture: usize, channel: usize, y: usize) -> &'a [f32] {
+    fn row<'a>(
+        &self,
+        values: &'a [f32],
+        channels: usize,
+        picture: usize,
+        channel: usize,
+        y: usize,
+    ) -> &'a [f32] {
         let start = ((picture * channels + channel) * self.height + y) * self.width;
         &values[start..start + self.width]
     }
 
     /// One row of an input whose channels are those of two sources, one after the other.
-    fn input_row<'a>(&self, sources: Sources<'a>, picture: usize, channel: usize, y: usize) -> &'a [f32] {
+    fn input_row<'a>(
+        &self,
+        sources: Sources<'a>,
+        picture: usize,
+        channel: usize,
+        y: usize,
+    ) -> &'a [f32] {
         let first = sources[0].len() / (self.batch * self.plane()).max(1);
         match channel.checked_sub(first) {
             None => self.row(sources[0], first, picture, channel, y),
@@ -138,7 +151,9 @@ impl Shape {
         let channels = self.inputs.max(self.outputs);
         let rows = CACHED / (channels * (self.width + self.radius())).max(1);
         let most = (self.height.div_ceil(16)).max(8);
-        rows.saturating_sub(2 * self.radius()).clamp(2, most).min(self.height)
+        rows.saturating_sub(2 * self.radius())
+            .clamp(2, most)
+            .min(self.height)
     }
 }
 
@@ -166,7 +181,13 @@ impl Band {
         let taps = (0..shape.taps())
             .map(|t| (t / shape.kernel) * stride + t % shape.kernel)
             .collect();
-        Self { from, rows, stride, plane, taps }
+        Self {
+            from,
+            rows,
+            stride,
+            plane,
+            taps,
+        }
     }
 
     /// Positions that are computed, those between rows counted in.
@@ -226,14 +247,27 @@ impl WithSimd for Product<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let step = tile::positions::<S>();
-        let right = Factor { values: self.values, channel_stride: self.band.plane, taps: &self.band.taps };
+        let right = Factor {
+            values: self.values,
+            channel_stride: self.band.plane,
+            taps: &self.band.taps,
+        };
         let mut tile: Tile = [[0.0; MOST_POSITIONS]; ROWS];
         for position in (0..self.band.positions()).step_by(step) {
             for (i, planes) in self.out.chunks_mut(ROWS).enumerate() {
                 let channel = |r: usize| self.first + i * ROWS + r.min(planes.len() - 1);
                 let rows = core::array::from_fn(|r| channel(r) * self.row_stride);
                 let start = core::array::from_fn(|r| self.bias.map_or(0.0, |b| b[channel(r)]));
-                tile::product(simd, self.weights, rows, right, self.channels, position, start, &mut tile);
+                tile::product(
+                    simd,
+                    self.weights,
+                    rows,
+                    right,
+                    self.channels,
+                    position,
+                    start,
+                    &mut tile,
+                );
                 for (plane, sums) in planes.iter_mut().zip(&tile) {
                     scatter(&sums[..step], position, self.band, self.width, plane);
                 }
@@ -257,7 +291,12 @@ fn scatter(sums: &[f32], position: usize, band: &Band, width: usize, plane: &mut
 }
 
 /// Splits planes of `plane` values into bands: for each picture and band its rows in every channel.
-fn split_bands<'a>(out: &'a mut [f32], shape: &Shape, channels: usize, rows: usize) -> Vec<Vec<&'a mut [f32]>> {
+fn split_bands<'a>(
+    out: &'a mut [f32],
+    shape: &Shape,
+    channels: usize,
+    rows: usize,
+) -> Vec<Vec<&'a mut [f32]>> {
     let bands = shape.height.div_ceil(rows);
     let mut split: Vec<Vec<&mut [f32]>> = Vec::new();
     split.resize_with(shape.batch * bands, || Vec::with_capacity(channels));
@@ -292,25 +331,38 @@ fn convolve(
     let bands = shape.height.div_ceil(rows);
     // Channels are shared out too where there are fewer bands than threads could take.
     let wanted = 2 * rayon::current_num_threads();
-    let parts = wanted.div_ceil(shape.batch * bands).min(shape.outputs.div_ceil(ROWS));
+    let parts = wanted
+        .div_ceil(shape.batch * bands)
+        .min(shape.outputs.div_ceil(ROWS));
     let part = shape.outputs.div_ceil(parts).next_multiple_of(ROWS);
     let mut split = split_bands(out, shape, shape.outputs, rows);
     let tasks: Vec<(usize, usize, &mut [&mut [f32]])> = split
         .iter_mut()
         .enumerate()
-        .flat_map(|(i, planes)| planes.chunks_mut(part).enumerate().map(move |(p, planes)| (i, p * part, planes)))
+        .flat_map(|(i, planes)| {
+            planes
+                .chunks_mut(part)
+                .enumerate()
+                .map(move |(p, planes)| (i, p * part, planes))
+        })
         .collect();
     let threads = tasks.len() > 1;
     let task = |(i, first, out): (usize, usize, &mut [&mut [f32]])| {
         let (picture, from) = (i / bands, i % bands * rows);
         let band = Band::new(shape, from, rows.min(shape.height - from));
         SCRATCH.with_borrow_mut(|(values, _)| {
-            band.fill(shape, shape.inputs, values, |c, y, into| row(picture, c, y, into));
+            band.fill(shape, shape.inputs, values, |c, y, into| {
+                row(picture, c, y, into)
+            });
             Arch::new().dispatch(Product {
                 band: &band,
                 values,
                 channels: shape.inputs,
-                weights: Factor { values: weights.values, channel_stride: weights.channel_stride, taps: &weights.taps },
+                weights: Factor {
+                    values: weights.values,
+                    channel_stride: weights.channel_stride,
+                    taps: &weights.taps,
+                },
                 row_stride: weights.row_stride,
                 width: shape.width,
                 bias,
@@ -331,7 +383,14 @@ fn convolve(
 
 /// Convolution, bias and activation: x as [`Sources`], weight `[outputs, inputs,
 /// kernel, kernel]`, bias `[outputs]` → out `[batch, outputs, height, width]`.
-pub fn forward(shape: &Shape, x: Sources, weight: &[f32], bias: &[f32], activation: Activation, out: &mut [f32]) {
+pub fn forward(
+    shape: &Shape,
+    x: Sources,
+    weight: &[f32],
+    bias: &[f32],
+    activation: Activation,
+    out: &mut [f32],
+) {
     let taps = shape.taps();
     let weights = Weights {
         values: weight,
@@ -342,7 +401,9 @@ pub fn forward(shape: &Shape, x: Sources, weight: &[f32], bias: &[f32], activati
     let row = |picture: usize, channel: usize, y: usize, into: &mut [f32]| {
         into.copy_from_slice(shape.input_row(x, picture, channel, y));
     };
-    convolve(shape, &weights, Some(bias), out, row, |plane| activation.apply(plane));
+    convolve(shape, &weights, Some(bias), out, row, |plane| {
+        activation.apply(plane)
+    });
 }
 
 /// The gradients of [`forward`], from its output and the gradient of its output.
@@ -369,7 +430,14 @@ pub fn backward(
             channel_stride: shape.inputs * taps,
             taps: (0..taps).rev().collect(),
         };
-        convolve(&shape.reversed(), &weights, None, &mut input, before, |_| {});
+        convolve(
+            &shape.reversed(),
+            &weights,
+            None,
+            &mut input,
+            before,
+            |_| {},
+        );
         input
     });
     let (weight, bias) = if shape.plane() >= 512 {
@@ -377,7 +445,11 @@ pub fn backward(
     } else {
         unfold(shape, x, before)
     };
-    Gradients { input, weight, bias }
+    Gradients {
+        input,
+        weight,
+        bias,
+    }
 }
 
 /// Gradients by weights and biases for large pictures: each weight is the correlation of an output's
@@ -390,7 +462,11 @@ fn correlate(
 ) -> (Vec<f32>, Vec<f32>) {
     let rows = shape.band_rows();
     let bands: Vec<(usize, usize)> = (0..shape.batch)
-        .flat_map(|picture| (0..shape.height).step_by(rows).map(move |from| (picture, from)))
+        .flat_map(|picture| {
+            (0..shape.height)
+                .step_by(rows)
+                .map(move |from| (picture, from))
+        })
         .collect();
     let columns = shape.inputs * shape.taps();
     let groups = (shape.plane() / 4096).clamp(1, 16);
@@ -401,32 +477,46 @@ fn correlate(
     let length = shape.outputs * columns;
     let mut weights = vec![0.0; groups.len() * length];
     let mut biases = vec![0.0; groups.len() * shape.outputs];
-    let tasks = weights.chunks_mut(length).zip(biases.chunks_mut(shape.outputs)).zip(&groups);
+    let tasks = weights
+        .chunks_mut(length)
+        .zip(biases.chunks_mut(shape.outputs))
+        .zip(&groups);
     let tasks = tasks.flat_map(|((weight, bias), bands)| {
         let shares = weight.chunks_mut(part * columns).zip(bias.chunks_mut(part));
-        shares.enumerate().map(move |(p, (weight, bias))| (p * part, weight, bias, *bands))
+        shares
+            .enumerate()
+            .map(move |(p, (weight, bias))| (p * part, weight, bias, *bands))
     });
     let tasks: Vec<_> = tasks.collect();
-    tasks.into_par_iter().for_each(|(first, weight, bias, bands)| {
-        for &(picture, from) in bands {
-            let band = Band::new(shape, from, rows.min(shape.height - from));
-            let own = from..from + band.rows;
-            SCRATCH.with_borrow_mut(|(left, right)| {
-                band.fill(shape, bias.len(), left, |c, y, into| {
-                    // What lies around the band belongs to other bands.
-                    if own.contains(&y) {
-                        before(picture, first + c, y, into);
-                    } else {
-                        into.fill(0.0);
-                    }
+    tasks
+        .into_par_iter()
+        .for_each(|(first, weight, bias, bands)| {
+            for &(picture, from) in bands {
+                let band = Band::new(shape, from, rows.min(shape.height - from));
+                let own = from..from + band.rows;
+                SCRATCH.with_borrow_mut(|(left, right)| {
+                    band.fill(shape, bias.len(), left, |c, y, into| {
+                        // What lies around the band belongs to other bands.
+                        if own.contains(&y) {
+                            before(picture, first + c, y, into);
+                        } else {
+                            into.fill(0.0);
+                        }
+                    });
+                    band.fill(shape, shape.inputs, right, |c, y, into| {
+                        into.copy_from_slice(shape.input_row(x, picture, c, y));
+                    });
+                    Arch::new().dispatch(Correlation {
+                        shape,
+                        band: &band,
+                        left,
+                        right,
+                        weight,
+                        bias,
+                    });
                 });
-                band.fill(shape, shape.inputs, right, |c, y, into| {
-                    into.copy_from_slice(shape.input_row(x, picture, c, y));
-                });
-                Arch::new().dispatch(Correlation { shape, band: &band, left, right, weight, bias });
-            });
-        }
-    });
+            }
+        });
     for group in 1..groups.len() {
         let (total, rest) = weights.split_at_mut(length);
         add(total, &rest[(group - 1) * length..][..length]);
@@ -462,17 +552,24 @@ impl WithSimd for Correlation<'_> {
         let (shape, band) = (self.shape, self.band);
         let columns = shape.inputs * shape.taps();
         let length = band.positions().next_multiple_of(16);
-        let place = |column: usize| column / shape.taps() * band.plane + band.taps[column % shape.taps()];
+        let place =
+            |column: usize| column / shape.taps() * band.plane + band.taps[column % shape.taps()];
         // In the left factor the pixel itself lies behind the border; between rows it is zero.
         let inner = shape.radius() * (band.stride + 1);
         for first in (0..self.bias.len()).step_by(ROWS) {
             let used = ROWS.min(self.bias.len() - first);
             let rows = core::array::from_fn(|r| (first + r.min(used - 1)) * band.plane + inner);
             for (r, row) in rows.into_iter().take(used).enumerate() {
-                let sum: f32 = self.left[row..][..length].chunks_exact(16).fold([0.0f32; 16], |mut sums, chunk| {
-                    for (sum, v) in sums.iter_mut().zip(chunk) { *sum += v; }
-                    sums
-                }).iter().sum();
+                let sum: f32 = self.left[row..][..length]
+                    .chunks_exact(16)
+                    .fold([0.0f32; 16], |mut sums, chunk| {
+                        for (sum, v) in sums.iter_mut().zip(chunk) {
+                            *sum += v;
+                        }
+                        sums
+                    })
+                    .iter()
+                    .sum();
                 self.bias[first + r] += sum;
             }
             let mut column = 0;
@@ -486,7 +583,14 @@ impl WithSimd for Correlation<'_> {
                     }
                     column += TAPS;
                 } else {
-                    let sums = tile::correlation(simd, self.left, rows, self.right, [place(column)], length);
+                    let sums = tile::correlation(
+                        simd,
+                        self.left,
+                        rows,
+                        self.right,
+                        [place(column)],
+                        length,
+                    );
                     for (r, sums) in sums.iter().take(used).enumerate() {
                         weight[r * columns + column] += sums[0];
                     }
@@ -521,27 +625,49 @@ fn unfold(
                     into.copy_from_slice(shape.input_row(x, picture, c, y));
                 });
                 let values = &*values;
-                unfolded[..pixels * row_length].par_chunks_mut(row_length).enumerate().for_each(|(p, row)| {
-                    let pixel = p / shape.width * band.stride + p % shape.width;
-                    for (line, row) in row.chunks_exact_mut(shape.kernel).take(shape.inputs * shape.kernel).enumerate() {
-                        let (channel, ky) = (line / shape.kernel, line % shape.kernel);
-                        let start = channel * band.plane + pixel + ky * band.stride;
-                        row.copy_from_slice(&values[start..][..shape.kernel]);
-                    }
-                });
+                unfolded[..pixels * row_length]
+                    .par_chunks_mut(row_length)
+                    .enumerate()
+                    .for_each(|(p, row)| {
+                        let pixel = p / shape.width * band.stride + p % shape.width;
+                        for (line, row) in row
+                            .chunks_exact_mut(shape.kernel)
+                            .take(shape.inputs * shape.kernel)
+                            .enumerate()
+                        {
+                            let (channel, ky) = (line / shape.kernel, line % shape.kernel);
+                            let start = channel * band.plane + pixel + ky * band.stride;
+                            row.copy_from_slice(&values[start..][..shape.kernel]);
+                        }
+                    });
             });
             let gradient = &mut gradient[..shape.outputs * pixels];
-            gradient.par_chunks_mut(pixels).zip(&mut bias).enumerate().for_each(|(c, (rows, bias))| {
-                for (i, row) in rows.chunks_exact_mut(shape.width).enumerate() {
-                    before(picture, c, from + i, row);
-                }
-                *bias += rows.iter().sum::<f32>();
-            });
+            gradient
+                .par_chunks_mut(pixels)
+                .zip(&mut bias)
+                .enumerate()
+                .for_each(|(c, (rows, bias))| {
+                    for (i, row) in rows.chunks_exact_mut(shape.width).enumerate() {
+                        before(picture, c, from + i, row);
+                    }
+                    *bias += rows.iter().sum::<f32>();
+                });
             let gradient = &*gradient;
             let unfolded = &unfolded[..pixels * row_length];
-            weight.par_chunks_mut(ROWS * columns).enumerate().for_each(|(block, weight)| {
-                Arch::new().dispatch(Unfolded { gradient, unfolded, pixels, row_length, columns, first: block * ROWS, weight });
-            });
+            weight
+                .par_chunks_mut(ROWS * columns)
+                .enumerate()
+                .for_each(|(block, weight)| {
+                    Arch::new().dispatch(Unfolded {
+                        gradient,
+                        unfolded,
+                        pixels,
+                        row_length,
+                        columns,
+                        first: block * ROWS,
+                        weight,
+                    });
+                });
         }
     }
     (weight, bias)
@@ -565,12 +691,29 @@ impl WithSimd for Unfolded<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let used = self.weight.len() / self.columns;
         let rows = core::array::from_fn(|r| (self.first + r.min(used - 1)) * self.pixels);
-        let left = Factor { values: self.gradient, channel_stride: 1, taps: &[0] };
-        let right = Factor { values: self.unfolded, channel_stride: self.row_length, taps: &[0] };
+        let left = Factor {
+            values: self.gradient,
+            channel_stride: 1,
+            taps: &[0],
+        };
+        let right = Factor {
+            values: self.unfolded,
+            channel_stride: self.row_length,
+            taps: &[0],
+        };
         let step = tile::positions::<S>();
         let mut tile: Tile = [[0.0; MOST_POSITIONS]; ROWS];
         for column in (0..self.columns).step_by(step) {
-            tile::product(simd, left, rows, right, self.pixels, column, [0.0; ROWS], &mut tile);
+            tile::product(
+                simd,
+                left,
+                rows,
+                right,
+                self.pixels,
+                column,
+                [0.0; ROWS],
+                &mut tile,
+            );
             let run = step.min(self.columns - column);
             for (weight, sums) in self.weight.chunks_exact_mut(self.columns).zip(&tile) {
                 add(&mut weight[column..][..run], &sums[..run]);

@@ -115,7 +115,9 @@ fn subtract(truth: &[f32], mask: &[f32], x: &mut [f32]) {
     vectorized(
         #[inline(always)]
         || {
-            let planes = x.chunks_exact_mut(mask.len()).zip(truth.chunks_exact(mask.len()));
+            let planes = x
+                .chunks_exact_mut(mask.len())
+                .zip(truth.chunks_exact(mask.len()));
             for (x, truth) in planes {
                 for ((x, truth), mask) in x.iter_mut().zip(truth).zip(mask) {
                     *x = (*x - truth) * mask;
@@ -260,8 +262,12 @@ mod tests {
         let mut gradient = predicted.to_vec();
         let pictures = predicted.len() / (3 * mask.len());
         let distance = FeatureDistance::new(mask, size, pictures);
-        let pairs = gradient.chunks_exact_mut(3 * mask.len()).zip(truth.chunks_exact(3 * mask.len()));
-        let loss = pairs.map(|(x, truth)| distance.into_gradient(x, truth)).sum();
+        let pairs = gradient
+            .chunks_exact_mut(3 * mask.len())
+            .zip(truth.chunks_exact(3 * mask.len()));
+        let loss = pairs
+            .map(|(x, truth)| distance.into_gradient(x, truth))
+            .sum();
         (loss, gradient)
     }
 

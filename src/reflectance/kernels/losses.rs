@@ -49,7 +49,10 @@ impl Losses<'_> {
         let picture = self.light.len();
         let lamps = output.len() / picture;
         assert_eq!(picture, 3 * self.size[0] * self.size[1]);
-        assert_eq!((output.len(), gradient.len()), (lamps * picture, lamps * picture));
+        assert_eq!(
+            (output.len(), gradient.len()),
+            (lamps * picture, lamps * picture)
+        );
         assert_eq!((self.look.len(), self.weights.len()), (picture, lamps * 3));
         assert!(self.olats.is_none_or(|olats| olats.len() == output.len()));
         let (rendering, relit_gradient) = self.rendering(output);
@@ -97,7 +100,12 @@ impl Losses<'_> {
     ) -> f64 {
         let gain = self.settings.gain;
         let mut slopes = vec![0.0; output.len()];
-        for (((g, slope), s), light) in gradient.iter_mut().zip(&mut slopes).zip(output).zip(self.light) {
+        for (((g, slope), s), light) in gradient
+            .iter_mut()
+            .zip(&mut slopes)
+            .zip(output)
+            .zip(self.light)
+        {
             let factor = gain * light;
             let (value, steepness) = encode(factor * s);
             *g = value;

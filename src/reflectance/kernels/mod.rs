@@ -15,9 +15,9 @@ mod operations;
 mod pointwise;
 mod resample;
 mod sums;
-mod tile;
 #[cfg(test)]
 mod tests;
+mod tile;
 
 pub use convolution::Activation;
 pub use losses::Settings as LossSettings;
@@ -26,8 +26,8 @@ use self::adam::AdamStep;
 use self::operations::{Kernels, Updates};
 use super::resize;
 use burn::backend::{Dispatch, DispatchDevice};
-use burn::nn::{BatchNorm, GroupNorm};
 use burn::nn::conv::Conv2d;
+use burn::nn::{BatchNorm, GroupNorm};
 use burn::tensor::{DType, Tensor, activation};
 
 /// Whether our kernels can compute on `x`: f32 on burn's CPU backend.
@@ -122,7 +122,10 @@ pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32) -> Tensor<4> {
     let [gamma, beta] = [&norm.gamma, &norm.beta].map(|p| p.val().into_dispatch());
     let (y, moments) = Dispatch::normalize(x.into_dispatch(), gamma, beta, c, norm.epsilon, slope);
     let moments = Tensor::<2>::from_dispatch(moments).detach();
-    for (row, running) in [&norm.running_mean, &norm.running_var].into_iter().enumerate() {
+    for (row, running) in [&norm.running_mean, &norm.running_var]
+        .into_iter()
+        .enumerate()
+    {
         let now = moments.clone().slice([row..row + 1]).reshape([c]);
         let before = running.value_sync().to_device(&now.device());
         running.update((before * (1.0 - norm.momentum) + now * norm.momentum).detach());
@@ -166,7 +169,10 @@ pub fn adam<const D: usize>(
     step: usize,
 ) -> (Tensor<D>, [Tensor<D>; 2]) {
     let [first, second] = moments.map(Tensor::into_dispatch);
-    let step = AdamStep { learning_rate, step: step as i32 };
+    let step = AdamStep {
+        learning_rate,
+        step: step as i32,
+    };
     let (parameter, gradient) = (parameter.into_dispatch(), gradient.into_dispatch());
     let (parameter, first, second) = Dispatch::adam(parameter, gradient, first, second, step);
     (

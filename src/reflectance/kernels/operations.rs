@@ -1,8 +1,8 @@
 //! The kernels as operations of burn: what they compute, and by hand what their gradients are.
 
+use super::adam::AdamStep;
 use super::convolution::{self, Activation};
 use super::losses::{Losses, Settings};
-use super::adam::AdamStep;
 use super::normalize::{GroupNorm, Moments};
 use super::{adam, resample};
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
@@ -71,7 +71,11 @@ pub trait Updates: Backend {
     ) -> (FloatTensor<Self>, FloatTensor<Self>, FloatTensor<Self>);
 
     /// keep · average + (1 − keep) · parameter.
-    fn follow(average: FloatTensor<Self>, parameter: FloatTensor<Self>, keep: f32) -> FloatTensor<Self>;
+    fn follow(
+        average: FloatTensor<Self>,
+        parameter: FloatTensor<Self>,
+        keep: f32,
+    ) -> FloatTensor<Self>;
 
     /// Σ x², `[1]`.
     fn square_sum(x: FloatTensor<Self>) -> FloatTensor<Self>;
@@ -87,9 +91,13 @@ impl Updates for Flex {
     ) -> (FlexTensor, FlexTensor, FlexTensor) {
         let gradient = Values::new(&gradient);
         // Written in place where nobody else holds them, into a copy otherwise.
-        let [mut p, mut m, mut v] =
-            [parameter, first_moment, second_moment].map(|t| whole(t));
-        step.apply(p.storage_mut(), gradient.get(), m.storage_mut(), v.storage_mut());
+        let [mut p, mut m, mut v] = [parameter, first_moment, second_moment].map(|t| whole(t));
+        step.apply(
+            p.storage_mut(),
+            gradient.get(),
+            m.storage_mut(),
+            v.storage_mut(),
+        );
         (p, m, v)
     }
 
@@ -144,26 +152,59 @@ fn dims(tensor: &FlexTensor) -> [usize; 4] {
 /// Two sources of the gradient of both, without a copy where there is but one.
 fn split(gradient: Vec<f32>, [n, c1, c2]: [usize; 3], [h, w]: [usize; 2]) -> [FlexTensor; 2] {
     if c2 == 0 {
-        return [tensor(gradient, [n, c1, h, w]), tensor(Vec::new(), [n, 0, h, w])];
+        return [
+            tensor(gradient, [n, c1, h, w]),
+            tensor(Vec::new(), [n, 0, h, w]),
+        ];
     }
     let both = tensor(gradient, [n, c1 + c2, h, w]);
-    let strides = [(c1 + c2) * h * w, h * w, w, 1].map(|s| s as isize).to_vec();
+    let strides = [(c1 + c2) * h * w, h * w, w, 1]
+        .map(|s| s as isize)
+        .to_vec();
     [(c1, 0), (c2, c1 * h * w)].map(|(c, offset)| {
         let layout = Layout::new(Shape::from([n, c, h, w]), strides.clone(), offset);
         FlexTensor::from_arc(both.data_arc(), layout, DType::F32)
     })
 }
 
-fn convolution_shape(first: &FlexTensor, second: &FlexTensor, weight: &FlexTensor) -> convolution::Shape {
+fn convolution_shape(
+    first: &FlexTensor,
+    second: &FlexTensor,
+    weight: &FlexTensor,
+) -> convolution::Shape {
     let ([batch, c1, height, width], [_, c2, ..]) = (dims(first), dims(second));
     let [outputs, inputs, kernel, _] = dims(weight);
-    assert_eq!(inputs, c1 + c2, "the weights' input channels are those of the sources");
-    convolution::Shape { batch, inputs, outputs, height, width, kernel }
+    assert_eq!(
+        inputs,
+        c1 + c2,
+        "the weights' input channels are those of the sources"
+    );
+    convolution::Shape {
+        batch,
+        inputs,
+        outputs,
+        height,
+        width,
+        kernel,
+    }
 }
 
-fn group_norm<'a>(x: &FlexTensor, [gamma, beta]: [&'a Values; 2], groups: usize, epsilon: f64, slope: f32) -> GroupNorm<'a> {
+fn group_norm<'a>(
+    x: &FlexTensor,
+    [gamma, beta]: [&'a Values; 2],
+    groups: usize,
+    epsilon: f64,
+    slope: f32,
+) -> GroupNorm<'a> {
     let [_, _, h, w] = dims(x);
-    GroupNorm { groups, pixels: h * w, gamma: gamma.get(), beta: beta.get(), epsilon, slope }
+    GroupNorm {
+        groups,
+        pixels: h * w,
+        gamma: gamma.get(),
+        beta: beta.get(),
+        epsilon,
+        slope,
+    }
 }
 
 /// Means and then variances.
@@ -185,7 +226,14 @@ impl Kernels for Flex {
         let [first, second, weight, bias] = [&first, &second, &weight, &bias].map(Values::new);
         let mut out = vec![0.0; shape.batch * shape.outputs * shape.height * shape.width];
         let sources = [first.get(), second.get()];
-        convolution::forward(&shape, sources, weight.get(), bias.get(), activation, &mut out);
+        convolution::forward(
+            &shape,
+            sources,
+            weight.get(),
+            bias.get(),
+            activation,
+            &mut out,
+        );
         tensor(out, [shape.batch, shape.outputs, shape.height, shape.width])
     }
 
@@ -251,7 +299,8 @@ fn losses(inputs: [FlexTensor; 6], settings: Settings) -> (FlexTensor, FlexTenso
     };
     let mut gradient = vec![0.0; output.get().len()];
     let parts = losses.of(output.get(), &mut gradient);
-    let total = settings.reconstruction * parts.reconstruction + settings.rendering * parts.rendering;
+    let total =
+        settings.reconstruction * parts.reconstruction + settings.rendering * parts.rendering;
     (
         tensor(vec![total], [1]),
         tensor(vec![parts.reconstruction, parts.rendering], [2]),
@@ -370,7 +419,8 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
             ) {
                 let gradient = gradients.consume::<Flex>(&ops.node);
                 let ([n, c1, c2], size) = ops.state;
-                let [mut first, mut second] = [c1, c2].map(|c| vec![0.0; n * c * size[0] * size[1]]);
+                let [mut first, mut second] =
+                    [c1, c2].map(|c| vec![0.0; n * c * size[0] * size[1]]);
                 let gradient = Values::new(&gradient);
                 resample::upsample_backward(n, size, gradient.get(), &mut first, &mut second);
                 let sources = [(first, c1), (second, c2)];
@@ -416,8 +466,19 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
                 let [dy, x] = [&gradient, &x].map(Values::new);
                 let mut dx = vec![0.0; x.get().len()];
                 let [mut dgamma, mut dbeta] = [vec![0.0; shape[1]], vec![0.0; shape[1]]];
-                norm.backward(dy.get(), x.get(), &moments, &mut dx, &mut dgamma, &mut dbeta);
-                let results = [tensor(dx, shape), tensor(dgamma, [shape[1]]), tensor(dbeta, [shape[1]])];
+                norm.backward(
+                    dy.get(),
+                    x.get(),
+                    &moments,
+                    &mut dx,
+                    &mut dgamma,
+                    &mut dbeta,
+                );
+                let results = [
+                    tensor(dx, shape),
+                    tensor(dgamma, [shape[1]]),
+                    tensor(dbeta, [shape[1]]),
+                ];
                 for (node, gradient) in ops.parents.into_iter().zip(results) {
                     if let Some(node) = node {
                         gradients.register::<Flex>(node.id, gradient);
@@ -473,6 +534,9 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         let guard = output.node();
         let inputs = [output, light, mask, olats, look, weights].map(|t| t.into_primitive());
         let (total, parts, gradient) = losses(inputs, settings);
-        (record!(Total, [guard], gradient, total), Self::from_inner(parts))
+        (
+            record!(Total, [guard], gradient, total),
+            Self::from_inner(parts),
+        )
     }
 }

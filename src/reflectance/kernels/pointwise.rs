@@ -11,7 +11,11 @@ const OFFSET: f32 = 0.01;
 pub fn encode(x: f32) -> (f32, f32) {
     let light = lifted(x);
     let root = root_2_2(light);
-    let slope = if x < 0.0 { 0.0 } else { root / light * (1.0 / 2.2) };
+    let slope = if x < 0.0 {
+        0.0
+    } else {
+        root / light * (1.0 / 2.2)
+    };
     // The root reads the bits of a number; ∞ and NaN are none.
     let root = if light < f32::INFINITY { root } else { light };
     // By the same root, so that black becomes exactly 0.

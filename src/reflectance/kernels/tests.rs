@@ -100,7 +100,11 @@ fn check_convolution(case: Case, activation: Activation) {
     let (ours, burns) = (gradients(ours), gradients(burns));
     for ((ours, burns), channels) in ours.0.into_iter().zip(burns.0).zip(case.inputs) {
         if channels > 0 {
-            assert_close(&format!("{what}, by the input"), ours.unwrap(), burns.unwrap());
+            assert_close(
+                &format!("{what}, by the input"),
+                ours.unwrap(),
+                burns.unwrap(),
+            );
         }
     }
     assert_close(&format!("{what}, by the weights"), ours.1, burns.1);
@@ -225,7 +229,9 @@ fn normalization_and_its_gradients_are_those_of_burn() {
         let mut norm = GroupNormConfig::new(groups, channels).init(&device);
         norm.gamma = Some(Param::from_tensor(random([channels], &device)));
         norm.beta = Some(Param::from_tensor(random([channels], &device)));
-        let x = (random([batch, channels, h, w], &device) * 3.0 + 1.0).detach().require_grad();
+        let x = (random([batch, channels, h, w], &device) * 3.0 + 1.0)
+            .detach()
+            .require_grad();
         let towards = random([batch, channels, h, w], &device);
         let ours = group_norm(x.clone(), &norm, 0.2);
         let burns = activation::leaky_relu(norm.forward(x.clone()), 0.2);
