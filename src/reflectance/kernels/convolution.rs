@@ -9,6 +9,7 @@
 use super::chunks::vectorized;
 use super::pointwise;
 use super::tile::{self, Factor, MOST_POSITIONS, ROWS, TAPS, Tile};
+use super::unfolded;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -37,7 +38,7 @@ pub enum Activation {
 
 impl Activation {
     /// Applies it in place.
-    fn apply(self, values: &mut [f32]) {
+    pub(super) fn apply(self, values: &mut [f32]) {
         vectorized(
             #[inline(always)]
             || match self {
@@ -94,16 +95,31 @@ pub struct Gradients {
 /// convolution's inputs. The second may be empty.
 pub type Sources<'a> = [&'a [f32]; 2];
 
+/// Pixels of a picture up to which unfolding is faster than bands: for the products that read weights …
+const TINY: usize = 16;
+/// … and for the one that writes them.
+const SMALL: usize = 64;
+
 impl Shape {
-    fn radius(&self) -> usize {
+    /// Whether pictures are unfolded, where that is faster up to so many pixels.
+    fn unfolds(&self, most: usize) -> bool {
+        self.plane() <= most && self.columns() >= MOST_POSITIONS
+    }
+
+    pub(super) fn radius(&self) -> usize {
         self.kernel / 2
     }
 
-    fn taps(&self) -> usize {
+    pub(super) fn taps(&self) -> usize {
         self.kernel * self.kernel
     }
 
-    fn plane(&self) -> usize {
+    /// Weights of an output channel.
+    pub(super) fn columns(&self) -> usize {
+        self.inputs * self.taps()
+    }
+
+    pub(super) fn plane(&self) -> usize {
         self.height * self.width
     }
 
@@ -121,7 +137,7 @@ impl Shape {
     }
 
     /// One row of an input whose channels are those of two sources, one after the other.
-    fn input_row<'a>(
+    pub(super) fn input_row<'a>(
         &self,
         sources: Sources<'a>,
         picture: usize,
@@ -158,20 +174,20 @@ impl Shape {
 }
 
 /// Rows `from..from + rows` of one picture with the rows around them, borders zeroed.
-struct Band {
+pub(super) struct Band {
     /// First row and number of rows that are computed.
-    from: usize,
-    rows: usize,
+    pub(super) from: usize,
+    pub(super) rows: usize,
     /// Distance between rows in `values`.
-    stride: usize,
+    pub(super) stride: usize,
     /// Distance between channels.
-    plane: usize,
+    pub(super) plane: usize,
     /// Distance of the pixel that tap (ky, kx) reads from the pixel that it serves.
     taps: Vec<usize>,
 }
 
 impl Band {
-    fn new(shape: &Shape, from: usize, rows: usize) -> Self {
+    pub(super) fn new(shape: &Shape, from: usize, rows: usize) -> Self {
         let stride = shape.width + shape.radius();
         let used = rows * stride;
         let plane = used.next_multiple_of(MOST_POSITIONS).next_multiple_of(16)
@@ -197,7 +213,7 @@ impl Band {
 
     /// Copies `channels` planes into `values`; `row(channel, y, into)` gives one row of a plane.
     #[inline(always)]
-    fn fill(
+    pub(super) fn fill(
         &self,
         shape: &Shape,
         channels: usize,
@@ -221,7 +237,8 @@ impl Band {
 }
 
 thread_local! {
-    /// Bands of a thread's current task, kept so that their memory is.
+    /// The bands of a thread's last task, whose memory the next one takes: taken, not borrowed, as a
+    /// thread that waits may begin another task.
     static SCRATCH: RefCell<(Vec<f32>, Vec<f32>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
@@ -350,26 +367,26 @@ fn convolve(
     let task = |(i, first, out): (usize, usize, &mut [&mut [f32]])| {
         let (picture, from) = (i / bands, i % bands * rows);
         let band = Band::new(shape, from, rows.min(shape.height - from));
-        SCRATCH.with_borrow_mut(|(values, _)| {
-            band.fill(shape, shape.inputs, values, |c, y, into| {
-                row(picture, c, y, into)
-            });
-            Arch::new().dispatch(Product {
-                band: &band,
-                values,
-                channels: shape.inputs,
-                weights: Factor {
-                    values: weights.values,
-                    channel_stride: weights.channel_stride,
-                    taps: &weights.taps,
-                },
-                row_stride: weights.row_stride,
-                width: shape.width,
-                bias,
-                first,
-                out,
-            });
+        let (mut values, other) = SCRATCH.take();
+        band.fill(shape, shape.inputs, &mut values, |c, y, into| {
+            row(picture, c, y, into)
         });
+        Arch::new().dispatch(Product {
+            band: &band,
+            values: &values,
+            channels: shape.inputs,
+            weights: Factor {
+                values: weights.values,
+                channel_stride: weights.channel_stride,
+                taps: &weights.taps,
+            },
+            row_stride: weights.row_stride,
+            width: shape.width,
+            bias,
+            first,
+            out,
+        });
+        SCRATCH.set((values, other));
         for plane in out {
             finish(plane);
         }
@@ -391,6 +408,9 @@ pub fn forward(
     activation: Activation,
     out: &mut [f32],
 ) {
+    if shape.unfolds(TINY) {
+        return unfolded::forward(shape, x, weight, bias, activation, out);
+    }
     let taps = shape.taps();
     let weights = Weights {
         values: weight,
@@ -422,34 +442,70 @@ pub fn backward(
     };
     let input = input_gradient.then(|| {
         let mut input = vec![0.0; shape.batch * shape.inputs * shape.plane()];
-        let taps = shape.taps();
-        // Seen from the output, the kernel is turned by half a turn.
-        let weights = Weights {
-            values: weight,
-            row_stride: taps,
-            channel_stride: shape.inputs * taps,
-            taps: (0..taps).rev().collect(),
-        };
-        convolve(
-            &shape.reversed(),
-            &weights,
-            None,
-            &mut input,
-            before,
-            |_| {},
-        );
+        by_input(shape, weight, before, &mut input);
         input
     });
-    let (weight, bias) = if shape.plane() >= 512 {
-        correlate(shape, x, before)
+    let (weight, bias) = if shape.unfolds(SMALL) {
+        unfolded::by_weights(shape, x, before)
     } else {
-        unfold(shape, x, before)
+        correlate(shape, x, before)
     };
     Gradients {
         input,
         weight,
         bias,
     }
+}
+
+/// The gradient by the input: a convolution of the output's gradient, whose kernel is the same turned
+/// by half a turn, with inputs and outputs exchanged.
+fn by_input(
+    shape: &Shape,
+    weight: &[f32],
+    before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
+    out: &mut [f32],
+) {
+    if shape.unfolds(TINY) {
+        return unfolded::by_input(shape, weight, before, out);
+    }
+    let taps = shape.taps();
+    let mut weights = Weights {
+        values: weight,
+        row_stride: taps,
+        channel_stride: shape.inputs * taps,
+        taps: (0..taps).rev().collect(),
+    };
+    // Read as they lie, weights come a few at a time from far apart: with little to do for each, it
+    // pays to bring them in order first.
+    let turned;
+    if shape.plane() < 1024 {
+        turned = transposed(shape, weight);
+        weights = Weights {
+            values: &turned,
+            row_stride: shape.outputs * taps,
+            channel_stride: taps,
+            ..weights
+        };
+    }
+    convolve(&shape.reversed(), &weights, None, out, before, |_| {});
+}
+
+/// `[outputs, inputs, taps]` → `[inputs, outputs, taps]`.
+fn transposed(shape: &Shape, weight: &[f32]) -> Vec<f32> {
+    const INPUTS: usize = 16;
+    let (taps, columns) = (shape.taps(), shape.columns());
+    let row = shape.outputs * taps;
+    let mut transposed = vec![0.0; weight.len()];
+    let blocks = transposed.par_chunks_mut(INPUTS * row).enumerate();
+    blocks.for_each(|(block, rows)| {
+        for (output, weight) in weight.chunks_exact(columns).enumerate() {
+            let weight = weight[block * INPUTS * taps..].chunks_exact(taps);
+            for (row, weight) in rows.chunks_exact_mut(row).zip(weight) {
+                row[output * taps..][..taps].copy_from_slice(weight);
+            }
+        }
+    });
+    transposed
 }
 
 /// Gradients by weights and biases for large pictures: each weight is the correlation of an output's
@@ -494,27 +550,27 @@ fn correlate(
             for &(picture, from) in bands {
                 let band = Band::new(shape, from, rows.min(shape.height - from));
                 let own = from..from + band.rows;
-                SCRATCH.with_borrow_mut(|(left, right)| {
-                    band.fill(shape, bias.len(), left, |c, y, into| {
-                        // What lies around the band belongs to other bands.
-                        if own.contains(&y) {
-                            before(picture, first + c, y, into);
-                        } else {
-                            into.fill(0.0);
-                        }
-                    });
-                    band.fill(shape, shape.inputs, right, |c, y, into| {
-                        into.copy_from_slice(shape.input_row(x, picture, c, y));
-                    });
-                    Arch::new().dispatch(Correlation {
-                        shape,
-                        band: &band,
-                        left,
-                        right,
-                        weight,
-                        bias,
-                    });
+                let (mut left, mut right) = SCRATCH.take();
+                band.fill(shape, bias.len(), &mut left, |c, y, into| {
+                    // What lies around the band belongs to other bands.
+                    if own.contains(&y) {
+                        before(picture, first + c, y, into);
+                    } else {
+                        into.fill(0.0);
+                    }
                 });
+                band.fill(shape, shape.inputs, &mut right, |c, y, into| {
+                    into.copy_from_slice(shape.input_row(x, picture, c, y));
+                });
+                Arch::new().dispatch(Correlation {
+                    shape,
+                    band: &band,
+                    left: &left,
+                    right: &right,
+                    weight,
+                    bias,
+                });
+                SCRATCH.set((left, right));
             }
         });
     for group in 1..groups.len() {
@@ -528,7 +584,7 @@ fn correlate(
     (weights, biases)
 }
 
-fn add(into: &mut [f32], from: &[f32]) {
+pub(super) fn add(into: &mut [f32], from: &[f32]) {
     for (into, from) in into.iter_mut().zip(from) {
         *into += from;
     }
@@ -596,127 +652,6 @@ impl WithSimd for Correlation<'_> {
                     }
                     column += 1;
                 }
-            }
-        }
-    }
-}
-
-/// Gradients by weights and biases for small pictures: the input is unfolded, 256 pixels at a time,
-/// into rows of what each weight meets there.
-fn unfold(
-    shape: &Shape,
-    x: Sources,
-    before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
-) -> (Vec<f32>, Vec<f32>) {
-    const PIXELS: usize = 256;
-    let columns = shape.inputs * shape.taps();
-    let mut weight = vec![0.0; shape.outputs * columns];
-    let mut bias = vec![0.0; shape.outputs];
-    let row_length = columns.next_multiple_of(MOST_POSITIONS);
-    let chunk_rows = (PIXELS / shape.width).max(1);
-    let mut unfolded = vec![0.0; chunk_rows.min(shape.height) * shape.width * row_length];
-    let mut gradient = vec![0.0; shape.outputs * chunk_rows.min(shape.height) * shape.width];
-    for picture in 0..shape.batch {
-        for from in (0..shape.height).step_by(chunk_rows) {
-            let band = Band::new(shape, from, chunk_rows.min(shape.height - from));
-            let pixels = band.rows * shape.width;
-            SCRATCH.with_borrow_mut(|(values, _)| {
-                band.fill(shape, shape.inputs, values, |c, y, into| {
-                    into.copy_from_slice(shape.input_row(x, picture, c, y));
-                });
-                let values = &*values;
-                unfolded[..pixels * row_length]
-                    .par_chunks_mut(row_length)
-                    .enumerate()
-                    .for_each(|(p, row)| {
-                        let pixel = p / shape.width * band.stride + p % shape.width;
-                        for (line, row) in row
-                            .chunks_exact_mut(shape.kernel)
-                            .take(shape.inputs * shape.kernel)
-                            .enumerate()
-                        {
-                            let (channel, ky) = (line / shape.kernel, line % shape.kernel);
-                            let start = channel * band.plane + pixel + ky * band.stride;
-                            row.copy_from_slice(&values[start..][..shape.kernel]);
-                        }
-                    });
-            });
-            let gradient = &mut gradient[..shape.outputs * pixels];
-            gradient
-                .par_chunks_mut(pixels)
-                .zip(&mut bias)
-                .enumerate()
-                .for_each(|(c, (rows, bias))| {
-                    for (i, row) in rows.chunks_exact_mut(shape.width).enumerate() {
-                        before(picture, c, from + i, row);
-                    }
-                    *bias += rows.iter().sum::<f32>();
-                });
-            let gradient = &*gradient;
-            let unfolded = &unfolded[..pixels * row_length];
-            weight
-                .par_chunks_mut(ROWS * columns)
-                .enumerate()
-                .for_each(|(block, weight)| {
-                    Arch::new().dispatch(Unfolded {
-                        gradient,
-                        unfolded,
-                        pixels,
-                        row_length,
-                        columns,
-                        first: block * ROWS,
-                        weight,
-                    });
-                });
-        }
-    }
-    (weight, bias)
-}
-
-/// weight += gradient · unfolded, for a block of output channels.
-struct Unfolded<'a> {
-    gradient: &'a [f32],
-    unfolded: &'a [f32],
-    pixels: usize,
-    row_length: usize,
-    columns: usize,
-    first: usize,
-    weight: &'a mut [f32],
-}
-
-impl WithSimd for Unfolded<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let used = self.weight.len() / self.columns;
-        let rows = core::array::from_fn(|r| (self.first + r.min(used - 1)) * self.pixels);
-        let left = Factor {
-            values: self.gradient,
-            channel_stride: 1,
-            taps: &[0],
-        };
-        let right = Factor {
-            values: self.unfolded,
-            channel_stride: self.row_length,
-            taps: &[0],
-        };
-        let step = tile::positions::<S>();
-        let mut tile: Tile = [[0.0; MOST_POSITIONS]; ROWS];
-        for column in (0..self.columns).step_by(step) {
-            tile::product(
-                simd,
-                left,
-                rows,
-                right,
-                self.pixels,
-                column,
-                [0.0; ROWS],
-                &mut tile,
-            );
-            let run = step.min(self.columns - column);
-            for (weight, sums) in self.weight.chunks_exact_mut(self.columns).zip(&tile) {
-                add(&mut weight[column..][..run], &sums[..run]);
             }
         }
     }

@@ -18,6 +18,7 @@ mod sums;
 #[cfg(test)]
 mod tests;
 mod tile;
+mod unfolded;
 
 pub use convolution::Activation;
 pub use losses::Settings as LossSettings;

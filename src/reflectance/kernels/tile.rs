@@ -95,7 +95,6 @@ fn product_of<S: Simd, const V: usize>(
 }
 
 /// Σ over `length` positions of left[rows[r] + p] · right[taps[t] + p], for all r and t of a tile.
-/// `length` is a multiple of 16.
 #[inline(always)]
 pub fn correlation<S: Simd, const T: usize>(
     simd: S,
@@ -107,23 +106,35 @@ pub fn correlation<S: Simd, const T: usize>(
 ) -> [[f32; T]; ROWS] {
     let zero = simd.splat_f32s(0.0);
     let mut sums = [[zero; T]; ROWS];
-    let left = rows.map(|row| S::as_simd_f32s(&left[row..][..length]).0);
-    let right = taps.map(|tap| S::as_simd_f32s(&right[tap..][..length]).0);
-    for p in 0..length / S::F32_LANES {
-        let mut b = [zero; T];
-        for (b, right) in b.iter_mut().zip(right) {
-            *b = right[p];
-        }
-        for (sums, a) in sums.iter_mut().zip(left) {
-            for (sum, b) in sums.iter_mut().zip(b) {
-                *sum = simd.mul_add_e_f32s(a[p], b, *sum);
+    let left = rows.map(|row| &left[row..][..length]);
+    let right = taps.map(|tap| &right[tap..][..length]);
+    let whole = length / S::F32_LANES;
+    {
+        let left = left.map(|a| &S::as_simd_f32s(a).0[..whole]);
+        let right = right.map(|b| &S::as_simd_f32s(b).0[..whole]);
+        for p in 0..whole {
+            let mut b = [zero; T];
+            for (b, right) in b.iter_mut().zip(right) {
+                *b = right[p];
+            }
+            for (sums, a) in sums.iter_mut().zip(left) {
+                for (sum, b) in sums.iter_mut().zip(b) {
+                    *sum = simd.mul_add_e_f32s(a[p], b, *sum);
+                }
             }
         }
     }
     let mut result = [[0.0; T]; ROWS];
-    for (result, sums) in result.iter_mut().zip(&sums) {
-        for (result, sum) in result.iter_mut().zip(sums) {
-            *result = simd.reduce_sum_f32s(*sum);
+    for (r, sums) in sums.iter().enumerate() {
+        for (t, sum) in sums.iter().enumerate() {
+            result[r][t] = simd.reduce_sum_f32s(*sum);
+        }
+    }
+    for p in whole * S::F32_LANES..length {
+        for (result, a) in result.iter_mut().zip(left) {
+            for (result, b) in result.iter_mut().zip(right) {
+                *result += a[p] * b[p];
+            }
         }
     }
     result

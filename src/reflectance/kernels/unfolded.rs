@@ -1,0 +1,328 @@
+//! Convolution of small pictures, whose weights are many more than their pixels. The input is unfolded,
+//! for each pixel what each weight meets there, and all three products read the weights once and in
+//! the order in which they lie.
+
+use super::chunks::WORTH_A_THREAD;
+use super::convolution::{Activation, Band, Shape, Sources, add};
+use super::tile::{self, Factor, MOST_POSITIONS, ROWS, Tile};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// Pixels of a tile of the forward product.
+const PIXELS: usize = 4;
+
+/// A picture unfolded: `[pixels, row_length]`, in a row the order of an output channel's weights.
+struct Unfolded {
+    values: Vec<f32>,
+    row_length: usize,
+}
+
+impl Unfolded {
+    fn of(shape: &Shape, x: Sources, picture: usize) -> Self {
+        let band = Band::new(shape, 0, shape.height);
+        let mut copy = Vec::new();
+        band.fill(shape, shape.inputs, &mut copy, |c, y, into| {
+            into.copy_from_slice(shape.input_row(x, picture, c, y));
+        });
+        let row_length = shape.columns().next_multiple_of(MOST_POSITIONS);
+        let mut values = vec![0.0; shape.plane() * row_length];
+        let rows = values.par_chunks_mut(row_length).enumerate();
+        let least = (WORTH_A_THREAD / row_length).max(1);
+        rows.with_min_len(least).for_each(|(p, row)| {
+            let pixel = p / shape.width * band.stride + p % shape.width;
+            let lines = row.chunks_exact_mut(shape.kernel);
+            for (line, row) in lines.take(shape.inputs * shape.kernel).enumerate() {
+                let (channel, ky) = (line / shape.kernel, line % shape.kernel);
+                let start = channel * band.plane + pixel + ky * band.stride;
+                row.copy_from_slice(&copy[start..][..shape.kernel]);
+            }
+        });
+        Self { values, row_length }
+    }
+}
+
+/// As [`convolution::forward`](super::convolution::forward).
+pub fn forward(
+    shape: &Shape,
+    x: Sources,
+    weight: &[f32],
+    bias: &[f32],
+    activation: Activation,
+    out: &mut [f32],
+) {
+    let (columns, pixels) = (shape.columns(), shape.plane());
+    for (picture, out) in out.chunks_exact_mut(shape.outputs * pixels).enumerate() {
+        let unfolded = Unfolded::of(shape, x, picture);
+        let blocks = out.par_chunks_mut(ROWS * pixels).enumerate();
+        let least = (WORTH_A_THREAD / (ROWS * columns)).max(1);
+        blocks.with_min_len(least).for_each(|(block, out)| {
+            let first = block * ROWS;
+            Arch::new().dispatch(Outputs {
+                weight: &weight[first * columns..],
+                columns,
+                unfolded: &unfolded,
+                bias: &bias[first..],
+                pixels,
+                out,
+            });
+            activation.apply(out);
+        });
+    }
+}
+
+/// A block of output channels: each sum is that of a row of weights and a row of the unfolded picture.
+struct Outputs<'a> {
+    /// From the block's first channel on.
+    weight: &'a [f32],
+    columns: usize,
+    unfolded: &'a Unfolded,
+    bias: &'a [f32],
+    pixels: usize,
+    out: &'a mut [f32],
+}
+
+impl Outputs<'_> {
+    #[inline(always)]
+    fn tile<S: Simd, const T: usize>(&mut self, simd: S, pixel: usize) {
+        let used = self.out.len() / self.pixels;
+        let rows = core::array::from_fn(|r| r.min(used - 1) * self.columns);
+        let taps: [usize; T] = core::array::from_fn(|t| (pixel + t) * self.unfolded.row_length);
+        let unfolded = &self.unfolded.values;
+        let sums = tile::correlation(simd, self.weight, rows, unfolded, taps, self.columns);
+        for (r, sums) in sums.iter().take(used).enumerate() {
+            let out = &mut self.out[r * self.pixels + pixel..][..T];
+            for (out, sum) in out.iter_mut().zip(sums) {
+                *out = self.bias[r] + sum;
+            }
+        }
+    }
+}
+
+impl WithSimd for Outputs<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let whole = self.pixels - self.pixels % PIXELS;
+        for pixel in (0..whole).step_by(PIXELS) {
+            self.tile::<S, PIXELS>(simd, pixel);
+        }
+        for pixel in whole..self.pixels {
+            self.tile::<S, 1>(simd, pixel);
+        }
+    }
+}
+
+/// A picture's gradient before the activation, `[outputs, pixels]`; `before(picture, channel, y, into)`
+/// gives a row of it.
+fn gradient(
+    shape: &Shape,
+    picture: usize,
+    before: &(impl Fn(usize, usize, usize, &mut [f32]) + Sync),
+) -> Vec<f32> {
+    let mut gradient = vec![0.0; shape.outputs * shape.plane()];
+    for (i, row) in gradient.chunks_exact_mut(shape.width).enumerate() {
+        before(picture, i / shape.height, i % shape.height, row);
+    }
+    gradient
+}
+
+/// The gradients by weights and biases.
+pub fn by_weights(
+    shape: &Shape,
+    x: Sources,
+    before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
+) -> (Vec<f32>, Vec<f32>) {
+    let (columns, pixels) = (shape.columns(), shape.plane());
+    let mut weight = vec![0.0; shape.outputs * columns];
+    let mut bias = vec![0.0; shape.outputs];
+    let threads = rayon::current_num_threads();
+    let part = shape.outputs.div_ceil(threads).next_multiple_of(ROWS);
+    for picture in 0..shape.batch {
+        let gradient = gradient(shape, picture, &before);
+        for (bias, plane) in bias.iter_mut().zip(gradient.chunks_exact(pixels)) {
+            *bias += plane.iter().sum::<f32>();
+        }
+        let unfolded = Unfolded::of(shape, x, picture);
+        let parts = weight.par_chunks_mut(part * columns);
+        let parts = parts.zip(gradient.par_chunks(part * pixels));
+        parts.for_each(|(weight, gradient)| {
+            Arch::new().dispatch(ByWeights {
+                gradient,
+                unfolded: &unfolded,
+                pixels,
+                columns,
+                weight,
+            });
+        });
+    }
+    (weight, bias)
+}
+
+/// weight += gradient · unfolded, for some output channels.
+struct ByWeights<'a> {
+    /// `[channels, pixels]`
+    gradient: &'a [f32],
+    unfolded: &'a Unfolded,
+    pixels: usize,
+    columns: usize,
+    weight: &'a mut [f32],
+}
+
+impl WithSimd for ByWeights<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let step = tile::positions::<S>();
+        let left = Factor {
+            values: self.gradient,
+            channel_stride: 1,
+            taps: &[0],
+        };
+        let right = Factor {
+            values: &self.unfolded.values,
+            channel_stride: self.unfolded.row_length,
+            taps: &[0],
+        };
+        let mut tile: Tile = [[0.0; MOST_POSITIONS]; ROWS];
+        for column in (0..self.columns).step_by(step) {
+            let run = step.min(self.columns - column);
+            let blocks = self.weight.chunks_mut(ROWS * self.columns);
+            for (block, weight) in blocks.enumerate() {
+                let used = weight.len() / self.columns;
+                let rows = core::array::from_fn(|r| (block * ROWS + r.min(used - 1)) * self.pixels);
+                let start = [0.0; ROWS];
+                tile::product(
+                    simd,
+                    left,
+                    rows,
+                    right,
+                    self.pixels,
+                    column,
+                    start,
+                    &mut tile,
+                );
+                for (weight, sums) in weight.chunks_exact_mut(self.columns).zip(&tile) {
+                    add(&mut weight[column..][..run], &sums[..run]);
+                }
+            }
+        }
+    }
+}
+
+/// Columns that a task of [`by_input`] takes: so many that weights are read in runs of a kilobyte.
+const COLUMNS: usize = 3 * MOST_POSITIONS;
+
+/// The gradient by the input: what every pixel sends through each weight, `[columns, pixels]`, folded
+/// back to where it came from.
+pub fn by_input(
+    shape: &Shape,
+    weight: &[f32],
+    before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
+    input: &mut [f32],
+) {
+    for (picture, input) in input
+        .chunks_exact_mut(shape.inputs * shape.plane())
+        .enumerate()
+    {
+        fold(shape, weight, &gradient(shape, picture, &before), input);
+    }
+}
+
+fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
+    let (columns, pixels) = (shape.columns(), shape.plane());
+    let mut sent = vec![0.0; columns.div_ceil(COLUMNS) * pixels * COLUMNS];
+    let blocks = sent.par_chunks_mut(pixels * COLUMNS).enumerate();
+    blocks.for_each(|(block, sent)| {
+        Arch::new().dispatch(Sent {
+            gradient,
+            weight,
+            pixels,
+            outputs: shape.outputs,
+            columns,
+            first: block * COLUMNS,
+            sent,
+        });
+    });
+    let (taps, radius) = (shape.taps(), shape.radius());
+    let planes = input.par_chunks_exact_mut(pixels).enumerate();
+    let least = (WORTH_A_THREAD / (pixels * taps)).max(1);
+    planes.with_min_len(least).for_each(|(channel, plane)| {
+        for tap in 0..taps {
+            let column = channel * taps + tap;
+            let sent = &sent[column / COLUMNS * pixels * COLUMNS + column % COLUMNS..];
+            let (ky, kx) = (tap / shape.kernel, tap % shape.kernel);
+            // The pixels whose kernel reaches inside the picture with this tap.
+            let ys = radius.saturating_sub(ky)
+                ..(shape.height + radius).saturating_sub(ky).min(shape.height);
+            let xs = radius.saturating_sub(kx)
+                ..(shape.width + radius).saturating_sub(kx).min(shape.width);
+            for y in ys {
+                for x in xs.clone() {
+                    let to = (y + ky - radius) * shape.width + x + kx - radius;
+                    plane[to] += sent[(y * shape.width + x) * COLUMNS];
+                }
+            }
+        }
+    });
+}
+
+/// sent = gradientᵀ · weight for a block of columns.
+struct Sent<'a> {
+    gradient: &'a [f32],
+    weight: &'a [f32],
+    pixels: usize,
+    outputs: usize,
+    columns: usize,
+    first: usize,
+    /// `[pixels, COLUMNS]`
+    sent: &'a mut [f32],
+}
+
+impl WithSimd for Sent<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let step = tile::positions::<S>();
+        let left = Factor {
+            values: self.gradient,
+            channel_stride: self.pixels,
+            taps: &[0],
+        };
+        let right = Factor {
+            values: self.weight,
+            channel_stride: self.columns,
+            taps: &[0],
+        };
+        let mut tile: Tile = [[0.0; MOST_POSITIONS]; ROWS];
+        let last = self.columns.min(self.first + COLUMNS);
+        for column in (self.first..last).step_by(step) {
+            // The last tile of all is moved back so that it ends with the weights; what it then holds of
+            // columns before its own is left out.
+            let from = column.min(self.columns - step);
+            let (skipped, run) = (column - from, step.min(last - column));
+            for pixel in (0..self.pixels).step_by(ROWS) {
+                let used = ROWS.min(self.pixels - pixel);
+                let rows = core::array::from_fn(|r| pixel + r.min(used - 1));
+                let start = [0.0; ROWS];
+                tile::product(
+                    simd,
+                    left,
+                    rows,
+                    right,
+                    self.outputs,
+                    from,
+                    start,
+                    &mut tile,
+                );
+                for (r, sums) in tile.iter().take(used).enumerate() {
+                    let start = (pixel + r) * COLUMNS + column - self.first;
+                    let run = run.min(step - skipped);
+                    self.sent[start..start + run].copy_from_slice(&sums[skipped..skipped + run]);
+                }
+            }
+        }
+    }
+}
