@@ -92,6 +92,7 @@ fn main() -> Result<()> {
         return check(folder);
     }
     if options.serve {
+        afterlight::memory::keep_freed();
         return serve(&options.shape[0].config(options.size[0]));
     }
     race(&options)

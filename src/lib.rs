@@ -17,6 +17,7 @@ pub mod footage;
 pub mod gpu;
 pub mod imaging;
 pub mod light;
+pub mod memory;
 pub mod progress;
 pub mod project;
 pub mod reflectance;

@@ -4,6 +4,7 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    afterlight::memory::keep_freed();
     let cli = afterlight::cli::Cli::parse();
     match cli.run() {
         Ok(()) => ExitCode::SUCCESS,

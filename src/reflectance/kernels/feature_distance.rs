@@ -41,7 +41,7 @@ impl<'a> FeatureDistance<'a> {
     }
 
     /// The share of one picture in the loss. `x` is what is predicted and becomes the gradient by it.
-    pub fn into_gradient(&self, x: &mut [f32], truth: &[f32]) -> f64 {
+    pub fn replace_by_gradient(&self, x: &mut [f32], truth: &[f32]) -> f64 {
         subtract(truth, self.mask, x);
         let distance = distance(x, self.size, self.norms, SCALES);
         multiply(x, self.mask);
@@ -266,7 +266,7 @@ mod tests {
             .chunks_exact_mut(3 * mask.len())
             .zip(truth.chunks_exact(3 * mask.len()));
         let loss = pairs
-            .map(|(x, truth)| distance.into_gradient(x, truth))
+            .map(|(x, truth)| distance.replace_by_gradient(x, truth))
             .sum();
         (loss, gradient)
     }

@@ -111,7 +111,7 @@ impl Losses<'_> {
             *g = value;
             *slope = self.settings.reconstruction * factor * steepness;
         }
-        let distance = distance.into_gradient(gradient, olat);
+        let distance = distance.replace_by_gradient(gradient, olat);
         for (g, slope) in gradient.iter_mut().zip(&slopes) {
             *g *= slope;
         }
@@ -152,7 +152,7 @@ impl Losses<'_> {
             },
         );
         let distance = FeatureDistance::new(self.mask, self.size, 1);
-        let loss = distance.into_gradient(&mut relit, self.look);
+        let loss = distance.replace_by_gradient(&mut relit, self.look);
         for (g, slope) in relit.iter_mut().zip(&slopes) {
             *g *= slope;
         }

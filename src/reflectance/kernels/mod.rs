@@ -6,8 +6,10 @@
 //! `Autodiff<Flex, C>`, and give it a function here that falls back to burn's operations.
 
 mod adam;
+mod band;
 mod chunks;
 mod convolution;
+mod correlation;
 mod feature_distance;
 mod losses;
 mod normalize;
@@ -127,7 +129,7 @@ pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32) -> Tensor<4> {
         .into_iter()
         .enumerate()
     {
-        let now = moments.clone().slice([row..row + 1]).reshape([c]);
+        let now = moments.clone().narrow(0, row, 1).reshape([c]);
         let before = running.value_sync().to_device(&now.device());
         running.update((before * (1.0 - norm.momentum) + now * norm.momentum).detach());
     }

@@ -91,7 +91,7 @@ impl Updates for Flex {
     ) -> (FlexTensor, FlexTensor, FlexTensor) {
         let gradient = Values::new(&gradient);
         // Written in place where nobody else holds them, into a copy otherwise.
-        let [mut p, mut m, mut v] = [parameter, first_moment, second_moment].map(|t| whole(t));
+        let [mut p, mut m, mut v] = [parameter, first_moment, second_moment].map(whole);
         step.apply(
             p.storage_mut(),
             gradient.get(),

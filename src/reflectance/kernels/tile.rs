@@ -2,12 +2,10 @@
 
 use pulp::Simd;
 
-/// Rows of a tile of [`product`] and of [`correlation`].
+/// Rows of a tile of a [`Product`] and of a [`correlation`].
 pub const ROWS: usize = 4;
-/// Most positions that a tile of [`product`] covers, whatever the processor.
+/// Most positions that a tile of a [`Product`] covers, whatever the processor.
 pub const MOST_POSITIONS: usize = 5 * 16;
-/// Taps of a tile of [`correlation`].
-pub const TAPS: usize = 6;
 
 /// One factor of a product: element (channel, tap) of row or position `i` lies at
 /// `channel · channel_stride + taps[tap] + i`.
@@ -21,7 +19,7 @@ pub struct Factor<'a> {
 /// A tile of sums, row by row, `MOST_POSITIONS` places for each.
 pub type Tile = [[f32; MOST_POSITIONS]; ROWS];
 
-/// Positions that a tile of [`product`] covers on this processor.
+/// Positions that a tile of a [`Product`] covers on this processor.
 #[inline(always)]
 pub fn positions<S: Simd>() -> usize {
     vectors::<S>() * S::F32_LANES
@@ -34,62 +32,60 @@ fn vectors<S: Simd>() -> usize {
     if S::F32_LANES == 8 { 2 } else { 5 }
 }
 
-/// Fills `tile` with start(row) + Σ over channels and taps of left(channel, tap, row) ·
-/// right(channel, tap, position + column) for the `positions` columns of a tile.
-#[inline(always)]
-pub fn product<S: Simd>(
-    simd: S,
-    left: Factor,
-    rows: [usize; ROWS],
-    right: Factor,
-    channels: usize,
-    position: usize,
-    start: [f32; ROWS],
-    tile: &mut Tile,
-) {
-    if S::F32_LANES == 8 {
-        product_of::<S, 2>(simd, left, rows, right, channels, position, start, tile);
-    } else {
-        product_of::<S, 5>(simd, left, rows, right, channels, position, start, tile);
-    }
+/// A product of two factors: start(row) + Σ over channels and taps of left(channel, tap, row) ·
+/// right(channel, tap, position).
+#[derive(Clone, Copy)]
+pub struct Product<'a> {
+    pub left: Factor<'a>,
+    /// Where the rows of a tile begin in the left factor.
+    pub rows: [usize; ROWS],
+    pub right: Factor<'a>,
+    pub channels: usize,
+    pub start: [f32; ROWS],
 }
 
-#[inline(always)]
-fn product_of<S: Simd, const V: usize>(
-    simd: S,
-    left: Factor,
-    rows: [usize; ROWS],
-    right: Factor,
-    channels: usize,
-    position: usize,
-    start: [f32; ROWS],
-    tile: &mut Tile,
-) {
-    let mut sums = [[simd.splat_f32s(0.0); V]; ROWS];
-    for (sums, start) in sums.iter_mut().zip(start) {
-        *sums = [simd.splat_f32s(start); V];
+impl Product<'_> {
+    /// Fills `tile` with the sums of the [`positions`] from `position` on.
+    #[inline(always)]
+    pub fn fill<S: Simd>(&self, simd: S, position: usize, tile: &mut Tile) {
+        if S::F32_LANES == 8 {
+            self.fill_with::<S, 2>(simd, position, tile);
+        } else {
+            self.fill_with::<S, 5>(simd, position, tile);
+        }
     }
-    let taps = left.taps.len().min(right.taps.len());
-    for channel in 0..channels {
-        let a = &left.values[channel * left.channel_stride..];
-        let b = &right.values[channel * right.channel_stride + position..];
-        for tap in 0..taps {
-            let b = &b[right.taps[tap]..][..V * S::F32_LANES];
-            let (b, _) = S::as_simd_f32s(b);
-            let b: &[S::f32s; V] = b.first_chunk().expect("V vectors were taken");
-            let a_tap = left.taps[tap];
-            for (sums, row) in sums.iter_mut().zip(rows) {
-                let weight = simd.splat_f32s(a[row + a_tap]);
-                for (sum, b) in sums.iter_mut().zip(b) {
-                    *sum = simd.mul_add_e_f32s(weight, *b, *sum);
+
+    #[inline(always)]
+    fn fill_with<S: Simd, const V: usize>(&self, simd: S, position: usize, tile: &mut Tile) {
+        let Self {
+            left, rows, right, ..
+        } = *self;
+        let mut sums = [[simd.splat_f32s(0.0); V]; ROWS];
+        for (sums, start) in sums.iter_mut().zip(self.start) {
+            *sums = [simd.splat_f32s(start); V];
+        }
+        let taps = left.taps.len().min(right.taps.len());
+        for channel in 0..self.channels {
+            let a = &left.values[channel * left.channel_stride..];
+            let b = &right.values[channel * right.channel_stride + position..];
+            for tap in 0..taps {
+                let b = &b[right.taps[tap]..][..V * S::F32_LANES];
+                let (b, _) = S::as_simd_f32s(b);
+                let b: &[S::f32s; V] = b.first_chunk().expect("V vectors were taken");
+                let a_tap = left.taps[tap];
+                for (sums, row) in sums.iter_mut().zip(rows) {
+                    let weight = simd.splat_f32s(a[row + a_tap]);
+                    for (sum, b) in sums.iter_mut().zip(b) {
+                        *sum = simd.mul_add_e_f32s(weight, *b, *sum);
+                    }
                 }
             }
         }
-    }
-    for (row, sums) in tile.iter_mut().zip(sums) {
-        let (row, _) = S::as_mut_simd_f32s(row);
-        for (into, sum) in row.iter_mut().zip(&sums) {
-            *into = *sum;
+        for (row, sums) in tile.iter_mut().zip(sums) {
+            let (row, _) = S::as_mut_simd_f32s(row);
+            for (into, sum) in row.iter_mut().zip(&sums) {
+                *into = *sum;
+            }
         }
     }
 }

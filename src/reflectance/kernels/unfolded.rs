@@ -2,14 +2,13 @@
 //! for each pixel what each weight meets there, and all three products read the weights once and in
 //! the order in which they lie.
 
+use super::band::Band;
 use super::chunks::WORTH_A_THREAD;
-use super::convolution::{Activation, Band, Shape, Sources, add};
+use super::convolution::{Activation, Shape, Sources};
+use super::correlation::add;
 use super::tile::{self, Factor, MOST_POSITIONS, ROWS, Tile};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
-
-/// Pixels of a tile of the forward product.
-const PIXELS: usize = 4;
 
 /// A picture unfolded: `[pixels, row_length]`, in a row the order of an output channel's weights.
 struct Unfolded {
@@ -82,19 +81,24 @@ struct Outputs<'a> {
 }
 
 impl Outputs<'_> {
+    /// The sums of the pixels from `pixel` on, `T` at a time; returns the first that was left.
     #[inline(always)]
-    fn tile<S: Simd, const T: usize>(&mut self, simd: S, pixel: usize) {
+    fn tiles<S: Simd, const T: usize>(&mut self, simd: S, mut pixel: usize) -> usize {
         let used = self.out.len() / self.pixels;
         let rows = core::array::from_fn(|r| r.min(used - 1) * self.columns);
-        let taps: [usize; T] = core::array::from_fn(|t| (pixel + t) * self.unfolded.row_length);
         let unfolded = &self.unfolded.values;
-        let sums = tile::correlation(simd, self.weight, rows, unfolded, taps, self.columns);
-        for (r, sums) in sums.iter().take(used).enumerate() {
-            let out = &mut self.out[r * self.pixels + pixel..][..T];
-            for (out, sum) in out.iter_mut().zip(sums) {
-                *out = self.bias[r] + sum;
+        while pixel + T <= self.pixels {
+            let taps: [usize; T] = core::array::from_fn(|t| (pixel + t) * self.unfolded.row_length);
+            let sums = tile::correlation(simd, self.weight, rows, unfolded, taps, self.columns);
+            for (r, sums) in sums.iter().take(used).enumerate() {
+                let out = &mut self.out[r * self.pixels + pixel..][..T];
+                for (out, sum) in out.iter_mut().zip(sums) {
+                    *out = self.bias[r] + sum;
+                }
             }
+            pixel += T;
         }
+        pixel
     }
 }
 
@@ -103,13 +107,12 @@ impl WithSimd for Outputs<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        let whole = self.pixels - self.pixels % PIXELS;
-        for pixel in (0..whole).step_by(PIXELS) {
-            self.tile::<S, PIXELS>(simd, pixel);
-        }
-        for pixel in whole..self.pixels {
-            self.tile::<S, 1>(simd, pixel);
-        }
+        // Narrow vectors come with few registers.
+        let whole = match S::F32_LANES {
+            8 => self.tiles::<S, 2>(simd, 0),
+            _ => self.tiles::<S, 4>(simd, 0),
+        };
+        self.tiles::<S, 1>(simd, whole);
     }
 }
 
@@ -192,17 +195,14 @@ impl WithSimd for ByWeights<'_> {
             for (block, weight) in blocks.enumerate() {
                 let used = weight.len() / self.columns;
                 let rows = core::array::from_fn(|r| (block * ROWS + r.min(used - 1)) * self.pixels);
-                let start = [0.0; ROWS];
-                tile::product(
-                    simd,
+                let product = tile::Product {
                     left,
                     rows,
                     right,
-                    self.pixels,
-                    column,
-                    start,
-                    &mut tile,
-                );
+                    channels: self.pixels,
+                    start: [0.0; ROWS],
+                };
+                product.fill(simd, column, &mut tile);
                 for (weight, sums) in weight.chunks_exact_mut(self.columns).zip(&tile) {
                     add(&mut weight[column..][..run], &sums[..run]);
                 }
@@ -306,17 +306,14 @@ impl WithSimd for Sent<'_> {
             for pixel in (0..self.pixels).step_by(ROWS) {
                 let used = ROWS.min(self.pixels - pixel);
                 let rows = core::array::from_fn(|r| pixel + r.min(used - 1));
-                let start = [0.0; ROWS];
-                tile::product(
-                    simd,
+                let product = tile::Product {
                     left,
                     rows,
                     right,
-                    self.outputs,
-                    from,
-                    start,
-                    &mut tile,
-                );
+                    channels: self.outputs,
+                    start: [0.0; ROWS],
+                };
+                product.fill(simd, from, &mut tile);
                 for (r, sums) in tile.iter().take(used).enumerate() {
                     let start = (pixel + r) * COLUMNS + column - self.first;
                     let run = run.min(step - skipped);

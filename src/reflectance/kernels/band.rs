@@ -1,0 +1,236 @@
+//! Bands: rows of a picture, copied so that a convolution becomes a matrix product.
+//!
+//! Nothing is unfolded. A band of rows is copied with its borders zeroed, the zeros to the right of
+//! one row being those to the left of the next. In that copy the pixel that a tap of the kernel reads
+//! lies at one distance from the pixel that it serves, whatever the pixel: a convolution becomes a
+//! matrix product whose right factor is read at shifted places, over all pixels of the band at once.
+//! What comes out between rows is thrown away.
+
+use super::convolution::Shape;
+use super::tile::{self, Factor, MOST_POSITIONS, ROWS, Tile};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+use std::cell::RefCell;
+
+/// Rows `from..from + rows` of one picture with the rows around them, borders zeroed.
+pub struct Band {
+    /// First row and number of rows that are computed.
+    pub from: usize,
+    pub rows: usize,
+    /// Distance between rows in `values`.
+    pub stride: usize,
+    /// Distance between channels.
+    pub plane: usize,
+    /// Distance of the pixel that tap (ky, kx) reads from the pixel that it serves.
+    pub taps: Vec<usize>,
+}
+
+impl Band {
+    pub fn new(shape: &Shape, from: usize, rows: usize) -> Self {
+        let stride = shape.width + shape.radius();
+        let used = rows * stride;
+        let plane = used.next_multiple_of(MOST_POSITIONS).next_multiple_of(16)
+            + 2 * shape.radius() * (stride + 1);
+        // An odd number of cache lines between channels spreads them over the cache's sets.
+        let plane = (plane.div_ceil(16) | 1) * 16;
+        let taps = (0..shape.taps())
+            .map(|t| (t / shape.kernel) * stride + t % shape.kernel)
+            .collect();
+        Self {
+            from,
+            rows,
+            stride,
+            plane,
+            taps,
+        }
+    }
+
+    /// Positions that are computed, those between rows counted in.
+    pub fn positions(&self) -> usize {
+        self.rows * self.stride
+    }
+
+    /// Copies `channels` planes into `values`; `row(channel, y, into)` gives one row of a plane.
+    #[inline(always)]
+    pub fn fill(
+        &self,
+        shape: &Shape,
+        channels: usize,
+        values: &mut Vec<f32>,
+        mut row: impl FnMut(usize, usize, &mut [f32]),
+    ) {
+        let radius = shape.radius();
+        values.resize(channels * self.plane, 0.0);
+        for (channel, plane) in values.chunks_exact_mut(self.plane).enumerate() {
+            let (body, rest) = plane.split_at_mut((self.rows + 2 * radius) * self.stride);
+            rest.fill(0.0);
+            for (i, line) in body.chunks_exact_mut(self.stride).enumerate() {
+                line[..radius].fill(0.0);
+                match (self.from + i).checked_sub(radius) {
+                    Some(y) if y < shape.height => row(channel, y, &mut line[radius..]),
+                    _ => line.fill(0.0),
+                }
+            }
+        }
+    }
+}
+
+thread_local! {
+    /// The bands of a thread's last task, whose memory the next one takes: taken, not borrowed, as a
+    /// thread that waits may begin another task.
+    pub static SCRATCH: RefCell<(Vec<f32>, Vec<f32>)> = const { RefCell::new((Vec::new(), Vec::new())) };
+}
+
+/// The matrix product of a band for some output channels: left factor the weights, right factor the
+/// band, each sum written to its pixel.
+struct Product<'a, 'b> {
+    band: &'a Band,
+    values: &'a [f32],
+    channels: usize,
+    weights: Factor<'a>,
+    /// Distance between output channels in the weights.
+    row_stride: usize,
+    width: usize,
+    bias: Option<&'a [f32]>,
+    first: usize,
+    /// The band's rows in each output plane.
+    out: &'a mut [&'b mut [f32]],
+}
+
+impl WithSimd for Product<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let step = tile::positions::<S>();
+        let right = Factor {
+            values: self.values,
+            channel_stride: self.band.plane,
+            taps: &self.band.taps,
+        };
+        let mut tile: Tile = [[0.0; MOST_POSITIONS]; ROWS];
+        for position in (0..self.band.positions()).step_by(step) {
+            for (i, planes) in self.out.chunks_mut(ROWS).enumerate() {
+                let channel = |r: usize| self.first + i * ROWS + r.min(planes.len() - 1);
+                let rows = core::array::from_fn(|r| channel(r) * self.row_stride);
+                let start = core::array::from_fn(|r| self.bias.map_or(0.0, |b| b[channel(r)]));
+                let product = tile::Product {
+                    left: self.weights,
+                    rows,
+                    right,
+                    channels: self.channels,
+                    start,
+                };
+                product.fill(simd, position, &mut tile);
+                for (plane, sums) in planes.iter_mut().zip(&tile) {
+                    scatter(&sums[..step], position, self.band, self.width, plane);
+                }
+            }
+        }
+    }
+}
+
+/// Writes a tile's sums from `position` on to the band's rows in a plane.
+#[inline(always)]
+fn scatter(sums: &[f32], position: usize, band: &Band, width: usize, plane: &mut [f32]) {
+    let (mut y, mut x) = (position / band.stride, position % band.stride);
+    let mut sums = sums;
+    while !sums.is_empty() && y < band.rows {
+        let run = (band.stride - x).min(sums.len());
+        let valid = run.min(width.saturating_sub(x));
+        plane[y * width + x.min(width)..][..valid].copy_from_slice(&sums[..valid]);
+        sums = &sums[run..];
+        (y, x) = (y + 1, 0);
+    }
+}
+
+/// Splits planes of `plane` values into bands: for each picture and band its rows in every channel.
+fn split_bands<'a>(
+    out: &'a mut [f32],
+    shape: &Shape,
+    channels: usize,
+    rows: usize,
+) -> Vec<Vec<&'a mut [f32]>> {
+    let bands = shape.height.div_ceil(rows);
+    let mut split: Vec<Vec<&mut [f32]>> = Vec::new();
+    split.resize_with(shape.batch * bands, || Vec::with_capacity(channels));
+    for (i, plane) in out.chunks_exact_mut(shape.plane()).enumerate() {
+        let picture = i / channels;
+        for (band, rows) in plane.chunks_mut(rows * shape.width).enumerate() {
+            split[picture * bands + band].push(rows);
+        }
+    }
+    split
+}
+
+/// Where element (row, channel, tap) of the weights' factor lies.
+pub struct Weights<'a> {
+    pub values: &'a [f32],
+    pub row_stride: usize,
+    pub channel_stride: usize,
+    pub taps: Vec<usize>,
+}
+
+/// The sums of a convolution over all bands. `row(picture, channel, y, into)` gives a row of the
+/// input, `finish` is applied to what a task has written.
+pub fn convolve(
+    shape: &Shape,
+    weights: &Weights,
+    bias: Option<&[f32]>,
+    out: &mut [f32],
+    row: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
+    finish: impl Fn(&mut [f32]) + Sync,
+) {
+    let rows = shape.band_rows();
+    let bands = shape.height.div_ceil(rows);
+    // Channels are shared out too where there are fewer bands than threads could take.
+    let wanted = 2 * rayon::current_num_threads();
+    let parts = wanted
+        .div_ceil(shape.batch * bands)
+        .min(shape.outputs.div_ceil(ROWS));
+    let part = shape.outputs.div_ceil(parts).next_multiple_of(ROWS);
+    let mut split = split_bands(out, shape, shape.outputs, rows);
+    let tasks: Vec<(usize, usize, &mut [&mut [f32]])> = split
+        .iter_mut()
+        .enumerate()
+        .flat_map(|(i, planes)| {
+            planes
+                .chunks_mut(part)
+                .enumerate()
+                .map(move |(p, planes)| (i, p * part, planes))
+        })
+        .collect();
+    let threads = tasks.len() > 1;
+    let task = |(i, first, out): (usize, usize, &mut [&mut [f32]])| {
+        let (picture, from) = (i / bands, i % bands * rows);
+        let band = Band::new(shape, from, rows.min(shape.height - from));
+        let (mut values, other) = SCRATCH.take();
+        band.fill(shape, shape.inputs, &mut values, |c, y, into| {
+            row(picture, c, y, into)
+        });
+        Arch::new().dispatch(Product {
+            band: &band,
+            values: &values,
+            channels: shape.inputs,
+            weights: Factor {
+                values: weights.values,
+                channel_stride: weights.channel_stride,
+                taps: &weights.taps,
+            },
+            row_stride: weights.row_stride,
+            width: shape.width,
+            bias,
+            first,
+            out,
+        });
+        SCRATCH.set((values, other));
+        for plane in out {
+            finish(plane);
+        }
+    };
+    if threads {
+        tasks.into_par_iter().for_each(task);
+    } else {
+        tasks.into_iter().for_each(task);
+    }
+}
