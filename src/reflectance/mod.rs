@@ -11,4 +11,4 @@ mod unet;
 
 pub use field::ReflectanceField;
 pub use predictor::Predictor;
-pub use unet::{Formulation, Normalization, UNet, UNetConfig};
+pub use unet::{Cost, Formulation, Normalization, UNet, UNetConfig};

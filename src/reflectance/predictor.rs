@@ -2,7 +2,7 @@
 
 use super::checkpoint::{self, CheckpointInfo};
 use super::field::ReflectanceField;
-use super::render::{encode, olats, tensor_from_image, tensor_from_mask};
+use super::render::{encode, light, olats, tensor_from_image, tensor_from_mask};
 use super::unet::UNet;
 use crate::error::{Error, Result};
 use crate::footage::Frame;
@@ -54,13 +54,10 @@ impl Predictor {
         let look = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
         let output = self.network.forward(encode(look.clone()) * mask.clone());
-        let predicted = olats(
-            output,
-            &look,
-            self.info.network.formulation,
-            self.info.scale,
-        );
-        let covered = predicted * mask.greater_elem(0.0).float();
+        let network = &self.info.network;
+        let light = light(&look, network.formulation, self.info.scale);
+        // What an output of 1 stands for is as small as a picture: cheap to mask before it is applied.
+        let covered = olats(output, &(light * mask.greater_elem(0.0).float()));
         let data = covered.try_into_data().map_err(|e| device_failure(&e))?;
         let values = data.try_into_vec::<f32>().map_err(|e| device_failure(&e))?;
         let (width, height) = frame.mask.size();

@@ -16,16 +16,11 @@ pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
     (linear.clamp_min(0.0) + OFFSET).powf_scalar(POWER) - OFFSET.powf(POWER)
 }
 
-/// The OLATs that a network's output stands for: `[1, 3·lamps, h, w]` in (0, 1) and the linear look
-/// `[1, 3, h, w]` → linear OLATs `[lamps, 3, h, w]`.
-pub fn olats(
-    output: Tensor<4>,
-    look: &Tensor<4>,
-    formulation: Formulation,
-    scale: f32,
-) -> Tensor<4> {
+/// The OLATs that a network's output stands for: `[1, 3·lamps, h, w]` in (0, 1) and the [`light`] of an
+/// output of 1 → linear OLATs `[lamps, 3, h, w]`.
+pub fn olats(output: Tensor<4>, light: &Tensor<4>) -> Tensor<4> {
     let [_, channels, h, w] = output.dims();
-    output.reshape([channels / 3, 3, h, w]) * light(look, formulation, scale)
+    output.reshape([channels / 3, 3, h, w]) * light.clone()
 }
 
 /// The linear light that an output of 1 stands for, `[1, 3, h, w]`.

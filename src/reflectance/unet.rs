@@ -63,6 +63,50 @@ impl UNetConfig {
         (self.width << block).min(self.most_channels.max(self.width))
     }
 
+    /// What the network costs, by its shape alone.
+    pub fn cost(&self) -> Cost {
+        let mut cost = Cost::default();
+        let mut channels = 3;
+        let mut layer = |from: usize, to: usize, kernel: usize, size: usize| {
+            let weights = (from * to * kernel * kernel) as u64;
+            cost.parameters += weights + to as u64;
+            cost.multiply_adds += weights * (size * size) as u64;
+            // What it reads, after resampling, and what it gives.
+            cost.activations += 4 * ((from + to) * size * size) as u64;
+        };
+        for block in 0..self.blocks() {
+            let to = self.channels(block);
+            let kernel = if block == 0 { 7 } else { 3 };
+            layer(channels, to, kernel, self.size >> block);
+            channels = to;
+        }
+        for block in (0..self.blocks() - 1).rev() {
+            let to = self.channels(block);
+            layer(channels, to, 3, self.size >> block);
+            channels = 2 * to;
+        }
+        layer(channels, 3 * self.lamps, 3, self.size);
+        for block in 0..self.blocks() {
+            if self.normalized(block) != Normalization::None {
+                let to = self.channels(block);
+                cost.parameters += 2 * to as u64;
+                cost.activations += 4 * (to * (self.size >> block).pow(2)) as u64;
+            }
+        }
+        cost
+    }
+
+    /// What follows the convolution of this block of the encoder.
+    fn normalized(&self, block: usize) -> Normalization {
+        let pixels = self.size >> block;
+        match self.normalization {
+            _ if block == 0 => Normalization::None,
+            Normalization::Batch if pixels > 1 => Normalization::Batch,
+            Normalization::Group if pixels > 4 => Normalization::Group,
+            _ => Normalization::None,
+        }
+    }
+
     /// Refuses what no network can be built from.
     pub fn check(&self) -> Result<()> {
         crate::project::check_size(self.size)?;
@@ -100,17 +144,12 @@ impl UNetConfig {
         for block in 0..self.blocks() {
             let to = self.channels(block);
             let kernel = if block == 0 { 7 } else { 3 };
-            let pixels = self.size >> block;
-            let normalized = if block == 0 {
-                Normalization::None
-            } else {
-                self.normalization
-            };
+            let normalized = self.normalized(block);
             encoder.push(EncoderBlock {
                 convolution: convolution(channels, to, kernel).init(device),
-                batch: (normalized == Normalization::Batch && pixels > 1)
+                batch: (normalized == Normalization::Batch)
                     .then(|| BatchNormConfig::new(to).init(device)),
-                group: (normalized == Normalization::Group && pixels > 4)
+                group: (normalized == Normalization::Group)
                     .then(|| GroupNormConfig::new(8, to).init(device)),
             });
             channels = to;
@@ -136,6 +175,37 @@ impl UNetConfig {
             decoder,
             output,
         }
+    }
+}
+
+/// What a network costs for one picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cost {
+    pub parameters: u64,
+    /// Multiplications with an addition in one prediction; a training step makes three times as many.
+    pub multiply_adds: u64,
+    /// Bytes of what the layers read and give, kept through a training step.
+    pub activations: u64,
+}
+
+impl Cost {
+    /// Bytes that training holds: what the layers keep, and parameters five times, as they are, as
+    /// gradients, as both moments of the optimiser and as a moving average.
+    pub fn training_bytes(&self) -> u64 {
+        self.activations + 5 * 4 * self.parameters
+    }
+}
+
+impl std::fmt::Display for Cost {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            out,
+            "{:.2} M parameters, {:.1} GFLOP a prediction and {:.1} a training step, about {} MB in training",
+            self.parameters as f64 / 1e6,
+            2e-9 * self.multiply_adds as f64,
+            6e-9 * self.multiply_adds as f64,
+            self.training_bytes() / 1_000_000
+        )
     }
 }
 
@@ -193,5 +263,49 @@ impl EncoderBlock {
                 kernels::batch_norm(x, batch, LEAK)
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cost_counts_every_parameter() {
+        for (size, normalization) in [
+            (16, Normalization::Group),
+            (32, Normalization::Batch),
+            (64, Normalization::None),
+        ] {
+            let config = UNetConfig {
+                size,
+                lamps: 5,
+                width: 8,
+                most_channels: 32,
+                normalization,
+                formulation: Formulation::Ratio,
+            };
+            let network = config.init(0.1, &Device::flex());
+            // burn counts the running mean and variance of batch normalisation, which are not learnt.
+            let running = network.encoder.iter().filter_map(|b| b.batch.as_ref());
+            let running: usize = running.map(|b| 2 * b.gamma.dims()[0]).sum();
+            let parameters = network.num_params() - running;
+            assert_eq!(config.cost().parameters, parameters as u64, "{config:?}");
+        }
+    }
+
+    #[test]
+    fn the_paper_s_network_at_its_size_has_ten_blocks_and_123_outputs() {
+        let config = UNetConfig {
+            size: 512,
+            lamps: 41,
+            width: 32,
+            most_channels: 512,
+            normalization: Normalization::Batch,
+            formulation: Formulation::Direct,
+        };
+        assert_eq!(config.blocks(), 10);
+        let layers: u64 = (3 * 32 * 49 + 64 * 123 * 9) * 512 * 512;
+        assert!(config.cost().multiply_adds > layers);
     }
 }

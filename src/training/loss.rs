@@ -6,7 +6,7 @@
 
 use super::augment;
 use crate::reflectance::kernels::{self, Comparison};
-use crate::reflectance::render::{encode, relight};
+use crate::reflectance::render::{encode, olats, relight};
 use burn::tensor::Tensor;
 use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
@@ -29,8 +29,7 @@ pub fn losses(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
 
 /// The same in burn's operations, for devices that our kernels do not serve.
 fn composed(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
-    let [_, channels, h, w] = output.dims();
-    let olats = output.reshape([channels / 3, 3, h, w]) * with.light.clone();
+    let olats = olats(output, &with.light);
     let settings = with.settings;
     let relit = encode(relight(olats.clone(), with.weights));
     let rendering = feature_distance(relit, with.look.clone(), with.mask);

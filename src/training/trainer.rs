@@ -300,6 +300,7 @@ pub fn train(
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let mut trainer = Trainer::new(project, calibration, settings, &compute.device, progress)?;
+    progress.say(format!("The network: {}", trainer.info.network.cost()));
     let fresh = trainer.info.step == 0;
     let mut log = Log::open(project, fresh)?;
     let started = Instant::now();
