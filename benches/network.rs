@@ -5,7 +5,7 @@
 //! before the first one starts and peak memory belongs to one case. Both peers speak the same lines:
 //! `step N`, `predict N`, `memory`, `quit`.
 
-use afterlight::reflectance::{Formulation, Normalization, UNet, UNetConfig};
+use afterlight::reflectance::{Formulation, Normalization, Precision, UNet, UNetConfig};
 use afterlight::training::Adam;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::{GradientsParams, ModuleOptimizer};
@@ -44,6 +44,9 @@ struct Options {
     /// Shapes of the network.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Shape::Quick, Shape::Paper])]
     shape: Vec<Shape>,
+    /// How exactly our convolutions multiply; PyTorch's are f32 unless `--peer` says otherwise.
+    #[arg(long, value_enum, default_value_t)]
+    precision: Precision,
     /// Seconds for each of the two measurements of a case.
     #[arg(long, default_value_t = 15.0)]
     seconds: f64,
@@ -70,7 +73,7 @@ enum Shape {
 }
 
 impl Shape {
-    fn config(self, size: usize) -> UNetConfig {
+    fn config(self, size: usize, precision: Precision) -> UNetConfig {
         let (width, most_channels, normalization) = match self {
             Self::Quick => (16, 64, Normalization::Group),
             Self::Paper => (32, 512, Normalization::Batch),
@@ -82,6 +85,7 @@ impl Shape {
             most_channels,
             normalization,
             formulation: Formulation::Direct,
+            precision,
         }
     }
 }
@@ -89,11 +93,11 @@ impl Shape {
 fn main() -> Result<()> {
     let options = Options::parse();
     if let Some(folder) = &options.check {
-        return check(folder);
+        return check(folder, options.precision);
     }
     if options.serve {
         afterlight::memory::keep_freed();
-        return serve(&options.shape[0].config(options.size[0]));
+        return serve(&options.shape[0].config(options.size[0], options.precision));
     }
     race(&options)
 }
@@ -225,11 +229,13 @@ impl Peer {
         Ok(Self { child, lines, to })
     }
 
-    fn ours(shape: Shape, size: usize, threads: usize) -> Result<Self> {
+    fn ours(shape: Shape, size: usize, threads: usize, precision: Precision) -> Result<Self> {
         let shape = shape.to_possible_value().expect("none is skipped");
+        let precision = precision.to_possible_value().expect("none is skipped");
         Self::start(
             Command::new(std::env::current_exe()?)
                 .args(["--serve", "--shape", shape.get_name()])
+                .args(["--precision", precision.get_name()])
                 .args(["--size", &size.to_string()])
                 .env("RAYON_NUM_THREADS", threads.to_string()),
         )
@@ -237,7 +243,7 @@ impl Peer {
 
     fn theirs(python: &str, shape: Shape, size: usize, threads: usize, more: &str) -> Result<Self> {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/unet.py");
-        let config = shape.config(size);
+        let config = shape.config(size, Precision::Full);
         let normalization = match config.normalization {
             Normalization::Batch => "batch",
             Normalization::Group => "group",
@@ -343,7 +349,7 @@ fn race(options: &Options) -> Result<()> {
     for &shape in &options.shape {
         for &size in &options.size {
             for &threads in &options.threads {
-                let mut peers = vec![Peer::ours(shape, size, threads)?];
+                let mut peers = vec![Peer::ours(shape, size, threads, options.precision)?];
                 if let Some(python) = &python {
                     let peer = Peer::theirs(python, shape, size, threads, &options.peer)?;
                     peers.push(peer);
@@ -389,7 +395,7 @@ fn cells(samples: &[Samples], part: usize) -> String {
 }
 
 /// Compares output, gradients and the first losses with those that PyTorch wrote into `folder`.
-fn check(folder: &Path) -> Result<()> {
+fn check(folder: &Path, precision: Precision) -> Result<()> {
     let device = Device::flex().autodiff();
     let shape: Value = serde_json::from_slice(&std::fs::read(folder.join("shape.json"))?)?;
     let number = |name: &str| shape[name].as_u64().unwrap_or(0) as usize;
@@ -400,6 +406,7 @@ fn check(folder: &Path) -> Result<()> {
         most_channels: number("most_channels"),
         normalization: serde_json::from_value(shape["normalization"].clone())?,
         formulation: Formulation::Direct,
+        precision,
     };
     let network = || -> Result<UNet> {
         let mut network = config.init(0.5, &device);

@@ -9,6 +9,7 @@ use crate::export::relight::RelightSettings;
 use crate::footage::ImportSettings;
 use crate::gpu::DeviceChoice;
 use crate::project::Project;
+use crate::reflectance::Precision;
 use crate::scene::Background;
 use crate::studio;
 use crate::training::{Preset, TrainSettings};
@@ -105,6 +106,9 @@ struct TrainArgs {
     /// Where the settings start from.
     #[arg(long, value_enum, default_value = "quick")]
     preset: Preset,
+    /// How exactly convolutions multiply on a CPU.
+    #[arg(long, value_enum)]
+    precision: Option<Precision>,
     /// End after this many minutes.
     #[arg(long, conflicts_with = "epochs")]
     minutes: Option<f64>,
@@ -370,6 +374,9 @@ fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {
 impl TrainArgs {
     fn job(&self) -> Result<Job> {
         let mut config = self.preset.config();
+        if let Some(precision) = self.precision {
+            config.precision = precision;
+        }
         if self.minutes.is_some() {
             config.minutes = self.minutes;
         }

@@ -10,5 +10,6 @@ mod resize;
 mod unet;
 
 pub use field::ReflectanceField;
+pub use kernels::Precision;
 pub use predictor::Predictor;
 pub use unet::{Cost, Formulation, Normalization, UNet, UNetConfig};

@@ -1,6 +1,6 @@
 //! The U-Net of the paper's section 3.2: from one encoded interview look to all OLATs.
 
-use super::kernels::{self, Activation};
+use super::kernels::{self, Activation, Precision};
 use crate::error::{Error, Result};
 use burn::module::{Initializer, Module, Param};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
@@ -26,6 +26,9 @@ pub struct UNetConfig {
     pub normalization: Normalization,
     /// What the sigmoid's output stands for.
     pub formulation: Formulation,
+    /// How exactly convolutions multiply on a CPU.
+    #[serde(default)]
+    pub precision: Precision,
 }
 
 /// What follows a convolution of the encoder.
@@ -174,6 +177,7 @@ impl UNetConfig {
             encoder,
             decoder,
             output,
+            precision: self.precision,
         }
     }
 }
@@ -224,12 +228,15 @@ pub struct UNet {
     encoder: Vec<EncoderBlock>,
     decoder: Vec<Conv2d>,
     output: Conv2d,
+    #[module(skip)]
+    precision: Precision,
 }
 
 impl UNet {
     /// `[n, 3, size, size]` encoded looks → `[n, 3·lamps, size, size]` sigmoid outputs in (0, 1);
     /// channel `lamp · 3 + c` is colour c of a lamp.
     pub fn forward(&self, look: Tensor<4>) -> Tensor<4> {
+        let precision = self.precision;
         let mut skips = Vec::with_capacity(self.encoder.len());
         let mut x = look;
         for (i, block) in self.encoder.iter().enumerate() {
@@ -237,29 +244,31 @@ impl UNet {
                 skips.push(x.clone());
                 x = kernels::blur_pool(x);
             }
-            x = block.forward(x);
+            x = block.forward(x, precision);
         }
         let mut skip = None;
         for convolution in &self.decoder {
             x = kernels::upsample(x, skip);
-            x = kernels::convolution(x, None, convolution, Activation::LeakyRelu(0.0));
+            x = kernels::convolution(x, None, convolution, Activation::LeakyRelu(0.0), precision);
             skip = skips.pop();
         }
-        kernels::convolution(x, skip, &self.output, Activation::Sigmoid)
+        kernels::convolution(x, skip, &self.output, Activation::Sigmoid, precision)
     }
 }
 
 impl EncoderBlock {
-    fn forward(&self, x: Tensor<4>) -> Tensor<4> {
+    fn forward(&self, x: Tensor<4>, precision: Precision) -> Tensor<4> {
         let leak = Activation::LeakyRelu(LEAK);
         match (&self.batch, &self.group) {
-            (None, None) => kernels::convolution(x, None, &self.convolution, leak),
+            (None, None) => kernels::convolution(x, None, &self.convolution, leak, precision),
             (None, Some(group)) => {
-                let x = kernels::convolution(x, None, &self.convolution, Activation::None);
+                let x =
+                    kernels::convolution(x, None, &self.convolution, Activation::None, precision);
                 kernels::group_norm(x, group, LEAK)
             }
             (Some(batch), _) => {
-                let x = kernels::convolution(x, None, &self.convolution, Activation::None);
+                let x =
+                    kernels::convolution(x, None, &self.convolution, Activation::None, precision);
                 kernels::batch_norm(x, batch, LEAK)
             }
         }
@@ -284,6 +293,7 @@ mod tests {
                 most_channels: 32,
                 normalization,
                 formulation: Formulation::Ratio,
+                precision: Precision::Full,
             };
             let network = config.init(0.1, &Device::flex());
             // burn counts the running mean and variance of batch normalisation, which are not learnt.
@@ -303,6 +313,7 @@ mod tests {
             most_channels: 512,
             normalization: Normalization::Batch,
             formulation: Formulation::Direct,
+            precision: Precision::Full,
         };
         assert_eq!(config.blocks(), 10);
         let layers: u64 = (3 * 32 * 49 + 64 * 123 * 9) * 512 * 512;

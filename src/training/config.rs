@@ -1,6 +1,6 @@
 //! What a training run is made of; a preset is a starting point.
 
-use crate::reflectance::{Formulation, Normalization};
+use crate::reflectance::{Formulation, Normalization, Precision};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +22,8 @@ pub struct TrainingConfig {
     pub most_channels: usize,
     pub normalization: Normalization,
     pub formulation: Formulation,
+    /// How exactly convolutions multiply on a CPU.
+    pub precision: Precision,
     /// Weight of the reconstruction loss, λ1.
     pub reconstruction: f32,
     /// Weight of the rendering loss, λ2.
@@ -59,6 +61,7 @@ impl Preset {
                 most_channels: 64,
                 normalization: Normalization::Group,
                 formulation: Formulation::Ratio,
+                precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 0.5,
                 learning_rate: 1e-3,
@@ -78,6 +81,7 @@ impl Preset {
                 most_channels: 512,
                 normalization: Normalization::Batch,
                 formulation: Formulation::Direct,
+                precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 1.0,
                 learning_rate: 1e-3,

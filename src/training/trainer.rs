@@ -103,6 +103,7 @@ impl Trainer {
             most_channels: config.most_channels,
             normalization: config.normalization,
             formulation: config.formulation,
+            precision: config.precision,
         };
         network.check()?;
         let folder = project.checkpoint_path();

@@ -6,6 +6,7 @@
 //! matrix product whose right factor is read at shifted places, over all pixels of the band at once.
 //! What comes out between rows is thrown away.
 
+use super::amx;
 use super::convolution::Shape;
 use super::tile::{self, Factor, MOST_POSITIONS, ROWS, Tile};
 use pulp::{Arch, Simd, WithSimd};
@@ -145,7 +146,7 @@ fn scatter(sums: &[f32], position: usize, band: &Band, width: usize, plane: &mut
 }
 
 /// Splits planes of `plane` values into bands: for each picture and band its rows in every channel.
-fn split_bands<'a>(
+pub fn split_bands<'a>(
     out: &'a mut [f32],
     shape: &Shape,
     channels: usize,
@@ -181,6 +182,9 @@ pub fn convolve(
     row: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
     finish: impl Fn(&mut [f32]) + Sync,
 ) {
+    if let Some(precision) = shape.tiles {
+        return amx::convolve(precision, shape, weights, bias, out, row, finish);
+    }
     let rows = shape.band_rows();
     let bands = shape.height.div_ceil(rows);
     // Channels are shared out too where there are fewer bands than threads could take.

@@ -1,5 +1,7 @@
 //! Two-dimensional convolution of stride one that keeps the size of the picture, and its gradients.
 
+use super::Precision;
+use super::amx;
 use super::band::{Weights, convolve};
 use super::chunks::vectorized;
 use super::correlation::correlate;
@@ -18,6 +20,8 @@ pub struct Shape {
     pub width: usize,
     /// Width and height of the kernel.
     pub kernel: usize,
+    /// Whether the processor's tile registers compute it, and how exactly.
+    pub tiles: Option<amx::Precision>,
 }
 
 /// What is applied to a convolution's sums.
@@ -95,9 +99,22 @@ const TINY: usize = 16;
 const SMALL: usize = 64;
 
 impl Shape {
+    /// The same shape on tile registers, where there are any, the precision allows it, and channels fill
+    /// them.
+    pub fn with_precision(self, precision: Precision) -> Self {
+        let fills = self.inputs.min(self.outputs) >= amx::LEAST_CHANNELS && self.plane() > SMALL;
+        let tiles = match precision {
+            _ if !fills || !amx::available() => None,
+            Precision::Full => None,
+            Precision::Split => Some(amx::Precision::Split),
+            Precision::Half => Some(amx::Precision::Half),
+        };
+        Self { tiles, ..self }
+    }
+
     /// Whether pictures are unfolded, where that is faster up to so many pixels.
     fn unfolds(&self, most: usize) -> bool {
-        self.plane() <= most && self.columns() >= MOST_POSITIONS
+        self.tiles.is_none() && self.plane() <= most && self.columns() >= MOST_POSITIONS
     }
 
     pub(super) fn radius(&self) -> usize {
@@ -247,7 +264,7 @@ fn by_input(
     // Read as they lie, weights come a few at a time from far apart: with little to do for each, it
     // pays to bring them in order first.
     let turned;
-    if shape.plane() < 1024 {
+    if shape.tiles.is_none() && shape.plane() < 1024 {
         turned = transposed(shape, weight);
         weights = Weights {
             values: &turned,

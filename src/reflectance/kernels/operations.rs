@@ -1,5 +1,6 @@
 //! The kernels as operations of burn: what they compute, and by hand what their gradients are.
 
+use super::Precision;
 use super::adam::AdamStep;
 use super::convolution::{self, Activation};
 use super::losses::{Losses, Settings};
@@ -26,6 +27,7 @@ pub trait Kernels: Backend {
         weight: FloatTensor<Self>,
         bias: FloatTensor<Self>,
         activation: Activation,
+        precision: Precision,
     ) -> FloatTensor<Self>;
 
     /// See [`resample::blur_pool`].
@@ -171,6 +173,7 @@ fn convolution_shape(
     first: &FlexTensor,
     second: &FlexTensor,
     weight: &FlexTensor,
+    precision: Precision,
 ) -> convolution::Shape {
     let ([batch, c1, height, width], [_, c2, ..]) = (dims(first), dims(second));
     let [outputs, inputs, kernel, _] = dims(weight);
@@ -179,14 +182,16 @@ fn convolution_shape(
         c1 + c2,
         "the weights' input channels are those of the sources"
     );
-    convolution::Shape {
+    let shape = convolution::Shape {
         batch,
         inputs,
         outputs,
         height,
         width,
         kernel,
-    }
+        tiles: None,
+    };
+    shape.with_precision(precision)
 }
 
 fn group_norm<'a>(
@@ -221,8 +226,9 @@ impl Kernels for Flex {
         weight: FlexTensor,
         bias: FlexTensor,
         activation: Activation,
+        precision: Precision,
     ) -> FlexTensor {
-        let shape = convolution_shape(&first, &second, &weight);
+        let shape = convolution_shape(&first, &second, &weight, precision);
         let [first, second, weight, bias] = [&first, &second, &weight, &bias].map(Values::new);
         let mut out = vec![0.0; shape.batch * shape.outputs * shape.height * shape.width];
         let sources = [first.get(), second.get()];
@@ -325,21 +331,22 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         weight: FloatTensor<Self>,
         bias: FloatTensor<Self>,
         activation: Activation,
+        precision: Precision,
     ) -> FloatTensor<Self> {
         #[derive(Debug)]
         struct Convolution;
         impl Backward<Flex, 4> for Convolution {
-            /// Both sources, the weights, the output, the activation.
-            type State = ([FlexTensor; 4], Activation);
+            /// Both sources, the weights, the output, the activation, the precision.
+            type State = ([FlexTensor; 4], Activation, Precision);
             fn backward(
                 self,
                 ops: Ops<Self::State, 4>,
                 gradients: &mut Gradients,
                 _: &mut Checkpointer,
             ) {
-                let ([first, second, weight, output], activation) = ops.state;
+                let ([first, second, weight, output], activation, precision) = ops.state;
                 let gradient = gradients.consume::<Flex>(&ops.node);
-                let shape = convolution_shape(&first, &second, &weight);
+                let shape = convolution_shape(&first, &second, &weight, precision);
                 let channels = [shape.batch, dims(&first)[1], dims(&second)[1]];
                 let [x, y] = [&first, &second].map(Values::new);
                 let values = [&weight, &output, &gradient].map(Values::new);
@@ -373,9 +380,13 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         let guards = inputs.each_ref().map(|t| t.node());
         let [first, second, weight, bias] = inputs.map(|t| t.into_primitive());
         let kept = [&first, &second, &weight].map(Clone::clone);
-        let output = Flex::convolution(first, second, weight, bias, activation);
+        let output = Flex::convolution(first, second, weight, bias, activation, precision);
         let [first, second, weight] = kept;
-        let state = ([first, second, weight, output.clone()], activation);
+        let state = (
+            [first, second, weight, output.clone()],
+            activation,
+            precision,
+        );
         record!(Convolution, guards, state, output)
     }
 

@@ -1,0 +1,209 @@
+//! Bands of a picture as a convolution's right factor: its channels lie in pairs, so that a tile of up
+//! to 16 pairs of channels × 16 pixels begins at any pixel.
+
+use super::Precision;
+use super::pack;
+use super::tiles::{Blocking, SIDE};
+use crate::reflectance::kernels::chunks::vectorized;
+use crate::reflectance::kernels::convolution::Shape;
+
+/// How the channels of the input are divided into steps of a sum.
+#[derive(Clone, Copy)]
+pub struct Chunks {
+    pub count: usize,
+    /// Pairs of channels in each, at most 16; the last ones may be of zeros.
+    pub pairs: usize,
+}
+
+impl Chunks {
+    pub fn new(channels: usize) -> Self {
+        let pairs = channels.div_ceil(2);
+        let count = pairs.div_ceil(SIDE);
+        Self {
+            count,
+            pairs: pairs.div_ceil(count),
+        }
+    }
+
+    pub fn total(&self) -> usize {
+        self.count * self.pairs
+    }
+}
+
+/// Consecutive pixels of a picture's row among a block's sums.
+pub struct Run {
+    /// Which of the block's tiles, and the first column there.
+    pub tile: usize,
+    pub column: usize,
+    /// First pixel among the band's.
+    pub pixel: usize,
+    pub length: usize,
+}
+
+/// Places of the band whose sums are taken together.
+pub struct Block {
+    pub start: usize,
+    /// Distance between the first columns of two tiles.
+    pub next: usize,
+    pub runs: Vec<Run>,
+}
+
+/// Rows `from..from + rows` of a picture with the rows around them, borders zeroed.
+pub struct Band {
+    pub from: usize,
+    pub rows: usize,
+    /// Distance between rows.
+    pub stride: usize,
+    /// Distance between high and low parts of a pair of channels.
+    pub plane: usize,
+}
+
+/// How bands of a convolution are covered with tiles.
+#[derive(Clone, Copy)]
+pub struct Cover {
+    pub blocking: Blocking,
+    pub stride: usize,
+    /// Whether tiles start at the left of each row, instead of following one another over its end.
+    pub by_row: bool,
+}
+
+impl Cover {
+    pub fn new(shape: &Shape) -> Self {
+        let blocking = if shape.outputs <= SIDE {
+            Blocking::Wide
+        } else {
+            Blocking::Square
+        };
+        let used = shape.width + shape.radius();
+        let tiles = shape.width.div_ceil(SIDE);
+        let even = blocking == Blocking::Square || tiles.is_multiple_of(4);
+        let by_row = even && tiles * SIDE * 16 <= used * 17;
+        let aligned = used.next_multiple_of(SIDE);
+        let stride = if by_row && aligned * 7 <= used * 8 {
+            aligned
+        } else {
+            used
+        };
+        Self {
+            blocking,
+            stride,
+            by_row,
+        }
+    }
+}
+
+impl Band {
+    pub fn new(shape: &Shape, cover: &Cover, from: usize, rows: usize) -> Self {
+        let stride = cover.stride;
+        let plane =
+            (rows * stride + SIDE).next_multiple_of(4 * SIDE) + 2 * shape.radius() * (stride + 1);
+        // An odd number of cache lines between channels spreads them over the cache's sets.
+        let plane = (plane.div_ceil(SIDE) | 1) * SIDE;
+        Self {
+            from,
+            rows,
+            stride,
+            plane,
+        }
+    }
+
+    pub fn blocks(&self, cover: &Cover, width: usize) -> Vec<Block> {
+        let [_, tiles] = cover.blocking.tiles();
+        let starts: Vec<usize> = if cover.by_row {
+            (0..self.rows)
+                .flat_map(|y| (0..width).step_by(SIDE).map(move |x| y * self.stride + x))
+                .collect()
+        } else {
+            (0..self.rows * self.stride).step_by(SIDE).collect()
+        };
+        let block = |starts: &[usize]| Block {
+            start: starts[0],
+            next: starts.get(1).map_or(0, |second| second - starts[0]),
+            runs: starts
+                .iter()
+                .enumerate()
+                .flat_map(|(tile, start)| self.runs(tile, *start, width))
+                .collect(),
+        };
+        starts.chunks(tiles).map(block).collect()
+    }
+
+    /// The pixels among the 16 places from `start` on.
+    fn runs(&self, tile: usize, start: usize, width: usize) -> Vec<Run> {
+        let mut runs = Vec::new();
+        let mut column = 0;
+        while column < SIDE {
+            let (y, x) = (
+                (start + column) / self.stride,
+                (start + column) % self.stride,
+            );
+            let places = (self.stride - x).min(SIDE - column);
+            let length = places.min(width.saturating_sub(x));
+            if y < self.rows && length > 0 {
+                runs.push(Run {
+                    tile,
+                    column,
+                    pixel: y * width + x,
+                    length,
+                });
+            }
+            column += places;
+        }
+        runs
+    }
+
+    /// Copies a pair of channels; `row(channel, y, into)` gives one row.
+    pub fn fill(
+        &self,
+        shape: &Shape,
+        precision: Precision,
+        pair: usize,
+        lines: &mut Vec<f32>,
+        into: &mut [u32],
+        row: impl Fn(usize, usize, &mut [f32]),
+    ) {
+        let (radius, width) = (shape.radius(), shape.width);
+        if 2 * pair >= shape.inputs {
+            into.fill(0);
+            return;
+        }
+        let rows = self.rows + 2 * radius;
+        lines.resize(2 * rows * width, 0.0);
+        let (first, second) = lines.split_at_mut(rows * width);
+        for (channel, lines) in [(2 * pair, &mut *first), (2 * pair + 1, &mut *second)] {
+            for (i, line) in lines.chunks_exact_mut(width).enumerate() {
+                match (self.from + i).checked_sub(radius) {
+                    Some(y) if y < shape.height && channel < shape.inputs => row(channel, y, line),
+                    _ => line.fill(0.0),
+                }
+            }
+        }
+        let (first, second) = (&*first, &*second);
+        vectorized(
+            #[inline(always)]
+            || {
+                let (high, low) = into.split_at_mut(self.plane);
+                for i in 0..rows {
+                    let row = [first, second].map(|lines| &lines[i * width..][..width]);
+                    let place = i * self.stride + radius;
+                    let high = &mut high[place - radius..][..self.stride];
+                    high[..radius].fill(0);
+                    high[radius + width..].fill(0);
+                    let low = match precision {
+                        Precision::Half => &mut [],
+                        Precision::Split => {
+                            let low = &mut low[place - radius..][..self.stride];
+                            low[..radius].fill(0);
+                            low[radius + width..].fill(0);
+                            &mut low[radius..]
+                        }
+                    };
+                    pack::pairs(precision, row, &mut high[radius..], low);
+                }
+                for part in into.chunks_exact_mut(self.plane) {
+                    part[rows * self.stride..].fill(0);
+                }
+            },
+        );
+    }
+}

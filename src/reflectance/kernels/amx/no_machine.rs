@@ -1,0 +1,32 @@
+//! In place of AMX where there is none.
+
+use super::Precision;
+use super::tiles::{Blocking, Blocks, Factor};
+
+pub fn available() -> bool {
+    false
+}
+
+/// # Safety
+///
+/// It does nothing.
+pub unsafe fn configure(_: usize) {}
+
+/// # Safety
+///
+/// It does nothing.
+pub unsafe fn release() {}
+
+/// # Safety
+///
+/// It is never reached.
+pub unsafe fn sum(
+    _: Blocking,
+    _: Precision,
+    _: &Factor,
+    _: &Factor,
+    _: &[[usize; 2]],
+    _: &mut Blocks,
+) {
+    unreachable!("there are no tiles to set up");
+}

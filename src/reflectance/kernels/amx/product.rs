@@ -1,0 +1,265 @@
+//! Convolutions: the left factor is the weights, the right one a band of the picture.
+
+use super::Precision;
+use super::band::{Band, Chunks, Cover, Run};
+use super::pack::{self, Buffer};
+use super::tiles::{Factor, SIDE, Steps, Sums, TILE, Tiles, with_tiles};
+use super::weights;
+use crate::reflectance::kernels::band::{Weights, split_bands};
+use crate::reflectance::kernels::chunks::vectorized;
+use crate::reflectance::kernels::convolution::Shape;
+use rayon::prelude::*;
+use std::cell::{Cell, RefCell};
+
+/// The weights as [`weights::pack`] leaves them.
+struct Packed<'a> {
+    words: &'a [u32],
+    /// Words of a block.
+    block: usize,
+}
+
+/// The sums of a band for some output channels.
+struct Product<'a, 'b> {
+    precision: Precision,
+    cover: &'a Cover,
+    band: &'a Band,
+    values: &'a [u32],
+    steps: &'a Steps,
+    weights: Packed<'a>,
+    width: usize,
+    bias: Option<&'a [f32]>,
+    /// The first channel, the first one of a block.
+    first: usize,
+    /// The band's rows in each output plane.
+    out: &'a mut [&'b mut [f32]],
+}
+
+impl Product<'_, '_> {
+    fn run(self, tiles: &Tiles) {
+        let [down, across] = self.cover.blocking.tiles();
+        let channels = down * SIDE;
+        let blocks = self.band.blocks(self.cover, self.width);
+        let parts = self.precision.parts();
+        let mut sums = Sums([[0.0; TILE]; 4]);
+        for (i, planes) in self.out.chunks_mut(channels).enumerate() {
+            let first = self.first + i * channels;
+            let left = Factor {
+                bytes: pack::bytes(self.weights.words),
+                start: 4 * self.weights.block * (first / channels),
+                row: 4 * SIDE,
+                next: 4 * TILE,
+                low: 4 * TILE * down,
+            };
+            for block in &blocks {
+                let right = Factor {
+                    bytes: pack::bytes(self.values),
+                    start: 4 * block.start,
+                    row: 4 * parts * self.band.plane,
+                    next: 4 * block.next,
+                    low: 4 * self.band.plane,
+                };
+                let (blocking, precision) = (self.cover.blocking, self.precision);
+                tiles.sum(blocking, precision, &left, &right, self.steps, &mut sums.0);
+                vectorized(
+                    #[inline(always)]
+                    || {
+                        for (r, plane) in planes.iter_mut().enumerate() {
+                            let bias = self.bias.map_or(0.0, |bias| bias[first + r]);
+                            let tile = &sums.0[r / SIDE * across..][..across];
+                            scatter(tile, r % SIDE, bias, &block.runs, plane);
+                        }
+                    },
+                );
+            }
+        }
+    }
+}
+
+/// Writes a channel's sums to their pixels.
+#[inline(always)]
+fn scatter(tiles: &[[f32; TILE]], row: usize, bias: f32, runs: &[Run], plane: &mut [f32]) {
+    for run in runs {
+        let sums = &tiles[run.tile][row * SIDE..][..SIDE];
+        let into = &mut plane[run.pixel..][..run.length];
+        if let (Some(into), Some(sums)) = (into.first_chunk_mut(), sums.first_chunk::<SIDE>()) {
+            *into = sums.map(|sum| sum + bias);
+        } else {
+            for (into, sum) in into.iter_mut().zip(&sums[run.column..]) {
+                *into = sum + bias;
+            }
+        }
+    }
+}
+
+/// How the work is divided. Whatever it is, the sums are the same.
+struct Division {
+    /// Rows of a band.
+    rows: usize,
+    bands: usize,
+    /// Output channels of a task.
+    part: usize,
+    parts: usize,
+}
+
+impl Division {
+    fn new(shape: &Shape, precision: Precision, cover: &Cover, chunks: Chunks) -> Self {
+        /// Bytes of a band, so that it stays in the second-level cache.
+        const CACHED: usize = 768 * 1024;
+        /// Rows below which those around them cost too much.
+        const FEW: usize = 8;
+        let threads = rayon::current_num_threads();
+        let wanted = if threads > 1 { 2 * threads } else { 1 };
+        let row = 4 * precision.parts() * chunks.total() * cover.stride;
+        let most = (CACHED / row)
+            .saturating_sub(2 * shape.radius())
+            .max(FEW / 2);
+        // Every task reads its weights once. Where they are more than the picture, tasks had better
+        // differ in them.
+        let heavy = shape.outputs * shape.taps() > 2 * shape.plane();
+        let rows = if heavy {
+            most
+        } else {
+            most.min((shape.batch * shape.height).div_ceil(wanted).max(FEW))
+        };
+        let bands = shape.height.div_ceil(rows);
+        let rows = shape.height.div_ceil(bands);
+        let block = cover.blocking.tiles()[0] * SIDE;
+        let blocks = shape.outputs.div_ceil(block);
+        let parts = wanted.div_ceil(shape.batch * bands).min(blocks);
+        let part = blocks.div_ceil(parts) * block;
+        Self {
+            rows,
+            bands,
+            part,
+            parts,
+        }
+    }
+}
+
+thread_local! {
+    /// A thread's current band and rows on their way there, kept so that their memory is.
+    static SCRATCH: RefCell<(Buffer<u32>, Vec<f32>)> =
+        const { RefCell::new((Buffer::new(), Vec::new())) };
+    /// Weights, and bands that threads share. Taken while in use: the thread that waits for others
+    /// may meanwhile compute another convolution.
+    static SHARED: Cell<[Buffer<u32>; 2]> = const { Cell::new([Buffer::new(), Buffer::new()]) };
+}
+
+/// The sums of a convolution. `row(picture, channel, y, into)` gives a row of the input, `finish` is
+/// applied to whole rows of the output, as many at a time as are finished.
+pub fn convolve(
+    precision: Precision,
+    shape: &Shape,
+    weights: &Weights,
+    bias: Option<&[f32]>,
+    out: &mut [f32],
+    row: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
+    finish: impl Fn(&mut [f32]) + Sync,
+) {
+    let cover = Cover::new(shape);
+    let chunks = Chunks::new(shape.inputs);
+    let division = Division::new(shape, precision, &cover, chunks);
+    let Division {
+        rows, bands, part, ..
+    } = division;
+
+    let mut shared = SHARED.take();
+    let [packed, common] = &mut shared;
+    let [tiles, _] = cover.blocking.tiles();
+    let block = chunks.count * shape.taps() * tiles * TILE * precision.parts();
+    let packed = packed.get(block * shape.outputs.div_ceil(tiles * SIDE));
+    weights::pack(shape, precision, weights, chunks, tiles, packed);
+    let packed = &*packed;
+
+    let band = |i: usize| {
+        let from = i % bands * rows;
+        Band::new(shape, &cover, from, rows.min(shape.height - from))
+    };
+    let pair_words = |band: &Band| band.plane * precision.parts();
+    // Where channels of a band are computed by several tasks, it is copied once for all of them.
+    let length = band(0).plane * precision.parts() * chunks.total();
+    let common: &[u32] = if division.parts > 1 {
+        let common = common.get(length * shape.batch * bands);
+        for (i, values) in common.chunks_exact_mut(length).enumerate() {
+            let band = band(i);
+            values
+                .par_chunks_exact_mut(pair_words(&band))
+                .take(chunks.total())
+                .enumerate()
+                .for_each(|(pair, into)| {
+                    SCRATCH.with_borrow_mut(|(_, lines)| {
+                        band.fill(shape, precision, pair, lines, into, |c, y, into| {
+                            row(i / bands, c, y, into);
+                        });
+                    });
+                });
+        }
+        common
+    } else {
+        &[]
+    };
+
+    let mut split = split_bands(out, shape, shape.outputs, rows);
+    let tasks: Vec<(usize, usize, &mut [&mut [f32]])> = split
+        .iter_mut()
+        .enumerate()
+        .flat_map(|(i, planes)| {
+            planes
+                .chunks_mut(part)
+                .enumerate()
+                .map(move |(p, planes)| (i, p * part, planes))
+        })
+        .collect();
+    let threads = tasks.len() > 1;
+    let task = |(i, first, out): (usize, usize, &mut [&mut [f32]])| {
+        let band = band(i);
+        let steps = (0..chunks.count * shape.taps()).map(|step| {
+            let (chunk, tap) = (step / shape.taps(), step % shape.taps());
+            let (ky, kx) = (tap / shape.kernel, tap % shape.kernel);
+            let pixel = ky * band.stride + kx;
+            [
+                4 * step * tiles * TILE * precision.parts(),
+                4 * (chunk * chunks.pairs * pair_words(&band) + pixel),
+            ]
+        });
+        let steps = Steps::new(steps.collect());
+        SCRATCH.with_borrow_mut(|(values, lines)| {
+            let values = if common.is_empty() {
+                let values = values.get(pair_words(&band) * chunks.total());
+                for (pair, into) in values.chunks_exact_mut(pair_words(&band)).enumerate() {
+                    band.fill(shape, precision, pair, lines, into, |c, y, into| {
+                        row(i / bands, c, y, into);
+                    });
+                }
+                values
+            } else {
+                &common[i * length..][..length]
+            };
+            let product = Product {
+                precision,
+                cover: &cover,
+                band: &band,
+                values,
+                steps: &steps,
+                weights: Packed {
+                    words: packed,
+                    block,
+                },
+                width: shape.width,
+                bias,
+                first,
+                out: &mut *out,
+            };
+            with_tiles(chunks.pairs, |tiles| product.run(tiles));
+        });
+        for plane in out {
+            finish(plane);
+        }
+    };
+    if threads {
+        tasks.into_par_iter().for_each(task);
+    } else {
+        tasks.into_iter().for_each(task);
+    }
+    SHARED.set(shared);
+}

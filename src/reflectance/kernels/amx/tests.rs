@@ -1,0 +1,357 @@
+//! Against sums in f64.
+
+use super::*;
+use crate::reflectance::kernels::chunks::tests::noise;
+use crate::reflectance::kernels::convolution::{self, Activation, Shape};
+use proptest::prelude::*;
+struct Case {
+    shape: Shape,
+    x: Vec<f32>,
+    weight: Vec<f32>,
+    bias: Vec<f32>,
+    gradient: Vec<f32>,
+    /// Channels of the first source.
+    first: usize,
+}
+
+/// Each with the sum of its terms' magnitudes.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    value: f64,
+    magnitude: f64,
+}
+
+impl Sum {
+    fn add(&mut self, a: f32, b: f32) {
+        self.value += f64::from(a) * f64::from(b);
+        self.magnitude += (f64::from(a) * f64::from(b)).abs();
+    }
+}
+
+impl Case {
+    fn new(shape: Shape, seed: u64) -> Self {
+        let pixels = shape.batch * shape.height * shape.width;
+        let taps = shape.kernel * shape.kernel;
+        Self {
+            shape,
+            x: noise(pixels * shape.inputs, seed),
+            weight: noise(shape.inputs * shape.outputs * taps, seed + 1),
+            bias: noise(shape.outputs, seed + 2),
+            gradient: noise(pixels * shape.outputs, seed + 3),
+            first: (seed as usize % (shape.inputs + 1)),
+        }
+    }
+
+    /// Forward, by input, by weights and by biases.
+    fn run(&self, precision: Precision) -> [Vec<f32>; 4] {
+        let shape = &Shape {
+            tiles: Some(precision),
+            ..self.shape
+        };
+        let plane = shape.height * shape.width;
+        let a = self.first;
+        let [mut one, mut two] = [Vec::new(), Vec::new()];
+        for picture in self.x.chunks(shape.inputs * plane) {
+            one.extend_from_slice(&picture[..a * plane]);
+            two.extend_from_slice(&picture[a * plane..]);
+        }
+        let mut out = vec![0.0; self.gradient.len()];
+        let none = Activation::None;
+        convolution::forward(
+            shape,
+            [&one, &two],
+            &self.weight,
+            &self.bias,
+            none,
+            &mut out,
+        );
+        let back = convolution::backward(
+            shape,
+            [&one, &two],
+            &self.weight,
+            none,
+            &out,
+            &self.gradient,
+            true,
+        );
+        [out, back.input.unwrap(), back.weight, back.bias]
+    }
+
+    fn reference(&self) -> [Vec<Sum>; 4] {
+        let s = &self.shape;
+        let r = s.kernel / 2;
+        let mut out = vec![Sum::default(); self.gradient.len()];
+        let mut input = vec![Sum::default(); self.x.len()];
+        let mut weight = vec![Sum::default(); self.weight.len()];
+        let mut bias = vec![Sum::default(); s.outputs];
+        let (h, w) = (s.height, s.width);
+        for n in 0..s.batch {
+            for (o, bias) in bias.iter_mut().enumerate() {
+                for y in 0..h {
+                    for x in 0..w {
+                        let at = ((n * s.outputs + o) * h + y) * w + x;
+                        out[at].add(self.bias[o], 1.0);
+                        bias.add(self.gradient[at], 1.0);
+                    }
+                }
+                for i in 0..s.inputs {
+                    for ky in 0..s.kernel {
+                        for kx in 0..s.kernel {
+                            let k = ((o * s.inputs + i) * s.kernel + ky) * s.kernel + kx;
+                            let rows = r.saturating_sub(ky)..h.min((h + r).saturating_sub(ky));
+                            for y in rows {
+                                let columns =
+                                    r.saturating_sub(kx)..w.min((w + r).saturating_sub(kx));
+                                for x in columns {
+                                    let at = ((n * s.outputs + o) * h + y) * w + x;
+                                    let from =
+                                        ((n * s.inputs + i) * h + y + ky - r) * w + x + kx - r;
+                                    out[at].add(self.weight[k], self.x[from]);
+                                    input[from].add(self.weight[k], self.gradient[at]);
+                                    weight[k].add(self.gradient[at], self.x[from]);
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        [out, input, weight, bias]
+    }
+}
+
+/// Largest error relative to the largest value, and relative to each sum's terms.
+fn errors(found: &[f32], expected: &[Sum]) -> [f64; 2] {
+    assert_eq!(found.len(), expected.len());
+    let largest = expected.iter().fold(0.0f64, |m, s| m.max(s.value.abs()));
+    let mut worst = [0.0f64; 2];
+    for (f, s) in found.iter().zip(expected) {
+        assert!(f.is_finite());
+        let error = (f64::from(*f) - s.value).abs();
+        worst[0] = worst[0].max(error / largest.max(1e-30));
+        worst[1] = worst[1].max(error / s.magnitude.max(1e-30));
+    }
+    worst
+}
+
+const NAMES: [&str; 4] = ["forward", "by input", "by weights", "by biases"];
+
+fn check(case: &Case, precision: Precision) -> [[f64; 2]; 4] {
+    let found = case.run(precision);
+    let expected = case.reference();
+    core::array::from_fn(|i| {
+        let worst = errors(&found[i], &expected[i]);
+        // Of each product: 2⁻⁹ for rounding a factor to 8 bits, twice 2⁻⁹ and their product; or twice 2⁻¹⁷ and
+        // the product of low parts, 2⁻¹⁶. Sums in f32 add a little.
+        let bound = match precision {
+            Precision::Half => 2f64.powi(-7) + 2f64.powi(-16),
+            Precision::Split => 2f64.powi(-15),
+        };
+        assert!(
+            worst[1] <= bound,
+            "{} of {:?} with {precision:?}: {worst:?}",
+            NAMES[i],
+            case.shape
+        );
+        worst
+    })
+}
+
+fn shape(batch: usize, channels: [usize; 2], size: [usize; 2], kernel: usize) -> Shape {
+    Shape {
+        batch,
+        inputs: channels[0],
+        outputs: channels[1],
+        height: size[0],
+        width: size[1],
+        kernel,
+        tiles: None,
+    }
+}
+
+const SHAPES: [(usize, [usize; 2], [usize; 2], usize); 18] = [
+    (1, [1, 1], [16, 16], 1),
+    (1, [1, 1], [16, 16], 3),
+    (1, [3, 2], [17, 33], 3),
+    (2, [16, 16], [32, 32], 3),
+    (1, [17, 17], [17, 33], 5),
+    (1, [32, 123], [24, 128], 3),
+    (1, [64, 16], [20, 50], 3),
+    (1, [123, 32], [16, 127], 3),
+    (1, [130, 130], [9, 20], 3),
+    (3, [33, 31], [127, 9], 3),
+    (1, [7, 40], [127, 9], 7),
+    (1, [40, 7], [9, 127], 7),
+    (2, [96, 15], [31, 64], 1),
+    (1, [256, 64], [16, 16], 1),
+    (1, [66, 49], [1, 300], 3),
+    (1, [66, 49], [300, 1], 3),
+    (1, [5, 33], [2, 2], 7),
+    (1, [256, 64], [20, 20], 3),
+];
+
+#[test]
+fn sums_agree_with_f64() {
+    if !available() {
+        return;
+    }
+    let mut worst = [[[0.0f64; 2]; 4]; 2];
+    for (i, (batch, channels, size, kernel)) in SHAPES.into_iter().enumerate() {
+        let case = Case::new(shape(batch, channels, size, kernel), i as u64 * 37 + 5);
+        for (p, precision) in [Precision::Half, Precision::Split].into_iter().enumerate() {
+            let found = check(&case, precision);
+            if precision == Precision::Split {
+                println!(
+                    "{precision:?} {channels:?} {size:?} {kernel}: {:.1e} {:.1e} {:.1e}",
+                    found[0][0], found[1][0], found[2][0]
+                );
+            }
+            // Sums of a few products are as good as their terms, which `check` has seen.
+            let terms = [channels[0], channels[1], size[0] * size[1], usize::MAX];
+            let many = channels[0] * channels[1] * kernel >= 16;
+            for ((w, f), terms) in worst[p].iter_mut().zip(found).zip(terms) {
+                let largest = if terms < 16 || !many { 0.0 } else { f[0] };
+                *w = [w[0].max(largest), w[1].max(f[1])];
+            }
+        }
+    }
+    for (p, w) in ["Half", "Split"].iter().zip(worst) {
+        for (name, w) in NAMES.iter().zip(w) {
+            println!(
+                "{p} {name}: {:.2e} of the largest, {:.2e} of the terms",
+                w[0], w[1]
+            );
+        }
+    }
+    // Of the largest value, Split is as good as asked for.
+    for w in &worst[1] {
+        assert!(w[0] <= 1e-5, "{w:?}");
+    }
+    for w in &worst[0] {
+        assert!(w[0] <= 1e-2, "{w:?}");
+    }
+}
+
+#[test]
+fn nan_stays_in_its_neighbourhood() {
+    if !available() {
+        return;
+    }
+    for (batch, channels, size, kernel) in SHAPES {
+        let s = shape(batch, channels, size, kernel);
+        let (r, [h, w]) = (kernel / 2, size);
+        for precision in [Precision::Half, Precision::Split] {
+            for (y, x) in [
+                (0, 0),
+                (h - 1, w - 1),
+                (h / 2, w - 1),
+                (h / 3, 0),
+                (h / 2, w / 2),
+            ] {
+                let mut case = Case::new(s, 3);
+                let (n, c) = (batch - 1, channels[0] / 2);
+                case.x[((n * s.inputs + c) * h + y) * w + x] = f32::NAN;
+                let o = channels[1] / 2;
+                let [out, _, weight, bias] = case.run(precision);
+                for (i, v) in out.iter().enumerate() {
+                    let (px, py, pn) = (i % w, i / w % h, i / (w * h) / s.outputs);
+                    let near = pn == n && px.abs_diff(x) <= r && py.abs_diff(y) <= r;
+                    assert_eq!(v.is_nan(), near, "{s:?} {precision:?} {y} {x} at {py} {px}");
+                }
+                for (i, v) in weight.iter().enumerate() {
+                    let channel = i / (kernel * kernel) % s.inputs;
+                    assert!(channel == c || v.is_finite());
+                }
+                assert!(bias.iter().all(|v| v.is_finite()));
+                let mut case = Case::new(s, 3);
+                case.gradient[((n * s.outputs + o) * h + y) * w + x] = f32::NAN;
+                let [_, input, weight, bias] = case.run(precision);
+                for (i, v) in input.iter().enumerate() {
+                    let (px, py, pn) = (i % w, i / w % h, i / (w * h) / s.inputs);
+                    let near = pn == n && px.abs_diff(x) <= r && py.abs_diff(y) <= r;
+                    assert_eq!(v.is_nan(), near, "{s:?} {precision:?} {y} {x} at {py} {px}");
+                }
+                for (i, v) in weight.iter().enumerate() {
+                    let channel = i / (kernel * kernel * s.inputs);
+                    assert_eq!(channel == o, v.is_nan());
+                }
+                for (i, v) in bias.iter().enumerate() {
+                    assert_eq!(i == o, v.is_nan());
+                }
+            }
+        }
+    }
+}
+
+fn same_bits(case: &Case, precision: Precision) {
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let values = pool.build().unwrap().install(|| case.run(precision));
+        values.map(|v| v.into_iter().map(f32::to_bits).collect::<Vec<_>>())
+    };
+    let alone = on(1);
+    for threads in [2, 3, 7] {
+        assert!(
+            alone == on(threads),
+            "{threads} threads change {:?}",
+            case.shape
+        );
+    }
+}
+
+#[test]
+fn threads_change_no_bit() {
+    if !available() {
+        return;
+    }
+    for (batch, channels, size, kernel) in SHAPES {
+        let case = Case::new(shape(batch, channels, size, kernel), 8);
+        for precision in [Precision::Half, Precision::Split] {
+            same_bits(&case, precision);
+        }
+    }
+}
+
+#[test]
+fn infinities_stay_infinite_or_nan_and_large_numbers_do_not_overflow() {
+    if !available() {
+        return;
+    }
+    let s = shape(1, [1, 16], [16, 16], 1);
+    let mut case = Case::new(s, 4);
+    case.weight.fill(1.0);
+    case.bias.fill(0.0);
+    case.x[5] = f32::INFINITY;
+    case.x[6] = f32::NEG_INFINITY;
+    case.x[7] = 3e38;
+    for precision in [Precision::Half, Precision::Split] {
+        let [out, ..] = case.run(precision);
+        if precision == Precision::Half {
+            assert_eq!(out[5], f32::INFINITY);
+            assert_eq!(out[6], f32::NEG_INFINITY);
+        }
+        assert!(!out[5].is_finite() && !out[6].is_finite());
+        assert!(out[4].is_finite() && out[8].is_finite());
+        assert!((out[7] / 3e38 - 1.0).abs() < 1e-2);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn any_shape_agrees(
+        batch in 1usize..=3,
+        channels in (1usize..=130, 1usize..=130),
+        size in (1usize..=24, 1usize..=40),
+        kernel in prop::sample::select(vec![1usize, 3, 5, 7]),
+        seed in 0u64..1000,
+    ) {
+        if available() {
+            let case = Case::new(shape(batch, [channels.0, channels.1], [size.0, size.1], kernel), seed);
+            for precision in [Precision::Half, Precision::Split] {
+                check(&case, precision);
+            }
+            same_bits(&case, Precision::Split);
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! The processor's tile registers: one routine, which keeps four blocks of 16 × 16 sums in them.
+
+#![allow(unsafe_code)]
+
+use super::{Precision, machine};
+use std::cell::Cell;
+use std::marker::PhantomData;
+
+/// Rows of a tile, and the sums in each.
+pub const SIDE: usize = 16;
+/// Sums of a tile, or words of one.
+pub const TILE: usize = SIDE * SIDE;
+/// Bytes of a tile's row.
+pub const ROW_BYTES: usize = 64;
+
+/// Four blocks of sums, row by row.
+pub type Blocks = [[f32; SIDE * SIDE]; 4];
+
+/// Such blocks that share no line of the processor's cache with anything else.
+#[repr(C, align(64))]
+pub struct Sums(pub Blocks);
+
+/// Which four blocks of sums are kept, as tiles of the left factor × tiles of the right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blocking {
+    /// 2 × 2, in the order (0, 0), (0, 1), (1, 0), (1, 1).
+    Square,
+    /// 1 × 4.
+    Wide,
+    /// 4 × 1.
+    Tall,
+}
+
+impl Blocking {
+    /// Tiles of the left factor and of the right.
+    pub fn tiles(self) -> [usize; 2] {
+        match self {
+            Self::Square => [2, 2],
+            Self::Wide => [1, 4],
+            Self::Tall => [4, 1],
+        }
+    }
+}
+
+/// Where the tiles of a factor lie. All distances are in bytes.
+///
+/// A tile of the left factor has 16 rows of `2 · pairs` bf16, one of the right has `pairs` rows of 16
+/// pairs of bf16.
+#[derive(Clone, Copy)]
+pub struct Factor<'a> {
+    pub bytes: &'a [u8],
+    pub start: usize,
+    /// Distance between a tile's rows.
+    pub row: usize,
+    /// Distance between the tiles that are used together.
+    pub next: usize,
+    /// Distance of the low parts from the high parts.
+    pub low: usize,
+}
+
+impl Factor<'_> {
+    /// The end of what is read with `tiles` tiles of `rows` rows, `farthest` behind the start.
+    fn end(
+        &self,
+        precision: Precision,
+        tiles: usize,
+        rows: usize,
+        farthest: usize,
+    ) -> Option<usize> {
+        let low = match precision {
+            Precision::Half => 0,
+            Precision::Split => self.low,
+        };
+        let next = self.next.checked_mul(tiles - 1)?;
+        let row = self.row.checked_mul(rows - 1)?;
+        [farthest, next, row, low, ROW_BYTES]
+            .into_iter()
+            .try_fold(self.start, usize::checked_add)
+    }
+}
+
+/// The steps of a sum: how far behind their starts the tiles of both factors lie.
+pub struct Steps {
+    offsets: Vec<[usize; 2]>,
+    farthest: [usize; 2],
+}
+
+impl Steps {
+    pub fn new(offsets: Vec<[usize; 2]>) -> Self {
+        let farthest = [0, 1].map(|side| offsets.iter().map(|o| o[side]).max().unwrap_or(0));
+        Self { offsets, farthest }
+    }
+}
+
+/// The tile registers of this thread while they are set up.
+pub struct Tiles {
+    pairs: usize,
+    /// They belong to the thread.
+    _thread: PhantomData<*const ()>,
+}
+
+thread_local! {
+    static IN_USE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs `work` with tile registers for products over `pairs` pairs of elements at a step (1 to 16).
+///
+/// # Panics
+///
+/// Where the processor has no such registers, or within another such call.
+pub fn with_tiles<T>(pairs: usize, work: impl FnOnce(&Tiles) -> T) -> T {
+    assert!(available(), "the processor has no AMX");
+    assert!((1..=SIDE).contains(&pairs), "{pairs} pairs fit no tile");
+    assert!(!IN_USE.replace(true), "the tiles are set up already");
+    let tiles = Tiles {
+        pairs,
+        _thread: PhantomData,
+    };
+    // Dropped, and with it the registers freed, when `work` panics too.
+    let tiles = InUse(tiles);
+    // SAFETY: both were asserted above.
+    unsafe { machine::configure(pairs) };
+    work(&tiles.0)
+}
+
+struct InUse(Tiles);
+
+impl Drop for InUse {
+    fn drop(&mut self) {
+        // SAFETY: there are registers, else `with_tiles` had not made this.
+        unsafe { machine::release() };
+        IN_USE.set(false);
+    }
+}
+
+impl Tiles {
+    /// into = Σ over steps of left tile · right tile, for the blocks of sums that `blocking` names.
+    /// Each sum is taken in the order of the steps; with split factors, a step adds high · low,
+    /// high · high and low · high.
+    pub fn sum(
+        &self,
+        blocking: Blocking,
+        precision: Precision,
+        left: &Factor,
+        right: &Factor,
+        steps: &Steps,
+        into: &mut Blocks,
+    ) {
+        let [across, down] = blocking.tiles();
+        let fits = |factor: &Factor, tiles, rows, farthest| {
+            factor
+                .end(precision, tiles, rows, farthest)
+                .is_some_and(|end| end <= factor.bytes.len())
+        };
+        assert!(
+            fits(left, across, SIDE, steps.farthest[0]),
+            "the left factor's tiles lie outside of it"
+        );
+        assert!(
+            fits(right, down, self.pairs, steps.farthest[1]),
+            "the right factor's tiles lie outside of it"
+        );
+        if steps.offsets.is_empty() {
+            *into = [[0.0; SIDE * SIDE]; 4];
+            return;
+        }
+        // SAFETY: `Tiles` exist only within `with_tiles`, on the thread that configured them, and do
+        // not leave it. The assertions have tried the largest offsets of all steps, in which each
+        // factor's tiles reach farthest, and there is a step.
+        unsafe { machine::sum(blocking, precision, left, right, &steps.offsets, into) };
+    }
+}
+
+/// Whether this process may use the tile registers.
+pub fn available() -> bool {
+    machine::available()
+}

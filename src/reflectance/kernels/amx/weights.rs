@@ -1,0 +1,102 @@
+//! Weights as a convolution's left factor.
+
+use super::Precision;
+use super::band::Chunks;
+use super::pack;
+use super::tiles::{SIDE, TILE};
+use crate::reflectance::kernels::band::Weights;
+use crate::reflectance::kernels::chunks::vectorized;
+use crate::reflectance::kernels::convolution::Shape;
+use rayon::prelude::*;
+
+/// The weights as tiles: for each block of output channels and each step of its sums, its tiles' high
+/// parts and then their low ones.
+pub fn pack(
+    shape: &Shape,
+    precision: Precision,
+    weights: &Weights,
+    chunks: Chunks,
+    tiles: usize,
+    into: &mut [u32],
+) {
+    let step = tiles * TILE * precision.parts();
+    let taps = &weights.taps[..shape.taps()];
+    let work = |(block, into): (usize, &mut [u32])| {
+        vectorized(
+            #[inline(always)]
+            || {
+                let (mut high, mut low) = ([[0; SIDE]; SIDE], [[0; SIDE]; SIDE]);
+                for (i, chunk) in into.chunks_exact_mut(taps.len() * step).enumerate() {
+                    let first = 2 * i * chunks.pairs;
+                    let channels = first..shape.inputs.min(first + 2 * chunks.pairs);
+                    for r in 0..tiles * SIDE {
+                        let row = block * tiles * SIDE + r;
+                        if row >= shape.outputs {
+                            for step in chunk.chunks_exact_mut(step) {
+                                for part in step.chunks_exact_mut(tiles * TILE) {
+                                    part[r * SIDE..][..SIDE].fill(0);
+                                }
+                            }
+                            continue;
+                        }
+                        // The taps of a channel lie together, though perhaps turned: up to 16 of them
+                        // are read at once for each pair of channels, then brought to their tiles.
+                        for from in (0..taps.len()).step_by(SIDE) {
+                            for (p, (high, low)) in high.iter_mut().zip(&mut low).enumerate() {
+                                let channel = first + 2 * p;
+                                let start = row * weights.row_stride + from;
+                                let place = |channel| start + channel * weights.channel_stride;
+                                if channels.contains(&(channel + 1))
+                                    && let Some(one) = taps_at(weights.values, place(channel))
+                                    && let Some(two) = taps_at(weights.values, place(channel + 1))
+                                {
+                                    pack::pairs(precision, [one, two], high, low);
+                                } else {
+                                    let pair = [channel, channel + 1].map(|channel| {
+                                        let used = channels.contains(&channel);
+                                        last_taps(weights.values, used.then(|| place(channel)))
+                                    });
+                                    pack::pairs(precision, [&pair[0], &pair[1]], high, low);
+                                }
+                            }
+                            pack::transpose(&mut high);
+                            if precision == Precision::Split {
+                                pack::transpose(&mut low);
+                            }
+                            let parts = [&high, &low];
+                            for (step, tap) in chunk.chunks_exact_mut(step).zip(taps) {
+                                let Some(tap) = tap.checked_sub(from).filter(|t| *t < SIDE) else {
+                                    continue;
+                                };
+                                for (into, part) in step.chunks_exact_mut(tiles * TILE).zip(&parts)
+                                {
+                                    into[r * SIDE..][..SIDE].copy_from_slice(&part[tap]);
+                                }
+                            }
+                        }
+                    }
+                }
+            },
+        );
+    };
+    into.par_chunks_exact_mut(chunks.count * taps.len() * step)
+        .enumerate()
+        .for_each(work);
+}
+
+/// The taps at a place, and what follows them.
+#[inline(always)]
+fn taps_at(weights: &[f32], start: usize) -> Option<&[f32; SIDE]> {
+    weights.get(start..)?.first_chunk()
+}
+
+/// The same at the end of the weights, and zeros for no place.
+#[inline(never)]
+fn last_taps(weights: &[f32], start: Option<usize>) -> [f32; SIDE] {
+    let mut taps = [0.0; SIDE];
+    let source = start.map_or(&[][..], |start| &weights[start..]);
+    for (tap, source) in taps.iter_mut().zip(source) {
+        *tap = *source;
+    }
+    taps
+}
