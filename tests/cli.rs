@@ -102,6 +102,7 @@ fn a_small_shoot_goes_all_the_way() {
         &[
             "steps",
             "seconds",
+            "features",
             "device",
             "parameters",
             "loss_rec",

@@ -76,6 +76,30 @@ fn predicted(project: &Project, calibration: &Calibration) -> ReflectanceField {
 
 #[test]
 fn a_resumed_run_equals_an_unstopped_one_bit_for_bit() {
+    a_resumed_run_equals_an_unstopped_one(small());
+}
+
+/// The true features that a resumed run has not met yet are those that an unstopped one remembers.
+#[test]
+fn so_it_does_with_features_from_a_file_and_sampled_lamps() {
+    let weights = "../shared/data/weights/squeezenet1_1_lpips_v0_1.safetensors";
+    let weights = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join(weights);
+    if !weights.exists() {
+        eprintln!("skipped: no {}", weights.display());
+        return;
+    }
+    for shift in [0.0, 0.05] {
+        a_resumed_run_equals_an_unstopped_one(TrainingConfig {
+            features: Some(weights.clone()),
+            lamps_per_step: Some(2),
+            pixel: 0.2,
+            shift,
+            ..small()
+        });
+    }
+}
+
+fn a_resumed_run_equals_an_unstopped_one(config: TrainingConfig) {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
     shoot(folder.path());
@@ -86,7 +110,7 @@ fn a_resumed_run_equals_an_unstopped_one_bit_for_bit() {
         &calibration,
         TrainingConfig {
             epochs: 2,
-            ..small()
+            ..config.clone()
         },
     );
     let resumed = run(
@@ -94,7 +118,7 @@ fn a_resumed_run_equals_an_unstopped_one_bit_for_bit() {
         &calibration,
         TrainingConfig {
             epochs: 6,
-            ..small()
+            ..config.clone()
         },
     );
     let whole = run(
@@ -102,7 +126,7 @@ fn a_resumed_run_equals_an_unstopped_one_bit_for_bit() {
         &calibration,
         TrainingConfig {
             epochs: 6,
-            ..small()
+            ..config.clone()
         },
     );
     assert_eq!(resumed.steps, whole.steps);

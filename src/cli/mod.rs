@@ -115,6 +115,13 @@ struct TrainArgs {
     /// End after this many epochs.
     #[arg(long)]
     epochs: Option<u32>,
+    /// Compare pictures by the features of the network in this file, in place of the built-in ones:
+    /// torchvision's VGG-16, VGG-19 or SqueezeNet 1.1 as .safetensors or .pth.
+    #[arg(long, value_name = "FILE")]
+    features: Option<PathBuf>,
+    /// Compare the OLATs of this many lamps a step, drawn anew each time; all where this is left out.
+    #[arg(long, value_name = "K", value_parser = parse_count)]
+    lamps_per_step: Option<usize>,
     /// Interview frames that training must not see, such as 5,14,25,36.
     #[arg(long, value_delimiter = ',')]
     exclude_frames: Vec<usize>,
@@ -384,6 +391,8 @@ impl TrainArgs {
             config.epochs = epochs;
             config.minutes = None;
         }
+        config.features.clone_from(&self.features);
+        config.lamps_per_step = self.lamps_per_step;
         let mut exclude_frames = self.exclude_frames.clone();
         if let Some(truth) = &self.exclude_truth {
             exclude_frames.extend(Truth::open(&Project::open(&self.project)?, truth)?.frames);
@@ -421,6 +430,13 @@ impl RelightArgs {
             project: self.project.clone(),
             settings,
         }
+    }
+}
+
+fn parse_count(text: &str) -> std::result::Result<usize, String> {
+    match text.parse() {
+        Ok(0) => Err("at least one lamp has to count".to_owned()),
+        parsed => parsed.map_err(|e| format!("{text:?} is no count: {e}")),
     }
 }
 

@@ -8,12 +8,19 @@ use burn::tensor::{Device, Tensor, TensorData};
 /// linear light (1 = white), so that black pixels can still receive light.
 pub const RATIO_FLOOR: f32 = 0.02;
 
+/// Added to linear light before its root is taken.
+const OFFSET: f32 = 0.01;
+const POWER: f32 = 1.0 / 2.2;
+
 /// Display-like encoding for the network's input and its losses: (x + o)^(1/2.2) − o^(1/2.2).
 /// The offset o keeps the slope at black finite: 8.9 at o = 0.01, where a pure power has none.
 pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
-    const OFFSET: f32 = 0.01;
-    const POWER: f32 = 1.0 / 2.2;
     (linear.clamp_min(0.0) + OFFSET).powf_scalar(POWER) - OFFSET.powf(POWER)
+}
+
+/// What [`encode`] makes of white, 1: about 0.88. Black stays 0.
+pub fn encoded_white() -> f32 {
+    (1.0 + OFFSET).powf(POWER) - OFFSET.powf(POWER)
 }
 
 /// The OLATs that a network's output stands for: `[1, 3·lamps, h, w]` in (0, 1) and the [`light`] of an

@@ -3,6 +3,7 @@
 use crate::reflectance::{Formulation, Normalization, Precision};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// A named configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -28,6 +29,12 @@ pub struct TrainingConfig {
     pub reconstruction: f32,
     /// Weight of the rendering loss, λ2.
     pub rendering: f32,
+    /// Weight of the mean absolute difference between encoded OLATs, beside the reconstruction loss.
+    pub pixel: f32,
+    /// The file of the network whose features both losses compare; none means the built-in ones.
+    pub features: Option<PathBuf>,
+    /// Lamps whose OLATs a step compares, drawn anew for each step; none means all.
+    pub lamps_per_step: Option<usize>,
     /// Adam's learning rate once warmed up.
     pub learning_rate: f64,
     /// Steps over which the rate grows linearly from zero.
@@ -64,6 +71,9 @@ impl Preset {
                 precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 0.5,
+                pixel: 0.0,
+                features: None,
+                lamps_per_step: None,
                 learning_rate: 1e-3,
                 warm_up: 50,
                 decay: true,
@@ -84,6 +94,9 @@ impl Preset {
                 precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 1.0,
+                pixel: 0.0,
+                features: None,
+                lamps_per_step: None,
                 learning_rate: 1e-3,
                 warm_up: 100,
                 decay: false,

@@ -2,10 +2,12 @@
 //!
 //! The built-in features need no file: the encoded picture and its horizontal and vertical
 //! differences, at three scales. Differences carry edges and shading, the coarse scales the overall
-//! light; all are linear, so their gradients are cheap.
+//! light; all are linear, so their gradients are cheap. With a file its network's features are compared.
 
 use super::augment;
-use crate::reflectance::kernels::{self, Comparison};
+use super::features::{Features, Name, Picture, rows};
+use super::schedule::Lesson;
+use crate::reflectance::kernels::{self, Comparison, LossSettings};
 use crate::reflectance::render::{encode, olats, relight};
 use burn::tensor::Tensor;
 use burn::tensor::module::avg_pool2d;
@@ -18,32 +20,135 @@ pub const EPSILON: f32 = 1e-4;
 /// Scales of the built-in features.
 const SCALES: usize = 3;
 
-/// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
-/// by themselves, `[2]`, the first of them 0 where there are no OLATs to compare with.
-pub fn losses(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
-    if kernels::serve(&output) {
-        return kernels::losses(output, with);
-    }
-    composed(output, with)
+/// What pictures are compared by.
+#[derive(Default)]
+pub struct Criterion {
+    /// None means the built-in features.
+    pub features: Option<Features>,
+    /// Weight of the mean absolute difference between encoded OLATs, beside the reconstruction loss.
+    pub pixel: f32,
 }
 
-/// The same in burn's operations, for devices that our kernels do not serve.
-fn composed(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
+impl Criterion {
+    /// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
+    /// by themselves, `[2]`, the first of them 0 where there are no OLATs to compare with. Where OLATs
+    /// are compared by their pixels too, that is in the sum alone.
+    ///
+    /// The reconstruction loss is that of the OLATs of `lamps`, of all where none are named. `lesson` is
+    /// given where its pictures are the same whenever it is met: unmoved.
+    pub fn losses(
+        &mut self,
+        output: Tensor<4>,
+        with: &Comparison,
+        lamps: Option<&[usize]>,
+        lesson: Option<Lesson>,
+    ) -> (Tensor<1>, Tensor<1>) {
+        let (total, parts) = match &mut self.features {
+            Some(features) => {
+                composed(output.clone(), with, lamps, |predicted, truth, pictures| {
+                    let name = |&picture| lesson.map(|lesson| Name { lesson, picture });
+                    let names: Option<Vec<Name>> = pictures.iter().map(name).collect();
+                    features.distance(predicted, truth, with.mask, names.as_deref())
+                })
+            }
+            None if kernels::serve(&output) => fused(output.clone(), with, lamps),
+            None => composed(output.clone(), with, lamps, |predicted, truth, _| {
+                feature_distance(predicted, truth, with.mask)
+            }),
+        };
+        let Some(truth) = with.olats.filter(|_| self.pixel > 0.0) else {
+            return (total, parts);
+        };
+        let predicted = olats(output, &with.light);
+        let (predicted, truth) = compared_olats(predicted, truth, with, lamps);
+        let pixels = pixel_distance(predicted, truth, with.mask);
+        (total + pixels * self.pixel, parts)
+    }
+}
+
+/// `[1, 3·lamps, h, w]` → `[lamps, 3, h, w]`.
+fn per_lamp(output: Tensor<4>) -> Tensor<4> {
+    let [_, channels, h, w] = output.dims();
+    output.reshape([channels / 3, 3, h, w])
+}
+
+/// What the kernels serve: the losses with the built-in features.
+fn fused(output: Tensor<4>, with: &Comparison, lamps: Option<&[usize]>) -> (Tensor<1>, Tensor<1>) {
+    let (Some(lamps), Some(truth)) = (lamps, with.olats) else {
+        return kernels::losses(output, with);
+    };
+    let [_, _, h, w] = output.dims();
+    let sampled = rows(per_lamp(output.clone()), lamps).reshape([1, 3 * lamps.len(), h, w]);
+    let of_sampled = Comparison {
+        light: with.light.clone(),
+        olats: Some(&rows(truth.clone(), lamps)),
+        weights: &rows(with.weights.clone(), lamps),
+        settings: LossSettings {
+            rendering: 0.0,
+            ..with.settings
+        },
+        ..*with
+    };
+    let of_all = Comparison {
+        light: with.light.clone(),
+        olats: None,
+        ..*with
+    };
+    let (reconstruction, sampled) = kernels::losses(sampled, &of_sampled);
+    let (rendering, all) = kernels::losses(output, &of_all);
+    (
+        reconstruction + rendering,
+        Tensor::cat(vec![sampled.narrow(0, 0, 1), all.narrow(0, 1, 1)], 0),
+    )
+}
+
+/// The losses in burn's operations, with `distance` between encoded pictures, which are told by name.
+fn composed(
+    output: Tensor<4>,
+    with: &Comparison,
+    lamps: Option<&[usize]>,
+    mut distance: impl FnMut(Tensor<4>, Tensor<4>, &[Picture]) -> Tensor<1>,
+) -> (Tensor<1>, Tensor<1>) {
     let olats = olats(output, &with.light);
-    let settings = with.settings;
     let relit = encode(relight(olats.clone(), with.weights));
-    let rendering = feature_distance(relit, with.look.clone(), with.mask);
-    let mut total = rendering.clone() * settings.rendering;
+    let rendering = distance(relit, with.look.clone(), &[Picture::Look]);
+    let mut total = rendering.clone() * with.settings.rendering;
     let mut reconstruction = rendering.zeros_like();
     if let Some(truth) = with.olats {
-        let truth = augment::shift(truth.clone(), settings.shift[0], settings.shift[1]);
-        reconstruction = feature_distance(encode(olats * settings.gain), truth, with.mask);
-        total = total + reconstruction.clone() * settings.reconstruction;
+        let pictures: Vec<Picture> = match lamps {
+            Some(lamps) => lamps.iter().copied().map(Picture::Olat).collect(),
+            None => (0..truth.dims()[0]).map(Picture::Olat).collect(),
+        };
+        let (predicted, truth) = compared_olats(olats, truth, with, lamps);
+        reconstruction = distance(predicted, truth, &pictures);
+        total = total + reconstruction.clone() * with.settings.reconstruction;
     }
     (
         total,
         Tensor::cat(vec![reconstruction, rendering], 0).detach(),
     )
+}
+
+/// Predicted and true OLATs as they are compared, encoded, of `lamps` or of all.
+fn compared_olats(
+    predicted: Tensor<4>,
+    truth: &Tensor<4>,
+    with: &Comparison,
+    lamps: Option<&[usize]>,
+) -> (Tensor<4>, Tensor<4>) {
+    let settings = with.settings;
+    let [predicted, truth] = [predicted, truth.clone()].map(|olats| match lamps {
+        Some(lamps) => rows(olats, lamps),
+        None => olats,
+    });
+    let truth = augment::shift(truth, settings.shift[0], settings.shift[1]);
+    (encode(predicted * settings.gain), truth)
+}
+
+/// Mean absolute difference of encoded pictures `[n, 3, h, w]` inside the mask.
+fn pixel_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) -> Tensor<1> {
+    let values = mask.clone().sum().clamp_min(1.0) * (3 * predicted.dims()[0]) as f32;
+    ((predicted - truth) * mask.clone()).abs().sum() / values
 }
 
 /// Mean feature distance between encoded pictures `[n, 3, h, w]`, in units of encoded values (see
@@ -100,8 +205,25 @@ mod tests {
     use crate::reflectance::render::encode;
     use burn::tensor::{Device, Distribution};
 
+    /// The losses without our kernels.
+    fn by_operations(
+        output: Tensor<4>,
+        with: &Comparison,
+        lamps: Option<&[usize]>,
+    ) -> (Tensor<1>, Tensor<1>) {
+        composed(output, with, lamps, |predicted, truth, _| {
+            feature_distance(predicted, truth, with.mask)
+        })
+    }
+
     /// Fused and composed losses of one output, with the gradients by it.
-    fn both_ways(lamps: usize, [h, w]: [usize; 2], shift: [i64; 2], with_olats: bool) {
+    fn both_ways(
+        lamps: usize,
+        [h, w]: [usize; 2],
+        shift: [i64; 2],
+        with_olats: bool,
+        sampled: Option<&[usize]>,
+    ) {
         let device = Device::flex().autodiff();
         let random = |shape: [usize; 4]| {
             Tensor::<4>::random(shape, Distribution::Uniform(0.0, 1.0), &device)
@@ -128,8 +250,8 @@ mod tests {
             let parts = Tensor::cat(vec![losses.0.inner(), losses.1.inner()], 0);
             [parts.into_data(), gradient.into_data()].map(|d| d.try_into_vec::<f32>().unwrap())
         };
-        let fused = values(kernels::losses(output.clone(), &comparison));
-        let composed = values(composed(output.clone(), &comparison));
+        let fused = values(fused(output.clone(), &comparison, sampled));
+        let composed = values(by_operations(output.clone(), &comparison, sampled));
         for (fused, composed) in fused.iter().zip(&composed) {
             let largest = composed.iter().fold(0.0f32, |m, v| m.max(v.abs()));
             for (a, b) in fused.iter().zip(composed) {
@@ -140,11 +262,88 @@ mod tests {
 
     #[test]
     fn the_fused_losses_are_the_composed_ones() {
-        both_ways(1, [1, 1], [0, 0], true);
-        both_ways(3, [3, 5], [1, -1], true);
-        both_ways(5, [64, 64], [-3, 2], true);
-        both_ways(2, [31, 47], [0, 5], false);
-        both_ways(4, [8, 8], [9, 0], true);
+        both_ways(1, [1, 1], [0, 0], true, None);
+        both_ways(3, [3, 5], [1, -1], true, None);
+        both_ways(5, [64, 64], [-3, 2], true, None);
+        both_ways(2, [31, 47], [0, 5], false, None);
+        both_ways(4, [8, 8], [9, 0], true, None);
+        both_ways(5, [16, 8], [-3, 2], true, Some(&[1, 4]));
+        both_ways(2, [16, 8], [0, 0], false, Some(&[1]));
+    }
+
+    /// Losses and the gradient of their sum, by the given lamps.
+    fn losses_of(criterion: &mut Criterion, lamps: Option<&[usize]>, seed: u64) -> [Vec<f32>; 2] {
+        let device = Device::flex().autodiff();
+        let noise = |shape: [usize; 4], from: u64| {
+            let count: usize = shape.iter().product();
+            let value = |i: usize| ((i as u64 * 7919 + from * 104_729) % 1009) as f32 / 1009.0;
+            let values: Vec<f32> = (0..count).map(value).collect();
+            Tensor::<1>::from_floats(values.as_slice(), &device).reshape(shape)
+        };
+        let comparison = Comparison {
+            light: noise([1, 3, 16, 16], seed + 1),
+            mask: &noise([1, 1, 16, 16], seed + 2).round(),
+            olats: Some(&noise([6, 3, 16, 16], seed + 3)),
+            look: &noise([1, 3, 16, 16], seed + 4),
+            weights: &noise([6, 3, 1, 1], seed + 5),
+            settings: kernels::LossSettings {
+                gain: 0.7,
+                shift: [1, 2],
+                reconstruction: 1.5,
+                rendering: 0.5,
+            },
+        };
+        let output = noise([1, 18, 16, 16], seed).require_grad();
+        let (total, parts) = criterion.losses(output.clone(), &comparison, lamps, None);
+        let gradient = output.grad(&total.backward()).unwrap();
+        let parts = Tensor::cat(vec![total.inner(), parts.inner()], 0);
+        [parts.into_data(), gradient.into_data()].map(|d| d.try_into_vec().unwrap())
+    }
+
+    #[test]
+    fn sampled_lamps_have_the_loss_and_the_gradient_of_all_on_average() {
+        let mut criterion = Criterion {
+            features: None,
+            pixel: 0.3,
+        };
+        let all = losses_of(&mut criterion, None, 1);
+        let mut means = all.each_ref().map(|part| vec![0.0; part.len()]);
+        let mut samples = 0;
+        // Every pair once is what many draws come to.
+        for first in 0..6 {
+            for second in first + 1..6 {
+                let sampled = losses_of(&mut criterion, Some(&[first, second]), 1);
+                assert_eq!(
+                    sampled[0][2], all[0][2],
+                    "the rendering loss is that of all lamps"
+                );
+                for (mean, sampled) in means.iter_mut().zip(sampled) {
+                    for (mean, value) in mean.iter_mut().zip(sampled) {
+                        *mean += value;
+                    }
+                }
+                samples += 1;
+            }
+        }
+        for (mean, all) in means.iter().zip(&all) {
+            let largest = all.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+            for (mean, all) in mean.iter().zip(all) {
+                assert!((mean / samples as f32 - all).abs() <= 1e-5 * largest);
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_count_by_their_weight() {
+        let losses = |pixel| {
+            let mut criterion = Criterion {
+                features: None,
+                pixel,
+            };
+            losses_of(&mut criterion, None, 2)[0][0]
+        };
+        let [none, half, whole] = [0.0, 0.5, 1.0].map(losses);
+        assert!(half > none && ((whole - none) / (half - none) - 2.0).abs() < 1e-3);
     }
 
     fn distance(predicted: f32, truth: f32) -> (f32, Vec<f32>) {

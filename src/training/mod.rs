@@ -5,6 +5,7 @@ mod augment;
 mod average;
 pub mod config;
 mod data;
+pub mod features;
 mod gradient;
 pub mod loss;
 pub mod schedule;

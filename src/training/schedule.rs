@@ -7,7 +7,7 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 
 /// What one step learns from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Lesson {
     /// Exemplar number `pose`, with both losses.
     Exemplar { pose: usize },
@@ -98,6 +98,17 @@ impl Schedule {
             rng.random_range(-most..=most),
         )
     }
+
+    /// The lamps, in rising order, whose OLATs step `step` compares: `count` of `lamps`, each set as
+    /// likely as any other; none where all are.
+    pub fn lamps(&self, step: u64, count: Option<usize>, lamps: usize) -> Option<Vec<usize>> {
+        let count = count.filter(|count| *count < lamps)?;
+        let mut order: Vec<usize> = (0..lamps).collect();
+        order.shuffle(&mut draw(self.seed, step, 2));
+        order.truncate(count.max(1));
+        order.sort_unstable();
+        Some(order)
+    }
 }
 
 /// A generator for one purpose at one place of the run.
@@ -160,6 +171,25 @@ mod tests {
     fn an_interview_without_frames_leaves_the_exemplars() {
         let schedule = Schedule::new(&Preset::Quick.config(), 3, 0, 1);
         assert!((0..500).all(|s| matches!(schedule.lesson(s), Lesson::Exemplar { .. })));
+    }
+
+    #[test]
+    fn every_lamp_is_sampled_equally_often_and_none_twice_in_a_step() {
+        let schedule = Schedule::new(&Preset::Quick.config(), 6, 40, 7);
+        let mut times = [0u32; 41];
+        const STEPS: u64 = 4000;
+        for step in 0..STEPS {
+            let lamps = schedule.lamps(step, Some(8), 41).unwrap();
+            assert!(lamps.len() == 8 && lamps.is_sorted_by(|a, b| a < b));
+            assert_eq!(schedule.lamps(step, Some(8), 41), Some(lamps.clone()));
+            lamps.into_iter().for_each(|lamp| times[lamp] += 1);
+        }
+        // Binomial: five standard deviations of each lamp's count.
+        let (mean, share) = (STEPS as f64 * 8.0 / 41.0, 8.0 / 41.0);
+        let bound = 5.0 * (mean * (1.0 - share)).sqrt();
+        assert!(times.iter().all(|t| (f64::from(*t) - mean).abs() < bound));
+        assert_eq!(schedule.lamps(0, None, 41), None);
+        assert_eq!(schedule.lamps(0, Some(41), 41), None);
     }
 
     #[test]

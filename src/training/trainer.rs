@@ -3,8 +3,10 @@
 use super::adam::Adam;
 use super::config::TrainingConfig;
 use super::data::{Look, TrainingData};
+use super::features::Features;
+use super::loss::Criterion;
 use super::schedule::{self, Schedule};
-use super::{augment, average, gradient, loss};
+use super::{augment, average, gradient};
 use crate::calibration::Calibration;
 use crate::error::{Error, Result};
 use crate::gpu::{ComputeDevice, DeviceChoice};
@@ -21,6 +23,7 @@ use burn::tensor::{Device, Tensor};
 use serde::Serialize;
 use std::fs::OpenOptions;
 use std::io::{BufWriter, Write};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Training steps between two checkpoints are at most this far apart in time.
@@ -48,11 +51,14 @@ pub struct TrainReport {
     pub seconds: f64,
     /// Where the network ran and why.
     pub device: String,
+    /// What pictures were compared by.
+    pub features: String,
     /// Number of the network's parameters.
     pub parameters: usize,
-    /// Mean over the last steps of the reconstruction loss, in encoded units.
+    /// Mean over the last steps of the reconstruction loss: in encoded units by the built-in features,
+    /// in units of the layers' levels by a file's.
     pub loss_rec: f32,
-    /// Mean over the last steps of the rendering loss, in encoded units.
+    /// The same of the rendering loss.
     pub loss_render: f32,
     /// Steps that were skipped because they were not finite.
     pub skipped_steps: u64,
@@ -75,6 +81,7 @@ pub struct Trainer {
     config: TrainingConfig,
     schedule: Schedule,
     data: TrainingData,
+    criterion: Criterion,
     info: CheckpointInfo,
     /// On the autodiff device.
     live: UNet,
@@ -87,7 +94,7 @@ impl Trainer {
     /// A trainer at the start, or where the project's checkpoint stands unless `fresh`.
     ///
     /// # Errors
-    /// When pictures cannot be read, or a checkpoint is there that does not fit.
+    /// When pictures or the features' file cannot be read, or a checkpoint is there that does not fit.
     pub fn new(
         project: &Project,
         calibration: &Calibration,
@@ -121,6 +128,11 @@ impl Trainer {
             }
         }
         let autodiff = device.clone().autodiff();
+        let open = |path: &PathBuf| Features::open(path, &autodiff);
+        let criterion = Criterion {
+            features: config.features.as_ref().map(open).transpose()?,
+            pixel: config.pixel,
+        };
         let data = TrainingData::load(
             project,
             calibration,
@@ -157,6 +169,7 @@ impl Trainer {
                 config,
                 schedule,
                 data,
+                criterion,
                 info,
                 live,
                 average,
@@ -177,6 +190,7 @@ impl Trainer {
             config,
             schedule,
             data,
+            criterion,
             info,
             live,
             optimizer,
@@ -188,7 +202,8 @@ impl Trainer {
         let step = self.info.step;
         let most = (self.config.shift * self.info.network.size as f32).round() as i64;
         let (dx, dy) = self.schedule.shift(step, most);
-        let (look, olats, shift) = match self.schedule.lesson(step) {
+        let lesson = self.schedule.lesson(step);
+        let (look, olats, shift) = match lesson {
             schedule::Lesson::Exemplar { pose } => {
                 let exemplar = &self.data.exemplars[pose];
                 let moved = |x: &Tensor<4>| augment::shift(x.clone(), dx, dy);
@@ -203,7 +218,12 @@ impl Trainer {
         };
         let network = &self.info.network;
         let output = self.live.forward(look.encoded.clone() * look.mask.clone());
-        let (total, parts) = loss::losses(
+        let lamps = self
+            .schedule
+            .lamps(step, self.config.lamps_per_step, network.lamps);
+        // Pictures that are moved anew each time are not worth remembering.
+        let unmoved = (olats.is_none() || most == 0).then_some(lesson);
+        let (total, parts) = self.criterion.losses(
             output,
             &Comparison {
                 light: light(&look.linear, network.formulation, self.info.scale),
@@ -218,6 +238,8 @@ impl Trainer {
                     rendering: self.config.rendering,
                 },
             },
+            lamps.as_deref(),
+            unmoved,
         );
         let parts = parts.into_data().try_into_vec::<f32>().unwrap_or_default();
         let value = |i: usize| parts.get(i).copied().unwrap_or(f32::NAN);
@@ -250,6 +272,16 @@ impl Trainer {
             gradient_norm,
             learning_rate,
             taken,
+        }
+    }
+
+    /// What pictures are compared by, in words.
+    fn features(&self) -> String {
+        match (&self.criterion.features, &self.config.features) {
+            (Some(features), Some(path)) => {
+                format!("{} from {}", features.architecture().name(), path.display())
+            }
+            _ => "the built-in features".to_owned(),
         }
     }
 
@@ -302,6 +334,7 @@ pub fn train(
     progress.say(format!("The network runs on the {}", compute.description));
     let mut trainer = Trainer::new(project, calibration, settings, &compute.device, progress)?;
     progress.say(format!("The network: {}", trainer.info.network.cost()));
+    progress.say(format!("Pictures are compared by {}", trainer.features()));
     let fresh = trainer.info.step == 0;
     let mut log = Log::open(project, fresh)?;
     let started = Instant::now();
@@ -366,6 +399,7 @@ pub fn train(
         steps: trainer.info.step,
         seconds: trainer.info.seconds,
         device: compute.description,
+        features: trainer.features(),
         parameters: trainer.average.num_params(),
         loss_rec: recent.reconstruction.unwrap_or(f32::NAN),
         loss_render: recent.rendering.unwrap_or(f32::NAN),
@@ -402,7 +436,7 @@ impl Recent {
 
 /// `training.csv`: one line a step.
 struct Log {
-    path: std::path::PathBuf,
+    path: PathBuf,
     out: BufWriter<std::fs::File>,
 }
 

@@ -192,8 +192,13 @@ impl Outcome {
                 100.0 * found.uncovered_energy
             ),
             Self::Trained(report) => format!(
-                "{} steps in {:.0} s on the {}: OLATs {:.4}, relit {:.4} from the truth in encoded units",
-                report.steps, report.seconds, report.device, report.loss_rec, report.loss_render
+                "{} steps in {:.0} s on the {}: OLATs {:.4}, relit {:.4} from the truth by {}",
+                report.steps,
+                report.seconds,
+                report.device,
+                report.loss_rec,
+                report.loss_render,
+                report.features
             ),
             Self::Relit(report) => format!(
                 "{} frames at {:.0} ms each: {}",

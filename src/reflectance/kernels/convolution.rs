@@ -83,10 +83,9 @@ impl Activation {
 pub struct Gradients {
     /// `[batch, inputs, height, width]`, where it was asked for.
     pub input: Option<Vec<f32>>,
-    /// `[outputs, inputs, kernel, kernel]`.
-    pub weight: Vec<f32>,
-    /// `[outputs]`.
-    pub bias: Vec<f32>,
+    /// By the weights, `[outputs, inputs, kernel, kernel]`, and by the biases, `[outputs]`, where they
+    /// were asked for.
+    pub parameters: Option<(Vec<f32>, Vec<f32>)>,
 }
 
 /// Inputs whose channels follow one another: `[batch, c1, h, w]` and `[batch, c2, h, w]`, c1 + c2 the
@@ -212,7 +211,8 @@ pub fn forward(
     });
 }
 
-/// The gradients of [`forward`], from its output and the gradient of its output.
+/// The gradients of [`forward`], from its output and the gradient of its output. Those by the input and
+/// by the parameters cost alike; what nobody asks for is not computed.
 pub fn backward(
     shape: &Shape,
     x: Sources,
@@ -220,7 +220,7 @@ pub fn backward(
     activation: Activation,
     output: &[f32],
     gradient: &[f32],
-    input_gradient: bool,
+    [input_gradient, weight_gradient]: [bool; 2],
 ) -> Gradients {
     let before = |picture: usize, channel: usize, y: usize, into: &mut [f32]| {
         let row = |values| shape.row(values, shape.outputs, picture, channel, y);
@@ -231,16 +231,14 @@ pub fn backward(
         by_input(shape, weight, before, &mut input);
         input
     });
-    let (weight, bias) = if shape.unfolds(SMALL) {
-        unfolded::by_weights(shape, x, before)
-    } else {
-        correlate(shape, x, before)
-    };
-    Gradients {
-        input,
-        weight,
-        bias,
-    }
+    let parameters = weight_gradient.then(|| {
+        if shape.unfolds(SMALL) {
+            unfolded::by_weights(shape, x, before)
+        } else {
+            correlate(shape, x, before)
+        }
+    });
+    Gradients { input, parameters }
 }
 
 /// The gradient by the input: a convolution of the output's gradient, whose kernel is the same turned

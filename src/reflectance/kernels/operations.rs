@@ -358,7 +358,10 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
                     activation,
                     values[1].get(),
                     values[2].get(),
-                    first_node.is_some() || second_node.is_some(),
+                    [
+                        first_node.is_some() || second_node.is_some(),
+                        weight_node.is_some() || bias_node.is_some(),
+                    ],
                 );
                 if let Some(input) = back.input {
                     let sources = split(input, channels, [shape.height, shape.width]);
@@ -368,11 +371,12 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
                         }
                     }
                 }
+                let (by_weight, by_bias) = back.parameters.unwrap_or_default();
                 if let Some(node) = weight_node {
-                    gradients.register::<Flex>(node.id, tensor(back.weight, dims(&weight)));
+                    gradients.register::<Flex>(node.id, tensor(by_weight, dims(&weight)));
                 }
                 if let Some(node) = bias_node {
-                    gradients.register::<Flex>(node.id, tensor(back.bias, [shape.outputs]));
+                    gradients.register::<Flex>(node.id, tensor(by_bias, [shape.outputs]));
                 }
             }
         }

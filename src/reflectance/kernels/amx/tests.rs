@@ -72,9 +72,10 @@ impl Case {
             none,
             &out,
             &self.gradient,
-            true,
+            [true, true],
         );
-        [out, back.input.unwrap(), back.weight, back.bias]
+        let (weight, bias) = back.parameters.unwrap();
+        [out, back.input.unwrap(), weight, bias]
     }
 
     fn reference(&self) -> [Vec<Sum>; 4] {

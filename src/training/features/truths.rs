@@ -1,0 +1,91 @@
+//! Features of true pictures, kept for the next time the same picture is compared.
+
+use super::network::FeatureNetwork;
+use crate::training::schedule::Lesson;
+use burn::tensor::Tensor;
+use std::collections::HashMap;
+
+/// Features take no more memory than this; what does not fit is computed each time.
+const MOST_BYTES: usize = 1 << 30;
+
+/// A true picture that does not change over a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Name {
+    pub lesson: Lesson,
+    pub picture: Picture,
+}
+
+/// A picture of a lesson.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Picture {
+    Look,
+    /// Under this lamp.
+    Olat(usize),
+}
+
+/// The layers of pictures that were met before, `[1, channels, h, w]` each.
+#[derive(Default)]
+pub struct Truths {
+    kept: HashMap<Name, Vec<Tensor<4>>>,
+    bytes: usize,
+}
+
+impl Truths {
+    /// The layers of `pictures`, `[n, 3, h, w]`, whose names are `names`.
+    pub fn layers(
+        &mut self,
+        network: &FeatureNetwork,
+        pictures: Tensor<4>,
+        names: &[Name],
+    ) -> Vec<Tensor<4>> {
+        let new: Vec<usize> = (0..names.len())
+            .filter(|i| !self.kept.contains_key(&names[*i]))
+            .collect();
+        if new.len() == names.len() {
+            let layers = network.forward(pictures);
+            self.keep(&layers, names.iter().copied());
+            return layers;
+        }
+        let computed = if new.is_empty() {
+            Vec::new()
+        } else {
+            network.forward(super::rows(pictures, &new))
+        };
+        let mut next = 0;
+        let each: Vec<Vec<Tensor<4>>> = names
+            .iter()
+            .map(|name| match self.kept.get(name) {
+                Some(layers) => layers.clone(),
+                None => {
+                    next += 1;
+                    row(&computed, next - 1)
+                }
+            })
+            .collect();
+        self.keep(&computed, new.into_iter().map(|i| names[i]));
+        (0..each[0].len())
+            .map(|layer| Tensor::cat(each.iter().map(|l| l[layer].clone()).collect(), 0))
+            .collect()
+    }
+
+    fn keep(&mut self, layers: &[Tensor<4>], names: impl Iterator<Item = Name>) {
+        for (i, name) in names.enumerate() {
+            let layers = row(layers, i);
+            let bytes = layers
+                .iter()
+                .map(|l| 4 * l.shape().num_elements())
+                .sum::<usize>();
+            if self.bytes + bytes > MOST_BYTES {
+                return;
+            }
+            self.bytes += bytes;
+            self.kept.insert(name, layers);
+        }
+    }
+}
+
+/// The layers of one picture.
+fn row(layers: &[Tensor<4>], picture: usize) -> Vec<Tensor<4>> {
+    let row = |layer: &Tensor<4>| layer.clone().narrow(0, picture, 1);
+    layers.iter().map(row).collect()
+}

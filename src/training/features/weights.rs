@@ -1,0 +1,120 @@
+//! Tensors by name from `.safetensors` and `.pth` files.
+//!
+//! A `.pth` file is a pickle, which Python runs as a program. The reader used here interprets the calls
+//! that rebuild tensors and containers and keeps every other one as a name: nothing in the file is run.
+
+use crate::error::{Error, Result};
+use burn::module::{Module, Param};
+use burn::store::pytorch_reader::PytorchReader;
+use burn::store::{ModuleStore, SafetensorsStore, bridge, burn_pack};
+use burn::tensor::{DType, Device, Tensor, TensorData};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+const REMEDY: &str = "Give a whole .safetensors or .pth file of torchvision's VGG-16, VGG-19 or \
+                      SqueezeNet 1.1, or leave --features out";
+
+/// A file of named tensors, whose values are read when they are asked for.
+pub struct WeightFile {
+    path: PathBuf,
+    tensors: BTreeMap<String, burn_pack::Tensor>,
+}
+
+impl WeightFile {
+    /// # Errors
+    /// When the file is of neither kind, cannot be read or is cut off.
+    pub fn open(path: &Path) -> Result<Self> {
+        let refuse = |cause: &dyn std::fmt::Display| Error::file("read", path, cause, REMEDY);
+        // The readers' own words for a missing file differ; those of the system are known.
+        std::fs::File::open(path).map_err(|e| refuse(&e))?;
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+        let tensors = match extension.to_ascii_lowercase().as_str() {
+            "safetensors" => SafetensorsStore::from_file(path)
+                .get_all_tensors()
+                .map_err(|e| refuse(&e))?
+                .clone(),
+            "pth" | "pt" => PytorchReader::new(path)
+                .map_err(|e| refuse(&e))?
+                .into_tensors()
+                .into_iter()
+                .map(|(name, tensor)| (name, bridge::from_pytorch(tensor)))
+                .collect(),
+            _ => {
+                return Err(Error::unexpected(
+                    path.display(),
+                    "a name that ends in .safetensors or .pth",
+                    format!("the ending {extension:?}"),
+                    REMEDY,
+                ));
+            }
+        };
+        Ok(Self {
+            path: path.to_path_buf(),
+            tensors,
+        })
+    }
+
+    /// Whether there is a tensor of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.tensors.contains_key(name)
+    }
+
+    /// The parameter `name`, without a gradient.
+    ///
+    /// # Errors
+    /// When it is missing, or has another shape, whole numbers, or values that are not finite.
+    pub fn parameter<const D: usize>(
+        &self,
+        name: &str,
+        shape: [usize; D],
+        device: &Device,
+    ) -> Result<Param<Tensor<D>>> {
+        let refuse = |found: String| self.unexpected(format!("{name} of shape {shape:?}"), found);
+        let tensor = self
+            .tensors
+            .get(name)
+            .ok_or_else(|| refuse("no tensor of that name".to_owned()))?;
+        if tensor.shape.as_slice() != shape {
+            return Err(refuse(format!("shape {:?}", tensor.shape.as_slice())));
+        }
+        if !matches!(
+            tensor.dtype,
+            DType::F64 | DType::F32 | DType::F16 | DType::BF16
+        ) {
+            return Err(refuse(format!("values of type {:?}", tensor.dtype)));
+        }
+        let values = tensor
+            .to_bytes()
+            .map_err(|e| e.to_string())
+            .and_then(|bytes| {
+                TensorData::try_from_bytes(bytes, shape, tensor.dtype).map_err(|e| e.to_string())
+            })
+            .and_then(|data| data.try_into_vec_as::<f32>().map_err(|e| e.to_string()))
+            .map_err(|e| Error::file("read", &self.path, format!("{name}: {e}"), REMEDY))?;
+        if !values.iter().all(|v| v.is_finite()) {
+            return Err(refuse("values that are not finite".to_owned()));
+        }
+        let tensor = Tensor::from_data(TensorData::new(values, shape), device);
+        Ok(Param::from_tensor(tensor).no_grad())
+    }
+
+    /// The refusal of a file that holds no network that is known here.
+    pub fn unknown(&self) -> Error {
+        let mut names: Vec<&str> = self.tensors.keys().map(String::as_str).collect();
+        let count = names.len();
+        names.truncate(4);
+        self.unexpected(
+            "the tensors of VGG-16, VGG-19 or SqueezeNet 1.1 under torchvision's names, such as \
+             features.0.weight"
+                .to_owned(),
+            match count {
+                0 => "no tensors".to_owned(),
+                _ => format!("{count} tensors, the first of them {}", names.join(", ")),
+            },
+        )
+    }
+
+    fn unexpected(&self, expected: String, found: String) -> Error {
+        Error::unexpected(self.path.display(), expected, found, REMEDY)
+    }
+}
