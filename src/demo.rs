@@ -83,6 +83,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
     let settings = TrainSettings {
         config,
         exclude_frames: truth.frames.clone(),
+        hold_out: None,
         fresh: false,
         device,
     };

@@ -366,6 +366,7 @@ fn a_shoot_is_calibrated_in_the_window_and_relit_once_it_is_trained() {
     let settings = TrainSettings {
         config,
         exclude_frames: vec![],
+        hold_out: None,
         fresh: false,
         device: DeviceChoice::Cpu,
     };

@@ -60,6 +60,7 @@ fn run(
     let settings = TrainSettings {
         config,
         exclude_frames: vec![3],
+        hold_out: None,
         fresh: false,
         device: DeviceChoice::Cpu,
     };
@@ -176,6 +177,46 @@ fn training_learns_and_its_output_does_not_fall_to_black() {
     }
 }
 
+/// The network that predicts is the one that did best on the unseen pose, and training goes on from the
+/// latest all the same.
+#[test]
+fn a_pose_held_out_judges_and_does_not_teach() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    shoot(folder.path());
+    let (project, calibration) = project(folder.path(), "film");
+    let poses = project.settings.shoot.poses.len();
+    let attempt = |hold_out: usize, epochs: u32| {
+        let settings = TrainSettings {
+            config: TrainingConfig { epochs, ..small() },
+            exclude_frames: vec![3],
+            hold_out: Some(hold_out),
+            fresh: false,
+            device: DeviceChoice::Cpu,
+        };
+        train(&project, &calibration, &settings, &Progress::silent())
+    };
+    let refused = attempt(poses, 1).unwrap_err().to_string();
+    assert!(refused.contains(&format!("{poses} poses")), "{refused}");
+
+    let first = attempt(1, 4).unwrap().held_out.unwrap();
+    assert_eq!(first.pose, 1);
+    assert!(first.decibels.is_finite() && first.step > 0);
+    let later = attempt(1, 40).unwrap();
+    let best = later.held_out.unwrap();
+    assert!(best.decibels >= first.decibels && best.step <= later.steps);
+    let judged = std::fs::read_to_string(project.root.join("held_out.csv")).unwrap();
+    let judged: Vec<f32> = judged
+        .lines()
+        .skip(1)
+        .map(|line| line.rsplit(',').next().unwrap().parse().unwrap())
+        .collect();
+    let highest = judged.iter().copied().fold(f32::MIN, f32::max);
+    assert_eq!(best.decibels, highest);
+    let field = predicted(&project, &calibration);
+    assert!(field.values.iter().all(|v| v.is_finite()));
+}
+
 #[test]
 fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
     let _turn = turn();
@@ -206,6 +247,7 @@ fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
             ..small()
         },
         exclude_frames: Vec::new(),
+        hold_out: None,
         fresh: false,
         device: DeviceChoice::Cpu,
     };

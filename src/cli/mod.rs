@@ -128,6 +128,9 @@ struct TrainArgs {
     /// Keep the frames of this truth out of training, so that they can judge it.
     #[arg(long, value_name = "DIR")]
     exclude_truth: Option<PathBuf>,
+    /// A pose, from 0, that training must not see and that judges it: the best network there predicts.
+    #[arg(long, value_name = "POSE")]
+    hold_out: Option<usize>,
     /// Start over instead of going on from the checkpoint.
     #[arg(long)]
     fresh: bool,
@@ -400,6 +403,7 @@ impl TrainArgs {
         let settings = TrainSettings {
             config,
             exclude_frames,
+            hold_out: self.hold_out,
             fresh: self.fresh,
             device: self.device.device,
         };

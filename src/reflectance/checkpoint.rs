@@ -30,11 +30,26 @@ pub struct CheckpointInfo {
     pub training_frames: Vec<usize>,
     /// The network's shape.
     pub network: UNetConfig,
+    /// How well the network that predicts does on a pose that training does not see.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<HeldOut>,
+}
+
+/// A network judged by a pose that it has not seen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeldOut {
+    /// Number of the pose, from 0.
+    pub pose: usize,
+    /// The step after which the network was best.
+    pub step: u64,
+    /// Its PSNR there, over the encoded OLATs within the matte, in dB.
+    pub decibels: f32,
 }
 
 #[derive(Serialize, Deserialize)]
 struct Table {
     weights: String,
+    average_weights: Option<String>,
     live_weights: Option<String>,
     optimizer: Option<String>,
     info: CheckpointInfo,
@@ -42,6 +57,8 @@ struct Table {
 
 /// The state of a training run as bytes.
 pub struct TrainingState {
+    /// Weights of the averaged network, where another is the one that predicts.
+    pub average_weights: Option<Bytes>,
     /// Weights of the network that learns.
     pub live_weights: Bytes,
     /// Moments of the optimiser.
@@ -64,7 +81,7 @@ pub const DEMO_STARTER: Starter = Starter {
 /// The weights' file in a starting point.
 const STARTER_WEIGHTS: &str = "weights.bpk";
 
-/// Writes a checkpoint: the averaged network that predicts, and what training needs to go on.
+/// Writes a checkpoint: the network that predicts, and what training needs to go on.
 pub fn save(
     folder: &Path,
     info: &CheckpointInfo,
@@ -78,6 +95,10 @@ pub fn save(
     };
     let table = Table {
         weights: write("weights", &weight_bytes(network)?)?,
+        average_weights: match &state.average_weights {
+            Some(bytes) => Some(write("average", bytes)?),
+            None => None,
+        },
         live_weights: Some(write("live", &state.live_weights)?),
         optimizer: Some(write("optimizer", &state.optimizer)?),
         info: info.clone(),
@@ -94,10 +115,12 @@ pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
     let info = CheckpointInfo {
         step: 0,
         seconds: 0.0,
+        held_out: None,
         ..info
     };
     let table = Table {
         weights: STARTER_WEIGHTS.to_owned(),
+        average_weights: None,
         live_weights: None,
         optimizer: None,
         info: info.clone(),
@@ -130,6 +153,7 @@ fn save_table(folder: &Path, table: &Table) -> Result<()> {
     save_toml(&folder.join("checkpoint.toml"), table)?;
     let named = [
         Some(&table.weights),
+        table.average_weights.as_ref(),
         table.live_weights.as_ref(),
         table.optimizer.as_ref(),
     ];
@@ -173,6 +197,8 @@ pub fn load(folder: &Path, device: &Device) -> Result<(CheckpointInfo, UNet)> {
 /// Everything that training needs to go on.
 pub struct Resumed {
     pub info: CheckpointInfo,
+    /// The network that predicts, on the plain device.
+    pub best: UNet,
     /// The averaged network, on the plain device.
     pub average: UNet,
     /// The network that learns, on the autodiff device.
@@ -185,13 +211,16 @@ pub struct Resumed {
 pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
     let Table {
         weights,
+        average_weights,
         live_weights,
         optimizer,
         info,
     } = table(folder)?;
     let live = folder.join(live_weights.as_ref().unwrap_or(&weights));
+    let average = folder.join(average_weights.as_ref().unwrap_or(&weights));
     Ok(Resumed {
-        average: network_from_file(&folder.join(&weights), &info.network, device)?,
+        best: network_from_file(&folder.join(&weights), &info.network, device)?,
+        average: network_from_file(&average, &info.network, device)?,
         live: network_from_file(&live, &info.network, &device.clone().autodiff())?,
         optimizer: optimizer.map(|name| read(&folder.join(name))).transpose()?,
         info,

@@ -298,6 +298,7 @@ impl StudioApp {
                 settings: TrainSettings {
                     config: Preset::Quick.config(),
                     exclude_frames: Vec::new(),
+                    hold_out: None,
                     fresh: false,
                     device: self.device,
                 },

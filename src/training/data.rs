@@ -34,6 +34,8 @@ pub struct Lesson {
 /// All of it.
 pub struct TrainingData {
     pub exemplars: Vec<Lesson>,
+    /// The pose that training does not see.
+    pub held_out: Option<Lesson>,
     pub frames: Vec<Look>,
     /// The project's numbers of `frames`.
     pub frame_numbers: Vec<usize>,
@@ -48,15 +50,17 @@ pub struct TrainingData {
 }
 
 impl TrainingData {
-    /// Reads the project's pictures, leaving out the interview frames in `exclude`.
+    /// Reads the project's pictures, leaving out the interview frames in `exclude` and keeping the pose
+    /// `held_out` apart.
     ///
     /// # Errors
-    /// When a file cannot be read or no pose shows the subject.
+    /// When a file cannot be read, no pose shows the subject, or there is no such pose or no other.
     pub fn load(
         project: &Project,
         calibration: &Calibration,
         config: &TrainingConfig,
         exclude: &[usize],
+        held_out: Option<usize>,
         device: &Device,
         progress: &Progress,
     ) -> Result<Self> {
@@ -66,6 +70,16 @@ impl TrainingData {
             .map(|w| w.map(|v| v * calibration.exposure))
             .collect();
         let poses = project.settings.shoot.poses.len();
+        if let Some(pose) = held_out
+            && (pose >= poses || poses < 2)
+        {
+            return Err(Error::unexpected(
+                project.root.display(),
+                format!("pose {pose} among two or more, counted from 0"),
+                format!("{poses} poses"),
+                "Hold out a pose that is there, and leave one to learn from",
+            ));
+        }
         let mut exemplars = Vec::with_capacity(poses);
         let (mut levels, mut targets) = (Vec::new(), Vec::new());
         for pose in 0..poses {
@@ -73,7 +87,9 @@ impl TrainingData {
             progress.step("reading exemplars", pose as u64, poses as u64, "");
             let exemplar = Exemplar::load(project, &calibration.response, pose)?;
             let look = exemplar.relit(&weights);
-            for (level, interview) in sample_subject(&exemplar, &look) {
+            // What is held out decides nothing.
+            let samples = (held_out != Some(pose)).then(|| sample_subject(&exemplar, &look));
+            for (level, interview) in samples.into_iter().flatten() {
                 levels.push(level);
                 targets.push(match config.formulation {
                     Formulation::Direct => level,
@@ -105,8 +121,10 @@ impl TrainingData {
             encoded_olats: encode(tensor_from_images(&exemplar.olats, device) * olat_gain),
             look: Look::new(&look, &exemplar.mask, device),
         });
+        let mut exemplars: Vec<Lesson> = exemplars.collect();
         Ok(Self {
-            exemplars: exemplars.collect(),
+            held_out: held_out.map(|pose| exemplars.remove(pose)),
+            exemplars,
             frames: frames
                 .iter()
                 .map(|f| Look::new(&f.plate, &f.mask, device))

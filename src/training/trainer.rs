@@ -12,10 +12,10 @@ use crate::error::{Error, Result};
 use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::progress::Progress;
 use crate::project::Project;
-use crate::reflectance::checkpoint::{self, CheckpointInfo, Resumed, TrainingState};
+use crate::reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingState};
 use crate::reflectance::kernels::{Comparison, LossSettings};
 use crate::reflectance::predictor::check_fits;
-use crate::reflectance::render::light;
+use crate::reflectance::render::{encode, encoded_white, light, olats};
 use crate::reflectance::{UNet, UNetConfig};
 use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
@@ -28,6 +28,8 @@ use std::time::{Duration, Instant};
 
 /// Training steps between two checkpoints are at most this far apart in time.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(120);
+/// Steps between two looks at the pose that was held out: each costs a prediction.
+const JUDGEMENT_STEPS: u64 = 100;
 /// This many steps in a row that are not finite end a run.
 const MOST_BAD_STEPS: u32 = 3;
 
@@ -37,6 +39,9 @@ pub struct TrainSettings {
     pub config: TrainingConfig,
     /// Interview frames that training must not see.
     pub exclude_frames: Vec<usize>,
+    /// A pose, from 0, that training does not see and that judges it: the network that does best there
+    /// is the one that predicts.
+    pub hold_out: Option<usize>,
     /// Start over, where a checkpoint would be gone on from.
     pub fresh: bool,
     pub device: DeviceChoice,
@@ -62,6 +67,8 @@ pub struct TrainReport {
     pub loss_render: f32,
     /// Steps that were skipped because they were not finite.
     pub skipped_steps: u64,
+    /// How well the network does on the pose that was held out.
+    pub held_out: Option<HeldOut>,
 }
 
 /// The figures of one step.
@@ -87,6 +94,9 @@ pub struct Trainer {
     live: UNet,
     /// On the plain device.
     average: UNet,
+    /// The network that predicts, where a pose is held out: the average as it was when it did best.
+    best: Option<UNet>,
+    hold_out: Option<usize>,
     optimizer: ModuleOptimizer,
 }
 
@@ -138,6 +148,7 @@ impl Trainer {
             calibration,
             &config,
             &settings.exclude_frames,
+            settings.hold_out,
             &autodiff,
             progress,
         )?;
@@ -147,6 +158,7 @@ impl Trainer {
         if resume {
             let Resumed {
                 mut info,
+                best,
                 average,
                 live,
                 optimizer: moments,
@@ -154,6 +166,11 @@ impl Trainer {
             info.training_frames.extend(&data.frame_numbers);
             info.training_frames.sort_unstable();
             info.training_frames.dedup();
+            // Another pose, or none, judges anew.
+            let judged = info.held_out.map(|h| h.pose);
+            if judged != settings.hold_out {
+                info.held_out = None;
+            }
             let optimizer = match moments {
                 None => optimizer,
                 Some(moments) => optimizer.from_bytes(moments).map_err(|e| {
@@ -170,10 +187,12 @@ impl Trainer {
                 schedule,
                 data,
                 criterion,
-                info,
                 live,
                 average,
+                best: info.held_out.is_some().then_some(best),
+                hold_out: settings.hold_out,
                 optimizer,
+                info,
             });
         }
         autodiff.seed(seed);
@@ -184,9 +203,12 @@ impl Trainer {
             scale: data.scale,
             training_frames: data.frame_numbers.clone(),
             network,
+            held_out: None,
         };
         Ok(Self {
             average: live.valid(),
+            best: None,
+            hold_out: settings.hold_out,
             config,
             schedule,
             data,
@@ -285,9 +307,40 @@ impl Trainer {
         }
     }
 
+    /// Judges the averaged network by the pose that was held out, and keeps it if it is the best so far.
+    /// None where no pose is, or the device fails.
+    pub fn judge(&mut self) -> Option<f32> {
+        let (pose, lesson) = (self.hold_out?, self.data.held_out.as_ref()?);
+        let plain = |x: &Tensor<4>| x.clone().inner();
+        let network = &self.info.network;
+        let [look, mask] = [&lesson.look.encoded, &lesson.look.mask].map(plain);
+        let output = self.average.forward(look * mask.clone());
+        let linear = plain(&lesson.look.linear);
+        let light = light(&linear, network.formulation, self.info.scale);
+        let predicted = encode(olats(output, &light) * self.data.olat_gain);
+        let difference = (predicted - plain(&lesson.encoded_olats)) * mask.clone();
+        let values = mask.sum() * (3 * network.lamps) as f32;
+        let mean = difference.square().sum() / values;
+        let mean = mean.try_into_data().ok()?.try_into_vec::<f32>().ok()?[0];
+        let decibels = -10.0 * (mean / encoded_white().powi(2)).log10();
+        if self
+            .info
+            .held_out
+            .is_none_or(|best| best.decibels < decibels)
+        {
+            self.best = Some(self.average.clone());
+            self.info.held_out = Some(HeldOut {
+                pose,
+                step: self.info.step,
+                decibels,
+            });
+        }
+        Some(decibels)
+    }
+
     /// The network that predicts.
     pub fn network(&self) -> &UNet {
-        &self.average
+        self.best.as_ref().unwrap_or(&self.average)
     }
 
     /// Where the run stands.
@@ -305,14 +358,16 @@ impl Trainer {
                 "Report this fault",
             )
         })?;
+        let average = self.best.is_some().then_some(&self.average);
         let state = TrainingState {
+            average_weights: average.map(checkpoint::weight_bytes).transpose()?,
             live_weights: checkpoint::weight_bytes(&self.live)?,
             optimizer,
         };
         checkpoint::save(
             &project.checkpoint_path(),
             &self.info,
-            &self.average,
+            self.network(),
             &state,
         )
     }
@@ -336,7 +391,12 @@ pub fn train(
     progress.say(format!("The network: {}", trainer.info.network.cost()));
     progress.say(format!("Pictures are compared by {}", trainer.features()));
     let fresh = trainer.info.step == 0;
-    let mut log = Log::open(project, fresh)?;
+    let mut log = Log::open(project.root.join("training.csv"), STEPS_HEADER, fresh)?;
+    let judgements = project.root.join("held_out.csv");
+    let mut judgements = settings
+        .hold_out
+        .map(|_| Log::open(judgements, "step,seconds,decibels", fresh))
+        .transpose()?;
     let started = Instant::now();
     let (first_step, earlier) = (trainer.info.step, trainer.info.seconds);
     let limit = settings.config.minutes.map(|m| m * 60.0);
@@ -380,14 +440,19 @@ pub fn train(
             1000,
             recent.note(trainer.info.step),
         );
+        if trainer.info.step.is_multiple_of(JUDGEMENT_STEPS) {
+            recent.judge(&mut trainer, &mut judgements)?;
+        }
         if saved.elapsed() > CHECKPOINT_INTERVAL {
             trainer.save(project)?;
             log.flush()?;
             saved = Instant::now();
         }
     }
+    recent.judge(&mut trainer, &mut judgements)?;
     trainer.save(project)?;
     log.flush()?;
+    judgements.iter_mut().try_for_each(Log::flush)?;
     progress.step("training", 1000, 1000, recent.note(trainer.info.step));
     if progress.cancelled() {
         progress.say(format!(
@@ -404,6 +469,7 @@ pub fn train(
         loss_rec: recent.reconstruction.unwrap_or(f32::NAN),
         loss_render: recent.rendering.unwrap_or(f32::NAN),
         skipped_steps: skipped,
+        held_out: trainer.info.held_out,
     })
 }
 
@@ -412,9 +478,21 @@ pub fn train(
 struct Recent {
     reconstruction: Option<f32>,
     rendering: Option<f32>,
+    held_out: Option<f32>,
 }
 
 impl Recent {
+    /// Judges by the pose that was held out, where one was.
+    fn judge(&mut self, trainer: &mut Trainer, log: &mut Option<Log>) -> Result<()> {
+        let Some(decibels) = trainer.judge() else {
+            return Ok(());
+        };
+        self.held_out = Some(decibels);
+        let info = trainer.info();
+        log.iter_mut()
+            .try_for_each(|log| log.line(&format!("{},{:.3},{decibels}", info.step, info.seconds)))
+    }
+
     fn add(&mut self, report: &StepReport) {
         let smooth =
             |old: Option<f32>, new: f32| Some(old.map_or(new, |old| 0.95 * old + 0.05 * new));
@@ -426,23 +504,29 @@ impl Recent {
 
     fn note(&self, step: u64) -> String {
         let show = |loss: Option<f32>| loss.map_or("–".to_owned(), |l| format!("{l:.4}"));
-        format!(
+        let mut note = format!(
             "step {step}, OLATs {}, relit {}",
             show(self.reconstruction),
             show(self.rendering)
-        )
+        );
+        if let Some(decibels) = self.held_out {
+            note += &format!(", unseen pose {decibels:.2} dB");
+        }
+        note
     }
 }
 
-/// `training.csv`: one line a step.
+/// The columns of `training.csv`, which has a line for each step.
+const STEPS_HEADER: &str = "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken";
+
+/// A table of text beside the project.
 struct Log {
     path: PathBuf,
     out: BufWriter<std::fs::File>,
 }
 
 impl Log {
-    fn open(project: &Project, fresh: bool) -> Result<Self> {
-        let path = project.root.join("training.csv");
+    fn open(path: PathBuf, header: &str, fresh: bool) -> Result<Self> {
         let fail = |e: std::io::Error| {
             Error::file("write", &path, e, "Check that the folder can be written")
         };
@@ -459,7 +543,7 @@ impl Log {
             path,
         };
         if empty {
-            log.line("step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken")?;
+            log.line(header)?;
         }
         Ok(log)
     }
