@@ -122,6 +122,10 @@ struct TrainArgs {
     /// Compare the OLATs of this many lamps a step, drawn anew each time; all where this is left out.
     #[arg(long, value_name = "K", value_parser = parse_count)]
     lamps_per_step: Option<usize>,
+    /// Exemplar steps from one with the rendering loss to the next; those between compute only the lamps
+    /// that they compare.
+    #[arg(long, value_name = "STEPS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    rendering_every: u64,
     /// Interview frames that training must not see, such as 5,14,25,36.
     #[arg(long, value_delimiter = ',')]
     exclude_frames: Vec<usize>,
@@ -396,6 +400,7 @@ impl TrainArgs {
         }
         config.features.clone_from(&self.features);
         config.lamps_per_step = self.lamps_per_step;
+        config.rendering_every = self.rendering_every;
         let mut exclude_frames = self.exclude_frames.clone();
         if let Some(truth) = &self.exclude_truth {
             exclude_frames.extend(Truth::open(&Project::open(&self.project)?, truth)?.frames);

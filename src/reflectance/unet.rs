@@ -236,6 +236,11 @@ impl UNet {
     /// `[n, 3, size, size]` encoded looks → `[n, 3·lamps, size, size]` sigmoid outputs in (0, 1);
     /// channel `lamp · 3 + c` is colour c of a lamp.
     pub fn forward(&self, look: Tensor<4>) -> Tensor<4> {
+        self.forward_lamps(look, None)
+    }
+
+    /// The outputs of some lamps, or of all where none are named. Nothing is computed for others.
+    pub fn forward_lamps(&self, look: Tensor<4>, lamps: Option<&[usize]>) -> Tensor<4> {
         let precision = self.precision;
         let mut skips = Vec::with_capacity(self.encoder.len());
         let mut x = look;
@@ -252,7 +257,15 @@ impl UNet {
             x = kernels::convolution(x, None, convolution, Activation::LeakyRelu(0.0), precision);
             skip = skips.pop();
         }
-        kernels::convolution(x, skip, &self.output, Activation::Sigmoid, precision)
+        match lamps {
+            None => kernels::convolution(x, skip, &self.output, Activation::Sigmoid, precision),
+            Some(lamps) => {
+                let colours = |&lamp: &usize| (0..3).map(move |colour| 3 * lamp + colour);
+                let outputs: Vec<usize> = lamps.iter().flat_map(colours).collect();
+                let sigmoid = Activation::Sigmoid;
+                kernels::some_outputs(x, skip, &self.output, &outputs, sigmoid, precision)
+            }
+        }
     }
 }
 

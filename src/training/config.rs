@@ -35,6 +35,9 @@ pub struct TrainingConfig {
     pub features: Option<PathBuf>,
     /// Lamps whose OLATs a step compares, drawn anew for each step; none means all.
     pub lamps_per_step: Option<usize>,
+    /// Exemplar steps from one with the rendering loss to the next. Those between compute no lamps but the
+    /// ones that they compare.
+    pub rendering_every: u64,
     /// Adam's learning rate once warmed up.
     pub learning_rate: f64,
     /// Steps over which the rate grows linearly from zero.
@@ -74,6 +77,7 @@ impl Preset {
                 pixel: 0.0,
                 features: None,
                 lamps_per_step: None,
+                rendering_every: 1,
                 learning_rate: 1e-3,
                 warm_up: 50,
                 decay: true,
@@ -97,6 +101,7 @@ impl Preset {
                 pixel: 0.0,
                 features: None,
                 lamps_per_step: None,
+                rendering_every: 1,
                 learning_rate: 1e-3,
                 warm_up: 100,
                 decay: false,

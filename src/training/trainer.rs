@@ -3,7 +3,7 @@
 use super::adam::Adam;
 use super::config::TrainingConfig;
 use super::data::{Look, TrainingData};
-use super::features::Features;
+use super::features::{Features, rows};
 use super::loss::Criterion;
 use super::schedule::{self, Schedule};
 use super::{augment, average, gradient};
@@ -76,7 +76,8 @@ pub struct TrainReport {
 pub struct StepReport {
     /// Reconstruction loss; none for a lesson from the interview.
     pub reconstruction: Option<f32>,
-    pub rendering: f32,
+    /// Rendering loss; none in a step that does without.
+    pub rendering: Option<f32>,
     pub gradient_norm: f32,
     pub learning_rate: f64,
     /// Whether the weights were changed: not by a step that is not finite.
@@ -239,38 +240,50 @@ impl Trainer {
             schedule::Lesson::Video { frame } => (self.data.frames[frame].clone(), None, [0, 0]),
         };
         let network = &self.info.network;
-        let output = self.live.forward(look.encoded.clone() * look.mask.clone());
         let lamps = self
             .schedule
             .lamps(step, self.config.lamps_per_step, network.lamps);
-        // Pictures that are moved anew each time are not worth remembering.
-        let unmoved = (olats.is_none() || most == 0).then_some(lesson);
+        let renders = olats.is_none() || step.is_multiple_of(self.config.rendering_every);
+        // Without the rendering loss the network computes no other lamps than those compared.
+        let alone = lamps.as_deref().filter(|_| !renders);
+        let (mut olats, mut weights) = (olats.cloned(), self.data.weights.clone());
+        if let Some(lamps) = alone {
+            olats = olats.map(|olats| rows(olats, lamps));
+            weights = rows(weights, lamps);
+        }
+        let output = self
+            .live
+            .forward_lamps(look.encoded.clone() * look.mask.clone(), alone);
+        // Pictures that are moved anew each time are not worth remembering, nor are those of a step whose
+        // lamps have other numbers.
+        let unmoved = olats.is_none() || (most == 0 && alone.is_none());
         let (total, parts) = self.criterion.losses(
             output,
             &Comparison {
                 light: light(&look.linear, network.formulation, self.info.scale),
                 mask: &look.mask,
-                olats,
+                olats: olats.as_ref(),
                 look: &look.encoded,
-                weights: &self.data.weights,
+                weights: &weights,
                 settings: LossSettings {
                     gain: self.data.olat_gain,
                     shift,
                     reconstruction: self.config.reconstruction,
-                    rendering: self.config.rendering,
+                    rendering: if renders { self.config.rendering } else { 0.0 },
                 },
             },
-            lamps.as_deref(),
-            unmoved,
+            lamps.as_deref().filter(|_| alone.is_none()),
+            unmoved.then_some(lesson),
         );
         let parts = parts.into_data().try_into_vec::<f32>().unwrap_or_default();
         let value = |i: usize| parts.get(i).copied().unwrap_or(f32::NAN);
-        let (reconstruction, rendering) = (olats.map(|_| value(0)), value(1));
+        let reconstruction = olats.map(|_| value(0));
+        let rendering = renders.then(|| value(1));
         let mut gradients = GradientsParams::from_grads(total.backward(), &self.live);
         let gradient_norm = gradient::clip(&self.live, &mut gradients, self.config.gradient_norm);
         let learning_rate = schedule::learning_rate(&self.config, step, done);
         let taken = gradient_norm.is_finite()
-            && rendering.is_finite()
+            && rendering.is_none_or(f32::is_finite)
             && reconstruction.is_none_or(f32::is_finite);
         if taken {
             self.live = self
@@ -496,7 +509,9 @@ impl Recent {
     fn add(&mut self, report: &StepReport) {
         let smooth =
             |old: Option<f32>, new: f32| Some(old.map_or(new, |old| 0.95 * old + 0.05 * new));
-        self.rendering = smooth(self.rendering, report.rendering);
+        if let Some(rendering) = report.rendering {
+            self.rendering = smooth(self.rendering, rendering);
+        }
         if let Some(reconstruction) = report.reconstruction {
             self.reconstruction = smooth(self.reconstruction, reconstruction);
         }
@@ -549,14 +564,13 @@ impl Log {
     }
 
     fn write(&mut self, info: &CheckpointInfo, report: &StepReport) -> Result<()> {
-        let reconstruction = report
-            .reconstruction
-            .map_or(String::new(), |l| l.to_string());
+        let show = |loss: Option<f32>| loss.map_or(String::new(), |l| l.to_string());
         self.line(&format!(
-            "{},{:.3},{reconstruction},{},{:e},{},{}",
+            "{},{:.3},{},{},{:e},{},{}",
             info.step,
             info.seconds,
-            report.rendering,
+            show(report.reconstruction),
+            show(report.rendering),
             report.learning_rate,
             report.gradient_norm,
             report.taken

@@ -173,7 +173,7 @@ impl Shape {
     /// Rows of a band, by the shape alone so that no result depends on the number of threads: few
     /// enough that both factors stay in the second-level cache.
     pub(super) fn band_rows(&self) -> usize {
-        const CACHED: usize = 160 * 1024;
+        const CACHED: usize = 256 * 1024;
         let channels = self.inputs.max(self.outputs);
         let rows = CACHED / (channels * (self.width + self.radius())).max(1);
         let most = (self.height.div_ceil(16)).max(8);

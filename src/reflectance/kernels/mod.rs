@@ -32,7 +32,9 @@ use super::resize;
 use burn::backend::{Dispatch, DispatchDevice};
 use burn::nn::conv::Conv2d;
 use burn::nn::{BatchNorm, GroupNorm};
-use burn::tensor::{DType, Tensor, activation};
+use burn::tensor::module::conv2d;
+use burn::tensor::ops::ConvOptions;
+use burn::tensor::{DType, Int, Tensor, TensorData, activation};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
@@ -72,20 +74,55 @@ pub fn convolution(
     activation: Activation,
     precision: Precision,
 ) -> Tensor<4> {
-    if serve(&x)
-        && let Some(bias) = &layer.bias
-    {
-        let skip = skip.unwrap_or_else(|| nothing(&x));
-        return Tensor::from_dispatch(Dispatch::convolution(
-            x.into_dispatch(),
-            skip.into_dispatch(),
-            layer.weight.val().into_dispatch(),
-            bias.val().into_dispatch(),
-            activation,
-            precision,
-        ));
-    }
-    let y = layer.forward(joined(x, skip));
+    let bias = layer.bias.as_ref().map(|bias| bias.val());
+    convolve(x, skip, layer.weight.val(), bias, activation, precision)
+}
+
+/// Some outputs of a [`convolution`], in the order in which they are named; nothing is computed for
+/// others.
+pub fn some_outputs(
+    x: Tensor<4>,
+    skip: Option<Tensor<4>>,
+    layer: &Conv2d,
+    outputs: &[usize],
+    activation: Activation,
+    precision: Precision,
+) -> Tensor<4> {
+    let named: Vec<i64> = outputs.iter().map(|o| *o as i64).collect();
+    let named = Tensor::<1, Int>::from_data(
+        TensorData::new(named, [outputs.len()]),
+        &x.device().without_autodiff(),
+    );
+    let weight = layer.weight.val().select(0, named.clone());
+    let bias = layer.bias.as_ref().map(|bias| bias.val().select(0, named));
+    convolve(x, skip, weight, bias, activation, precision)
+}
+
+fn convolve(
+    x: Tensor<4>,
+    skip: Option<Tensor<4>>,
+    weight: Tensor<4>,
+    bias: Option<Tensor<1>>,
+    activation: Activation,
+    precision: Precision,
+) -> Tensor<4> {
+    let bias = match bias {
+        Some(bias) if serve(&x) => {
+            let skip = skip.unwrap_or_else(|| nothing(&x));
+            return Tensor::from_dispatch(Dispatch::convolution(
+                x.into_dispatch(),
+                skip.into_dispatch(),
+                weight.into_dispatch(),
+                bias.into_dispatch(),
+                activation,
+                precision,
+            ));
+        }
+        bias => bias,
+    };
+    let pad = weight.dims()[2] / 2;
+    let options = ConvOptions::new([1, 1], [pad, pad], [1, 1], 1);
+    let y = conv2d(joined(x, skip), weight, bias, options);
     match activation {
         Activation::None => y,
         Activation::LeakyRelu(slope) => activation::leaky_relu(y, f64::from(slope)),

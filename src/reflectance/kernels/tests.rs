@@ -4,8 +4,6 @@ use super::*;
 use burn::module::Param;
 use burn::nn::conv::Conv2dConfig;
 use burn::nn::{GroupNormConfig, PaddingConfig2d};
-use burn::tensor::module::conv2d;
-use burn::tensor::ops::ConvOptions;
 use burn::tensor::{Device, Distribution};
 use proptest::prelude::*;
 
@@ -342,5 +340,30 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let alone = run(1);
     for threads in [2, 3, 16] {
         assert!(alone == run(threads), "{threads} threads change the result");
+    }
+}
+
+#[test]
+fn some_outputs_are_those_of_all() {
+    let device = Device::flex().autodiff();
+    let layer = layer(20, 9, 3, &device);
+    let x = random([1, 20, 40, 24], &device);
+    let named = [7, 0, 3];
+    let some = some_outputs(
+        x.clone(),
+        None,
+        &layer,
+        &named,
+        Activation::Sigmoid,
+        Precision::Full,
+    );
+    let all = convolution(x, None, &layer, Activation::Sigmoid, Precision::Full);
+    let taken = named.map(|o| all.clone().narrow(1, o, 1)).to_vec();
+    assert_close("some outputs", some.clone(), Tensor::cat(taken, 1));
+    let gradients = some.square().sum().backward();
+    let by_weights = layer.weight.val().grad(&gradients).unwrap();
+    for output in 0..9 {
+        let sum = by_weights.clone().narrow(0, output, 1).abs().sum();
+        assert_eq!(named.contains(&output), sum.into_scalar::<f32>() > 0.0);
     }
 }
