@@ -164,6 +164,30 @@ pub fn split_bands<'a>(
     split
 }
 
+/// Some channels of a band, for one task.
+pub struct Share<'a, 'b> {
+    /// Number of the band over all pictures.
+    pub band: usize,
+    /// The first channel.
+    pub first: usize,
+    /// The band's rows in each channel.
+    pub out: &'a mut [&'b mut [f32]],
+}
+
+/// Shares out bands, `part` channels at a time.
+pub fn shares<'a, 'b>(split: &'a mut [Vec<&'b mut [f32]>], part: usize) -> Vec<Share<'a, 'b>> {
+    let bands = split.iter_mut().enumerate();
+    let shares = bands.flat_map(|(band, planes)| {
+        let parts = planes.chunks_mut(part).enumerate();
+        parts.map(move |(p, out)| Share {
+            band,
+            first: p * part,
+            out,
+        })
+    });
+    shares.collect()
+}
+
 /// Where element (row, channel, tap) of the weights' factor lies.
 pub struct Weights<'a> {
     pub values: &'a [f32],
@@ -194,18 +218,13 @@ pub fn convolve(
         .min(shape.outputs.div_ceil(ROWS));
     let part = shape.outputs.div_ceil(parts).next_multiple_of(ROWS);
     let mut split = split_bands(out, shape, shape.outputs, rows);
-    let tasks: Vec<(usize, usize, &mut [&mut [f32]])> = split
-        .iter_mut()
-        .enumerate()
-        .flat_map(|(i, planes)| {
-            planes
-                .chunks_mut(part)
-                .enumerate()
-                .map(move |(p, planes)| (i, p * part, planes))
-        })
-        .collect();
+    let tasks = shares(&mut split, part);
     let threads = tasks.len() > 1;
-    let task = |(i, first, out): (usize, usize, &mut [&mut [f32]])| {
+    let task = |Share {
+                    band: i,
+                    first,
+                    out,
+                }: Share| {
         let (picture, from) = (i / bands, i % bands * rows);
         let band = Band::new(shape, from, rows.min(shape.height - from));
         let (mut values, other) = SCRATCH.take();

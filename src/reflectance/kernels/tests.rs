@@ -6,6 +6,7 @@ use burn::nn::conv::Conv2dConfig;
 use burn::nn::{GroupNormConfig, PaddingConfig2d};
 use burn::tensor::{Device, Distribution};
 use proptest::prelude::*;
+use rayon::prelude::*;
 
 /// The bound on the largest difference over the largest value: f32 sums of some thousand terms in
 /// another order differ by about 1e-6.
@@ -365,5 +366,36 @@ fn some_outputs_are_those_of_all() {
     for output in 0..9 {
         let sum = by_weights.clone().narrow(0, output, 1).abs().sum();
         assert_eq!(named.contains(&output), sum.into_scalar::<f32>() > 0.0);
+    }
+}
+
+#[test]
+fn convolutions_at_once_do_not_disturb_each_other() {
+    // A thread that waits for a part of one may begin another, whose buffers must not be the same.
+    let device = Device::flex().autodiff();
+    let layer = layer(48, 40, 3, &device);
+    let inputs: Vec<_> = (0..24)
+        .map(|i| random([1, 48, 8 + i, 30], &device))
+        .collect();
+    let run = |x: &Tensor<4>, precision| {
+        let x = x.clone().require_grad();
+        let y = convolution(
+            x.clone(),
+            None,
+            &layer,
+            Activation::LeakyRelu(0.2),
+            precision,
+        );
+        let gradients = (y.clone() * y.clone()).sum().backward();
+        [values(y), values(x.grad(&gradients).unwrap())]
+    };
+    for precision in [Precision::Full, Precision::Split, Precision::Half] {
+        let alone: Vec<_> = inputs.iter().map(|x| run(x, precision)).collect();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(4);
+        let together: Vec<_> = pool
+            .build()
+            .unwrap()
+            .install(|| inputs.par_iter().map(|x| run(x, precision)).collect());
+        assert!(alone == together, "{precision:?}");
     }
 }

@@ -5,7 +5,7 @@ use super::band::{Band, Chunks, Cover, Run};
 use super::pack::{self, Buffer};
 use super::tiles::{Factor, SIDE, Steps, Sums, TILE, Tiles, with_tiles};
 use super::weights;
-use crate::reflectance::kernels::band::{Weights, split_bands};
+use crate::reflectance::kernels::band::{Share, Weights, shares, split_bands};
 use crate::reflectance::kernels::chunks::vectorized;
 use crate::reflectance::kernels::convolution::Shape;
 use rayon::prelude::*;
@@ -200,18 +200,13 @@ pub fn convolve(
     };
 
     let mut split = split_bands(out, shape, shape.outputs, rows);
-    let tasks: Vec<(usize, usize, &mut [&mut [f32]])> = split
-        .iter_mut()
-        .enumerate()
-        .flat_map(|(i, planes)| {
-            planes
-                .chunks_mut(part)
-                .enumerate()
-                .map(move |(p, planes)| (i, p * part, planes))
-        })
-        .collect();
+    let tasks = shares(&mut split, part);
     let threads = tasks.len() > 1;
-    let task = |(i, first, out): (usize, usize, &mut [&mut [f32]])| {
+    let task = |Share {
+                    band: i,
+                    first,
+                    out,
+                }: Share| {
         let band = band(i);
         let steps = (0..chunks.count * shape.taps()).map(|step| {
             let (chunk, tap) = (step / shape.taps(), step % shape.taps());
