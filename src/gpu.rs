@@ -1,8 +1,11 @@
-//! Where the network runs: a GPU where there is a real one, else burn's CPU backend.
+//! Where the network runs: a GPU where there is a real one, else burn's CPU backend. Network, passes
+//! and window share one GPU, so that what the network computes can be lit and shown without a copy.
 
-use burn::tensor::{Device, DeviceKind};
+use burn::tensor::Device;
+use burn::tensor::wgpu::WgpuSetup;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
+use std::sync::{Mutex, PoisonError};
 
 /// What a person asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -13,7 +16,7 @@ pub enum DeviceChoice {
     Auto,
     /// The CPU.
     Cpu,
-    /// The first adapter, even a software one.
+    /// The best adapter, even a software one.
     Gpu,
 }
 
@@ -23,42 +26,132 @@ pub struct ComputeDevice {
     pub device: Device,
     /// Such as `CPU (flex): no GPU was found`.
     pub description: String,
+    /// The GPU behind `device`, for passes that read what the network left there; none on a CPU.
+    pub gpu: Option<Gpu>,
 }
+
+/// The GPU of this process: wgpu's device and queue, and the same device as burn names it.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    network: Device,
+    adapter: wgpu::AdapterInfo,
+}
+
+/// burn keeps a device that it was given for as long as the process runs: there is one, for all.
+static SHARED: Mutex<Option<Gpu>> = Mutex::new(None);
 
 impl ComputeDevice {
     /// Picks a device. Software rasterisers do not count as GPUs: there the CPU backend is faster.
     pub fn choose(choice: DeviceChoice) -> Self {
-        let cpu = |why: &str| Self {
-            device: Device::flex(),
-            description: format!("CPU (flex): {why}"),
+        let gpu = match choice {
+            DeviceChoice::Cpu => Err("as asked".to_owned()),
+            DeviceChoice::Auto => Gpu::shared(is_hardware),
+            DeviceChoice::Gpu => Gpu::shared(|_| true),
         };
-        match choice {
-            DeviceChoice::Cpu => cpu("as asked"),
-            DeviceChoice::Gpu => Self {
-                device: Device::wgpu(DeviceKind::DefaultDevice),
-                description: "GPU (wgpu): as asked".to_owned(),
+        match gpu {
+            Ok(gpu) => Self {
+                device: gpu.network.clone(),
+                description: format!("GPU (wgpu): {}", gpu.adapter.name),
+                gpu: Some(gpu),
             },
-            DeviceChoice::Auto => match hardware_adapter() {
-                Some(name) => Self {
-                    device: Device::wgpu(DeviceKind::DefaultDevice),
-                    description: format!("GPU (wgpu): {name}"),
-                },
-                None => cpu("no GPU was found"),
+            Err(why) => Self {
+                device: Device::flex(),
+                description: format!("CPU (flex): {why}"),
+                gpu: None,
             },
         }
     }
 }
 
-/// The name of the first adapter that is hardware.
-fn hardware_adapter() -> Option<String> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    adapters
-        .iter()
-        .map(wgpu::Adapter::get_info)
-        .find_map(|info| {
-            use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
-            matches!(info.device_type, DiscreteGpu | IntegratedGpu | VirtualGpu)
-                .then_some(info.name)
+impl Gpu {
+    /// Makes a device that the window draws with the GPU of this process, if it has none yet. It has to
+    /// be made as [`device_descriptor`] says.
+    ///
+    /// # Errors
+    /// A reason, when the network cannot compute on it.
+    pub fn share(setup: WgpuSetup) -> Result<(), String> {
+        let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+        if shared.is_none() {
+            *shared = Some(Self::register(setup)?);
+        }
+        Ok(())
+    }
+
+    /// The GPU of this process if it `suits`, made where there is none yet.
+    fn shared(suits: fn(&wgpu::AdapterInfo) -> bool) -> Result<Self, String> {
+        let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(gpu) = shared.as_ref().filter(|gpu| suits(&gpu.adapter)) {
+            return Ok(gpu.clone());
+        }
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+        adapters.retain(|adapter| suits(&adapter.get_info()));
+        adapters.sort_by_key(|adapter| slowness(adapter.get_info().device_type));
+        let mut why = "no GPU was found".to_owned();
+        for adapter in adapters {
+            match Self::open(&instance, adapter) {
+                Ok(gpu) => return Ok(shared.insert(gpu).clone()),
+                Err(reason) => why = reason,
+            }
+        }
+        Err(why)
+    }
+
+    fn open(instance: &wgpu::Instance, adapter: wgpu::Adapter) -> Result<Self, String> {
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&device_descriptor(&adapter)))
+                .map_err(|e| e.to_string())?;
+        Self::register(WgpuSetup {
+            instance: instance.clone(),
+            backend: adapter.get_info().backend,
+            adapter,
+            device,
+            queue,
         })
+    }
+
+    fn register(setup: WgpuSetup) -> Result<Self, String> {
+        let network = Device::wgpu_options().setup(setup.clone()).init();
+        Ok(Self {
+            network: network.map_err(|e| e.to_string())?,
+            adapter: setup.adapter.get_info(),
+            device: setup.device,
+            queue: setup.queue,
+        })
+    }
+}
+
+/// What a device has to be made with for the network to compute on it: burn goes by the features and
+/// limits of the adapter, so it has to have all of them.
+pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    // Buffers that are both a GPU's own and mapped are slow on real GPUs.
+    let unwanted =
+        wgpu::Features::MAPPABLE_PRIMARY_BUFFERS | wgpu::Features::all_experimental_mask();
+    wgpu::DeviceDescriptor {
+        label: Some("afterlight"),
+        required_features: adapter.features().difference(unwanted),
+        required_limits: adapter.limits(),
+        ..Default::default()
+    }
+}
+
+fn is_hardware(adapter: &wgpu::AdapterInfo) -> bool {
+    use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
+    matches!(
+        adapter.device_type,
+        DiscreteGpu | IntegratedGpu | VirtualGpu
+    )
+}
+
+/// Orders kinds of adapters, the fastest first.
+fn slowness(kind: wgpu::DeviceType) -> u8 {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
 }

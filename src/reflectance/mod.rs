@@ -2,6 +2,7 @@
 //! paper.
 
 pub mod checkpoint;
+mod device_field;
 mod field;
 pub(crate) mod kernels;
 pub mod predictor;
@@ -9,6 +10,7 @@ pub mod render;
 mod resize;
 mod unet;
 
+pub use device_field::{DeviceField, FieldBuffer};
 pub use field::ReflectanceField;
 pub use kernels::Precision;
 pub use predictor::Predictor;

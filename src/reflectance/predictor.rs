@@ -1,6 +1,7 @@
 //! A trained network in use: interview frame in, reflectance field out.
 
 use super::checkpoint::{self, CheckpointInfo};
+use super::device_field::DeviceField;
 use super::field::ReflectanceField;
 use super::render::{encode, light, olats, tensor_from_image, tensor_from_mask};
 use super::unet::UNet;
@@ -46,27 +47,23 @@ impl Predictor {
         &self.info
     }
 
-    /// Predicts the OLATs of a frame, zero outside the subject's matte.
-    ///
-    /// # Errors
-    /// When the device fails.
-    pub fn predict(&self, frame: &Frame) -> Result<ReflectanceField> {
+    /// Predicts the OLATs of a frame, zero outside the subject's matte, and leaves them on the device.
+    pub fn predict_on_device(&self, frame: &Frame) -> DeviceField {
         let look = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
         let output = self.network.forward(encode(look.clone()) * mask.clone());
         let network = &self.info.network;
         let light = light(&look, network.formulation, self.info.scale);
         // What an output of 1 stands for is as small as a picture: cheap to mask before it is applied.
-        let covered = olats(output, &(light * mask.greater_elem(0.0).float()));
-        let data = covered.try_into_data().map_err(|e| device_failure(&e))?;
-        let values = data.try_into_vec::<f32>().map_err(|e| device_failure(&e))?;
-        let (width, height) = frame.mask.size();
-        Ok(ReflectanceField {
-            width,
-            height,
-            lamps: self.info.network.lamps,
-            values,
-        })
+        DeviceField::new(olats(output, &(light * mask.greater_elem(0.0).float())))
+    }
+
+    /// Predicts the OLATs of a frame, zero outside the subject's matte.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn predict(&self, frame: &Frame) -> Result<ReflectanceField> {
+        self.predict_on_device(frame).read()
     }
 }
 
@@ -86,13 +83,4 @@ pub fn check_fits(info: &CheckpointInfo, project: &Project) -> Result<()> {
         format!("one for {} lamps at {} pixels", network.lamps, network.size),
         "Train this project from the start: afterlight train PROJECT --fresh",
     ))
-}
-
-fn device_failure(cause: &dyn std::fmt::Debug) -> Error {
-    Error::unexpected(
-        "the prediction",
-        "values from the device",
-        format!("{cause:?}"),
-        "Try again with --device cpu",
-    )
 }

@@ -1,0 +1,98 @@
+//! A reflectance field where the network left it: on its device, with or without a copy to memory.
+
+use super::field::ReflectanceField;
+use crate::error::{Error, Result};
+use burn::tensor::{DType, FloatDType, Tensor};
+use burn_cubecl::cubecl::wgpu::{AutoCompiler, WgpuResource, WgpuServer};
+use burn_cubecl::kernel::into_contiguous;
+use burn_cubecl::{Cube, CubeBackend};
+use cubecl_runtime::storage::ManagedResource;
+
+/// A predicted field on the network's device: `[lamps, 3, height, width]`.
+pub struct DeviceField {
+    olats: Tensor<4>,
+}
+
+/// A field in a buffer of the GPU that network and passes share, as f32 in the layout of
+/// [`ReflectanceField::values`]. The buffer is the network's own, and kept from being used anew.
+#[derive(Debug)]
+pub struct FieldBuffer {
+    pub width: usize,
+    pub height: usize,
+    /// Number of lamps.
+    pub lamps: usize,
+    resource: ManagedResource<WgpuResource>,
+}
+
+impl DeviceField {
+    /// A field of linear OLATs `[lamps, 3, h, w]`.
+    pub(super) fn new(olats: Tensor<4>) -> Self {
+        let olats = match olats.dtype() {
+            DType::F32 => olats,
+            _ => olats.cast(FloatDType::F32),
+        };
+        Self { olats }
+    }
+
+    /// Copies the field to memory.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn read(self) -> Result<ReflectanceField> {
+        let [lamps, _, height, width] = self.olats.dims();
+        let data = self.olats.try_into_data().map_err(|e| device_failure(&e))?;
+        Ok(ReflectanceField {
+            width,
+            height,
+            lamps,
+            values: data.try_into_vec().map_err(|e| device_failure(&e))?,
+        })
+    }
+
+    /// The field's own buffer. What fills it has been submitted to the shared queue: whatever is
+    /// submitted there from now on sees the field. Nothing is copied or waited for.
+    ///
+    /// # Errors
+    /// When the network is not on a GPU, or that fails.
+    pub fn into_buffer(self) -> Result<FieldBuffer> {
+        let [lamps, _, height, width] = self.olats.dims();
+        let fused = self
+            .olats
+            .try_into_primitive::<Cube>()
+            .map_err(|e| device_failure(&e))?;
+        let client = fused.client.clone();
+        let tensor = into_contiguous(client.resolve_tensor_float::<CubeBackend>(fused));
+        let resource = tensor
+            .client
+            .get_resource::<WgpuServer<AutoCompiler>>(tensor.handle.clone())
+            .map_err(|e| device_failure(&e))?;
+        tensor.client.flush().map_err(|e| device_failure(&e))?;
+        Ok(FieldBuffer {
+            width,
+            height,
+            lamps,
+            resource,
+        })
+    }
+}
+
+impl FieldBuffer {
+    /// What a compute pass binds.
+    pub fn binding(&self) -> wgpu::BindingResource<'_> {
+        self.resource.resource().as_wgpu_bind_resource()
+    }
+
+    /// Its size in memory of the GPU.
+    pub fn bytes(&self) -> usize {
+        self.lamps * 3 * self.width * self.height * size_of::<f32>()
+    }
+}
+
+fn device_failure(cause: &dyn std::fmt::Debug) -> Error {
+    Error::unexpected(
+        "the prediction",
+        "values from the device",
+        format!("{cause:?}"),
+        "Try again with --device cpu",
+    )
+}
