@@ -66,17 +66,13 @@ impl ComputeDevice {
 }
 
 impl Gpu {
-    /// Makes a device that the window draws with the GPU of this process, if it has none yet. It has to
-    /// be made as [`device_descriptor`] says.
-    ///
-    /// # Errors
-    /// A reason, when the network cannot compute on it.
-    pub fn share(setup: WgpuSetup) -> Result<(), String> {
+    /// Makes a device that the window draws with, made as [`device_descriptor`] says, the GPU of this
+    /// process, unless there is one or the network cannot compute on it: then it gets one of its own.
+    pub fn share(setup: WgpuSetup) {
         let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
         if shared.is_none() {
-            *shared = Some(Self::register(setup)?);
+            *shared = Self::register(setup).ok();
         }
-        Ok(())
     }
 
     /// The GPU of this process if it `suits`, made where there is none yet.

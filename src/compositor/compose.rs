@@ -1,13 +1,13 @@
 //! Runs a plan: from a reflectance field to a picture, with a report on every pass.
 
 use super::background::{CameraView, draw_background};
+use super::field::Field;
 use super::levels::Levels;
 use super::plan::{Facts, Pass, PlannedPass, plan};
-use super::reference::{dither, extend_edges, lit_lamps, relight, scale, view};
+use super::reference::{dither, extend_edges, lit_lamps, scale, view};
 use crate::error::{Error, Result};
 use crate::imaging::{Encoded, Image, Mask};
 use crate::light::{Environment, LightWeights};
-use crate::reflectance::ReflectanceField;
 use crate::scene::{Background, Scene};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -16,7 +16,7 @@ use std::time::Instant;
 #[derive(Clone, Copy, Debug)]
 pub struct Ingredients<'a> {
     /// The scene's frame under every lamp. Values outside the mask are not used.
-    pub field: &'a ReflectanceField,
+    pub field: &'a Field,
     /// The subject's coverage in that frame.
     pub mask: &'a Mask,
     /// The lamps' shares of the environment at the scene's yaw.
@@ -61,7 +61,7 @@ pub struct PassReport {
 /// Makes the picture that `scene` asks for.
 ///
 /// # Errors
-/// When field, mask and weights do not belong together, or the view is impossible.
+/// When field, mask and weights do not belong together, the view is impossible, or a GPU fails.
 pub fn compose(scene: &Scene, of: &Ingredients) -> Result<Picture> {
     let open = of.mask.pixels.iter().filter(|&&alpha| alpha < 1.0).count();
     let facts = Facts {
@@ -94,7 +94,7 @@ pub fn execute(scene: &Scene, of: &Ingredients, passes: &[PlannedPass]) -> Resul
             Pass::Weights => before = of.upstream.weights_ms,
             Pass::Relight => {
                 let mended;
-                (linear, mended) = subject(of);
+                (linear, mended) = subject(of)?;
                 if mended > 0 {
                     reason += &format!(
                         "; {mended} pixels were no numbers and took their neighbours' light"
@@ -148,40 +148,41 @@ pub fn execute(scene: &Scene, of: &Ingredients, passes: &[PlannedPass]) -> Resul
 }
 
 /// The relit subject times its coverage, and how many of its pixels were no numbers.
-fn subject(of: &Ingredients) -> (Image, usize) {
+fn subject(of: &Ingredients) -> Result<(Image, usize)> {
     let weights: Vec<[f32; 3]> = of
         .weights
         .per_lamp
         .iter()
         .map(|w| w.map(|share| share * of.levels.subject))
         .collect();
-    let mut subject = relight(of.field, &weights, &lit_lamps(&weights));
+    let mut subject = of.field.relight(&weights)?;
     let mended = extend_edges(&mut subject, of.mask);
     for (pixel, &alpha) in subject.pixels.iter_mut().zip(&of.mask.pixels) {
         *pixel = pixel.map(|v| v * alpha);
     }
-    (subject, mended)
+    Ok((subject, mended))
 }
 
 fn check(of: &Ingredients) -> Result<()> {
     let remedy = "Predict this frame again with the network of this project";
     let field = of.field;
-    if (field.width, field.height) != of.mask.size() {
+    let (width, height) = field.size();
+    if (width, height) != of.mask.size() {
         return Err(Error::unexpected(
             "the reflectance field",
             format!(
                 "{} × {} pixels as in the matte",
                 of.mask.width, of.mask.height
             ),
-            format!("{} × {}", field.width, field.height),
+            format!("{width} × {height}"),
             remedy,
         ));
     }
-    if field.lamps != of.weights.per_lamp.len() {
+    if field.lamps() != of.weights.per_lamp.len() {
         return Err(Error::unexpected(
             "the reflectance field",
             format!("{} lamps as in the weights", of.weights.per_lamp.len()),
-            format!("{} lamps", field.lamps),
+            format!("{} lamps", field.lamps()),
             remedy,
         ));
     }
@@ -210,10 +211,11 @@ mod tests {
     use super::super::reference::SOLID;
     use super::*;
     use crate::imaging::Raster;
+    use crate::reflectance::ReflectanceField;
     use crate::scene::Output;
 
     struct Set {
-        field: ReflectanceField,
+        field: Field,
         mask: Mask,
         weights: LightWeights,
         environment: Environment,
@@ -235,7 +237,7 @@ mod tests {
                 })
                 .collect();
             Self {
-                field: ReflectanceField::from_olats(&olats),
+                field: ReflectanceField::from_olats(&olats).into(),
                 mask,
                 weights: LightWeights {
                     per_lamp: vec![[0.4, 0.5, 0.6], [0.0; 3], [1.0; 3]],
@@ -321,7 +323,7 @@ mod tests {
                     [f32::from(u8::from(a > 0.0)); 3]
                 }
             });
-            set.field = ReflectanceField::from_olats(&[light]);
+            set.field = ReflectanceField::from_olats(&[light]).into();
             set.weights.per_lamp = vec![[1.0; 3]];
             set.environment.radiance = Image::filled(8, 4, [1.0; 3]);
             let picture = compose(
@@ -382,7 +384,9 @@ mod tests {
                 let mut set = Set::new(size);
                 set.mask = Mask::filled(size, size, alpha);
                 set.weights.per_lamp = vec![[1e6; 3], [0.0; 3], [-0.0; 3]];
-                set.field.values[0] = f32::NAN;
+                if let Field::Memory(field) = &mut set.field {
+                    field.values[0] = f32::NAN;
+                }
                 for output in [Output::Display, Output::Linear] {
                     let picture = compose(
                         &scene(Background::Environment, output, 2.0),

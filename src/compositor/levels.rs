@@ -4,10 +4,11 @@
 //! in units of the OLAT session. Their ratio cannot be measured either where the mirror balls were
 //! photographed through a filter of unknown density. So both are set by what is known of people.
 
-use super::reference::{SOLID, lit_lamps, relight};
+use super::field::Field;
+use super::reference::SOLID;
+use crate::error::Result;
 use crate::imaging::{Image, Mask, color::luminance};
 use crate::light::{Environment, LightWeights};
-use crate::reflectance::ReflectanceField;
 use serde::{Deserialize, Serialize};
 
 /// Mean luminance factor assumed of a subject: between dark skin (0.1) and white clothes (0.8), near
@@ -41,22 +42,22 @@ impl Levels {
     /// grey, and stands before that environment as it would if it were there. `even` are the weights
     /// of an environment of radiance 1 everywhere; `field` and `mask` are any one frame of the clip.
     /// Where the field or the environment is black, its level is that of the other's default.
+    ///
+    /// # Errors
+    /// When the GPU that the field is on fails.
     pub fn balanced(
         environment: &Environment,
         even: &LightWeights,
-        field: &ReflectanceField,
+        field: &Field,
         mask: &Mask,
-    ) -> Self {
-        let albedo_in_field_units = mean_solid_luminance(
-            &relight(field, &even.per_lamp, &lit_lamps(&even.per_lamp)),
-            mask,
-        );
+    ) -> Result<Self> {
+        let albedo_in_field_units = mean_solid_luminance(&field.relight(&even.per_lamp)?, mask);
         let gain = positive(MIDDLE_GREY / (SUBJECT_ALBEDO * mean_radiance(environment)));
         let subject = positive(SUBJECT_ALBEDO / albedo_in_field_units);
-        Self {
+        Ok(Self {
             subject: gain * subject,
             background: gain,
-        }
+        })
     }
 }
 
@@ -90,6 +91,7 @@ fn mean_radiance(environment: &Environment) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reflectance::ReflectanceField;
 
     fn environment(radiance: Image) -> Environment {
         Environment {
@@ -103,13 +105,14 @@ mod tests {
     fn a_subject_in_even_light_is_middle_grey_whatever_the_units() {
         let mask = Mask::filled(8, 8, 1.0);
         for (unit, brightness) in [(1.0, 1.0), (0.02, 700.0), (300.0, 0.001)] {
-            let field = ReflectanceField::from_olats(&vec![Image::filled(8, 8, [unit; 3]); 4]);
+            let field =
+                ReflectanceField::from_olats(&vec![Image::filled(8, 8, [unit; 3]); 4]).into();
             let even = LightWeights {
                 per_lamp: vec![[0.25; 3]; 4],
                 uncovered: 0.0,
             };
             let light = environment(Image::filled(32, 16, [brightness; 3]));
-            let levels = Levels::balanced(&light, &even, &field, &mask);
+            let levels = Levels::balanced(&light, &even, &field, &mask).unwrap();
             let relit = unit * brightness * levels.subject;
             assert!(
                 (relit - MIDDLE_GREY).abs() < 1e-5,
@@ -131,9 +134,11 @@ mod tests {
             (1.0, f32::NAN, 1.0),
             (1.0, 1.0, 0.0),
         ] {
-            let field = ReflectanceField::from_olats(&vec![Image::filled(4, 4, [value; 3]); 2]);
+            let field =
+                ReflectanceField::from_olats(&vec![Image::filled(4, 4, [value; 3]); 2]).into();
             let light = environment(Image::filled(4, 2, [light; 3]));
-            let levels = Levels::balanced(&light, &even, &field, &Mask::filled(4, 4, alpha));
+            let levels =
+                Levels::balanced(&light, &even, &field, &Mask::filled(4, 4, alpha)).unwrap();
             assert!(
                 levels.subject.is_normal() && levels.background.is_normal(),
                 "{levels:?}"

@@ -6,6 +6,7 @@
 
 mod background;
 mod compose;
+mod field;
 mod levels;
 pub mod passes;
 mod plan;
@@ -13,5 +14,6 @@ pub mod reference;
 
 pub use background::{CameraView, draw_background};
 pub use compose::{Ingredients, PassReport, Picture, Upstream, compose, execute};
+pub use field::Field;
 pub use levels::Levels;
 pub use plan::{Facts, Pass, PlannedPass, plan};

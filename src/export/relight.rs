@@ -2,7 +2,10 @@
 
 use super::{ClipWriter, Destination, write_still};
 use crate::calibration::Calibration;
-use crate::compositor::{CameraView, Ingredients, Levels, PassReport, Picture, Upstream, compose};
+use crate::compositor::passes::RelightPass;
+use crate::compositor::{
+    CameraView, Field, Ingredients, Levels, PassReport, Picture, Upstream, compose,
+};
 use crate::error::{Error, Result};
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
@@ -15,6 +18,7 @@ use crate::reflectance::Predictor;
 use crate::scene::{Background, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// What a person asks for.
@@ -71,6 +75,7 @@ pub fn relight(
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let predictor = Predictor::open(project, &compute.device)?;
+    let pass = RelightPass::beside(&compute).map(Arc::new);
     let partition = Partition::soft(&calibration.rig, Partition::WIDTH);
     let reduced = environment.reduced(Partition::WIDTH);
     let frame_rate = project.settings.shoot.frame_rate;
@@ -105,17 +110,21 @@ pub fn relight(
         };
         let frame = Frame::load(project, &calibration.response, index)?;
         let start = Instant::now();
-        let field = predictor.predict(&frame)?;
+        let field = Field::predicted(predictor.predict_on_device(&frame), pass.as_ref())?;
         let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         let start = Instant::now();
         let weights = partition.weights(&reduced, scene.yaw_deg);
         let weights_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         uncovered_energy = weights.uncovered;
         // One level for the whole clip, or it would flicker.
-        let levels = *levels.get_or_insert_with(|| {
-            let even = partition.weights(&even_environment(), 0.0);
-            Levels::balanced(&environment, &even, &field, &frame.mask)
-        });
+        let levels = match levels {
+            Some(levels) => levels,
+            None => {
+                let even = partition.weights(&even_environment(), 0.0);
+                let balanced = Levels::balanced(&environment, &even, &field, &frame.mask)?;
+                *levels.insert(balanced)
+            }
+        };
         let picture = compose(
             &scene,
             &Ingredients {

@@ -49,13 +49,13 @@ impl DeviceField {
         })
     }
 
-    /// The field's own buffer. What fills it has been submitted to the shared queue: whatever is
-    /// submitted there from now on sees the field. Nothing is copied or waited for.
+    /// The field's own buffer, without a copy, once the network has filled it.
     ///
     /// # Errors
     /// When the network is not on a GPU, or that fails.
     pub fn into_buffer(self) -> Result<FieldBuffer> {
         let [lamps, _, height, width] = self.olats.dims();
+        let device = self.olats.device();
         let fused = self
             .olats
             .try_into_primitive::<Cube>()
@@ -66,7 +66,7 @@ impl DeviceField {
             .client
             .get_resource::<WgpuServer<AutoCompiler>>(tensor.handle.clone())
             .map_err(|e| device_failure(&e))?;
-        tensor.client.flush().map_err(|e| device_failure(&e))?;
+        device.sync().map_err(|e| device_failure(&e))?;
         Ok(FieldBuffer {
             width,
             height,
@@ -80,11 +80,6 @@ impl FieldBuffer {
     /// What a compute pass binds.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
         self.resource.resource().as_wgpu_bind_resource()
-    }
-
-    /// Its size in memory of the GPU.
-    pub fn bytes(&self) -> usize {
-        self.lamps * 3 * self.width * self.height * size_of::<f32>()
     }
 }
 

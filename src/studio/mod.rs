@@ -17,8 +17,11 @@ pub use panel::{Entry, Reading};
 pub use state::{Look, State, View};
 
 use crate::error::{Error, Result};
-use crate::gpu::DeviceChoice;
+use crate::gpu::{DeviceChoice, Gpu, device_descriptor};
 use crate::project::Project;
+use burn::tensor::wgpu::WgpuSetup;
+use eframe::egui_wgpu::{RenderState, WgpuSetupCreateNew};
+use std::sync::Arc;
 
 /// Opens the window, on a project or on the offer to open one, and returns when it is closed.
 ///
@@ -26,7 +29,9 @@ use crate::project::Project;
 /// When there is no display, or no graphics adapter that can draw a window.
 pub fn run(project: Option<Project>, device: DeviceChoice) -> Result<()> {
     let title = app::title(project.as_ref());
-    let options = eframe::NativeOptions {
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    setup.device_descriptor = Arc::new(device_descriptor);
+    let mut options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title(&title)
             .with_app_id("afterlight")
@@ -36,7 +41,11 @@ pub fn run(project: Option<Project>, device: DeviceChoice) -> Result<()> {
         renderer: eframe::Renderer::Wgpu,
         ..Default::default()
     };
+    options.wgpu_options.wgpu_setup = setup.into();
     let create = move |cc: &eframe::CreationContext| {
+        if let Some(window) = &cc.wgpu_render_state {
+            share(window);
+        }
         let app = StudioApp::new(&cc.egui_ctx, project, device);
         Ok(Box::new(app) as Box<dyn eframe::App>)
     };
@@ -48,4 +57,15 @@ pub fn run(project: Option<Project>, device: DeviceChoice) -> Result<()> {
             "Start it in a desktop session, or use the commands: afterlight --help",
         )
     })
+}
+
+/// Lets the network compute on the GPU that draws the window.
+fn share(window: &RenderState) {
+    Gpu::share(WgpuSetup {
+        instance: window.instance.clone(),
+        adapter: window.adapter.clone(),
+        device: window.device.clone(),
+        queue: window.queue.clone(),
+        backend: window.adapter.get_info().backend,
+    });
 }

@@ -47,12 +47,13 @@ impl FieldCache {
 
 /// Memory of a field and its frame: three channels a lamp, the plate and the matte.
 fn bytes(predicted: &PredictedFrame) -> usize {
-    (predicted.field.values.len() + 4 * predicted.frame.mask.pixels.len()) * size_of::<f32>()
+    predicted.field.bytes() + 4 * size_of::<f32>() * predicted.frame.mask.pixels.len()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compositor::Field;
     use crate::footage::Frame;
     use crate::imaging::{Image, Mask};
     use crate::reflectance::ReflectanceField;
@@ -65,12 +66,12 @@ mod tests {
                 plate: Image::filled(1, 1, [0.0; 3]),
                 mask: Mask::filled(1, 1, 1.0),
             }),
-            field: Arc::new(ReflectanceField {
+            field: Arc::new(Field::Memory(ReflectanceField {
                 width: 1,
                 height: 1,
                 lamps: 2,
                 values: vec![0.0; 6],
-            }),
+            })),
             ms: 1.0,
         })
     }

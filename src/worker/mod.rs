@@ -23,11 +23,11 @@ pub use library::{Library, Panorama, Thumbnail};
 pub use network::{Predict, Source, open_project};
 pub use relighter::{Ask, Relit};
 
+use crate::compositor::Field;
 use crate::footage::Frame;
 use crate::gpu::DeviceChoice;
 use crate::progress::Cancel;
 use crate::project::Project;
-use crate::reflectance::ReflectanceField;
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -43,7 +43,7 @@ const FIELD_BUDGET_BYTES: usize = 1 << 30;
 #[derive(Clone, Debug)]
 pub struct PredictedFrame {
     pub frame: Arc<Frame>,
-    pub field: Arc<ReflectanceField>,
+    pub field: Arc<Field>,
     /// What the prediction took in milliseconds, reading the frame included.
     pub ms: f64,
 }

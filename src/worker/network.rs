@@ -5,19 +5,21 @@ use super::event::{Blocked, Event, Need};
 use super::job::Job;
 use super::latest::Latest;
 use crate::calibration::Calibration;
+use crate::compositor::Field;
+use crate::compositor::passes::RelightPass;
 use crate::error::Error;
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::light::Rig;
 use crate::progress::{Cancel, Progress, Report};
 use crate::project::Project;
-use crate::reflectance::{Predictor, ReflectanceField};
+use crate::reflectance::Predictor;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 /// Reads a frame by its number and predicts its field.
-pub type Predict = Box<dyn FnMut(usize) -> Result<(Frame, ReflectanceField), Error>>;
+pub type Predict = Box<dyn FnMut(usize) -> Result<(Frame, Field), Error>>;
 
 /// Where predicted frames come from.
 pub struct Source {
@@ -46,13 +48,14 @@ pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, B
     let untrained = !project.checkpoint_path().exists();
     let need = untrained.then_some(Need::Network);
     let predictor = Predictor::open(project, &compute.device).map_err(blocked(need))?;
+    let pass = RelightPass::beside(&compute).map(Arc::new);
     let (project, response) = (project.clone(), calibration.response);
     Ok(Source {
         rig: calibration.rig,
         device: compute.description,
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
-            let field = predictor.predict(&frame)?;
+            let field = Field::predicted(predictor.predict_on_device(&frame), pass.as_ref())?;
             Ok((frame, field))
         }),
     })

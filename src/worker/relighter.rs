@@ -154,7 +154,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         predict_ms: Option<f64>,
         started: Instant,
     ) -> Result<Relit> {
-        let (light, weights_ms) = stage.light(environment, scene.yaw_deg, shown);
+        let (light, weights_ms) = stage.light(environment, scene.yaw_deg, shown)?;
         let picture = compose(
             &scene,
             &Ingredients {
@@ -198,7 +198,7 @@ impl Stage {
         environment: &Arc<Environment>,
         yaw_deg: f32,
         shown: &Arc<PredictedFrame>,
-    ) -> (&Light, Option<f64>) {
+    ) -> Result<(&Light, Option<f64>)> {
         let started = Instant::now();
         let old = self
             .light
@@ -222,7 +222,7 @@ impl Stage {
                 let (field, mask) = (&reference.field, &reference.frame.mask);
                 Light {
                     environment: environment.clone(),
-                    levels: Levels::balanced(environment, &even, field, mask),
+                    levels: Levels::balanced(environment, &even, field, mask)?,
                     yaw_deg,
                     weights: self.partition.weights(&reduced, yaw_deg),
                     reduced,
@@ -230,6 +230,6 @@ impl Stage {
             }
         };
         let ms = (!at_hand).then(|| started.elapsed().as_secs_f64() * 1e3);
-        (self.light.insert(light), ms)
+        Ok((self.light.insert(light), ms))
     }
 }

@@ -2,6 +2,7 @@ use super::*;
 use crate::footage::ImportSettings;
 use crate::imaging::{Image, Mask};
 use crate::light::{Environment, Lamp, Rig};
+use crate::reflectance::ReflectanceField;
 use crate::scene::{Background, Output, Scene};
 use std::path::PathBuf;
 use std::sync::mpsc::{Sender, channel};
@@ -24,7 +25,7 @@ fn rig() -> Rig {
 }
 
 /// A frame whose left half is lit by the left lamp alone.
-fn predicted(index: usize) -> (Frame, ReflectanceField) {
+fn predicted(index: usize) -> (Frame, Field) {
     let olat =
         |lit: fn(usize) -> bool| Image::from_fn(8, 8, |x, _| [if lit(x) { 0.5 } else { 0.0 }; 3]);
     let field = ReflectanceField::from_olats(&[olat(|x| x < 4), olat(|x| x >= 4)]);
@@ -34,7 +35,7 @@ fn predicted(index: usize) -> (Frame, ReflectanceField) {
             plate: Image::filled(8, 8, [0.5; 3]),
             mask: Mask::filled(8, 8, 1.0),
         },
-        field,
+        field.into(),
     )
 }
 

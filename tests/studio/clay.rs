@@ -1,5 +1,6 @@
 //! A shoot without a network: a ball of clay, whose picture under every lamp is known.
 
+use afterlight::compositor::Field;
 use afterlight::footage::Frame;
 use afterlight::imaging::{Image, Mask, Raster, file::write_exr};
 use afterlight::light::{Lamp, Rig};
@@ -39,7 +40,7 @@ fn rig() -> Rig {
 
 /// A ball of clay that rolls to the right: Lambert's law under every lamp, so that what the window
 /// must show is known without a network.
-fn predicted(rig: &Rig, index: usize) -> (Frame, ReflectanceField) {
+fn predicted(rig: &Rig, index: usize) -> (Frame, Field) {
     let middle = 26.0 + 1.5 * index as f32;
     let normal = |x: usize, y: usize| {
         let (nx, ny) = (
@@ -65,7 +66,7 @@ fn predicted(rig: &Rig, index: usize) -> (Frame, ReflectanceField) {
     let plate = Image::filled(SIZE, SIZE, [0.2; 3]);
     (
         Frame { index, plate, mask },
-        ReflectanceField::from_olats(&olats),
+        ReflectanceField::from_olats(&olats).into(),
     )
 }
 

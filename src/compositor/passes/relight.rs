@@ -2,8 +2,9 @@
 
 use crate::compositor::reference::lit_lamps;
 use crate::error::{Error, Result};
+use crate::gpu::ComputeDevice;
 use crate::imaging::Image;
-use crate::reflectance::ReflectanceField;
+use crate::reflectance::{FieldBuffer, ReflectanceField};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Pixels of one workgroup, as in the shader.
@@ -47,19 +48,34 @@ impl RelightPass {
         }
     }
 
+    /// The pass on the GPU that the network computes on; none where it computes on a CPU.
+    pub fn beside(network: &ComputeDevice) -> Option<Self> {
+        let gpu = network.gpu.as_ref()?;
+        Some(Self::new(&gpu.device, &gpu.queue))
+    }
+
+    /// Sums a field where the network left it, on this device, and reads the picture back.
+    ///
+    /// # Errors
+    /// When the field does not fit the weights, or the device fails.
+    pub fn sum(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<Image> {
+        check_lamps(field.lamps, weights)?;
+        let (width, height) = (field.width, field.height);
+        let relit = self.dispatch(field.binding(), width * height, weights)?;
+        let pixels = self.read_back(&relit)?;
+        Ok(Image {
+            width,
+            height,
+            pixels,
+        })
+    }
+
     /// Uploads a field, sums it and reads the picture back.
     ///
     /// # Errors
     /// When the field is too large for the device, does not fit the weights, or the device fails.
     pub fn run(&self, field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<Image> {
-        if weights.len() != field.lamps {
-            return Err(Error::unexpected(
-                "the reflectance field",
-                format!("{} lamps as in the weights", weights.len()),
-                format!("{} lamps", field.lamps),
-                "Predict this frame again with the network of this project",
-            ));
-        }
+        check_lamps(field.lamps, weights)?;
         let lamps = lit_lamps(weights);
         let (width, height) = (field.width, field.height);
         if field.values.is_empty() || lamps.is_empty() {
@@ -223,6 +239,18 @@ impl RelightPass {
             bytemuck::try_cast_slice(&view).map_err(|e| fail(e.to_string()))?;
         Ok(values.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
     }
+}
+
+fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
+    if weights.len() == lamps {
+        return Ok(());
+    }
+    Err(Error::unexpected(
+        "the reflectance field",
+        format!("{} lamps as in the weights", weights.len()),
+        format!("{lamps} lamps"),
+        "Predict this frame again with the network of this project",
+    ))
 }
 
 #[cfg(test)]

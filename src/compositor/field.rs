@@ -1,0 +1,70 @@
+//! A frame under every lamp, in memory or on the GPU, and its sum under the lamps' weights.
+
+use super::passes::RelightPass;
+use super::reference::{lit_lamps, relight};
+use crate::error::Result;
+use crate::imaging::Image;
+use crate::reflectance::{DeviceField, FieldBuffer, ReflectanceField};
+use std::sync::Arc;
+
+/// Where the compositor finds the OLATs of a frame.
+#[derive(Debug)]
+pub enum Field {
+    Memory(ReflectanceField),
+    /// Where the network left them, and the pass that sums them there.
+    Gpu(FieldBuffer, Arc<RelightPass>),
+}
+
+impl From<ReflectanceField> for Field {
+    fn from(field: ReflectanceField) -> Self {
+        Self::Memory(field)
+    }
+}
+
+impl Field {
+    /// A prediction: where there is a pass for the network's GPU it stays there, else it is copied to
+    /// memory.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn predicted(field: DeviceField, pass: Option<&Arc<RelightPass>>) -> Result<Self> {
+        match pass {
+            Some(pass) => Ok(Self::Gpu(field.into_buffer()?, pass.clone())),
+            None => Ok(Self::Memory(field.read()?)),
+        }
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> (usize, usize) {
+        match self {
+            Self::Memory(field) => (field.width, field.height),
+            Self::Gpu(field, _) => (field.width, field.height),
+        }
+    }
+
+    /// Number of lamps.
+    pub fn lamps(&self) -> usize {
+        match self {
+            Self::Memory(field) => field.lamps,
+            Self::Gpu(field, _) => field.lamps,
+        }
+    }
+
+    /// What the OLATs take of the memory that they are in.
+    pub fn bytes(&self) -> usize {
+        let (width, height) = self.size();
+        self.lamps() * 3 * width * height * size_of::<f32>()
+    }
+
+    /// The picture under lamps of these weights, linear: pass `relight`. From the GPU it is all that
+    /// is copied.
+    ///
+    /// # Errors
+    /// When the field does not fit the weights, or the device fails.
+    pub fn relight(&self, weights: &[[f32; 3]]) -> Result<Image> {
+        match self {
+            Self::Memory(field) => Ok(relight(field, weights, &lit_lamps(weights))),
+            Self::Gpu(field, pass) => pass.sum(field, weights),
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! The network and the pass `relight` on one GPU, a software one where there is no other.
+
+use afterlight::compositor::Field;
+use afterlight::compositor::passes::RelightPass;
+use afterlight::footage::Frame;
+use afterlight::gpu::{ComputeDevice, DeviceChoice};
+use afterlight::imaging::{Image, Raster};
+use afterlight::reflectance::checkpoint::CheckpointInfo;
+use afterlight::reflectance::{Formulation, Normalization, Precision, Predictor, UNet, UNetConfig};
+use burn::module::Module;
+use burn::tensor::Device;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+const SIZE: usize = 16;
+const LAMPS: usize = 4;
+
+/// Bytes of each buffer that was mapped since the last look, by anyone in this process: every way from a
+/// buffer of wgpu to memory goes through `map_async`, which says so in the log. A copy by other means
+/// than wgpu would not be seen; there is none while the device has no
+/// `Features::MAPPABLE_PRIMARY_BUFFERS`.
+static MAPPED: Mutex<Vec<u64>> = Mutex::new(Vec::new());
+
+struct MapLog;
+
+impl log::Log for MapLog {
+    fn enabled(&self, _: &log::Metadata) -> bool {
+        true
+    }
+
+    fn log(&self, record: &log::Record) {
+        if record.target().starts_with("wgpu_core") {
+            let message = record.args().to_string();
+            if message.starts_with("Buffer::map_async") {
+                println!("{message}");
+                let size = message.split("size Some(").nth(1);
+                let size = size.and_then(|rest| rest.split(')').next()?.parse().ok());
+                mapped().push(size.unwrap_or(u64::MAX));
+            }
+        }
+    }
+
+    fn flush(&self) {}
+}
+
+fn mapped() -> MutexGuard<'static, Vec<u64>> {
+    MAPPED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What was mapped while `work` ran. Tests take turns, since they share the log.
+fn mapped_during<T>(work: impl FnOnce() -> T) -> (T, Vec<u64>) {
+    mapped().clear();
+    let result = work();
+    (result, mapped().clone())
+}
+
+static TURN: Mutex<()> = Mutex::new(());
+
+/// The GPU of this machine, and the turn to use it.
+fn gpu() -> Option<(ComputeDevice, MutexGuard<'static, ()>)> {
+    let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    // It is set once, whichever test is first.
+    let _ = log::set_logger(&MapLog).map(|()| log::set_max_level(log::LevelFilter::Trace));
+    let compute = ComputeDevice::choose(DeviceChoice::Gpu);
+    println!("on the {}", compute.description);
+    if compute.gpu.is_none() {
+        println!("skipped: no adapter for compute shaders");
+        return None;
+    }
+    Some((compute, turn))
+}
+
+fn config(precision: Precision) -> UNetConfig {
+    UNetConfig {
+        size: SIZE,
+        lamps: LAMPS,
+        width: 8,
+        most_channels: 16,
+        normalization: Normalization::Group,
+        formulation: Formulation::Ratio,
+        precision,
+    }
+}
+
+fn predictor(network: &UNet, precision: Precision, device: &Device) -> Predictor {
+    let info = CheckpointInfo {
+        step: 0,
+        seconds: 0.0,
+        scale: 3.0,
+        training_frames: Vec::new(),
+        network: config(precision),
+        held_out: None,
+    };
+    Predictor::new(network.clone().to_device(device), info, device)
+}
+
+/// A network and its predictors on the CPU and on a GPU.
+fn both(gpu: &ComputeDevice, precision: Precision) -> [Predictor; 2] {
+    let cpu = Device::flex();
+    cpu.seed(7);
+    let network = config(Precision::Full).init(0.3, &cpu).materialize();
+    [
+        predictor(&network, Precision::Full, &cpu),
+        predictor(&network, precision, &gpu.device),
+    ]
+}
+
+/// A ramp of colours behind a matte whose left column is open.
+fn frame() -> Frame {
+    let ramp = |x: usize, y: usize| {
+        let [x, y] = [x, y].map(|v| v as f32 / SIZE as f32);
+        [x, y, 0.5 + 0.4 * (7.0 * x * y).sin()]
+    };
+    Frame {
+        index: 0,
+        plate: Image::from_fn(SIZE, SIZE, ramp),
+        mask: Raster::from_fn(SIZE, SIZE, |x, _| f32::from(u8::from(x > 0))),
+    }
+}
+
+fn weights() -> Vec<[f32; 3]> {
+    vec![[0.2, 0.5, 1.0], [0.0; 3], [2.0, 1.0, 0.1], [0.3; 3]]
+}
+
+/// The largest difference as a share of the largest value.
+fn difference(a: &Image, b: &Image) -> f32 {
+    let values = |image: &Image| image.pixels.as_flattened().to_vec();
+    let largest = |values: Vec<f32>| values.into_iter().fold(0.0, |m: f32, v| m.max(v.abs()));
+    let apart = values(a)
+        .iter()
+        .zip(values(b))
+        .map(|(a, b)| a - b)
+        .collect();
+    largest(apart) / largest(values(b))
+}
+
+#[test]
+fn a_field_lit_where_the_network_left_it_is_the_cpu_s() {
+    let Some((compute, _turn)) = gpu() else {
+        return;
+    };
+    let pass = Arc::new(RelightPass::beside(&compute).unwrap());
+    let [here, there] = both(&compute, Precision::Full);
+    let there = Field::predicted(there.predict_on_device(&frame()), Some(&pass)).unwrap();
+    let here = Field::predicted(here.predict_on_device(&frame()), None).unwrap();
+    assert_eq!((there.size(), there.lamps()), ((SIZE, SIZE), LAMPS));
+    assert_eq!((here.size(), here.lamps()), ((SIZE, SIZE), LAMPS));
+    let [there_lit, here_lit] = [&there, &here].map(|field| field.relight(&weights()).unwrap());
+    let apart = difference(&there_lit, &here_lit);
+    println!("apart by {apart:e} of the largest value");
+    // Sums of at most 9 · 32 products in each of nine layers, rounded to f32 in another order.
+    assert!(apart < 1e-5, "{apart}");
+    assert!((0..SIZE).all(|y| there_lit.at(0, y) == [0.0; 3]));
+    assert!(there.relight(&weights()[1..]).is_err());
+}
+
+#[test]
+fn of_a_prediction_that_is_lit_nothing_but_the_picture_is_read_back() {
+    let Some((compute, _turn)) = gpu() else {
+        return;
+    };
+    let pass = Arc::new(RelightPass::beside(&compute).unwrap());
+    let [_, predictor] = both(&compute, Precision::Full);
+    let lit = || {
+        let field = Field::predicted(predictor.predict_on_device(&frame()), Some(&pass));
+        field.unwrap().relight(&weights()).unwrap()
+    };
+    // The first time kernels are timed against each other, which reads clocks.
+    let first = lit();
+    let (second, mapped) = mapped_during(lit);
+    assert_eq!(first, second);
+    let picture = (SIZE * SIZE * 4 * size_of::<f32>()) as u64;
+    assert_eq!(mapped, [picture]);
+    // The log does see the network's own reads.
+    let (field, mapped) = mapped_during(|| predictor.predict(&frame()).unwrap());
+    let field = (field.values.len() * size_of::<f32>()) as u64;
+    assert!(mapped.contains(&field), "{mapped:?}");
+}
