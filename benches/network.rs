@@ -5,12 +5,14 @@
 //! before the first one starts and peak memory belongs to one case. Both peers speak the same lines:
 //! `step N`, `predict N`, `memory`, `quit`.
 
+use afterlight::gpu::{ComputeDevice, DeviceChoice};
+use afterlight::reflectance::predictor::predicts_in_half;
 use afterlight::reflectance::{Formulation, Normalization, Precision, UNet, UNetConfig};
 use afterlight::training::Adam;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::store::{ModuleSnapshot, ModuleStore, SafetensorsStore, bridge};
-use burn::tensor::{Device, Distribution, Tensor, TensorData};
+use burn::tensor::{Device, Distribution, FloatDType, Tensor, TensorData};
 use clap::{Parser, ValueEnum};
 use serde_json::{Value, json};
 use std::error::Error;
@@ -44,9 +46,13 @@ struct Options {
     /// Shapes of the network.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Shape::Quick, Shape::Paper])]
     shape: Vec<Shape>,
-    /// How exactly our convolutions multiply; PyTorch's are f32 unless `--peer` says otherwise.
+    /// How exactly our convolutions multiply; PyTorch's are f32 unless `--peer` says otherwise. On a GPU
+    /// `half` predicts in f16, and training is f32 throughout.
     #[arg(long, value_enum, default_value_t)]
     precision: Precision,
+    /// Where both peers compute. On a GPU threads do not count, and memory is the GPU's.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: DeviceChoice,
     /// Seconds for each of the two measurements of a case.
     #[arg(long, default_value_t = 15.0)]
     seconds: f64,
@@ -91,15 +97,29 @@ impl Shape {
 }
 
 fn main() -> Result<()> {
-    let options = Options::parse();
+    let mut options = Options::parse();
+    if options.device == DeviceChoice::Auto {
+        options.device = match ComputeDevice::choose(DeviceChoice::Auto).gpu {
+            Some(_) => DeviceChoice::Gpu,
+            None => DeviceChoice::Cpu,
+        };
+    }
     if let Some(folder) = &options.check {
-        return check(folder, options.precision);
+        return check(folder, options.precision, options.device);
     }
     if options.serve {
         afterlight::memory::keep_freed();
-        return serve(&options.shape[0].config(options.size[0], options.precision));
+        let config = options.shape[0].config(options.size[0], options.precision);
+        return serve(&config, &compute(options.device));
     }
     race(&options)
+}
+
+/// The device that was asked for; `auto` takes a GPU where there is one.
+fn compute(choice: DeviceChoice) -> ComputeDevice {
+    let compute = ComputeDevice::choose(choice);
+    eprintln!("afterlight on the {}", compute.description);
+    compute
 }
 
 /// The network that learns, and what a step needs.
@@ -154,8 +174,8 @@ impl Learner {
 }
 
 /// Answers the lines on the standard input with the network of this crate.
-fn serve(config: &UNetConfig) -> Result<()> {
-    let plain = Device::flex();
+fn serve(config: &UNetConfig, compute: &ComputeDevice) -> Result<()> {
+    let plain = &compute.device;
     let device = plain.clone().autodiff();
     device.seed(0);
     let noise = |channels| {
@@ -170,10 +190,17 @@ fn serve(config: &UNetConfig) -> Result<()> {
         let count: usize = count.parse()?;
         let reply = match what {
             "quit" => break,
-            "memory" => json!({
-                "peak_kib": status_kib("VmHWM"),
-                "now_kib": status_kib("VmRSS"),
-            }),
+            "memory" => match plain.memory_pool_usage() {
+                // Pages are kept for reuse: what is reserved is the peak.
+                Some(gpu) => json!({
+                    "peak_kib": gpu.bytes_reserved / 1024,
+                    "now_kib": gpu.bytes_in_use / 1024,
+                }),
+                None => json!({
+                    "peak_kib": status_kib("VmHWM"),
+                    "now_kib": status_kib("VmRSS"),
+                }),
+            },
             "step" => {
                 let steps: Vec<Step> = (0..count).map(|_| learner.step()).collect();
                 let column = |f: fn(&Step) -> f64| steps.iter().map(f).collect::<Vec<_>>();
@@ -186,13 +213,21 @@ fn serve(config: &UNetConfig) -> Result<()> {
                 })
             }
             "predict" => {
-                let (network, input) = (learner.network.valid(), learner.input.clone().inner());
-                let seconds = (0..count).map(|_| {
+                let (mut network, mut input) =
+                    (learner.network.valid(), learner.input.clone().inner());
+                if config.precision == Precision::Half && predicts_in_half(plain) {
+                    network = network.halved();
+                    input = input.cast(FloatDType::F16);
+                }
+                let mut seconds = Vec::with_capacity(count);
+                for _ in 0..count {
                     let start = Instant::now();
-                    network.forward(input.clone());
-                    start.elapsed().as_secs_f64()
-                });
-                json!({ "seconds": seconds.collect::<Vec<_>>() })
+                    let output = network.forward(input.clone());
+                    plain.sync().map_err(text)?;
+                    seconds.push(start.elapsed().as_secs_f64());
+                    drop(output);
+                }
+                json!({ "seconds": seconds })
             }
             _ => json!({ "error": "expected: step N, predict N, memory or quit" }),
         };
@@ -229,21 +264,30 @@ impl Peer {
         Ok(Self { child, lines, to })
     }
 
-    fn ours(shape: Shape, size: usize, threads: usize, precision: Precision) -> Result<Self> {
-        let shape = shape.to_possible_value().expect("none is skipped");
-        let precision = precision.to_possible_value().expect("none is skipped");
+    fn ours(shape: Shape, size: usize, threads: usize, options: &Options) -> Result<Self> {
         Self::start(
             Command::new(std::env::current_exe()?)
-                .args(["--serve", "--shape", shape.get_name()])
-                .args(["--precision", precision.get_name()])
+                .args(["--serve", "--shape", &name(shape)])
+                .args(["--precision", &name(options.precision)])
+                .args(["--device", &name(options.device)])
                 .args(["--size", &size.to_string()])
                 .env("RAYON_NUM_THREADS", threads.to_string()),
         )
     }
 
-    fn theirs(python: &str, shape: Shape, size: usize, threads: usize, more: &str) -> Result<Self> {
+    fn theirs(
+        python: &str,
+        shape: Shape,
+        size: usize,
+        threads: usize,
+        options: &Options,
+    ) -> Result<Self> {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/unet.py");
         let config = shape.config(size, Precision::Full);
+        let device = match options.device {
+            DeviceChoice::Gpu => "cuda",
+            _ => "cpu",
+        };
         let normalization = match config.normalization {
             Normalization::Batch => "batch",
             Normalization::Group => "group",
@@ -258,7 +302,8 @@ impl Peer {
                 .args(["--width", &config.width.to_string()])
                 .args(["--most-channels", &config.most_channels.to_string()])
                 .args(["--threads", &threads.to_string()])
-                .args(more.split_whitespace())
+                .args(["--device", device])
+                .args(options.peer.split_whitespace())
                 .env("OMP_NUM_THREADS", threads.to_string()),
         )
     }
@@ -308,22 +353,24 @@ impl Samples {
 }
 
 /// Lets the peers take turns at `what` for about `budget` seconds.
-fn alternate(peers: &mut [Peer], what: &str, budget: f64) -> Result<Vec<Samples>> {
-    let start = Instant::now();
+fn alternate(peers: &mut [Peer], what: &str, options: &Options) -> Result<Vec<Samples>> {
     let mut turns = Vec::new();
     for peer in peers.iter_mut() {
         let mut warm = Samples::default();
         let mut seconds = 0.0;
-        // The first run allocates; where it takes long, that is a small part of it.
-        while warm.0[0].len() < 2 && seconds < 4.0 * TURN {
+        // The first run allocates; where it takes long, that is a small part of it. On a GPU it also
+        // compiles kernels and times them against each other.
+        let gpu = options.device == DeviceChoice::Gpu;
+        while warm.0[0].len() < 2 && (gpu || seconds < 4.0 * TURN) {
             peer.run(what, 1, &mut warm)?;
             seconds = warm.0[0].last().copied().unwrap_or(TURN);
         }
         turns.push((TURN / seconds).clamp(1.0, 50.0) as usize);
     }
+    let start = Instant::now();
     let mut samples: Vec<Samples> = peers.iter().map(|_| Samples::default()).collect();
     let mut rounds = 0;
-    while rounds < LEAST_ROUNDS || start.elapsed().as_secs_f64() < budget {
+    while rounds < LEAST_ROUNDS || start.elapsed().as_secs_f64() < options.seconds {
         for ((peer, samples), turn) in peers.iter_mut().zip(&mut samples).zip(&turns) {
             peer.run(what, *turn, samples)?;
         }
@@ -334,13 +381,23 @@ fn alternate(peers: &mut [Peer], what: &str, budget: f64) -> Result<Vec<Samples>
 
 /// Times every case and prints the tables.
 fn race(options: &Options) -> Result<()> {
-    let python = std::env::var(PYTHON).ok().filter(|p| !p.is_empty());
+    let gpu = options.device == DeviceChoice::Gpu;
+    let mut python = std::env::var(PYTHON).ok().filter(|p| !p.is_empty());
     if python.is_none() {
         println!("PyTorch is left out: {PYTHON} names no interpreter (`make peers` makes one).\n");
+    } else if gpu && !python.as_deref().is_some_and(has_cuda) {
+        println!("PyTorch is left out: it sees no CUDA device.\n");
+        python = None;
     }
     println!(
         "Milliseconds: median (least). Memory in MiB: peak, and what was held at the start.\n"
     );
+    // A GPU's speed does not depend on the threads that feed it.
+    let threads = if gpu {
+        &options.threads[..1]
+    } else {
+        &options.threads[..]
+    };
     println!(
         "| network | size | threads | step | PyTorch | ratio | prediction | PyTorch | ratio | memory | PyTorch |"
     );
@@ -348,20 +405,19 @@ fn race(options: &Options) -> Result<()> {
     let mut parts = Vec::new();
     for &shape in &options.shape {
         for &size in &options.size {
-            for &threads in &options.threads {
-                let mut peers = vec![Peer::ours(shape, size, threads, options.precision)?];
+            for &threads in threads {
+                let mut peers = vec![Peer::ours(shape, size, threads, options)?];
                 if let Some(python) = &python {
-                    let peer = Peer::theirs(python, shape, size, threads, &options.peer)?;
+                    let peer = Peer::theirs(python, shape, size, threads, options)?;
                     peers.push(peer);
                 }
                 let mut starts = Vec::new();
                 for peer in &mut peers {
                     starts.push(peer.memory("now_kib")?);
                 }
-                let predictions = alternate(&mut peers, "predict", options.seconds)?;
-                let steps = alternate(&mut peers, "step", options.seconds)?;
-                let name = shape.to_possible_value().expect("none is skipped");
-                let case = format!("| {} | {size} | {threads} |", name.get_name());
+                let predictions = alternate(&mut peers, "predict", options)?;
+                let steps = alternate(&mut peers, "step", options)?;
+                let case = format!("| {} | {size} | {threads} |", name(shape));
                 print!("{case}{}{}", cells(&steps, 0), cells(&predictions, 0));
                 for (peer, start) in peers.iter_mut().zip(starts) {
                     print!(" {:.0}, {start:.0} |", peer.memory("peak_kib")?);
@@ -372,6 +428,10 @@ fn race(options: &Options) -> Result<()> {
             }
         }
     }
+    if gpu {
+        // What is known of the parts is when they were submitted.
+        return Ok(());
+    }
     println!("\nThe parts of a step.\n");
     println!(
         "| network | size | threads | forward | PyTorch | ratio | backward | PyTorch | ratio | Adam | PyTorch | ratio |"
@@ -379,6 +439,19 @@ fn race(options: &Options) -> Result<()> {
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     println!("{}", parts.join("\n"));
     Ok(())
+}
+
+/// Whether this interpreter's PyTorch has a GPU to run on.
+fn has_cuda(python: &str) -> bool {
+    let ask = "import sys, torch; sys.exit(not torch.cuda.is_available())";
+    let asked = Command::new(python).args(["-c", ask]).status();
+    asked.is_ok_and(|status| status.success())
+}
+
+/// The name of an option's value.
+fn name(value: impl ValueEnum) -> String {
+    let value = value.to_possible_value().expect("none is skipped");
+    value.get_name().to_owned()
 }
 
 /// Ours, theirs and their ratio as cells of a table.
@@ -395,8 +468,8 @@ fn cells(samples: &[Samples], part: usize) -> String {
 }
 
 /// Compares output, gradients and the first losses with those that PyTorch wrote into `folder`.
-fn check(folder: &Path, precision: Precision) -> Result<()> {
-    let device = Device::flex().autodiff();
+fn check(folder: &Path, precision: Precision, choice: DeviceChoice) -> Result<()> {
+    let device: Device = compute(choice).device.autodiff();
     let shape: Value = serde_json::from_slice(&std::fs::read(folder.join("shape.json"))?)?;
     let number = |name: &str| shape[name].as_u64().unwrap_or(0) as usize;
     let config = UNetConfig {

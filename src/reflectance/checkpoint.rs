@@ -4,13 +4,13 @@
 //! a kill at any moment leaves a table whose files are whole. Files that no table names are removed
 //! after the next one is in place.
 
-use super::unet::{UNet, UNetConfig};
+use super::unet::{Halved, UNet, UNetConfig};
 use crate::error::{Error, Result};
 use crate::imaging::file::write_beside;
 use crate::project::save_toml;
-use burn::module::{Module, ModuleMapper, Param};
+use burn::module::Module;
 use burn::store::ModuleRecord;
-use burn::tensor::{Bytes, Device, FloatDType, Tensor};
+use burn::tensor::{Bytes, Device};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::Path;
@@ -127,15 +127,6 @@ pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
     };
     save_table(to, &table)?;
     Ok(info)
-}
-
-/// Stores parameters as half floats.
-struct Halved;
-
-impl ModuleMapper for Halved {
-    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        param.map(|value| value.cast(FloatDType::F16))
-    }
 }
 
 /// Puts a starting point into a project's empty checkpoint folder.

@@ -2,7 +2,7 @@
 
 use super::field::ReflectanceField;
 use crate::error::{Error, Result};
-use burn::tensor::{DType, FloatDType, Tensor};
+use burn::tensor::Tensor;
 use burn_cubecl::cubecl::wgpu::{AutoCompiler, WgpuResource, WgpuServer};
 use burn_cubecl::kernel::into_contiguous;
 use burn_cubecl::{Cube, CubeBackend};
@@ -25,12 +25,8 @@ pub struct FieldBuffer {
 }
 
 impl DeviceField {
-    /// A field of linear OLATs `[lamps, 3, h, w]`.
+    /// A field of linear OLATs `[lamps, 3, h, w]` in f32.
     pub(super) fn new(olats: Tensor<4>) -> Self {
-        let olats = match olats.dtype() {
-            DType::F32 => olats,
-            _ => olats.cast(FloatDType::F32),
-        };
         Self { olats }
     }
 

@@ -3,16 +3,19 @@
 use super::checkpoint::{self, CheckpointInfo};
 use super::device_field::DeviceField;
 use super::field::ReflectanceField;
+use super::kernels::Precision;
 use super::render::{encode, light, olats, tensor_from_image, tensor_from_mask};
 use super::unet::UNet;
 use crate::error::{Error, Result};
 use crate::footage::Frame;
 use crate::project::Project;
-use burn::tensor::Device;
+use burn::tensor::{DType, Device, FloatDType};
 
 /// A network on a device, ready to predict.
 pub struct Predictor {
     network: UNet,
+    /// Whether the network computes in f16.
+    half: bool,
     info: CheckpointInfo,
     device: Device,
 }
@@ -26,17 +29,15 @@ impl Predictor {
         let folder = project.checkpoint_path();
         let (info, network) = checkpoint::load(&folder, device)?;
         check_fits(&info, project)?;
-        Ok(Self {
-            network,
-            info,
-            device: device.clone(),
-        })
+        Ok(Self::new(network, info, device))
     }
 
     /// A predictor over a network at hand.
     pub fn new(network: UNet, info: CheckpointInfo, device: &Device) -> Self {
+        let half = info.network.precision == Precision::Half && predicts_in_half(device);
         Self {
-            network,
+            network: if half { network.halved() } else { network },
+            half,
             info,
             device: device.clone(),
         }
@@ -51,7 +52,13 @@ impl Predictor {
     pub fn predict_on_device(&self, frame: &Frame) -> DeviceField {
         let look = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
-        let output = self.network.forward(encode(look.clone()) * mask.clone());
+        let input = encode(look.clone()) * mask.clone();
+        let output = if self.half {
+            let input = input.cast(FloatDType::F16);
+            self.network.forward(input).cast(FloatDType::F32)
+        } else {
+            self.network.forward(input)
+        };
         let network = &self.info.network;
         let light = light(&look, network.formulation, self.info.scale);
         // What an output of 1 stands for is as small as a picture: cheap to mask before it is applied.
@@ -65,6 +72,11 @@ impl Predictor {
     pub fn predict(&self, frame: &Frame) -> Result<ReflectanceField> {
         self.predict_on_device(frame).read()
     }
+}
+
+/// Whether a network of half precision predicts in f16 on this device: on a GPU whose shaders have it.
+pub fn predicts_in_half(device: &Device) -> bool {
+    *device != Device::flex() && device.supports_dtype(DType::F16)
 }
 
 /// Refuses a checkpoint that was made for other pictures.

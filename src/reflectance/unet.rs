@@ -2,10 +2,10 @@
 
 use super::kernels::{self, Activation, Precision};
 use crate::error::{Error, Result};
-use burn::module::{Initializer, Module, Param};
+use burn::module::{Initializer, Module, ModuleMapper, Param};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, GroupNorm, GroupNormConfig, PaddingConfig2d};
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{DType, Device, FloatDType, Tensor};
 use serde::{Deserialize, Serialize};
 
 /// The slope of the encoder's leaky ReLU below zero.
@@ -26,7 +26,7 @@ pub struct UNetConfig {
     pub normalization: Normalization,
     /// What the sigmoid's output stands for.
     pub formulation: Formulation,
-    /// How exactly convolutions multiply on a CPU.
+    /// How exactly convolutions multiply on a CPU, and whether a GPU predicts in f16.
     #[serde(default)]
     pub precision: Precision,
 }
@@ -269,6 +269,33 @@ impl UNet {
     }
 }
 
+impl UNet {
+    /// The network with convolutions in f16, for predictions on a GPU: its input has to be f16 too, and
+    /// its output is. Normalisation computes in f32.
+    pub fn halved(self) -> Self {
+        let half = |convolution: Conv2d| convolution.map(&mut Halved);
+        let block = |block: EncoderBlock| EncoderBlock {
+            convolution: half(block.convolution),
+            ..block
+        };
+        Self {
+            encoder: self.encoder.into_iter().map(block).collect(),
+            decoder: self.decoder.into_iter().map(half).collect(),
+            output: half(self.output),
+            precision: self.precision,
+        }
+    }
+}
+
+/// Makes parameters half floats.
+pub(super) struct Halved;
+
+impl ModuleMapper for Halved {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        param.map(|value| value.cast(FloatDType::F16))
+    }
+}
+
 impl EncoderBlock {
     fn forward(&self, x: Tensor<4>, precision: Precision) -> Tensor<4> {
         let leak = Activation::LeakyRelu(LEAK);
@@ -277,14 +304,23 @@ impl EncoderBlock {
             (None, Some(group)) => {
                 let x =
                     kernels::convolution(x, None, &self.convolution, Activation::None, precision);
-                kernels::group_norm(x, group, LEAK)
+                in_full(x, |x| kernels::group_norm(x, group, LEAK))
             }
             (Some(batch), _) => {
                 let x =
                     kernels::convolution(x, None, &self.convolution, Activation::None, precision);
-                kernels::batch_norm(x, batch, LEAK)
+                in_full(x, |x| kernels::batch_norm(x, batch, LEAK))
             }
         }
+    }
+}
+
+/// Computes in f32 what is handed over in f16: f16 ends at 65504, which a sum over a picture exceeds.
+fn in_full(x: Tensor<4>, compute: impl FnOnce(Tensor<4>) -> Tensor<4>) -> Tensor<4> {
+    if x.dtype() == DType::F16 {
+        compute(x.cast(FloatDType::F32)).cast(FloatDType::F16)
+    } else {
+        compute(x)
     }
 }
 

@@ -125,13 +125,16 @@ class Peer:
         )
         if options.weights is not None:
             self.network.load_state_dict(load_file(options.weights))
-        self.input = torch.rand(1, 3, options.size, options.size)
-        self.target = torch.rand(1, 3 * options.lamps, options.size, options.size)
+        self.device = torch.device(options.device)
+        self.network = self.network.to(self.device)
+        self.input = torch.rand(1, 3, options.size, options.size).to(self.device)
+        self.target = torch.rand(1, 3 * options.lamps, options.size, options.size).to(self.device)
         if options.channels_last:
             self.network = self.network.to(memory_format=torch.channels_last)
             self.input = self.input.contiguous(memory_format=torch.channels_last)
             self.target = self.target.contiguous(memory_format=torch.channels_last)
         self.bf16 = options.bf16
+        self.f16 = options.f16
         self.run = torch.compile(self.network) if options.compile else self.network
         self.optimizer = torch.optim.Adam(
             self.network.parameters(),
@@ -140,9 +143,27 @@ class Peer:
             fused=True if options.fused else None,
         )
 
-    def forward(self):
-        with torch.autocast("cpu", dtype=torch.bfloat16, enabled=self.bf16):
+    def forward(self, dtype=torch.bfloat16, enabled=None):
+        enabled = self.bf16 if enabled is None else enabled
+        with torch.autocast(self.device.type, dtype=dtype, enabled=enabled):
             return self.run(self.input)
+
+    def finish(self):
+        """Waits for what a GPU has been given to do."""
+        if self.device.type == "cuda":
+            torch.cuda.synchronize()
+
+    def memory(self):
+        """Peak and present KiB: on a GPU of PyTorch's allocator, on a CPU of the process."""
+        if self.device.type == "cuda":
+            held, used = torch.cuda.max_memory_reserved(), torch.cuda.memory_allocated()
+            most_used = torch.cuda.max_memory_allocated()
+            return {
+                "peak_kib": held // 1024,
+                "now_kib": used // 1024,
+                "peak_used_kib": most_used // 1024,
+            }
+        return {"peak_kib": status_kib("VmHWM"), "now_kib": status_kib("VmRSS")}
 
     def loss(self):
         return functional.mse_loss(self.forward().float(), self.target)
@@ -158,6 +179,7 @@ class Peer:
         times.append(time.perf_counter())
         self.optimizer.step()
         loss = loss.item()
+        self.finish()
         times.append(time.perf_counter())
         forward, backward, optimizer = (b - a for a, b in zip(times, times[1:]))
         return {
@@ -172,7 +194,11 @@ class Peer:
         self.network.eval()
         start = time.perf_counter()
         with torch.no_grad():
-            self.forward()
+            if self.f16:
+                self.forward(torch.float16, True)
+            else:
+                self.forward()
+        self.finish()
         return {"seconds": time.perf_counter() - start}
 
 
@@ -198,7 +224,7 @@ def serve(options):
             case ["quit"]:
                 break
             case ["memory"]:
-                reply = {"peak_kib": status_kib("VmHWM"), "now_kib": status_kib("VmRSS")}
+                reply = peer.memory()
             case [("step" | "predict") as what, count] if count.isdigit():
                 reply = columns([peers[what]() for _ in range(int(count))])
             case _:
@@ -219,7 +245,9 @@ def time_(options):
                 values = sorted(rows[key])
                 median, least = values[len(values) // 2], values[0]
                 print(f"{what:8} {key:10} median {median * 1e3:9.2f} ms  least {least * 1e3:9.2f} ms")
-        print(f"{what:8} peak memory {status_kib('VmHWM') / 1024:.0f} MiB")
+        memory = peer.memory()
+        words = ", ".join(f"{name} {kib / 1024:.0f} MiB" for name, kib in memory.items())
+        print(f"{what:8} memory {words}")
 
     report("predict", peer.predict)
     report("step", peer.step)
@@ -297,7 +325,12 @@ def main():
     parser.add_argument("--weights", help="safetensors to begin with, in place of fresh weights")
     parser.add_argument("--threads", type=int, default=0, help="0 leaves PyTorch's choice")
     parser.add_argument("--channels-last", action="store_true")
+    parser.add_argument("--device", choices=["cpu", "cuda"], default="cpu")
     parser.add_argument("--bf16", action="store_true", help="under autocast to bfloat16")
+    parser.add_argument("--f16", action="store_true", help="predictions under autocast to float16")
+    parser.add_argument(
+        "--exact", action="store_true", help="no TF32, which PyTorch takes for convolutions on CUDA"
+    )
     parser.add_argument("--fused", action="store_true", help="PyTorch's fused Adam")
     parser.add_argument("--compile", action="store_true", help="through torch.compile")
     parser.add_argument("--repeat", type=int, default=10, help="time: runs of each kind")
@@ -306,6 +339,12 @@ def main():
         parser.error("reference needs --out")
     if options.threads > 0:
         torch.set_num_threads(options.threads)
+    if options.device == "cuda":
+        if not torch.cuda.is_available():
+            parser.error("--device cuda needs a CUDA device that PyTorch sees")
+        # Kernels are timed against each other the first time, as ours are.
+        torch.backends.cudnn.benchmark = True
+        torch.backends.cudnn.allow_tf32 = not options.exact
     {"reference": reference, "serve": serve, "time": time_}[options.mode](options)
 
 
