@@ -1,5 +1,6 @@
 //! What a training run is made of; a preset is a starting point.
 
+use crate::error::{Error, Result};
 use crate::reflectance::{Formulation, Normalization, Precision};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -16,7 +17,10 @@ pub enum Preset {
 
 /// Everything that decides what a training run does, apart from the pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct TrainingConfig {
+    /// Blocks of the encoder and of the decoder; none means as many as lead down to one pixel.
+    pub depth: Option<usize>,
     /// Channels of the network's first block.
     pub width: usize,
     /// Channels of its widest blocks.
@@ -67,6 +71,7 @@ impl Preset {
     pub fn config(self) -> TrainingConfig {
         match self {
             Self::Quick => TrainingConfig {
+                depth: None,
                 width: 16,
                 most_channels: 64,
                 normalization: Normalization::Group,
@@ -91,6 +96,7 @@ impl Preset {
                 minutes: Some(10.0),
             },
             Self::Paper => TrainingConfig {
+                depth: None,
                 width: 32,
                 most_channels: 512,
                 normalization: Normalization::Batch,
@@ -115,5 +121,71 @@ impl Preset {
                 minutes: None,
             },
         }
+    }
+}
+
+impl TrainingConfig {
+    /// Changes one setting, given as `key=value`: the key is a field's name with hyphens, the value is
+    /// written as in TOML, words without quotes, or `none`.
+    ///
+    /// # Errors
+    /// When there is no such setting, or it cannot have this value.
+    pub fn set(&mut self, setting: &str) -> Result<()> {
+        let refuse = |found: String| {
+            Error::unexpected(
+                format!("the setting {setting:?}"),
+                "a setting of training as key=value, such as width=32",
+                found,
+                "docs/method.md lists the settings",
+            )
+        };
+        let (key, value) = setting
+            .split_once('=')
+            .ok_or_else(|| refuse("no =".to_owned()))?;
+        let mut table = toml::Table::try_from(&*self).map_err(|e| refuse(e.to_string()))?;
+        if value == "none" {
+            table.remove(key);
+        } else {
+            let quoted = || toml::Value::String(value.to_owned());
+            let parsed = toml::from_str::<toml::Table>(&format!("v = {value}"));
+            let parsed = parsed.ok().and_then(|mut table| table.remove("v"));
+            table.insert(key.to_owned(), parsed.unwrap_or_else(quoted));
+        }
+        *self = table
+            .try_into()
+            .map_err(|e: toml::de::Error| refuse(e.message().trim().to_owned()))?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_is_changed_by_its_name() {
+        let mut config = Preset::Quick.config();
+        for setting in ["width=32", "normalization=batch", "learning-rate=2e-3", "features=vgg.pth", "minutes=none"] {
+            config.set(setting).unwrap();
+        }
+        let expected = TrainingConfig {
+            width: 32,
+            normalization: Normalization::Batch,
+            learning_rate: 2e-3,
+            features: Some("vgg.pth".into()),
+            minutes: None,
+            ..Preset::Quick.config()
+        };
+        assert_eq!(config, expected);
+    }
+
+    #[test]
+    fn a_setting_that_is_not_there_or_cannot_be_is_refused_and_changes_nothing() {
+        let mut config = Preset::Paper.config();
+        for setting in ["widht=32", "width", "width=wide", "width=-1", "width=none", "normalization=layer"] {
+            let refused = config.set(setting).unwrap_err().to_string();
+            assert!(refused.contains(setting), "{refused}");
+        }
+        assert_eq!(config, Preset::Paper.config());
     }
 }

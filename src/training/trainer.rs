@@ -117,6 +117,7 @@ impl Trainer {
         let network = UNetConfig {
             size: project.settings.size,
             lamps: project.settings.shoot.lamps.len(),
+            depth: config.depth,
             width: config.width,
             most_channels: config.most_channels,
             normalization: config.normalization,
