@@ -403,7 +403,7 @@ fn check(folder: &Path, precision: Precision) -> Result<()> {
     let config = UNetConfig {
         size: number("size"),
         lamps: number("lamps"),
-            depth: None,
+        depth: None,
         width: number("width"),
         most_channels: number("most_channels"),
         normalization: serde_json::from_value(shape["normalization"].clone())?,

@@ -109,10 +109,10 @@ struct TrainArgs {
     /// How exactly convolutions multiply on a CPU.
     #[arg(long, value_enum)]
     precision: Option<Precision>,
-    /// End after this many minutes.
+    /// End after this many minutes of training, earlier runs counted in.
     #[arg(long, conflicts_with = "epochs")]
     minutes: Option<f64>,
-    /// End after this many epochs.
+    /// End after this many epochs, earlier runs counted in.
     #[arg(long)]
     epochs: Option<u32>,
     /// Compare pictures by the features of the network in this file, in place of the built-in ones:
@@ -404,7 +404,9 @@ impl TrainArgs {
         config.features.clone_from(&self.features);
         config.lamps_per_step = self.lamps_per_step;
         config.rendering_every = self.rendering_every;
-        self.set.iter().try_for_each(|setting| config.set(setting))?;
+        self.set
+            .iter()
+            .try_for_each(|setting| config.set(setting))?;
         let mut exclude_frames = self.exclude_frames.clone();
         if let Some(truth) = &self.exclude_truth {
             exclude_frames.extend(Truth::open(&Project::open(&self.project)?, truth)?.frames);

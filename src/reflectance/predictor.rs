@@ -7,6 +7,7 @@ use super::unet::UNet;
 use crate::error::{Error, Result};
 use crate::footage::Frame;
 use crate::project::Project;
+use crate::turn;
 use burn::tensor::Device;
 
 /// A network on a device, ready to predict.
@@ -51,6 +52,7 @@ impl Predictor {
     /// # Errors
     /// When the device fails.
     pub fn predict(&self, frame: &Frame) -> Result<ReflectanceField> {
+        let _turn = turn::DEVICE.take();
         let look = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
         let output = self.network.forward(encode(look.clone()) * mask.clone());

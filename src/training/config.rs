@@ -62,8 +62,10 @@ pub struct TrainingConfig {
     pub frames_per_epoch: Option<usize>,
     /// Epochs of the whole run.
     pub epochs: u32,
-    /// Minutes after which the run ends, whatever the epochs.
+    /// Minutes of training, earlier runs counted in, after which the run ends, whatever the epochs.
     pub minutes: Option<f64>,
+    /// Seconds from one checkpoint to the next.
+    pub checkpoint_seconds: f64,
 }
 
 impl Preset {
@@ -94,6 +96,7 @@ impl Preset {
                 frames_per_epoch: Some(8),
                 epochs: 100_000,
                 minutes: Some(10.0),
+                checkpoint_seconds: 30.0,
             },
             Self::Paper => TrainingConfig {
                 depth: None,
@@ -119,6 +122,7 @@ impl Preset {
                 frames_per_epoch: None,
                 epochs: 1040,
                 minutes: None,
+                checkpoint_seconds: 120.0,
             },
         }
     }
@@ -165,7 +169,13 @@ mod tests {
     #[test]
     fn a_setting_is_changed_by_its_name() {
         let mut config = Preset::Quick.config();
-        for setting in ["width=32", "normalization=batch", "learning-rate=2e-3", "features=vgg.pth", "minutes=none"] {
+        for setting in [
+            "width=32",
+            "normalization=batch",
+            "learning-rate=2e-3",
+            "features=vgg.pth",
+            "minutes=none",
+        ] {
             config.set(setting).unwrap();
         }
         let expected = TrainingConfig {
@@ -182,7 +192,14 @@ mod tests {
     #[test]
     fn a_setting_that_is_not_there_or_cannot_be_is_refused_and_changes_nothing() {
         let mut config = Preset::Paper.config();
-        for setting in ["widht=32", "width", "width=wide", "width=-1", "width=none", "normalization=layer"] {
+        for setting in [
+            "widht=32",
+            "width",
+            "width=wide",
+            "width=-1",
+            "width=none",
+            "normalization=layer",
+        ] {
             let refused = config.set(setting).unwrap_err().to_string();
             assert!(refused.contains(setting), "{refused}");
         }

@@ -17,6 +17,7 @@ use crate::reflectance::kernels::{Comparison, LossSettings};
 use crate::reflectance::predictor::check_fits;
 use crate::reflectance::render::{encode, encoded_white, light, olats};
 use crate::reflectance::{UNet, UNetConfig};
+use crate::turn;
 use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor};
@@ -24,10 +25,8 @@ use serde::Serialize;
 use std::fs::OpenOptions;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// Training steps between two checkpoints are at most this far apart in time.
-const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(120);
 /// Steps between two looks at the pose that was held out: each costs a prediction.
 const JUDGEMENT_STEPS: u64 = 100;
 /// This many steps in a row that are not finite end a run.
@@ -411,23 +410,34 @@ pub fn train(
         .hold_out
         .map(|_| Log::open(judgements, "step,seconds,decibels", fresh))
         .transpose()?;
-    let started = Instant::now();
-    let (first_step, earlier) = (trainer.info.step, trainer.info.seconds);
-    let limit = settings.config.minutes.map(|m| m * 60.0);
+    let first_step = trainer.info.step;
+    let config = &settings.config;
+    let limit = config.minutes.map(|minutes| minutes * 60.0);
     let mut saved = Instant::now();
     let (mut bad, mut skipped) = (0, 0);
     let mut recent = Recent::default();
     loop {
-        let seconds = started.elapsed().as_secs_f64();
+        let by_time = limit.map_or(0.0, |limit| trainer.info.seconds / limit);
         let steps = trainer.schedule.steps();
-        let by_time = limit.map_or(0.0, |l| seconds / l);
-        let by_step = (trainer.info.step as f64 / steps.max(1) as f64).min(1.0);
-        let done = by_time.max(by_step);
+        let by_step = trainer.info.step as f64 / steps.max(1) as f64;
+        let done = by_time.max(by_step).min(1.0);
         if done >= 1.0 || progress.cancelled() {
             break;
         }
+        if progress.paused() {
+            trainer.save(project)?;
+            log.flush()?;
+            progress.say(format!("Paused after step {}", trainer.info.step));
+            progress.wait_while_paused();
+            saved = Instant::now();
+            continue;
+        }
+        // Seconds count while the network learns: not while it waits for its turn or for a person.
+        let turn = turn::DEVICE.take();
+        let began = Instant::now();
         let report = trainer.step(done);
-        trainer.info.seconds = earlier + started.elapsed().as_secs_f64();
+        trainer.info.seconds += began.elapsed().as_secs_f64();
+        drop(turn);
         log.write(&trainer.info, &report)?;
         if report.taken {
             bad = 0;
@@ -457,14 +467,16 @@ pub fn train(
         if trainer.info.step.is_multiple_of(JUDGEMENT_STEPS) {
             recent.judge(&mut trainer, &mut judgements)?;
         }
-        if saved.elapsed() > CHECKPOINT_INTERVAL {
+        if saved.elapsed().as_secs_f64() >= config.checkpoint_seconds {
             trainer.save(project)?;
             log.flush()?;
+            progress.saved();
             saved = Instant::now();
         }
     }
     recent.judge(&mut trainer, &mut judgements)?;
     trainer.save(project)?;
+    progress.saved();
     log.flush()?;
     judgements.iter_mut().try_for_each(Log::flush)?;
     progress.step("training", 1000, 1000, recent.note(trainer.info.step));
@@ -473,6 +485,10 @@ pub fn train(
             "Stopped after {} steps; the checkpoint is kept, and training goes on from it",
             trainer.info.step - first_step
         ));
+    } else if trainer.info.step == first_step {
+        progress.say(
+            "The run was complete before: ask for more with --minutes or --epochs, or start over with --fresh",
+        );
     }
     Ok(TrainReport {
         steps: trainer.info.step,
