@@ -54,6 +54,10 @@ pub struct TrainingConfig {
     pub averaging: f32,
     /// Exemplars are shifted by up to this share of the picture's size.
     pub shift: f32,
+    /// Exemplars are also shown enlarged and reduced by this share.
+    pub zoom: f32,
+    /// The network's input is brightened or darkened, each channel by itself, by up to this many stops.
+    pub gain: f32,
     /// Epochs over the exemplars before each turn over the interview's frames.
     pub exemplar_epochs: u32,
     /// Epochs over the interview's frames in each turn.
@@ -91,6 +95,8 @@ impl Preset {
                 gradient_norm: 1.0,
                 averaging: 0.99,
                 shift: 0.05,
+                zoom: 0.0,
+                gain: 0.0,
                 exemplar_epochs: 4,
                 video_epochs: 1,
                 frames_per_epoch: Some(8),
@@ -117,6 +123,8 @@ impl Preset {
                 gradient_norm: 1.0,
                 averaging: 0.0,
                 shift: 0.0,
+                zoom: 0.0,
+                gain: 0.0,
                 exemplar_epochs: 100,
                 video_epochs: 4,
                 frames_per_epoch: None,
