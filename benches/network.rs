@@ -87,6 +87,7 @@ impl Shape {
         UNetConfig {
             size,
             lamps: LAMPS,
+            depth: None,
             width,
             most_channels,
             normalization,
@@ -475,6 +476,7 @@ fn check(folder: &Path, precision: Precision, choice: DeviceChoice) -> Result<()
     let config = UNetConfig {
         size: number("size"),
         lamps: number("lamps"),
+        depth: None,
         width: number("width"),
         most_channels: number("most_channels"),
         normalization: serde_json::from_value(shape["normalization"].clone())?,

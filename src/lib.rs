@@ -24,6 +24,7 @@ pub mod reflectance;
 pub mod scene;
 pub mod studio;
 pub mod training;
+pub mod turn;
 pub mod virtual_stage;
 pub mod worker;
 

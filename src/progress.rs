@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// One report of a long action.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,43 +15,61 @@ pub enum Report {
         total: u64,
         note: String,
     },
+    /// A network that predicts has been saved.
+    Saved,
     /// A sentence worth keeping in the log: a warning, a fallback, where something was written.
     Say(String),
 }
 
-/// A flag that asks running work to stop at the next safe point. Clones share the flag.
+/// What whoever started a piece of work asks of it: to stop, or to pause. Clones share the wishes.
 #[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+pub struct Control {
+    stop: Arc<AtomicBool>,
+    pause: Arc<AtomicBool>,
+}
 
-impl Cancel {
-    /// Asks for the stop.
-    pub fn request(&self) {
-        self.0.store(true, Ordering::Relaxed);
+impl Control {
+    /// Asks for a stop at the next safe point.
+    pub fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
     }
 
     /// Whether a stop was asked for.
-    pub fn requested(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+    pub fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Asks for a pause at the next safe point, or for its end.
+    pub fn pause(&self, pause: bool) {
+        self.pause.store(pause, Ordering::Relaxed);
+    }
+
+    /// Whether a pause was asked for.
+    pub fn paused(&self) -> bool {
+        self.pause.load(Ordering::Relaxed)
     }
 }
+
+/// Between two looks at whether a pause is over.
+const PAUSE_INTERVAL: Duration = Duration::from_millis(20);
 
 /// What long-running functions take: where reports go and whether to go on.
 pub struct Progress<'a> {
     sink: &'a (dyn Fn(Report) + Sync),
-    cancel: Cancel,
+    control: Control,
 }
 
 impl<'a> Progress<'a> {
-    /// Reports go to `sink`; work stops once `cancel` is requested.
-    pub fn new(sink: &'a (dyn Fn(Report) + Sync), cancel: Cancel) -> Self {
-        Self { sink, cancel }
+    /// Reports go to `sink`; work stops and pauses as `control` says.
+    pub fn new(sink: &'a (dyn Fn(Report) + Sync), control: Control) -> Self {
+        Self { sink, control }
     }
 
     /// Reports nothing and never stops: for tests and short work.
     pub fn silent() -> Progress<'static> {
         Progress {
             sink: &|_| {},
-            cancel: Cancel::default(),
+            control: Control::default(),
         }
     }
 
@@ -69,9 +88,26 @@ impl<'a> Progress<'a> {
         (self.sink)(Report::Say(sentence.into()));
     }
 
+    /// Reports that a network that predicts has been saved.
+    pub fn saved(&self) {
+        (self.sink)(Report::Saved);
+    }
+
     /// Whether a stop was asked for.
     pub fn cancelled(&self) -> bool {
-        self.cancel.requested()
+        self.control.stopped()
+    }
+
+    /// Whether a pause was asked for.
+    pub fn paused(&self) -> bool {
+        self.control.paused()
+    }
+
+    /// Waits for the end of a pause, or a stop.
+    pub fn wait_while_paused(&self) {
+        while self.paused() && !self.cancelled() {
+            std::thread::sleep(PAUSE_INTERVAL);
+        }
     }
 
     /// Fails with [`Error::Cancelled`] once a stop was asked for. `kept` says what survives.

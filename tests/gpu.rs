@@ -7,9 +7,11 @@ use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::imaging::{Image, Raster};
 use afterlight::reflectance::checkpoint::CheckpointInfo;
 use afterlight::reflectance::predictor::predicts_in_half;
+use afterlight::reflectance::render::tensor_from_image;
 use afterlight::reflectance::{Formulation, Normalization, Precision, Predictor, UNet, UNetConfig};
-use burn::module::Module;
-use burn::tensor::Device;
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::optim::GradientsParams;
+use burn::tensor::{Device, Tensor};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 const SIZE: usize = 16;
@@ -73,6 +75,7 @@ fn config(precision: Precision) -> UNetConfig {
     UNetConfig {
         size: SIZE,
         lamps: LAMPS,
+        depth: None,
         width: 8,
         most_channels: 16,
         normalization: Normalization::Group,
@@ -140,8 +143,8 @@ fn a_field_lit_where_the_network_left_it_is_the_cpu_s() {
     };
     let pass = Arc::new(RelightPass::beside(&compute).unwrap());
     let [here, there] = both(&compute, Precision::Full);
-    let there = Field::predicted(there.predict_on_device(&frame()), Some(&pass)).unwrap();
-    let here = Field::predicted(here.predict_on_device(&frame()), None).unwrap();
+    let there = Field::predicted(there.predict_on_device(&frame()).unwrap(), Some(&pass)).unwrap();
+    let here = Field::predicted(here.predict_on_device(&frame()).unwrap(), None).unwrap();
     assert_eq!((there.size(), there.lamps()), ((SIZE, SIZE), LAMPS));
     assert_eq!((here.size(), here.lamps()), ((SIZE, SIZE), LAMPS));
     let [there_lit, here_lit] = [&there, &here].map(|field| field.relight(&weights()).unwrap());
@@ -161,7 +164,7 @@ fn of_a_prediction_that_is_lit_nothing_but_the_picture_is_read_back() {
     let pass = Arc::new(RelightPass::beside(&compute).unwrap());
     let [_, predictor] = both(&compute, Precision::Full);
     let lit = || {
-        let field = Field::predicted(predictor.predict_on_device(&frame()), Some(&pass));
+        let field = Field::predicted(predictor.predict_on_device(&frame()).unwrap(), Some(&pass));
         field.unwrap().relight(&weights()).unwrap()
     };
     // The first time kernels are timed against each other, which reads clocks.
@@ -195,4 +198,52 @@ fn half_precision_on_a_gpu_is_as_close_as_f16_allows() {
     // Each of nine layers rounds what it reads and gives to eleven bits: half a unit of 2⁻¹⁰ at most.
     let epsilon = 2f32.powi(-10);
     assert!(apart > 0.0 && apart < 9.0 * epsilon, "{apart}");
+}
+
+/// A step's gradients by all parameters, one after the other, and the bytes that the device holds before
+/// the way back.
+fn gradients(device: &Device, network: &UNet) -> (Vec<f32>, Option<u64>) {
+    let network = network.clone().to_device(device);
+    let frame = frame();
+    let look = tensor_from_image(&frame.plate, device);
+    let loss = network.forward(look.clone()).square().mean();
+    loss.device().sync().unwrap();
+    let held = device.memory_pool_usage().map(|usage| usage.bytes_in_use);
+    let gradients = GradientsParams::from_grads(loss.backward(), &network);
+    let mut collected = Collected(gradients, Vec::new());
+    network.visit(&mut collected);
+    (collected.1, held)
+}
+
+struct Collected(GradientsParams, Vec<f32>);
+
+impl ModuleVisitor for Collected {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let gradient = self.0.get::<D>(param.id).unwrap().into_data();
+        self.1.extend(gradient.try_into_vec::<f32>().unwrap());
+    }
+}
+
+#[test]
+fn checkpointing_keeps_less_and_changes_no_gradient() {
+    let cpu = Device::flex();
+    cpu.seed(7);
+    let gpu = gpu();
+    let network = config(Precision::Full).init(0.3, &cpu).materialize();
+    let devices = [
+        Some(cpu),
+        gpu.as_ref().map(|(gpu, _turn)| gpu.device.clone()),
+    ];
+    for device in devices.into_iter().flatten() {
+        let keeping = device.clone().autodiff();
+        let (expected, kept) = gradients(&keeping, &network);
+        let (again, held) = gradients(&keeping.clone().gradient_checkpointing(), &network);
+        println!("{kept:?} bytes held, {held:?} with checkpointing");
+        let largest = expected.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+        let apart = expected.iter().zip(&again).map(|(a, b)| (a - b).abs());
+        let apart = apart.fold(0.0, f32::max) / largest;
+        assert_eq!(expected.len(), again.len());
+        // The same sums: a GPU may fuse multiplications with them in one way and not in the other.
+        assert!(apart < 1e-6, "{apart}");
+    }
 }

@@ -3,14 +3,18 @@
 use afterlight::calibration::{Calibration, calibrate};
 use afterlight::footage::{Frame, ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
-use afterlight::progress::Progress;
+use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
+use afterlight::reflectance::checkpoint::{self, CheckpointInfo};
 use afterlight::reflectance::{Predictor, ReflectanceField};
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::virtual_stage::{StageSettings, write_shoot};
 use burn::tensor::Device;
 use std::path::Path;
+use std::process::Stdio;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// The backend's random generator is one for the process, so runs that are compared take turns.
 fn turn() -> MutexGuard<'static, ()> {
@@ -154,6 +158,7 @@ fn training_learns_and_its_output_does_not_fall_to_black() {
         };
         let report = run(&project, &calibration, config);
         assert_eq!(report.skipped_steps, 0);
+        assert!(report.dead_lamps.is_empty(), "{:?}", report.dead_lamps);
         let log = std::fs::read_to_string(project.root.join("training.csv")).unwrap();
         let losses: Vec<f32> = log
             .lines()
@@ -175,6 +180,137 @@ fn training_learns_and_its_output_does_not_fall_to_black() {
         );
         assert!(field.values.iter().all(|v| v.is_finite()));
     }
+}
+
+/// A rate far too high saturates the sigmoid, and the run says which lamps no longer learn.
+#[test]
+fn outputs_that_have_died_are_named() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    shoot(folder.path());
+    let (project, calibration) = project(folder.path(), "film");
+    let settings = TrainSettings {
+        config: TrainingConfig {
+            formulation: afterlight::reflectance::Formulation::Direct,
+            learning_rate: 1.0,
+            gradient_norm: 1e9,
+            warm_up: 0,
+            epochs: 60,
+            ..small()
+        },
+        exclude_frames: vec![3],
+        hold_out: None,
+        fresh: true,
+        device: DeviceChoice::Cpu,
+    };
+    let said = Mutex::new(String::new());
+    let hear = |report| {
+        if let Report::Say(sentence) = report {
+            *said.lock().unwrap() += &format!("{sentence}\n");
+        }
+    };
+    let progress = Progress::new(&hear, Control::default());
+    let report = train(&project, &calibration, &settings, &progress).unwrap();
+    let said = said.into_inner().unwrap();
+    let lamps = &project.settings.shoot.lamps;
+    assert!(!report.dead_lamps.is_empty(), "{said}");
+    assert!(report.dead_lamps.iter().all(|lamp| lamps.contains(lamp)));
+    assert!(
+        said.contains("Dead output") && said.contains("--fresh"),
+        "{said}"
+    );
+}
+
+/// Killed again and again without warning, with a checkpoint after every step, a run always finds a
+/// readable one that is no older than the last.
+#[test]
+fn a_killed_run_leaves_a_readable_checkpoint() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    shoot(folder.path());
+    let (project, _) = project(folder.path(), "film");
+    let checkpoint = project.checkpoint_path();
+    let settings = [
+        "width=8",
+        "most-channels=16",
+        "minutes=none",
+        "checkpoint-seconds=0",
+    ];
+    let start = || {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_afterlight"));
+        command.arg("train").arg(&project.root);
+        command.args(["--device", "cpu", "--hold-out", "1"]);
+        settings
+            .iter()
+            .for_each(|s| drop(command.args(["--set", s])));
+        command.stdout(Stdio::null()).stderr(Stdio::null());
+        command.spawn().unwrap()
+    };
+    let mut step = 0;
+    for attempt in 0..8 {
+        let mut run = start();
+        // Once it goes on from where it was, at another point of its work each time.
+        let deadline = Instant::now() + Duration::from_secs(60);
+        // The first is long enough for a pose to have judged: from then on there is one more file.
+        let far = |info: CheckpointInfo| info.step > step && info.held_out.is_some();
+        while !checkpoint::info(&checkpoint).is_ok_and(far) {
+            assert!(run.try_wait().unwrap().is_none() && Instant::now() < deadline);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_micros(3700 * attempt));
+        run.kill().unwrap();
+        run.wait().unwrap();
+        let resumed = checkpoint::load_training(&checkpoint, &Device::flex()).unwrap();
+        assert!(resumed.info.step > step && resumed.optimizer.is_some());
+        step = resumed.info.step;
+    }
+}
+
+/// A pause keeps the checkpoint, does not count as training, and changes nothing in what is learnt.
+#[test]
+fn a_paused_run_goes_on_as_if_it_had_not_been() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    shoot(folder.path());
+    let (paused, calibration) = project(folder.path(), "paused");
+    let (straight, _) = project(folder.path(), "straight");
+    let config = TrainingConfig {
+        epochs: 6,
+        ..small()
+    };
+    run(&straight, &calibration, config.clone());
+    let control = Control::default();
+    let steps = AtomicU32::new(0);
+    let hear = |report| match report {
+        Report::Step {
+            stage: "training", ..
+        } if steps.fetch_add(1, Ordering::SeqCst) == 4 => {
+            control.pause(true);
+        }
+        Report::Say(sentence) if sentence.starts_with("Paused") => {
+            assert!(paused.checkpoint_path().join("checkpoint.toml").exists());
+            let control = control.clone();
+            std::thread::spawn(move || {
+                std::thread::sleep(Duration::from_millis(300));
+                control.pause(false);
+            });
+        }
+        _ => {}
+    };
+    let settings = TrainSettings {
+        config,
+        exclude_frames: vec![3],
+        hold_out: None,
+        fresh: false,
+        device: DeviceChoice::Cpu,
+    };
+    let progress = Progress::new(&hear, control.clone());
+    let report = train(&paused, &calibration, &settings, &progress).unwrap();
+    assert!(steps.load(Ordering::SeqCst) > 5 && report.steps > 5);
+    assert_eq!(
+        predicted(&paused, &calibration).values,
+        predicted(&straight, &calibration).values
+    );
 }
 
 /// The network that predicts is the one that did best on the unseen pose, and training goes on from the

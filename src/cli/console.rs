@@ -1,6 +1,6 @@
 //! What a person sees of a command: bars on stderr, figures on stdout.
 
-use crate::progress::{Cancel, Progress, Report};
+use crate::progress::{Control, Progress, Report};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::IsTerminal;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// A command's console. One bar at a time; where stderr is no terminal, a line every few seconds.
 pub struct Console {
     json: bool,
-    cancel: Cancel,
+    control: Control,
     bar: Mutex<Bar>,
 }
 
@@ -28,13 +28,13 @@ impl Console {
     /// A console that prints its figures as JSON where `json` is set. Ctrl-C asks running work to
     /// stop; a second one ends the program.
     pub fn new(json: bool) -> Self {
-        let cancel = Cancel::default();
-        let asked = cancel.clone();
+        let control = Control::default();
+        let asked = control.clone();
         let handler = ctrlc::set_handler(move || {
-            if asked.requested() {
+            if asked.stopped() {
                 std::process::exit(130);
             }
-            asked.request();
+            asked.stop();
             eprintln!("Stopping after this step; press Ctrl-C again to stop at once");
         });
         if let Err(e) = handler {
@@ -44,7 +44,7 @@ impl Console {
         let terminal = std::io::stderr().is_terminal();
         Self {
             json,
-            cancel,
+            control,
             bar: Mutex::new(Bar {
                 stage: "",
                 bar,
@@ -57,7 +57,7 @@ impl Console {
     /// Runs `work` with progress shown here.
     pub fn run<T>(&self, work: impl FnOnce(&Progress) -> T) -> T {
         let sink = |report: Report| self.show(report);
-        let result = work(&Progress::new(&sink, self.cancel.clone()));
+        let result = work(&Progress::new(&sink, self.control.clone()));
         if let Ok(bar) = self.bar.lock() {
             bar.bar.finish_and_clear();
         }
@@ -71,6 +71,7 @@ impl Console {
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner);
         match report {
+            Report::Saved => {}
             Report::Say(sentence) => bar.bar.suspend(|| eprintln!("{sentence}")),
             Report::Step {
                 stage,

@@ -109,10 +109,10 @@ struct TrainArgs {
     /// How exactly convolutions multiply on a CPU.
     #[arg(long, value_enum)]
     precision: Option<Precision>,
-    /// End after this many minutes.
+    /// End after this many minutes of training, earlier runs counted in.
     #[arg(long, conflicts_with = "epochs")]
     minutes: Option<f64>,
-    /// End after this many epochs.
+    /// End after this many epochs, earlier runs counted in.
     #[arg(long)]
     epochs: Option<u32>,
     /// Compare pictures by the features of the network in this file, in place of the built-in ones:
@@ -126,6 +126,9 @@ struct TrainArgs {
     /// that they compare.
     #[arg(long, value_name = "STEPS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     rendering_every: u64,
+    /// Change any other setting of the preset, such as width=32; can be given several times.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// Interview frames that training must not see, such as 5,14,25,36.
     #[arg(long, value_delimiter = ',')]
     exclude_frames: Vec<usize>,
@@ -401,6 +404,9 @@ impl TrainArgs {
         config.features.clone_from(&self.features);
         config.lamps_per_step = self.lamps_per_step;
         config.rendering_every = self.rendering_every;
+        self.set
+            .iter()
+            .try_for_each(|setting| config.set(setting))?;
         let mut exclude_frames = self.exclude_frames.clone();
         if let Some(truth) = &self.exclude_truth {
             exclude_frames.extend(Truth::open(&Project::open(&self.project)?, truth)?.frames);

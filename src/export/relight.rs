@@ -110,7 +110,7 @@ pub fn relight(
         };
         let frame = Frame::load(project, &calibration.response, index)?;
         let start = Instant::now();
-        let field = Field::predicted(predictor.predict_on_device(&frame), pass.as_ref())?;
+        let field = Field::predicted(predictor.predict_on_device(&frame)?, pass.as_ref())?;
         let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         let start = Instant::now();
         let weights = partition.weights(&reduced, scene.yaw_deg);

@@ -25,9 +25,10 @@ pub struct FieldBuffer {
 }
 
 impl DeviceField {
-    /// A field of linear OLATs `[lamps, 3, h, w]` in f32.
-    pub(super) fn new(olats: Tensor<4>) -> Self {
-        Self { olats }
+    /// A field of linear OLATs `[lamps, 3, h, w]` in f32, once the device has computed them.
+    pub(super) fn finished(olats: Tensor<4>) -> Result<Self> {
+        olats.device().sync().map_err(|e| device_failure(&e))?;
+        Ok(Self { olats })
     }
 
     /// Copies the field to memory.
@@ -45,13 +46,12 @@ impl DeviceField {
         })
     }
 
-    /// The field's own buffer, without a copy, once the network has filled it.
+    /// The field's own buffer, without a copy. What is submitted to the GPU from now on sees the field.
     ///
     /// # Errors
     /// When the network is not on a GPU, or that fails.
     pub fn into_buffer(self) -> Result<FieldBuffer> {
         let [lamps, _, height, width] = self.olats.dims();
-        let device = self.olats.device();
         let fused = self
             .olats
             .try_into_primitive::<Cube>()
@@ -62,7 +62,7 @@ impl DeviceField {
             .client
             .get_resource::<WgpuServer<AutoCompiler>>(tensor.handle.clone())
             .map_err(|e| device_failure(&e))?;
-        device.sync().map_err(|e| device_failure(&e))?;
+        tensor.client.flush().map_err(|e| device_failure(&e))?;
         Ok(FieldBuffer {
             width,
             height,

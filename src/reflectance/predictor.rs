@@ -9,6 +9,7 @@ use super::unet::UNet;
 use crate::error::{Error, Result};
 use crate::footage::Frame;
 use crate::project::Project;
+use crate::turn;
 use burn::tensor::{DType, Device, FloatDType};
 
 /// A network on a device, ready to predict.
@@ -49,7 +50,11 @@ impl Predictor {
     }
 
     /// Predicts the OLATs of a frame, zero outside the subject's matte, and leaves them on the device.
-    pub fn predict_on_device(&self, frame: &Frame) -> DeviceField {
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn predict_on_device(&self, frame: &Frame) -> Result<DeviceField> {
+        let _turn = turn::DEVICE.take();
         let look = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
         let input = encode(look.clone()) * mask.clone();
@@ -62,7 +67,8 @@ impl Predictor {
         let network = &self.info.network;
         let light = light(&look, network.formulation, self.info.scale);
         // What an output of 1 stands for is as small as a picture: cheap to mask before it is applied.
-        DeviceField::new(olats(output, &(light * mask.greater_elem(0.0).float())))
+        let olats = olats(output, &(light * mask.greater_elem(0.0).float()));
+        DeviceField::finished(olats)
     }
 
     /// Predicts the OLATs of a frame, zero outside the subject's matte.
@@ -70,7 +76,7 @@ impl Predictor {
     /// # Errors
     /// When the device fails.
     pub fn predict(&self, frame: &Frame) -> Result<ReflectanceField> {
-        self.predict_on_device(frame).read()
+        self.predict_on_device(frame)?.read()
     }
 }
 

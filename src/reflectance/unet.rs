@@ -18,6 +18,9 @@ pub struct UNetConfig {
     pub size: usize,
     /// Number of lamps; the output has three channels for each.
     pub lamps: usize,
+    /// Blocks of the encoder and of the decoder; none means log2(size) + 1, ten for 512: down to one pixel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth: Option<usize>,
     /// Channels of the first block; each further block doubles them …
     pub width: usize,
     /// … up to this many.
@@ -56,8 +59,13 @@ pub enum Formulation {
 }
 
 impl UNetConfig {
-    /// Blocks of the encoder and of the decoder: log2(size) + 1, ten for 512.
+    /// Blocks of the encoder and of the decoder.
     pub fn blocks(&self) -> usize {
+        self.depth.unwrap_or(self.most_blocks())
+    }
+
+    /// Blocks that lead down to one pixel.
+    fn most_blocks(&self) -> usize {
         self.size.ilog2() as usize + 1
     }
 
@@ -127,6 +135,14 @@ impl UNetConfig {
                     self.lamps, self.width, self.most_channels
                 ),
                 "Choose other channel counts",
+            ));
+        }
+        if !(1..=self.most_blocks()).contains(&self.blocks()) {
+            return Err(Error::unexpected(
+                "the network's depth",
+                format!("1 to {} blocks at {} pixels", self.most_blocks(), self.size),
+                self.blocks().to_string(),
+                "Choose another depth",
             ));
         }
         Ok(())
@@ -338,6 +354,7 @@ mod tests {
             let config = UNetConfig {
                 size,
                 lamps: 5,
+                depth: None,
                 width: 8,
                 most_channels: 32,
                 normalization,
@@ -358,6 +375,7 @@ mod tests {
         let config = UNetConfig {
             size: 512,
             lamps: 41,
+            depth: None,
             width: 32,
             most_channels: 512,
             normalization: Normalization::Batch,

@@ -65,6 +65,7 @@ impl News {
             Event::Report(Report::Say(sentence)) | Event::Finished { sentence } => {
                 self.said = Some(sentence);
             }
+            Event::Report(Report::Saved) => {}
             Event::Report(Report::Step {
                 stage,
                 done,

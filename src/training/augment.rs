@@ -1,7 +1,38 @@
-//! Changes of a picture that leave its lighting honest: shifts only. A flip or a turn would need
-//! other lamps.
+//! Changes of a picture that leave its lighting honest: shifts and another distance of the camera. A flip
+//! or a turn would need other lamps.
 
+use crate::imaging::Raster;
 use burn::tensor::{Tensor, ops::PadMode};
+
+/// A picture enlarged by `factor` about its middle, by bilinear interpolation; what comes in is `outside`.
+pub fn zoom<T: Copy>(
+    picture: &Raster<T>,
+    factor: f32,
+    outside: T,
+    mix: impl Fn(T, T, f32) -> T,
+) -> Raster<T> {
+    let (w, h) = (picture.width as i64, picture.height as i64);
+    let at = |x: i64, y: i64| {
+        if (0..w).contains(&x) && (0..h).contains(&y) {
+            picture.at(x as usize, y as usize)
+        } else {
+            outside
+        }
+    };
+    // Pixel centres lie at halves.
+    let source = |i: usize, length: i64| {
+        let middle = length as f32 / 2.0;
+        (i as f32 + 0.5 - middle) / factor + middle - 0.5
+    };
+    Raster::from_fn(picture.width, picture.height, |x, y| {
+        let (sx, sy) = (source(x, w), source(y, h));
+        let (x0, y0) = (sx.floor(), sy.floor());
+        let (fx, fy) = (sx - x0, sy - y0);
+        let (x0, y0) = (x0 as i64, y0 as i64);
+        let row = |y| mix(at(x0, y), at(x0 + 1, y), fx);
+        mix(row(y0), row(y0 + 1), fy)
+    })
+}
 
 /// Moves pictures `[n, c, h, w]` by `dx` columns to the right and `dy` rows down; what comes in is 0.
 pub fn shift(x: Tensor<4>, dx: i64, dy: i64) -> Tensor<4> {

@@ -1,5 +1,6 @@
 //! What a training run is made of; a preset is a starting point.
 
+use crate::error::{Error, Result};
 use crate::reflectance::{Formulation, Normalization, Precision};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -16,7 +17,10 @@ pub enum Preset {
 
 /// Everything that decides what a training run does, apart from the pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct TrainingConfig {
+    /// Blocks of the encoder and of the decoder; none means as many as lead down to one pixel.
+    pub depth: Option<usize>,
     /// Channels of the network's first block.
     pub width: usize,
     /// Channels of its widest blocks.
@@ -50,6 +54,10 @@ pub struct TrainingConfig {
     pub averaging: f32,
     /// Exemplars are shifted by up to this share of the picture's size.
     pub shift: f32,
+    /// Exemplars are also shown enlarged and reduced by this share.
+    pub zoom: f32,
+    /// The network's input is brightened or darkened, each channel by itself, by up to this many stops.
+    pub gain: f32,
     /// Epochs over the exemplars before each turn over the interview's frames.
     pub exemplar_epochs: u32,
     /// Epochs over the interview's frames in each turn.
@@ -58,8 +66,14 @@ pub struct TrainingConfig {
     pub frames_per_epoch: Option<usize>,
     /// Epochs of the whole run.
     pub epochs: u32,
-    /// Minutes after which the run ends, whatever the epochs.
+    /// Minutes of training, earlier runs counted in, after which the run ends, whatever the epochs.
     pub minutes: Option<f64>,
+    /// Seconds from one checkpoint to the next.
+    pub checkpoint_seconds: f64,
+    /// Whether a step computes cheap activations again on its way back in place of keeping them: less
+    /// memory, and the same gradients.
+    #[serde(default)]
+    pub gradient_checkpointing: bool,
 }
 
 impl Preset {
@@ -67,6 +81,7 @@ impl Preset {
     pub fn config(self) -> TrainingConfig {
         match self {
             Self::Quick => TrainingConfig {
+                depth: None,
                 width: 16,
                 most_channels: 64,
                 normalization: Normalization::Group,
@@ -84,13 +99,18 @@ impl Preset {
                 gradient_norm: 1.0,
                 averaging: 0.99,
                 shift: 0.05,
+                zoom: 0.0,
+                gain: 0.0,
                 exemplar_epochs: 4,
                 video_epochs: 1,
                 frames_per_epoch: Some(8),
                 epochs: 100_000,
                 minutes: Some(10.0),
+                checkpoint_seconds: 30.0,
+                gradient_checkpointing: false,
             },
             Self::Paper => TrainingConfig {
+                depth: None,
                 width: 32,
                 most_channels: 512,
                 normalization: Normalization::Batch,
@@ -108,12 +128,95 @@ impl Preset {
                 gradient_norm: 1.0,
                 averaging: 0.0,
                 shift: 0.0,
+                zoom: 0.0,
+                gain: 0.0,
                 exemplar_epochs: 100,
                 video_epochs: 4,
                 frames_per_epoch: None,
                 epochs: 1040,
                 minutes: None,
+                checkpoint_seconds: 120.0,
+                gradient_checkpointing: false,
             },
         }
+    }
+}
+
+impl TrainingConfig {
+    /// Changes one setting, given as `key=value`: the key is a field's name with hyphens, the value is
+    /// written as in TOML, words without quotes, or `none`.
+    ///
+    /// # Errors
+    /// When there is no such setting, or it cannot have this value.
+    pub fn set(&mut self, setting: &str) -> Result<()> {
+        let refuse = |found: String| {
+            Error::unexpected(
+                format!("the setting {setting:?}"),
+                "a setting of training as key=value, such as width=32",
+                found,
+                "docs/method.md lists the settings",
+            )
+        };
+        let (key, value) = setting
+            .split_once('=')
+            .ok_or_else(|| refuse("no =".to_owned()))?;
+        let mut table = toml::Table::try_from(&*self).map_err(|e| refuse(e.to_string()))?;
+        if value == "none" {
+            table.remove(key);
+        } else {
+            let quoted = || toml::Value::String(value.to_owned());
+            let parsed = toml::from_str::<toml::Table>(&format!("v = {value}"));
+            let parsed = parsed.ok().and_then(|mut table| table.remove("v"));
+            table.insert(key.to_owned(), parsed.unwrap_or_else(quoted));
+        }
+        *self = table
+            .try_into()
+            .map_err(|e: toml::de::Error| refuse(e.message().trim().to_owned()))?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_is_changed_by_its_name() {
+        let mut config = Preset::Quick.config();
+        for setting in [
+            "width=32",
+            "normalization=batch",
+            "learning-rate=2e-3",
+            "features=vgg.pth",
+            "minutes=none",
+        ] {
+            config.set(setting).unwrap();
+        }
+        let expected = TrainingConfig {
+            width: 32,
+            normalization: Normalization::Batch,
+            learning_rate: 2e-3,
+            features: Some("vgg.pth".into()),
+            minutes: None,
+            ..Preset::Quick.config()
+        };
+        assert_eq!(config, expected);
+    }
+
+    #[test]
+    fn a_setting_that_is_not_there_or_cannot_be_is_refused_and_changes_nothing() {
+        let mut config = Preset::Paper.config();
+        for setting in [
+            "widht=32",
+            "width",
+            "width=wide",
+            "width=-1",
+            "width=none",
+            "normalization=layer",
+        ] {
+            let refused = config.set(setting).unwrap_err().to_string();
+            assert!(refused.contains(setting), "{refused}");
+        }
+        assert_eq!(config, Preset::Paper.config());
     }
 }

@@ -33,7 +33,7 @@ pub struct Lesson {
 
 /// All of it.
 pub struct TrainingData {
-    pub exemplars: Vec<Lesson>,
+    pub exemplars: Vec<Vec<Lesson>>,
     /// The pose that training does not see.
     pub held_out: Option<Lesson>,
     pub frames: Vec<Look>,
@@ -117,13 +117,24 @@ impl TrainingData {
         let mean = targets.iter().map(|&v| f64::from(v)).sum::<f64>() / targets.len().max(1) as f64;
         let scale = bright_level(&mut targets).ok_or_else(empty)?;
         let olat_gain = 1.0 / bright_level(&mut levels).ok_or_else(empty)?;
-        let exemplars = exemplars.into_iter().map(|(exemplar, look)| Lesson {
+        let lesson = |(exemplar, look): (Exemplar, Image)| Lesson {
             encoded_olats: encode(tensor_from_images(&exemplar.olats, device) * olat_gain),
             look: Look::new(&look, &exemplar.mask, device),
+        };
+        let held_out = held_out.map(|pose| lesson(exemplars.remove(pose)));
+        let exemplars = exemplars.into_iter().map(|(exemplar, look)| {
+            let mut distances = Vec::new();
+            for factor in [1.0, 1.0 + config.zoom, 1.0 / (1.0 + config.zoom)] {
+                if factor == 1.0 && !distances.is_empty() {
+                    break;
+                }
+                distances.push(lesson((exemplar.zoomed(factor), zoomed(&look, factor))));
+            }
+            distances
         });
-        let mut exemplars: Vec<Lesson> = exemplars.collect();
+        let exemplars: Vec<Vec<Lesson>> = exemplars.collect();
         Ok(Self {
-            held_out: held_out.map(|pose| exemplars.remove(pose)),
+            held_out,
             exemplars,
             frames: frames
                 .iter()
@@ -145,6 +156,22 @@ impl Look {
             encoded: encode(linear.clone()),
             linear,
             mask: tensor_from_mask(mask, device),
+        }
+    }
+}
+
+fn zoomed(image: &Image, factor: f32) -> Image {
+    super::augment::zoom(image, factor, [0.0; 3], |a, b, f| {
+        std::array::from_fn(|c| a[c] + f * (b[c] - a[c]))
+    })
+}
+
+impl Exemplar {
+    fn zoomed(&self, factor: f32) -> Self {
+        Self {
+            pose: self.pose,
+            olats: self.olats.par_iter().map(|o| zoomed(o, factor)).collect(),
+            mask: super::augment::zoom(&self.mask, factor, 0.0, |a, b, f| a + f * (b - a)),
         }
     }
 }

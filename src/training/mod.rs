@@ -7,6 +7,7 @@ pub mod config;
 mod data;
 pub mod features;
 mod gradient;
+mod judge;
 pub mod loss;
 pub mod schedule;
 mod trainer;

@@ -99,6 +99,21 @@ impl Schedule {
         )
     }
 
+    /// Which of `count` variants of an exemplar step `step` shows.
+    pub fn variant(&self, step: u64, count: usize) -> usize {
+        draw(self.seed, step, 3).random_range(0..count)
+    }
+
+    /// Factors of the input's channels: up to `stops` up or down.
+    pub fn gain(&self, step: u64, stops: f32) -> [f32; 3] {
+        let mut rng = draw(self.seed, step, 4);
+        let common: f32 = rng.random_range(-1.0..=1.0);
+        std::array::from_fn(|_| {
+            let own: f32 = rng.random_range(-1.0..=1.0);
+            (stops * (0.75 * common + 0.25 * own)).exp2()
+        })
+    }
+
     /// The lamps, in rising order, whose OLATs step `step` compares: `count` of `lamps`, each set as
     /// likely as any other; none where all are.
     pub fn lamps(&self, step: u64, count: Option<usize>, lamps: usize) -> Option<Vec<usize>> {

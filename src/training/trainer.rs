@@ -4,6 +4,7 @@ use super::adam::Adam;
 use super::config::TrainingConfig;
 use super::data::{Look, TrainingData};
 use super::features::{Features, rows};
+use super::judge::Attempt;
 use super::loss::Criterion;
 use super::schedule::{self, Schedule};
 use super::{augment, average, gradient};
@@ -15,8 +16,9 @@ use crate::project::Project;
 use crate::reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingState};
 use crate::reflectance::kernels::{Comparison, LossSettings};
 use crate::reflectance::predictor::check_fits;
-use crate::reflectance::render::{encode, encoded_white, light, olats};
+use crate::reflectance::render::{encode, light};
 use crate::reflectance::{UNet, UNetConfig};
+use crate::turn;
 use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor};
@@ -24,12 +26,10 @@ use serde::Serialize;
 use std::fs::OpenOptions;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// Training steps between two checkpoints are at most this far apart in time.
-const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(120);
-/// Steps between two looks at the pose that was held out: each costs a prediction.
-const JUDGEMENT_STEPS: u64 = 100;
+/// Steps between two looks at the network from outside: each costs a prediction or two.
+const LOOK_STEPS: u64 = 100;
 /// This many steps in a row that are not finite end a run.
 const MOST_BAD_STEPS: u32 = 3;
 
@@ -69,6 +69,8 @@ pub struct TrainReport {
     pub skipped_steps: u64,
     /// How well the network does on the pose that was held out.
     pub held_out: Option<HeldOut>,
+    /// Lamps whose outputs were stuck at black or white in the last two looks at them.
+    pub dead_lamps: Vec<String>,
 }
 
 /// The figures of one step.
@@ -117,6 +119,7 @@ impl Trainer {
         let network = UNetConfig {
             size: project.settings.size,
             lamps: project.settings.shoot.lamps.len(),
+            depth: config.depth,
             width: config.width,
             most_channels: config.most_channels,
             normalization: config.normalization,
@@ -138,7 +141,10 @@ impl Trainer {
                 ));
             }
         }
-        let autodiff = device.clone().autodiff();
+        let mut autodiff = device.clone().autodiff();
+        if config.gradient_checkpointing {
+            autodiff = autodiff.gradient_checkpointing();
+        }
         let open = |path: &PathBuf| Features::open(path, &autodiff);
         let criterion = Criterion {
             features: config.features.as_ref().map(open).transpose()?,
@@ -163,7 +169,7 @@ impl Trainer {
                 average,
                 live,
                 optimizer: moments,
-            } = checkpoint::load_training(&folder, device)?;
+            } = checkpoint::load_training(&folder, &autodiff)?;
             info.training_frames.extend(&data.frame_numbers);
             info.training_frames.sort_unstable();
             info.training_frames.dedup();
@@ -228,7 +234,8 @@ impl Trainer {
         let lesson = self.schedule.lesson(step);
         let (look, olats, shift) = match lesson {
             schedule::Lesson::Exemplar { pose } => {
-                let exemplar = &self.data.exemplars[pose];
+                let distances = &self.data.exemplars[pose];
+                let exemplar = &distances[self.schedule.variant(step, distances.len())];
                 let moved = |x: &Tensor<4>| augment::shift(x.clone(), dx, dy);
                 let look = Look {
                     linear: moved(&exemplar.look.linear),
@@ -251,12 +258,18 @@ impl Trainer {
             olats = olats.map(|olats| rows(olats, lamps));
             weights = rows(weights, lamps);
         }
-        let output = self
-            .live
-            .forward_lamps(look.encoded.clone() * look.mask.clone(), alone);
+        let input = if self.config.gain > 0.0 {
+            let gain = self.schedule.gain(step, self.config.gain);
+            let gain = Tensor::<1>::from_floats(gain, &look.linear.device()).reshape([1, 3, 1, 1]);
+            encode(look.linear.clone() * gain)
+        } else {
+            look.encoded.clone()
+        };
+        let output = self.live.forward_lamps(input * look.mask.clone(), alone);
         // Pictures that are moved anew each time are not worth remembering, nor are those of a step whose
         // lamps have other numbers.
-        let unmoved = olats.is_none() || (most == 0 && alone.is_none());
+        let still = most == 0 && self.config.zoom == 0.0;
+        let unmoved = olats.is_none() || (still && alone.is_none());
         let (total, parts) = self.criterion.losses(
             output,
             &Comparison {
@@ -324,18 +337,8 @@ impl Trainer {
     /// None where no pose is, or the device fails.
     pub fn judge(&mut self) -> Option<f32> {
         let (pose, lesson) = (self.hold_out?, self.data.held_out.as_ref()?);
-        let plain = |x: &Tensor<4>| x.clone().inner();
-        let network = &self.info.network;
-        let [look, mask] = [&lesson.look.encoded, &lesson.look.mask].map(plain);
-        let output = self.average.forward(look * mask.clone());
-        let linear = plain(&lesson.look.linear);
-        let light = light(&linear, network.formulation, self.info.scale);
-        let predicted = encode(olats(output, &light) * self.data.olat_gain);
-        let difference = (predicted - plain(&lesson.encoded_olats)) * mask.clone();
-        let values = mask.sum() * (3 * network.lamps) as f32;
-        let mean = difference.square().sum() / values;
-        let mean = mean.try_into_data().ok()?.try_into_vec::<f32>().ok()?[0];
-        let decibels = -10.0 * (mean / encoded_white().powi(2)).log10();
+        let attempt = Attempt::new(&self.average, &self.info, lesson, self.data.olat_gain);
+        let decibels = attempt.decibels()?;
         if self
             .info
             .held_out
@@ -349,6 +352,15 @@ impl Trainer {
             });
         }
         Some(decibels)
+    }
+
+    /// Lamps whose outputs are stuck at black or white on one of the exemplars, another one each time.
+    /// None where the device fails.
+    pub fn dead_lamps(&self) -> Option<Vec<usize>> {
+        let turn = (self.info.step / LOOK_STEPS) as usize;
+        let lesson = &self.data.exemplars[turn % self.data.exemplars.len()][0];
+        let live = self.live.valid();
+        Attempt::new(&live, &self.info, lesson, self.data.olat_gain).dead_lamps()
     }
 
     /// The network that predicts.
@@ -410,23 +422,35 @@ pub fn train(
         .hold_out
         .map(|_| Log::open(judgements, "step,seconds,decibels", fresh))
         .transpose()?;
-    let started = Instant::now();
-    let (first_step, earlier) = (trainer.info.step, trainer.info.seconds);
-    let limit = settings.config.minutes.map(|m| m * 60.0);
+    let first_step = trainer.info.step;
+    let config = &settings.config;
+    let limit = config.minutes.map(|minutes| minutes * 60.0);
     let mut saved = Instant::now();
     let (mut bad, mut skipped) = (0, 0);
     let mut recent = Recent::default();
+    let (mut dead, names) = (DeadLamps::default(), &project.settings.shoot.lamps);
     loop {
-        let seconds = started.elapsed().as_secs_f64();
+        let by_time = limit.map_or(0.0, |limit| trainer.info.seconds / limit);
         let steps = trainer.schedule.steps();
-        let by_time = limit.map_or(0.0, |l| seconds / l);
-        let by_step = (trainer.info.step as f64 / steps.max(1) as f64).min(1.0);
-        let done = by_time.max(by_step);
+        let by_step = trainer.info.step as f64 / steps.max(1) as f64;
+        let done = by_time.max(by_step).min(1.0);
         if done >= 1.0 || progress.cancelled() {
             break;
         }
+        if progress.paused() {
+            trainer.save(project)?;
+            log.flush()?;
+            progress.say(format!("Paused after step {}", trainer.info.step));
+            progress.wait_while_paused();
+            saved = Instant::now();
+            continue;
+        }
+        // Seconds count while the network learns: not while it waits for its turn or for a person.
+        let turn = turn::DEVICE.take();
+        let began = Instant::now();
         let report = trainer.step(done);
-        trainer.info.seconds = earlier + started.elapsed().as_secs_f64();
+        trainer.info.seconds += began.elapsed().as_secs_f64();
+        drop(turn);
         log.write(&trainer.info, &report)?;
         if report.taken {
             bad = 0;
@@ -453,17 +477,22 @@ pub fn train(
             1000,
             recent.note(trainer.info.step),
         );
-        if trainer.info.step.is_multiple_of(JUDGEMENT_STEPS) {
+        if trainer.info.step.is_multiple_of(LOOK_STEPS) {
             recent.judge(&mut trainer, &mut judgements)?;
+            if dead.look(trainer.dead_lamps().unwrap_or_default()) {
+                progress.say(dead.warning(names));
+            }
         }
-        if saved.elapsed() > CHECKPOINT_INTERVAL {
+        if saved.elapsed().as_secs_f64() >= config.checkpoint_seconds {
             trainer.save(project)?;
             log.flush()?;
+            progress.saved();
             saved = Instant::now();
         }
     }
     recent.judge(&mut trainer, &mut judgements)?;
     trainer.save(project)?;
+    progress.saved();
     log.flush()?;
     judgements.iter_mut().try_for_each(Log::flush)?;
     progress.step("training", 1000, 1000, recent.note(trainer.info.step));
@@ -472,6 +501,10 @@ pub fn train(
             "Stopped after {} steps; the checkpoint is kept, and training goes on from it",
             trainer.info.step - first_step
         ));
+    } else if trainer.info.step == first_step {
+        progress.say(
+            "The run was complete before: ask for more with --minutes or --epochs, or start over with --fresh",
+        );
     }
     Ok(TrainReport {
         steps: trainer.info.step,
@@ -483,7 +516,43 @@ pub fn train(
         loss_render: recent.rendering.unwrap_or(f32::NAN),
         skipped_steps: skipped,
         held_out: trainer.info.held_out,
+        dead_lamps: dead.names(names),
     })
+}
+
+/// Lamps whose outputs have stopped learning.
+#[derive(Default)]
+struct DeadLamps {
+    /// Those of the last look.
+    seen: Vec<usize>,
+    /// Those of the last two: one look may meet a lamp on its way.
+    sure: Vec<usize>,
+}
+
+impl DeadLamps {
+    /// Takes in what a look found; whether there is something new to say.
+    fn look(&mut self, found: Vec<usize>) -> bool {
+        let mut sure = found.clone();
+        sure.retain(|lamp| self.seen.contains(lamp));
+        self.seen = found;
+        let new = sure.iter().any(|lamp| !self.sure.contains(lamp));
+        self.sure = sure;
+        new
+    }
+
+    fn names(&self, lamps: &[String]) -> Vec<String> {
+        self.sure.iter().map(|&lamp| lamps[lamp].clone()).collect()
+    }
+
+    fn warning(&self, lamps: &[String]) -> String {
+        format!(
+            "Dead output: {} of {} lamps ({}) are stuck at black or white and hardly learn any more. Stop, and \
+             start over with --fresh and a lower rate, such as --set learning-rate=3e-4",
+            self.sure.len(),
+            lamps.len(),
+            self.names(lamps).join(", ")
+        )
+    }
 }
 
 /// Losses smoothed over about twenty steps.

@@ -10,7 +10,7 @@ use super::{StageSettings, write_shoot};
 use crate::imaging::Image;
 use crate::imaging::color::luminance;
 use crate::imaging::file::{read_encoded, read_linear, read_mask};
-use crate::progress::{Cancel, Progress};
+use crate::progress::{Control, Progress};
 use glam::Vec3;
 use std::path::Path;
 
@@ -342,9 +342,9 @@ fn what_cannot_be_made_is_refused_with_a_sentence() {
 #[test]
 fn a_stopped_shoot_has_no_manifest() {
     let folder = tempfile::tempdir().unwrap();
-    let cancel = Cancel::default();
+    let cancel = Control::default();
     let stop = cancel.clone();
-    let sink = move |_| stop.request();
+    let sink = move |_| stop.stop();
     let result = write_shoot(folder.path(), &SMALL, &Progress::new(&sink, cancel));
     assert!(matches!(result, Err(crate::Error::Cancelled { .. })));
     assert!(!folder.path().join("manifest.json").exists());

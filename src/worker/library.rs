@@ -6,7 +6,7 @@ use crate::imaging::Image;
 use crate::imaging::color::{byte_from_unit, luminance, srgb_from_linear};
 use crate::imaging::resample::resize_area;
 use crate::light::Environment;
-use crate::progress::Cancel;
+use crate::progress::Control;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -37,7 +37,7 @@ pub struct Library {
     wanted: Arc<Mutex<VecDeque<PathBuf>>>,
     read: Option<Receiver<(PathBuf, Result<Panorama>)>>,
     ring: Box<dyn Fn() + Send>,
-    stop: Cancel,
+    stop: Control,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -47,10 +47,10 @@ impl Library {
         let wanted = Arc::new(Mutex::new(VecDeque::<PathBuf>::new()));
         let (send, read) = sync_channel(MOST_WAITING);
         let (ring, rung) = doorbell();
-        let stop = Cancel::default();
+        let stop = Control::default();
         let (queue, stopped) = (wanted.clone(), stop.clone());
         let thread = std::thread::spawn(move || {
-            while !stopped.requested() {
+            while !stopped.stopped() {
                 let next = queue
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner)
@@ -94,7 +94,7 @@ impl Library {
 
 impl Drop for Library {
     fn drop(&mut self) {
-        self.stop.request();
+        self.stop.stop();
         // Without a receiver, a thread that waits to hand over a panorama goes on and ends.
         drop(self.read.take());
         (self.ring)();

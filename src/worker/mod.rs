@@ -26,7 +26,7 @@ pub use relighter::{Ask, Relit};
 use crate::compositor::Field;
 use crate::footage::Frame;
 use crate::gpu::DeviceChoice;
-use crate::progress::Cancel;
+use crate::progress::Control;
 use crate::project::Project;
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -52,11 +52,11 @@ pub struct PredictedFrame {
 /// prediction or one training step.
 pub struct Worker {
     asks: Arc<Latest<Ask>>,
-    jobs: Arc<Latest<(Job, Cancel)>>,
+    jobs: Arc<Latest<(Job, Control)>>,
     relit: Arc<Latest<Arc<Relit>>>,
     events: Receiver<Event>,
-    stop: Cancel,
-    running: RefCell<Cancel>,
+    stop: Control,
+    running: RefCell<Control>,
     ring: Vec<Box<dyn Fn() + Send>>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -77,7 +77,7 @@ impl Worker {
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        let stop = Cancel::default();
+        let stop = Control::default();
         let (send, events) = sync_channel(MOST_NEWS);
         let tell = {
             let wake = wake.clone();
@@ -146,20 +146,20 @@ impl Worker {
 
     /// Runs a long action on the network's thread, after the prediction in hand.
     pub fn run(&self, job: Job) {
-        let cancel = Cancel::default();
+        let cancel = Control::default();
         self.running.replace(cancel.clone());
         self.jobs.put((job, cancel));
     }
 
     /// Asks the running job to stop; what it has finished is kept.
     pub fn cancel(&self) {
-        self.running.borrow().request();
+        self.running.borrow().stop();
     }
 }
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        self.stop.request();
+        self.stop.stop();
         self.cancel();
         self.ring.iter().for_each(|ring| ring());
         for thread in self.threads.drain(..) {

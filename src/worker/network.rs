@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::light::Rig;
-use crate::progress::{Cancel, Progress, Report};
+use crate::progress::{Control, Progress, Report};
 use crate::project::Project;
 use crate::reflectance::Predictor;
 use std::sync::Arc;
@@ -55,7 +55,7 @@ pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, B
         device: compute.description,
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
-            let field = Field::predicted(predictor.predict_on_device(&frame), pass.as_ref())?;
+            let field = Field::predicted(predictor.predict_on_device(&frame)?, pass.as_ref())?;
             Ok((frame, field))
         }),
     })
@@ -65,11 +65,11 @@ pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, B
 pub(super) struct Network<Open, Tell> {
     pub open: Open,
     pub frames: Arc<Latest<usize>>,
-    pub jobs: Arc<Latest<(Job, Cancel)>>,
+    pub jobs: Arc<Latest<(Job, Control)>>,
     pub rigs: Arc<Latest<Arc<Rig>>>,
     pub fields: Arc<Latest<Arc<PredictedFrame>>>,
     pub tell: Tell,
-    pub stop: Cancel,
+    pub stop: Control,
 }
 
 impl<Open, Tell> Network<Open, Tell>
@@ -80,7 +80,7 @@ where
     /// Works until it is stopped.
     pub fn run(mut self, bell: &Receiver<()>) {
         let mut source = self.open();
-        while !self.stop.requested() {
+        while !self.stop.stopped() {
             if let Some((job, cancel)) = self.jobs.take() {
                 // What the job is about to replace must not take memory beside it.
                 drop(source.take());
@@ -127,7 +127,7 @@ where
         }
     }
 
-    fn work(&self, job: Job, cancel: Cancel) {
+    fn work(&self, job: Job, cancel: Control) {
         let tell = &self.tell;
         tell(Event::Started { what: job.what() });
         let report = |report: Report| tell(Event::Report(report));

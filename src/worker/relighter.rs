@@ -11,7 +11,7 @@ use crate::imaging::Image;
 use crate::imaging::color::byte_from_unit;
 use crate::light::weights::Partition;
 use crate::light::{Environment, LightWeights, Rig};
-use crate::progress::Cancel;
+use crate::progress::Control;
 use crate::scene::{Output, Scene};
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -58,7 +58,7 @@ pub(super) struct Relighter<Tell> {
     pub frames: Arc<Latest<usize>>,
     pub relit: Arc<Latest<Arc<Relit>>>,
     pub tell: Tell,
-    pub stop: Cancel,
+    pub stop: Control,
     pub cache: FieldCache,
 }
 
@@ -91,7 +91,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         let mut sent: Option<usize> = None;
         // What the newest picture shows: the same is not made again.
         let mut made: Option<(Scene, Arc<Environment>)> = None;
-        while bell.recv().is_ok() && !self.stop.requested() {
+        while bell.recv().is_ok() && !self.stop.stopped() {
             if let Some(rig) = self.rigs.take() {
                 let partition = Partition::soft(&rig, Partition::WIDTH);
                 stage = Some(Stage {

@@ -1,0 +1,115 @@
+//! Looks at a network from outside while it trains: how well it does on a pose that it does not see, and
+//! which of its outputs have stopped learning.
+
+use super::data::Lesson;
+use crate::reflectance::UNet;
+use crate::reflectance::UNetConfig;
+use crate::reflectance::checkpoint::CheckpointInfo;
+use crate::reflectance::render::{encode, encoded_white, light, olats};
+use burn::tensor::Tensor;
+
+/// A lamp is dead where the slope of its sigmoid, s · (1 − s), is on average below this, a 250th of the
+/// steepest: its outputs move a 250th as far in a step …
+const DEAD_SLOPE: f32 = 1e-3;
+/// … while they are wrong by more than this share of the truth …
+const DEAD_ERROR: f32 = 0.5;
+/// … and the truth is not black itself: its mean is above this, in encoded units.
+const LIT: f32 = 0.01;
+
+/// What a network makes of a pose, beside the truth.
+pub struct Attempt {
+    /// Sigmoid outputs, `[lamps, 3, h, w]`.
+    outputs: Tensor<4>,
+    /// Encoded OLATs of both, `[lamps, 3, h, w]`.
+    predicted: Tensor<4>,
+    truth: Tensor<4>,
+    /// `[1, 1, h, w]`.
+    mask: Tensor<4>,
+}
+
+impl Attempt {
+    /// Predicts the pose of `lesson` with `network`, which is on the plain device; `gain` brings OLATs to
+    /// the exposure that the lesson's are encoded at.
+    pub fn new(network: &UNet, info: &CheckpointInfo, lesson: &Lesson, gain: f32) -> Self {
+        let plain = |x: &Tensor<4>| x.clone().inner();
+        let UNetConfig {
+            lamps, formulation, ..
+        } = info.network;
+        let [look, mask] = [&lesson.look.encoded, &lesson.look.mask].map(plain);
+        let [_, _, h, w] = mask.dims();
+        let outputs = network.forward(look * mask.clone());
+        let light = light(&plain(&lesson.look.linear), formulation, info.scale);
+        Self {
+            predicted: encode(olats(outputs.clone(), &light) * gain),
+            outputs: outputs.reshape([lamps, 3, h, w]),
+            truth: plain(&lesson.encoded_olats),
+            mask,
+        }
+    }
+
+    /// PSNR over the encoded OLATs within the matte in dB, with white as the peak. None where the device
+    /// fails.
+    pub fn decibels(&self) -> Option<f32> {
+        let [lamps, ..] = self.truth.dims();
+        let difference = (self.predicted.clone() - self.truth.clone()) * self.mask.clone();
+        let values = self.mask.clone().sum() * (3 * lamps) as f32;
+        let mean = read((difference.square().sum() / values).reshape([1]))?[0];
+        Some(-10.0 * (mean / encoded_white().powi(2)).log10())
+    }
+
+    /// Lamps whose outputs are saturated far from the truth, so that they hardly learn any more: all black,
+    /// or all white. None where the device fails.
+    pub fn dead_lamps(&self) -> Option<Vec<usize>> {
+        let [lamps, ..] = self.truth.dims();
+        let mean = |x: Tensor<4>| {
+            let sums = (x * self.mask.clone())
+                .reshape([lamps as i32, -1])
+                .sum_dim(1);
+            read((sums / (self.mask.clone().sum().reshape([1, 1]) * 3.0)).reshape([lamps]))
+        };
+        let slopes = mean(self.outputs.clone() * (self.outputs.clone().neg() + 1.0))?;
+        let errors = mean((self.predicted.clone() - self.truth.clone()).abs())?;
+        let levels = mean(self.truth.clone())?;
+        let dead = |&l: &usize| {
+            slopes[l] < DEAD_SLOPE && levels[l] > LIT && errors[l] > DEAD_ERROR * levels[l]
+        };
+        Some((0..lamps).filter(dead).collect())
+    }
+}
+
+fn read(values: Tensor<1>) -> Option<Vec<f32>> {
+    values.try_into_data().ok()?.try_into_vec().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn::tensor::Device;
+
+    #[test]
+    fn lamps_stuck_at_black_or_white_are_dead_and_those_that_are_right_or_learn_are_not() {
+        let device = Device::flex();
+        // Per lamp: its output, its predicted and its true encoded OLAT.
+        let lamps = [
+            (1e-5, 0.0, 0.4),
+            (1.0 - 1e-5, 2.0, 0.4),
+            (1e-5, 0.0, 0.0),
+            (1e-5, 0.38, 0.4),
+            (0.02, 0.05, 0.4),
+            (0.3, 0.4, 0.4),
+        ];
+        let picture = |pick: fn((f32, f32, f32)) -> f32| {
+            let planes = lamps.map(|lamp| Tensor::full([1, 3, 4, 4], pick(lamp), &device));
+            Tensor::cat(planes.to_vec(), 0)
+        };
+        let mut mask = [1.0f32; 16];
+        mask[8..].fill(0.0);
+        let attempt = Attempt {
+            outputs: picture(|l| l.0),
+            predicted: picture(|l| l.1),
+            truth: picture(|l| l.2),
+            mask: Tensor::<1>::from_floats(mask, &device).reshape([1, 1, 4, 4]),
+        };
+        assert_eq!(attempt.dead_lamps(), Some(vec![0, 1]));
+    }
+}
