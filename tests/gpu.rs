@@ -20,7 +20,8 @@ const LAMPS: usize = 4;
 /// Bytes of each buffer that was mapped since the last look, by anyone in this process: every way from a
 /// buffer of wgpu to memory goes through `map_async`, which says so in the log. A copy by other means
 /// than wgpu would not be seen; there is none while the device has no
-/// `Features::MAPPABLE_PRIMARY_BUFFERS`.
+/// `Features::MAPPABLE_PRIMARY_BUFFERS`. burn reads what it was asked for when its values are looked at:
+/// an `into_data` that nobody looks into is no read, and is not seen either.
 static MAPPED: Mutex<Vec<u64>> = Mutex::new(Vec::new());
 
 struct MapLog;
@@ -200,19 +201,17 @@ fn half_precision_on_a_gpu_is_as_close_as_f16_allows() {
     assert!(apart > 0.0 && apart < 9.0 * epsilon, "{apart}");
 }
 
-/// A step's gradients by all parameters, one after the other, and the bytes that the device holds before
-/// the way back.
-fn gradients(device: &Device, network: &UNet) -> (Vec<f32>, Option<u64>) {
-    let network = network.clone().to_device(device);
-    let frame = frame();
-    let look = tensor_from_image(&frame.plate, device);
-    let loss = network.forward(look.clone()).square().mean();
-    loss.device().sync().unwrap();
-    let held = device.memory_pool_usage().map(|usage| usage.bytes_in_use);
+/// A step's gradients by all parameters, one after the other.
+fn gradients(network: &UNet, device: &Device) -> Vec<f32> {
+    let record = network.clone().into_record();
+    let network = config(Precision::Full).init(0.3, device);
+    let network = network.try_load_record(record).unwrap();
+    let look = tensor_from_image(&frame().plate, device);
+    let loss = network.forward(look).square().mean();
     let gradients = GradientsParams::from_grads(loss.backward(), &network);
     let mut collected = Collected(gradients, Vec::new());
     network.visit(&mut collected);
-    (collected.1, held)
+    collected.1
 }
 
 struct Collected(GradientsParams, Vec<f32>);
@@ -224,26 +223,14 @@ impl ModuleVisitor for Collected {
     }
 }
 
+/// On the CPU, with its own kernels: a software adapter takes minutes to choose those of the way back.
 #[test]
-fn checkpointing_keeps_less_and_changes_no_gradient() {
+fn gradient_checkpointing_changes_no_gradient() {
     let cpu = Device::flex();
     cpu.seed(7);
-    let gpu = gpu();
     let network = config(Precision::Full).init(0.3, &cpu).materialize();
-    let devices = [
-        Some(cpu),
-        gpu.as_ref().map(|(gpu, _turn)| gpu.device.clone()),
-    ];
-    for device in devices.into_iter().flatten() {
-        let keeping = device.clone().autodiff();
-        let (expected, kept) = gradients(&keeping, &network);
-        let (again, held) = gradients(&keeping.clone().gradient_checkpointing(), &network);
-        println!("{kept:?} bytes held, {held:?} with checkpointing");
-        let largest = expected.iter().fold(0.0f32, |m, v| m.max(v.abs()));
-        let apart = expected.iter().zip(&again).map(|(a, b)| (a - b).abs());
-        let apart = apart.fold(0.0, f32::max) / largest;
-        assert_eq!(expected.len(), again.len());
-        // The same sums: a GPU may fuse multiplications with them in one way and not in the other.
-        assert!(apart < 1e-6, "{apart}");
-    }
+    let expected = gradients(&network, &cpu.clone().autodiff());
+    let again = gradients(&network, &cpu.autodiff().gradient_checkpointing());
+    assert!(expected.iter().any(|gradient| *gradient != 0.0));
+    assert_eq!(expected, again);
 }
