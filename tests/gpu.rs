@@ -7,11 +7,9 @@ use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::imaging::{Image, Raster};
 use afterlight::reflectance::checkpoint::CheckpointInfo;
 use afterlight::reflectance::predictor::predicts_in_half;
-use afterlight::reflectance::render::tensor_from_image;
 use afterlight::reflectance::{Formulation, Normalization, Precision, Predictor, UNet, UNetConfig};
-use burn::module::{Module, ModuleVisitor, Param};
-use burn::optim::GradientsParams;
-use burn::tensor::{Device, Tensor};
+use burn::module::Module;
+use burn::tensor::Device;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 const SIZE: usize = 16;
@@ -199,38 +197,4 @@ fn half_precision_on_a_gpu_is_as_close_as_f16_allows() {
     // Each of nine layers rounds what it reads and gives to eleven bits: half a unit of 2⁻¹⁰ at most.
     let epsilon = 2f32.powi(-10);
     assert!(apart > 0.0 && apart < 9.0 * epsilon, "{apart}");
-}
-
-/// A step's gradients by all parameters, one after the other.
-fn gradients(network: &UNet, device: &Device) -> Vec<f32> {
-    let record = network.clone().into_record();
-    let network = config(Precision::Full).init(0.3, device);
-    let network = network.try_load_record(record).unwrap();
-    let look = tensor_from_image(&frame().plate, device);
-    let loss = network.forward(look).square().mean();
-    let gradients = GradientsParams::from_grads(loss.backward(), &network);
-    let mut collected = Collected(gradients, Vec::new());
-    network.visit(&mut collected);
-    collected.1
-}
-
-struct Collected(GradientsParams, Vec<f32>);
-
-impl ModuleVisitor for Collected {
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        let gradient = self.0.get::<D>(param.id).unwrap().into_data();
-        self.1.extend(gradient.try_into_vec::<f32>().unwrap());
-    }
-}
-
-/// On the CPU, with its own kernels: a software adapter takes minutes to choose those of the way back.
-#[test]
-fn gradient_checkpointing_changes_no_gradient() {
-    let cpu = Device::flex();
-    cpu.seed(7);
-    let network = config(Precision::Full).init(0.3, &cpu).materialize();
-    let expected = gradients(&network, &cpu.clone().autodiff());
-    let again = gradients(&network, &cpu.autodiff().gradient_checkpointing());
-    assert!(expected.iter().any(|gradient| *gradient != 0.0));
-    assert_eq!(expected, again);
 }

@@ -198,10 +198,8 @@ pub struct Resumed {
     pub optimizer: Option<Bytes>,
 }
 
-/// Loads what training needs to go on from the checkpoint in `folder`; the network that learns onto
-/// `autodiff`, the others onto the plain device below.
-pub fn load_training(folder: &Path, autodiff: &Device) -> Result<Resumed> {
-    let device = &autodiff.clone().without_autodiff();
+/// Loads what training needs to go on from the checkpoint in `folder`.
+pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
     let Table {
         weights,
         average_weights,
@@ -214,7 +212,7 @@ pub fn load_training(folder: &Path, autodiff: &Device) -> Result<Resumed> {
     Ok(Resumed {
         best: network_from_file(&folder.join(&weights), &info.network, device)?,
         average: network_from_file(&average, &info.network, device)?,
-        live: network_from_file(&live, &info.network, autodiff)?,
+        live: network_from_file(&live, &info.network, &device.clone().autodiff())?,
         optimizer: optimizer.map(|name| read(&folder.join(name))).transpose()?,
         info,
     })

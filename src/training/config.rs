@@ -70,10 +70,6 @@ pub struct TrainingConfig {
     pub minutes: Option<f64>,
     /// Seconds from one checkpoint to the next.
     pub checkpoint_seconds: f64,
-    /// Whether a step computes cheap activations again on its way back in place of keeping them: less
-    /// memory, and the same gradients.
-    #[serde(default)]
-    pub gradient_checkpointing: bool,
 }
 
 impl Preset {
@@ -107,7 +103,6 @@ impl Preset {
                 epochs: 100_000,
                 minutes: Some(10.0),
                 checkpoint_seconds: 30.0,
-                gradient_checkpointing: false,
             },
             Self::Paper => TrainingConfig {
                 depth: None,
@@ -136,7 +131,6 @@ impl Preset {
                 epochs: 1040,
                 minutes: None,
                 checkpoint_seconds: 120.0,
-                gradient_checkpointing: false,
             },
         }
     }

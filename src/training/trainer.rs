@@ -141,10 +141,7 @@ impl Trainer {
                 ));
             }
         }
-        let mut autodiff = device.clone().autodiff();
-        if config.gradient_checkpointing {
-            autodiff = autodiff.gradient_checkpointing();
-        }
+        let autodiff = device.clone().autodiff();
         let open = |path: &PathBuf| Features::open(path, &autodiff);
         let criterion = Criterion {
             features: config.features.as_ref().map(open).transpose()?,
@@ -169,7 +166,7 @@ impl Trainer {
                 average,
                 live,
                 optimizer: moments,
-            } = checkpoint::load_training(&folder, &autodiff)?;
+            } = checkpoint::load_training(&folder, device)?;
             info.training_frames.extend(&data.frame_numbers);
             info.training_frames.sort_unstable();
             info.training_frames.dedup();
