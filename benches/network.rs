@@ -5,7 +5,9 @@
 //! before the first one starts and peak memory belongs to one case. Both peers speak the same lines:
 //! `step N`, `predict N`, `memory`, `quit`.
 
-use afterlight::reflectance::{Formulation, Normalization, Precision, UNet, UNetConfig};
+use afterlight::reflectance::{
+    Formulation, Normalization, Precision, Statistics, UNet, UNetConfig,
+};
 use afterlight::training::Adam;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::{GradientsParams, ModuleOptimizer};
@@ -85,6 +87,7 @@ impl Shape {
             width,
             most_channels,
             normalization,
+            statistics: Statistics::Running,
             formulation: Formulation::Direct,
             precision,
         }
@@ -407,6 +410,7 @@ fn check(folder: &Path, precision: Precision) -> Result<()> {
         width: number("width"),
         most_channels: number("most_channels"),
         normalization: serde_json::from_value(shape["normalization"].clone())?,
+        statistics: Statistics::Running,
         formulation: Formulation::Direct,
         precision,
     };

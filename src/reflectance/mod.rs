@@ -12,4 +12,4 @@ mod unet;
 pub use field::ReflectanceField;
 pub use kernels::Precision;
 pub use predictor::Predictor;
-pub use unet::{Cost, Formulation, Normalization, UNet, UNetConfig};
+pub use unet::{Cost, Formulation, Normalization, Statistics, UNet, UNetConfig};

@@ -1,7 +1,7 @@
 //! What a training run is made of; a preset is a starting point.
 
 use crate::error::{Error, Result};
-use crate::reflectance::{Formulation, Normalization, Precision};
+use crate::reflectance::{Formulation, Normalization, Precision, Statistics};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -26,6 +26,8 @@ pub struct TrainingConfig {
     /// Channels of its widest blocks.
     pub most_channels: usize,
     pub normalization: Normalization,
+    /// Whose statistics batch normalisation goes by in use.
+    pub statistics: Statistics,
     pub formulation: Formulation,
     /// How exactly convolutions multiply on a CPU.
     pub precision: Precision,
@@ -81,6 +83,7 @@ impl Preset {
                 width: 16,
                 most_channels: 64,
                 normalization: Normalization::Group,
+                statistics: Statistics::Own,
                 formulation: Formulation::Ratio,
                 precision: Precision::Split,
                 reconstruction: 1.0,
@@ -109,6 +112,7 @@ impl Preset {
                 width: 32,
                 most_channels: 512,
                 normalization: Normalization::Batch,
+                statistics: Statistics::Own,
                 formulation: Formulation::Direct,
                 precision: Precision::Split,
                 reconstruction: 1.0,

@@ -123,6 +123,7 @@ impl Trainer {
             width: config.width,
             most_channels: config.most_channels,
             normalization: config.normalization,
+            statistics: config.statistics,
             formulation: config.formulation,
             precision: config.precision,
         };
