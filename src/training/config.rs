@@ -35,7 +35,9 @@ pub struct TrainingConfig {
     pub reconstruction: f32,
     /// Weight of the rendering loss, λ2.
     pub rendering: f32,
-    /// Weight of the mean absolute difference between encoded OLATs, beside the reconstruction loss.
+    /// Weight of features in both losses.
+    pub perceptual: f32,
+    /// Weight of the mean absolute difference between encoded pixels in both losses.
     pub pixel: f32,
     /// The file of the network whose features both losses compare; none means the built-in ones.
     pub features: Option<PathBuf>,
@@ -88,6 +90,7 @@ impl Preset {
                 precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 0.5,
+                perceptual: 1.0,
                 pixel: 0.0,
                 features: None,
                 lamps_per_step: None,
@@ -117,6 +120,7 @@ impl Preset {
                 precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 1.0,
+                perceptual: 1.0,
                 pixel: 0.0,
                 features: None,
                 lamps_per_step: None,

@@ -104,8 +104,8 @@ fn the_losses_as_a_whole_with_a_mask_of_black_grey_and_white() {
     ] {
         let loss = |output: Tensor<4>| {
             let mut criterion = Criterion {
-                features: None,
                 pixel,
+                ..Criterion::default()
             };
             let with = Comparison {
                 light: light(&look, Formulation::Ratio, 1.3),

@@ -146,6 +146,7 @@ impl Trainer {
         let open = |path: &PathBuf| Features::open(path, &autodiff);
         let criterion = Criterion {
             features: config.features.as_ref().map(open).transpose()?,
+            perceptual: config.perceptual,
             pixel: config.pixel,
         };
         let data = TrainingData::load(
