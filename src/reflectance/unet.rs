@@ -225,10 +225,11 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// Bytes that training holds: what the layers keep, and parameters five times, as they are, as
-    /// gradients, as both moments of the optimiser and as a moving average.
+    /// Bytes that training holds at most: what the layers keep, and parameters nine times, as they are, as
+    /// gradients, as both moments of the optimiser and as a moving average, and all but the gradients once
+    /// more while a checkpoint is written.
     pub fn training_bytes(&self) -> u64 {
-        self.activations + 5 * 4 * self.parameters
+        self.activations + 9 * 4 * self.parameters
     }
 }
 

@@ -13,6 +13,8 @@ pub enum Preset {
     Quick,
     /// The paper's network and schedule.
     Paper,
+    /// A wider network than `quick` for as long, for machines with a GPU.
+    FastGpu,
 }
 
 /// Everything that decides what a training run does, apart from the pictures.
@@ -109,6 +111,12 @@ impl Preset {
                 epochs: 100_000,
                 minutes: Some(10.0),
                 checkpoint_seconds: 30.0,
+            },
+            Self::FastGpu => TrainingConfig {
+                width: 32,
+                most_channels: 256,
+                averaging: 0.999,
+                ..Self::Quick.config()
             },
             Self::Paper => TrainingConfig {
                 depth: None,

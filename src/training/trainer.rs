@@ -412,7 +412,11 @@ pub fn train(
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let mut trainer = Trainer::new(project, calibration, settings, &compute.device, progress)?;
-    progress.say(format!("The network: {}", trainer.info.network.cost()));
+    progress.say(format!(
+        "The network: {}; the pictures take {} MB more",
+        trainer.info.network.cost(),
+        trainer.data.bytes() / 1_000_000
+    ));
     progress.say(format!("Pictures are compared by {}", trainer.features()));
     let fresh = trainer.info.step == 0;
     let mut log = Log::open(project.root.join("training.csv"), STEPS_HEADER, fresh)?;
