@@ -7,7 +7,9 @@
 
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::reflectance::predictor::predicts_in_half;
-use afterlight::reflectance::{Formulation, Normalization, Precision, UNet, UNetConfig};
+use afterlight::reflectance::{
+    Formulation, Normalization, Precision, Statistics, UNet, UNetConfig,
+};
 use afterlight::training::Adam;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::{GradientsParams, ModuleOptimizer};
@@ -91,6 +93,7 @@ impl Shape {
             width,
             most_channels,
             normalization,
+            statistics: Statistics::Running,
             formulation: Formulation::Direct,
             precision,
         }
@@ -480,6 +483,7 @@ fn check(folder: &Path, precision: Precision, choice: DeviceChoice) -> Result<()
         width: number("width"),
         most_channels: number("most_channels"),
         normalization: serde_json::from_value(shape["normalization"].clone())?,
+        statistics: Statistics::Running,
         formulation: Formulation::Direct,
         precision,
     };

@@ -95,6 +95,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
             method,
             table: None,
             sheet,
+            worst: None,
             device,
         };
         evaluate(&project, &settings, progress)

@@ -7,7 +7,9 @@ use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::imaging::{Image, Raster};
 use afterlight::reflectance::checkpoint::CheckpointInfo;
 use afterlight::reflectance::predictor::predicts_in_half;
-use afterlight::reflectance::{Formulation, Normalization, Precision, Predictor, UNet, UNetConfig};
+use afterlight::reflectance::{
+    Formulation, Normalization, Precision, Predictor, Statistics, UNet, UNetConfig,
+};
 use burn::module::Module;
 use burn::tensor::Device;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -78,6 +80,7 @@ fn config(precision: Precision) -> UNetConfig {
         width: 8,
         most_channels: 16,
         normalization: Normalization::Group,
+        statistics: Statistics::Own,
         formulation: Formulation::Ratio,
         precision,
     }

@@ -205,6 +205,9 @@ struct EvaluateArgs {
     /// Also write predicted beside true OLATs as a contact sheet.
     #[arg(long, value_name = "PNG")]
     sheet: Option<PathBuf>,
+    /// Also write a contact sheet of the 20 lamps and frames whose OLATs are furthest from the truth.
+    #[arg(long, value_name = "FILE.png")]
+    worst: Option<PathBuf>,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -337,6 +340,7 @@ impl Cli {
                     with,
                     table,
                     sheet,
+                    worst,
                     device,
                     output,
                 } = args;
@@ -345,6 +349,7 @@ impl Cli {
                     method: with,
                     table,
                     sheet,
+                    worst,
                     device: device.device,
                 };
                 do_job(&output, || Ok(Job::Evaluate { project, settings }))

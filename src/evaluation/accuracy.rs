@@ -44,6 +44,8 @@ pub struct Scores {
     pub olat_psnr_db: Option<f64>,
     /// Frame → PSNR of its OLATs.
     pub olat_psnr_by_frame_db: BTreeMap<usize, f64>,
+    /// Frame → PSNR of the OLAT of each lamp, at the frame's exposure.
+    pub olat_psnr_by_lamp_db: BTreeMap<usize, Vec<f64>>,
 }
 
 /// Refuses to judge a network by frames that it was trained on.
@@ -194,6 +196,7 @@ pub fn score_under(
         relit_psnr_by_frame_db: BTreeMap::new(),
         olat_psnr_db: None,
         olat_psnr_by_frame_db: BTreeMap::new(),
+        olat_psnr_by_lamp_db: BTreeMap::new(),
     };
     for (name, set) in relit {
         let found = psnr_of(&set)?;
@@ -205,7 +208,9 @@ pub fn score_under(
     if !olats.is_empty() {
         let found = psnr_of(&olats)?;
         scores.olat_psnr_db = Some(found.mean_db);
-        scores.olat_psnr_by_frame_db = olats.iter().map(|m| m.frame).zip(found.frames_db).collect();
+        let frames = || olats.iter().map(|m| m.frame);
+        scores.olat_psnr_by_frame_db = frames().zip(found.frames_db).collect();
+        scores.olat_psnr_by_lamp_db = frames().zip(found.pictures_db).collect();
     }
     Ok(scores)
 }

@@ -27,6 +27,8 @@ pub struct EvaluateSettings {
     pub table: Option<PathBuf>,
     /// A contact sheet of predicted beside true OLATs.
     pub sheet: Option<PathBuf>,
+    /// A contact sheet of the lamps and frames whose OLATs are furthest from the truth.
+    pub worst: Option<PathBuf>,
     pub device: DeviceChoice,
 }
 
@@ -52,8 +54,10 @@ pub fn evaluate(
     let calibration = Calibration::load(project)?;
     let truth = Truth::open(project, &settings.truth)?;
     let compute = ComputeDevice::choose(settings.device);
-    let asks_network =
-        settings.method == Method::Network || settings.table.is_some() || settings.sheet.is_some();
+    let asks_network = settings.method == Method::Network
+        || settings.table.is_some()
+        || settings.sheet.is_some()
+        || settings.worst.is_some();
     let predictor = if asks_network {
         let predictor = Predictor::open(project, &compute.device)?;
         excluded_check(&predictor.info().training_frames, &truth.frames)?;
@@ -102,6 +106,16 @@ pub fn evaluate(
     if let (Some(path), Some(predictor)) = (&settings.sheet, &predictor) {
         write_png(path, &sheet(project, &calibration, &truth, predictor)?)?;
     }
+    if let (Some(path), Some(predictor)) = (&settings.worst, &predictor) {
+        let scores = match settings.method {
+            Method::Network => &scores,
+            _ => &scores_of(Method::Network)?,
+        };
+        write_png(
+            path,
+            &worst(project, &calibration, &truth, predictor, scores)?,
+        )?;
+    }
     let info = predictor
         .as_ref()
         .filter(|_| settings.method == Method::Network)
@@ -148,6 +162,44 @@ fn with_section(text: &str, title: &str, body: &str) -> String {
     }
 }
 
+/// A truth frame's OLATs, predicted and true, as contact sheets show them.
+struct Shown {
+    predicted: Vec<Encoded>,
+    truth: Vec<Encoded>,
+}
+
+impl Shown {
+    fn new(
+        project: &Project,
+        calibration: &Calibration,
+        truth: &Truth,
+        predictor: &Predictor,
+        frame: usize,
+    ) -> Result<Self> {
+        let frame = Frame::load(project, &calibration.response, frame)?;
+        let field = predictor.predict(&frame)?;
+        let predicted: Vec<Image> = (0..field.lamps).map(|lamp| field.olat(lamp)).collect();
+        let all = |olats: &[Image]| {
+            let level = brightness(olats, &frame.mask);
+            let show = |olat| shown(olat, &frame.mask, level);
+            olats.iter().map(show).collect()
+        };
+        Ok(Self {
+            predicted: all(&predicted),
+            truth: all(&truth.olats(frame.index)?),
+        })
+    }
+}
+
+/// Lays labelled pictures out in rows of `columns`.
+fn sheet_of(tiles: &[(String, Encoded)], columns: usize) -> Result<Encoded> {
+    let tiles: Vec<Tile> = tiles
+        .iter()
+        .map(|(label, picture)| Tile { label, picture })
+        .collect();
+    contact_sheet(&tiles, columns)
+}
+
 /// Eight lamps of one truth frame that no training saw, spread over the rig: true above predicted.
 fn sheet(
     project: &Project,
@@ -161,48 +213,71 @@ fn sheet(
         .iter()
         .copied()
         .find(|&f| truth.has_olats(f))
-        .ok_or_else(|| {
-            Error::unexpected(
-                "the truth",
-                "a frame with true OLATs",
-                "none",
-                "Leave out the contact sheet",
-            )
-        })?;
-    let frame = Frame::load(project, &calibration.response, frame)?;
-    let field = predictor.predict(&frame)?;
-    let truths = truth.olats(frame.index)?;
-    let predicted: Vec<Image> = (0..field.lamps).map(|lamp| field.olat(lamp)).collect();
-    let (true_level, level) = (
-        brightness(&truths, &frame.mask),
-        brightness(&predicted, &frame.mask),
-    );
-    let picked: Vec<usize> = (0..LAMPS.min(field.lamps))
-        .map(|i| i * field.lamps / LAMPS.min(field.lamps))
-        .collect();
-    let mut tiles: BTreeMap<(usize, usize), (String, Encoded)> = BTreeMap::new();
-    for (column, &lamp) in picked.iter().enumerate() {
-        let name = &project.settings.shoot.lamps[lamp];
-        tiles.insert(
-            (0, column),
-            (
-                format!("{name} true"),
-                shown(&truths[lamp], &frame.mask, true_level),
-            ),
-        );
-        tiles.insert(
-            (1, column),
-            (
-                format!("{name} predicted"),
-                shown(&predicted[lamp], &frame.mask, level),
-            ),
+        .ok_or_else(no_true_olats)?;
+    let shown = Shown::new(project, calibration, truth, predictor, frame)?;
+    let count = LAMPS.min(shown.truth.len());
+    let picked = (0..count).map(|i| i * shown.truth.len() / count);
+    let row = |pictures: &[Encoded], what: &str| -> Vec<(String, Encoded)> {
+        let name = |lamp: usize| &project.settings.shoot.lamps[lamp];
+        let tile = |lamp: usize| (format!("{} {what}", name(lamp)), pictures[lamp].clone());
+        picked.clone().map(tile).collect()
+    };
+    let mut tiles = row(&shown.truth, "true");
+    tiles.extend(row(&shown.predicted, "predicted"));
+    sheet_of(&tiles, count)
+}
+
+/// The lamps and frames whose OLATs score lowest, worst first: true, predicted, and four times their
+/// difference in display codes about a middle grey.
+fn worst(
+    project: &Project,
+    calibration: &Calibration,
+    truth: &Truth,
+    predictor: &Predictor,
+    scores: &Scores,
+) -> Result<Encoded> {
+    const CELLS: usize = 20;
+    const CELLS_PER_ROW: usize = 4;
+    let mut cells: Vec<(f64, usize, usize)> = Vec::new();
+    for (&frame, lamps) in &scores.olat_psnr_by_lamp_db {
+        cells.extend(
+            lamps
+                .iter()
+                .enumerate()
+                .map(|(lamp, &db)| (db, frame, lamp)),
         );
     }
-    let tiles: Vec<Tile> = tiles
-        .values()
-        .map(|(label, picture)| Tile { label, picture })
-        .collect();
-    contact_sheet(&tiles, picked.len())
+    if cells.is_empty() {
+        return Err(no_true_olats());
+    }
+    cells.sort_by(|a, b| a.0.total_cmp(&b.0));
+    cells.truncate(CELLS);
+    let mut frames: BTreeMap<usize, Shown> = BTreeMap::new();
+    let mut tiles = Vec::new();
+    for (db, frame, lamp) in cells {
+        if let std::collections::btree_map::Entry::Vacant(entry) = frames.entry(frame) {
+            entry.insert(Shown::new(project, calibration, truth, predictor, frame)?);
+        }
+        let (predicted, truth) = (&frames[&frame].predicted[lamp], &frames[&frame].truth[lamp]);
+        let mut difference = predicted.clone();
+        for (d, t) in difference.0.pixels.iter_mut().zip(&truth.0.pixels) {
+            *d = std::array::from_fn(|c| (0.5 + 4.0 * (d[c] - t[c])).clamp(0.0, 1.0));
+        }
+        let name = &project.settings.shoot.lamps[lamp];
+        tiles.push((format!("frame {frame} {name}"), truth.clone()));
+        tiles.push((format!("predicted {db:.1} db"), predicted.clone()));
+        tiles.push(("difference x 4".to_owned(), difference));
+    }
+    sheet_of(&tiles, 3 * CELLS_PER_ROW)
+}
+
+fn no_true_olats() -> Error {
+    Error::unexpected(
+        "the truth",
+        "a frame with true OLATs",
+        "none",
+        "Leave out the contact sheet",
+    )
 }
 
 /// Mean luminance of a set inside the subject.

@@ -30,6 +30,8 @@ pub struct Psnr {
     pub mean_db: f64,
     /// Each frame in decibels.
     pub frames_db: Vec<f64>,
+    /// Each of a frame's pictures in decibels, at the frame's exposure.
+    pub pictures_db: Vec<Vec<f64>>,
     /// The factor that all pictures were multiplied by.
     pub scale: f64,
 }
@@ -65,19 +67,17 @@ pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
     } else {
         1.0
     };
-    let frames_db: Vec<f64> = frames
-        .iter()
-        .map(|f| {
-            frame_db(
-                &subject(f.pictures, f.mask),
-                &subject(f.truths, f.mask),
-                scale,
-            )
-        })
-        .collect();
+    let pictures_db: Vec<Vec<f64>> = frames.iter().map(|f| pictures_db(f, scale)).collect();
+    // The pictures of a frame have as many pixels each: their errors' mean is the frame's.
+    let pooled = |pictures: &Vec<f64>| {
+        let error = |db: &f64| 10f64.powf(-db / 10.0);
+        decibels(pictures.iter().map(error).sum::<f64>() / pictures.len() as f64)
+    };
+    let frames_db: Vec<f64> = pictures_db.iter().map(pooled).collect();
     Ok(Psnr {
         mean_db: frames_db.iter().sum::<f64>() / frames_db.len() as f64,
         frames_db,
+        pictures_db,
         scale,
     })
 }
@@ -99,18 +99,26 @@ fn subject(pictures: &[Image], mask: &Mask) -> Vec<[f32; 3]> {
         .collect()
 }
 
-fn frame_db(picture: &[[f32; 3]], truth: &[[f32; 3]], scale: f64) -> f64 {
-    let exposure = 0.5 / percentile(truth.as_flattened(), 95.0);
+/// PSNR of each picture of a frame, at the frame's exposure.
+fn pictures_db(frame: &Compared, scale: f64) -> Vec<f64> {
+    let truths = subject(frame.truths, frame.mask);
+    let exposure = 0.5 / percentile(truths.as_flattened(), 95.0);
     let encode = |v: f64| (exposure * v).clamp(0.0, 1.0).powf(1.0 / 2.2);
-    let squares = picture
-        .as_flattened()
-        .iter()
-        .zip(truth.as_flattened())
-        .map(|(&p, &t)| {
-            let error = encode(f64::from(p) * scale) - encode(f64::from(t));
-            error * error
-        });
-    let error = squares.sum::<f64>() / (3 * truth.len()) as f64;
+    let pictures = subject(frame.pictures, frame.mask);
+    let pixels = truths.len() / frame.truths.len().max(1);
+    let pairs = pictures.chunks(pixels).zip(truths.chunks(pixels));
+    pairs
+        .map(|(picture, truth)| {
+            let values = picture.as_flattened().iter().zip(truth.as_flattened());
+            let squares = values
+                .map(|(&p, &t)| (encode(f64::from(p) * scale) - encode(f64::from(t))).powi(2));
+            decibels(squares.sum::<f64>() / (3 * pixels) as f64)
+        })
+        .collect()
+}
+
+/// A mean square error as PSNR, with 1 as the peak.
+fn decibels(error: f64) -> f64 {
     (-10.0 * error.log10()).min(MOST_DECIBELS)
 }
 

@@ -58,6 +58,7 @@ mod tests {
             relit_psnr_by_frame_db: BTreeMap::new(),
             olat_psnr_db,
             olat_psnr_by_frame_db: BTreeMap::new(),
+            olat_psnr_by_lamp_db: BTreeMap::new(),
         };
         let (a, b) = (scores("grace", Some(MOST_DECIBELS)), scores("pisa", None));
         let table = markdown(&[

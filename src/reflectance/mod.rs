@@ -14,4 +14,4 @@ pub use device_field::{DeviceField, FieldBuffer};
 pub use field::ReflectanceField;
 pub use kernels::Precision;
 pub use predictor::Predictor;
-pub use unet::{Cost, Formulation, Normalization, UNet, UNetConfig};
+pub use unet::{Cost, Formulation, Normalization, Statistics, UNet, UNetConfig};

@@ -27,6 +27,9 @@ pub struct UNetConfig {
     pub most_channels: usize,
     /// What follows the encoder's convolutions.
     pub normalization: Normalization,
+    /// Whose statistics batch normalisation goes by in use.
+    #[serde(default)]
+    pub statistics: Statistics,
     /// What the sigmoid's output stands for.
     pub formulation: Formulation,
     /// How exactly convolutions multiply on a CPU, and whether a GPU predicts in f16.
@@ -45,6 +48,18 @@ pub enum Normalization {
     Group,
     /// None.
     None,
+}
+
+/// Whose mean and variance batch normalisation takes out in use. In training, with one picture a step, they
+/// are always the picture's own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Statistics {
+    /// The picture's own: the network does in use what it did in training.
+    #[default]
+    Own,
+    /// Their moving averages from training, as the operation was published.
+    Running,
 }
 
 /// What the sigmoid's output s ∈ (0, 1) stands for.
@@ -194,6 +209,7 @@ impl UNetConfig {
             decoder,
             output,
             precision: self.precision,
+            statistics: self.statistics,
         }
     }
 }
@@ -209,10 +225,11 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// Bytes that training holds: what the layers keep, and parameters five times, as they are, as
-    /// gradients, as both moments of the optimiser and as a moving average.
+    /// Bytes that training holds at most: what the layers keep, and parameters nine times, as they are, as
+    /// gradients, as both moments of the optimiser and as a moving average, and all but the gradients once
+    /// more while a checkpoint is written.
     pub fn training_bytes(&self) -> u64 {
-        self.activations + 5 * 4 * self.parameters
+        self.activations + 9 * 4 * self.parameters
     }
 }
 
@@ -246,6 +263,8 @@ pub struct UNet {
     output: Conv2d,
     #[module(skip)]
     precision: Precision,
+    #[module(skip)]
+    statistics: Statistics,
 }
 
 impl UNet {
@@ -265,7 +284,7 @@ impl UNet {
                 skips.push(x.clone());
                 x = kernels::blur_pool(x);
             }
-            x = block.forward(x, precision);
+            x = block.forward(x, precision, self.statistics);
         }
         let mut skip = None;
         for convolution in &self.decoder {
@@ -298,7 +317,7 @@ impl UNet {
             encoder: self.encoder.into_iter().map(block).collect(),
             decoder: self.decoder.into_iter().map(half).collect(),
             output: half(self.output),
-            precision: self.precision,
+            ..self
         }
     }
 }
@@ -313,7 +332,7 @@ impl ModuleMapper for Halved {
 }
 
 impl EncoderBlock {
-    fn forward(&self, x: Tensor<4>, precision: Precision) -> Tensor<4> {
+    fn forward(&self, x: Tensor<4>, precision: Precision, statistics: Statistics) -> Tensor<4> {
         let leak = Activation::LeakyRelu(LEAK);
         match (&self.batch, &self.group) {
             (None, None) => kernels::convolution(x, None, &self.convolution, leak, precision),
@@ -325,7 +344,8 @@ impl EncoderBlock {
             (Some(batch), _) => {
                 let x =
                     kernels::convolution(x, None, &self.convolution, Activation::None, precision);
-                in_full(x, |x| kernels::batch_norm(x, batch, LEAK))
+                let own = statistics == Statistics::Own;
+                in_full(x, |x| kernels::batch_norm(x, batch, LEAK, own))
             }
         }
     }
@@ -358,6 +378,7 @@ mod tests {
                 width: 8,
                 most_channels: 32,
                 normalization,
+                statistics: Statistics::Own,
                 formulation: Formulation::Ratio,
                 precision: Precision::Full,
             };
@@ -379,6 +400,7 @@ mod tests {
             width: 32,
             most_channels: 512,
             normalization: Normalization::Batch,
+            statistics: Statistics::Own,
             formulation: Formulation::Direct,
             precision: Precision::Full,
         };

@@ -1,7 +1,7 @@
 //! What a training run is made of; a preset is a starting point.
 
 use crate::error::{Error, Result};
-use crate::reflectance::{Formulation, Normalization, Precision};
+use crate::reflectance::{Formulation, Normalization, Precision, Statistics};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -13,6 +13,8 @@ pub enum Preset {
     Quick,
     /// The paper's network and schedule.
     Paper,
+    /// A wider network than `quick` for as long, for machines with a GPU.
+    FastGpu,
 }
 
 /// Everything that decides what a training run does, apart from the pictures.
@@ -26,6 +28,8 @@ pub struct TrainingConfig {
     /// Channels of its widest blocks.
     pub most_channels: usize,
     pub normalization: Normalization,
+    /// Whose statistics batch normalisation goes by in use.
+    pub statistics: Statistics,
     pub formulation: Formulation,
     /// How exactly convolutions multiply on a CPU.
     pub precision: Precision,
@@ -33,7 +37,9 @@ pub struct TrainingConfig {
     pub reconstruction: f32,
     /// Weight of the rendering loss, λ2.
     pub rendering: f32,
-    /// Weight of the mean absolute difference between encoded OLATs, beside the reconstruction loss.
+    /// Weight of features in both losses.
+    pub perceptual: f32,
+    /// Weight of the mean absolute difference between encoded pixels in both losses.
     pub pixel: f32,
     /// The file of the network whose features both losses compare; none means the built-in ones.
     pub features: Option<PathBuf>,
@@ -81,10 +87,12 @@ impl Preset {
                 width: 16,
                 most_channels: 64,
                 normalization: Normalization::Group,
+                statistics: Statistics::Own,
                 formulation: Formulation::Ratio,
                 precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 0.5,
+                perceptual: 1.0,
                 pixel: 0.0,
                 features: None,
                 lamps_per_step: None,
@@ -104,15 +112,23 @@ impl Preset {
                 minutes: Some(10.0),
                 checkpoint_seconds: 30.0,
             },
+            Self::FastGpu => TrainingConfig {
+                width: 32,
+                most_channels: 256,
+                averaging: 0.999,
+                ..Self::Quick.config()
+            },
             Self::Paper => TrainingConfig {
                 depth: None,
                 width: 32,
                 most_channels: 512,
                 normalization: Normalization::Batch,
+                statistics: Statistics::Own,
                 formulation: Formulation::Direct,
                 precision: Precision::Split,
                 reconstruction: 1.0,
                 rendering: 1.0,
+                perceptual: 1.0,
                 pixel: 0.0,
                 features: None,
                 lamps_per_step: None,

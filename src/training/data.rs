@@ -149,6 +149,24 @@ impl TrainingData {
     }
 }
 
+impl TrainingData {
+    /// Bytes of the pictures.
+    pub fn bytes(&self) -> u64 {
+        let look = |look: &Look| {
+            [&look.linear, &look.encoded, &look.mask]
+                .iter()
+                .map(|x| x.shape().num_elements())
+                .sum::<usize>()
+        };
+        let lesson =
+            |lesson: &Lesson| look(&lesson.look) + lesson.encoded_olats.shape().num_elements();
+        let lessons = self.exemplars.iter().flatten().chain(&self.held_out);
+        let values =
+            lessons.map(lesson).sum::<usize>() + self.frames.iter().map(look).sum::<usize>();
+        4 * values as u64
+    }
+}
+
 impl Look {
     fn new(linear: &Image, mask: &Mask, device: &Device) -> Self {
         let linear = tensor_from_image(linear, device);

@@ -21,17 +21,29 @@ pub const EPSILON: f32 = 1e-4;
 const SCALES: usize = 3;
 
 /// What pictures are compared by.
-#[derive(Default)]
 pub struct Criterion {
     /// None means the built-in features.
     pub features: Option<Features>,
-    /// Weight of the mean absolute difference between encoded OLATs, beside the reconstruction loss.
+    /// Weight of the difference between features, in both losses.
+    pub perceptual: f32,
+    /// Weight of the mean absolute difference between encoded pixels, in both losses.
     pub pixel: f32,
+}
+
+impl Default for Criterion {
+    /// The built-in features alone.
+    fn default() -> Self {
+        Self {
+            features: None,
+            perceptual: 1.0,
+            pixel: 0.0,
+        }
+    }
 }
 
 impl Criterion {
     /// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
-    /// by themselves, `[2]`, the first of them 0 where there are no OLATs to compare with. Where OLATs
+    /// by themselves, `[2]`, the first of them 0 where there are no OLATs to compare with. Where pictures
     /// are compared by their pixels too, that is in the sum alone.
     ///
     /// The reconstruction loss is that of the OLATs of `lamps`, of all where none are named. `lesson` is
@@ -43,7 +55,17 @@ impl Criterion {
         lamps: Option<&[usize]>,
         lesson: Option<Lesson>,
     ) -> (Tensor<1>, Tensor<1>) {
-        let (total, parts) = match &mut self.features {
+        let weights = with.settings;
+        let with = &Comparison {
+            light: with.light.clone(),
+            settings: LossSettings {
+                reconstruction: weights.reconstruction * self.perceptual,
+                rendering: weights.rendering * self.perceptual,
+                ..weights
+            },
+            ..*with
+        };
+        let (mut total, parts) = match &mut self.features {
             Some(features) => {
                 composed(output.clone(), with, lamps, |predicted, truth, pictures| {
                     let name = |&picture| lesson.map(|lesson| Name { lesson, picture });
@@ -56,13 +78,20 @@ impl Criterion {
                 feature_distance(predicted, truth, with.mask)
             }),
         };
-        let Some(truth) = with.olats.filter(|_| self.pixel > 0.0) else {
-            return (total, parts);
-        };
-        let predicted = olats(output, &with.light);
-        let (predicted, truth) = compared_olats(predicted, truth, with, lamps);
-        let pixels = pixel_distance(predicted, truth, with.mask);
-        (total + pixels * self.pixel, parts)
+        if self.pixel > 0.0 {
+            let olats = olats(output, &with.light);
+            if weights.rendering > 0.0 {
+                let relit = encode(relight(olats.clone(), with.weights));
+                let pixels = pixel_distance(relit, with.look.clone(), with.mask);
+                total = total + pixels * (weights.rendering * self.pixel);
+            }
+            if let Some(truth) = with.olats {
+                let (predicted, truth) = compared_olats(olats, truth, with, lamps);
+                let pixels = pixel_distance(predicted, truth, with.mask);
+                total = total + pixels * (weights.reconstruction * self.pixel);
+            }
+        }
+        (total, parts)
     }
 }
 
@@ -305,6 +334,7 @@ mod tests {
         let mut criterion = Criterion {
             features: None,
             pixel: 0.3,
+            perceptual: 1.0,
         };
         let all = losses_of(&mut criterion, None, 1);
         let mut means = all.each_ref().map(|part| vec![0.0; part.len()]);
@@ -334,16 +364,23 @@ mod tests {
     }
 
     #[test]
-    fn pixels_count_by_their_weight() {
+    fn pixels_and_features_count_by_their_weights() {
         let losses = |pixel| {
             let mut criterion = Criterion {
-                features: None,
                 pixel,
+                ..Criterion::default()
             };
             losses_of(&mut criterion, None, 2)[0][0]
         };
         let [none, half, whole] = [0.0, 0.5, 1.0].map(losses);
         assert!(half > none && ((whole - none) / (half - none) - 2.0).abs() < 1e-3);
+        let mut alone = Criterion {
+            perceptual: 0.0,
+            pixel: 1.0,
+            ..Criterion::default()
+        };
+        let pixels = losses_of(&mut alone, None, 2)[0][0];
+        assert!((pixels / (whole - none) - 1.0).abs() < 1e-3);
     }
 
     fn distance(predicted: f32, truth: f32) -> (f32, Vec<f32>) {

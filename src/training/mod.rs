@@ -7,6 +7,8 @@ pub mod config;
 mod data;
 pub mod features;
 mod gradient;
+#[cfg(test)]
+mod gradient_tests;
 mod judge;
 pub mod loss;
 pub mod schedule;

@@ -123,6 +123,7 @@ impl Trainer {
             width: config.width,
             most_channels: config.most_channels,
             normalization: config.normalization,
+            statistics: config.statistics,
             formulation: config.formulation,
             precision: config.precision,
         };
@@ -145,6 +146,7 @@ impl Trainer {
         let open = |path: &PathBuf| Features::open(path, &autodiff);
         let criterion = Criterion {
             features: config.features.as_ref().map(open).transpose()?,
+            perceptual: config.perceptual,
             pixel: config.pixel,
         };
         let data = TrainingData::load(
@@ -410,7 +412,11 @@ pub fn train(
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let mut trainer = Trainer::new(project, calibration, settings, &compute.device, progress)?;
-    progress.say(format!("The network: {}", trainer.info.network.cost()));
+    progress.say(format!(
+        "The network: {}; the pictures take {} MB more",
+        trainer.info.network.cost(),
+        trainer.data.bytes() / 1_000_000
+    ));
     progress.say(format!("Pictures are compared by {}", trainer.features()));
     let fresh = trainer.info.step == 0;
     let mut log = Log::open(project.root.join("training.csv"), STEPS_HEADER, fresh)?;

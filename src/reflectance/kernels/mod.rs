@@ -171,26 +171,45 @@ pub fn group_norm(x: Tensor<4>, norm: &GroupNorm, slope: f32) -> Tensor<4> {
     activation::leaky_relu(norm.forward(x), f64::from(slope))
 }
 
-/// Batch normalisation followed by a leaky ReLU of this slope. As with burn's, a picture's own
-/// statistics count in training and the running ones in use.
-pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32) -> Tensor<4> {
+/// Batch normalisation followed by a leaky ReLU of this slope. In training, and where `own` is set in use
+/// too, a picture's own statistics count; elsewhere the running ones.
+pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32, own: bool) -> Tensor<4> {
     let [n, c, ..] = x.dims();
     let training = x.device().is_autodiff() && norm.training.is_enabled();
-    if !(serve(&x) && training && n == 1) {
+    // burn's own normalises over the batch, which is right in training however large it is.
+    let one_by_one = if training { n == 1 && serve(&x) } else { own };
+    if !one_by_one {
         return activation::leaky_relu(norm.forward(x), f64::from(slope));
+    }
+    if !serve(&x) {
+        let y = instance_norm(x, norm);
+        return activation::leaky_relu(y, f64::from(slope));
     }
     let [gamma, beta] = [&norm.gamma, &norm.beta].map(|p| p.val().into_dispatch());
     let (y, moments) = Dispatch::normalize(x.into_dispatch(), gamma, beta, c, norm.epsilon, slope);
-    let moments = Tensor::<2>::from_dispatch(moments).detach();
-    for (row, running) in [&norm.running_mean, &norm.running_var]
-        .into_iter()
-        .enumerate()
-    {
-        let now = moments.clone().narrow(0, row, 1).reshape([c]);
-        let before = running.value_sync().to_device(&now.device());
-        running.update((before * (1.0 - norm.momentum) + now * norm.momentum).detach());
+    if training {
+        let moments = Tensor::<2>::from_dispatch(moments).detach();
+        for (row, running) in [&norm.running_mean, &norm.running_var]
+            .into_iter()
+            .enumerate()
+        {
+            let now = moments.clone().narrow(0, row, 1).reshape([c]);
+            let before = running.value_sync().to_device(&now.device());
+            running.update((before * (1.0 - norm.momentum) + now * norm.momentum).detach());
+        }
     }
     Tensor::from_dispatch(y)
+}
+
+/// Each channel of each picture brought to mean 0 and variance 1, then scaled and shifted as `norm` says.
+fn instance_norm(x: Tensor<4>, norm: &BatchNorm) -> Tensor<4> {
+    let [n, c, h, w] = x.dims();
+    let planes = x.reshape([n, c, h * w]);
+    let centred = planes.clone() - planes.mean_dim(2);
+    let variance = centred.clone().square().mean_dim(2);
+    let [gamma, beta] = [&norm.gamma, &norm.beta].map(|p| p.val().reshape([1, c, 1]));
+    let y = centred / (variance + norm.epsilon).sqrt() * gamma + beta;
+    y.reshape([n, c, h, w])
 }
 
 /// What the network's output is compared with, `[1, 3, h, w]` where nothing else is said.
