@@ -11,6 +11,8 @@ mod gradient;
 mod gradient_tests;
 mod judge;
 pub mod loss;
+#[cfg(test)]
+mod parity_tests;
 pub mod schedule;
 mod trainer;
 

@@ -290,6 +290,9 @@ def reference(options):
         out / "gradients.safetensors",
     )
     save_file(plain(burn_statistics(network, options.size)), out / "statistics.safetensors")
+    pooled_from = peer.input.clone().requires_grad_()
+    pooled = blur_pool(pooled_from, network.kernels)
+    pooled.square().mean().backward()
     network.load_state_dict(weights)
     losses = torch.tensor([peer.step()["loss"] for _ in range(LOSSES)])
     save_file(
@@ -300,6 +303,8 @@ def reference(options):
                 "output": output,
                 "prediction": predicted,
                 "losses": losses,
+                "pooled": pooled,
+                "pooled_gradient": pooled_from.grad,
             }
         ),
         out / "step.safetensors",

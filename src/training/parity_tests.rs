@@ -1,0 +1,208 @@
+//! The network against the same one in PyTorch: output, gradients, running statistics, first losses.
+
+use super::Adam;
+use crate::reflectance::kernels::blur_pool;
+use crate::reflectance::{Formulation, Normalization, Precision, Statistics, UNet, UNetConfig};
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::optim::{GradientsParams, ModuleOptimizer};
+use burn::store::{ModuleSnapshot, ModuleStore, SafetensorsStore, bridge};
+use burn::tensor::{Device, Tensor, TensorData};
+use std::path::Path;
+use std::process::Command;
+
+/// Largest differences as shares of the largest value.
+const FORWARD: f64 = 1e-5;
+const GRADIENT: f64 = 1e-4;
+const LEARNING_RATE: f64 = 1e-3;
+
+#[test]
+fn a_whole_network_and_its_gradients_are_those_of_pytorch() {
+    let Some(python) = std::env::var_os("AFTERLIGHT_PYTHON") else {
+        eprintln!("skipped: AFTERLIGHT_PYTHON names no interpreter that has PyTorch");
+        return;
+    };
+    let script =
+        Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("tests/peers/unet.py");
+    for (name, normalization) in [
+        ("group", Normalization::Group),
+        ("batch", Normalization::Batch),
+        ("none", Normalization::None),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let made = Command::new(&python)
+            .arg(&script)
+            .args([
+                "reference",
+                "--size",
+                "32",
+                "--lamps",
+                "5",
+                "--most-channels",
+                "32",
+            ])
+            .args(["--normalization", name, "--out"])
+            .arg(folder.path())
+            .status()
+            .unwrap();
+        assert!(made.success(), "unet.py failed");
+        for precision in [Precision::Full, Precision::Split] {
+            let config = UNetConfig {
+                size: 32,
+                lamps: 5,
+                depth: None,
+                width: 16,
+                most_channels: 32,
+                normalization,
+                statistics: Statistics::Running,
+                formulation: Formulation::Direct,
+                precision,
+            };
+            compare_all(folder.path(), &config);
+        }
+    }
+}
+
+fn read(folder: &Path, file: &str, name: &str) -> TensorData {
+    let mut store = SafetensorsStore::from_file(folder.join(file));
+    let tensor = store.get_tensor(name).unwrap();
+    bridge::to_data(tensor.unwrap_or_else(|| panic!("{file} lacks {name}"))).unwrap()
+}
+
+fn compare_all(folder: &Path, config: &UNetConfig) {
+    let device = Device::flex().autodiff();
+    let network = || {
+        let mut network = config.init(0.5, &device);
+        let weights = folder.join("weights.safetensors");
+        network
+            .load_from(&mut SafetensorsStore::from_file(weights))
+            .unwrap();
+        network
+    };
+    let read = |file: &str, name: &str| read(folder, file, name);
+    let tensor = |name: &str| Tensor::<4>::from_data(read("step.safetensors", name), &device);
+    let (input, target) = (tensor("input"), tensor("target"));
+    let loss = |output: Tensor<4>| (output - target.clone()).square().mean();
+
+    let learner = network();
+    let output = learner.forward(input.clone());
+    let gradients = GradientsParams::from_grads(loss(output.clone()).backward(), &learner);
+    let what = |part: &str| format!("{:?}, {:?}: {part}", config.normalization, config.precision);
+    let theirs = read("step.safetensors", "output");
+    agree(&what("output"), output.inner().into_data(), theirs, FORWARD);
+    let plain = network().valid().forward(input.clone().inner());
+    let theirs = read("step.safetensors", "prediction");
+    agree(&what("prediction"), plain.into_data(), theirs, FORWARD);
+    let statistics = Named::collect(&learner.valid(), GradientsParams::new());
+    for (name, ours) in statistics {
+        agree(
+            &what(&name),
+            ours,
+            read("statistics.safetensors", &name),
+            FORWARD,
+        );
+    }
+    let gradients = Named::collect(&learner, gradients);
+    assert!(gradients.len() > 10);
+    for (name, ours) in gradients {
+        agree(
+            &what(&name),
+            ours,
+            read("gradients.safetensors", &name),
+            GRADIENT,
+        );
+    }
+
+    let pooled_from = input.require_grad();
+    let pooled = blur_pool(pooled_from.clone());
+    let gradient = pooled.clone().square().mean().backward();
+    let gradient = pooled_from.grad(&gradient).unwrap();
+    let theirs = read("step.safetensors", "pooled");
+    agree(
+        &what("blur-pool"),
+        pooled.inner().into_data(),
+        theirs,
+        FORWARD,
+    );
+    let theirs = read("step.safetensors", "pooled_gradient");
+    agree(
+        &what("blur-pool's gradient"),
+        gradient.into_data(),
+        theirs,
+        GRADIENT,
+    );
+
+    let theirs = read("step.safetensors", "losses");
+    let (mut learner, mut optimizer) = (network(), ModuleOptimizer::from(Adam::default()));
+    let mut losses = Vec::new();
+    for _ in 0..theirs.num_elements() {
+        let loss = loss(learner.forward(tensor("input")));
+        losses.push(loss.clone().into_scalar::<f32>());
+        let gradients = GradientsParams::from_grads(loss.backward(), &learner);
+        learner = optimizer.step(LEARNING_RATE, learner, gradients);
+    }
+    let count = losses.len();
+    agree(
+        &what("losses"),
+        TensorData::new(losses, [count]),
+        theirs,
+        GRADIENT,
+    );
+}
+
+/// Asserts that the largest difference is at most `bound` of the largest value.
+fn agree(what: &str, ours: TensorData, theirs: TensorData, bound: f64) {
+    let [ours, theirs] = [ours, theirs].map(|data| data.try_into_vec::<f32>().unwrap());
+    assert_eq!(ours.len(), theirs.len(), "{what}");
+    let most = ours
+        .iter()
+        .zip(&theirs)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f32::max);
+    let largest = theirs.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+    // A bias that normalisation takes away again has no gradient but rounding.
+    if largest > 1e-8 {
+        let share = f64::from(most / largest);
+        assert!(
+            share <= bound,
+            "{what} differs by {share:.1e} of the largest"
+        );
+    }
+}
+
+/// Collects gradients under the names of their parameters, or else the running statistics.
+struct Named {
+    gradients: GradientsParams,
+    path: Vec<String>,
+    found: Vec<(String, TensorData)>,
+}
+
+impl Named {
+    fn collect(network: &UNet, gradients: GradientsParams) -> Vec<(String, TensorData)> {
+        let mut named = Self {
+            gradients,
+            path: Vec::new(),
+            found: Vec::new(),
+        };
+        network.visit(&mut named);
+        named.found
+    }
+}
+
+impl ModuleVisitor for Named {
+    fn enter_module(&mut self, name: &str, _container: &str) {
+        self.path.push(name.to_owned());
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.path.pop();
+    }
+
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let name = self.path.join(".");
+        if let Some(gradient) = self.gradients.get::<D>(param.id) {
+            self.found.push((name, gradient.into_data()));
+        } else if self.gradients.is_empty() && name.contains("running") {
+            self.found.push((name, param.val().into_data()));
+        }
+    }
+}
