@@ -110,8 +110,13 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Fails with [`Error::Cancelled`] once a stop was asked for. `kept` says what survives.
+    /// A safe point: waits for the end of a pause, and fails with [`Error::Cancelled`] once a stop was
+    /// asked for. `kept` says what survives.
     pub fn check(&self, kept: &str) -> Result<()> {
+        // The threads of the pool serve pictures too, so that none of them waits.
+        if rayon::current_thread_index().is_none() {
+            self.wait_while_paused();
+        }
         if self.cancelled() {
             Err(Error::Cancelled {
                 kept: kept.to_owned(),

@@ -3,19 +3,20 @@
 #[path = "studio/clay.rs"]
 mod clay;
 
-use afterlight::calibration::Calibration;
+use afterlight::Error;
+use afterlight::compositor::Field;
 use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
 use afterlight::progress::Progress;
 use afterlight::scene::Background;
 use afterlight::studio::{Phase, StudioApp};
-use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::virtual_stage::{StageSettings, write_shoot};
 use afterlight::worker::{Blocked, Need};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use egui_kittest::{Harness, SnapshotOptions};
 use std::path::Path;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 /// How far a pixel of a snapshot may differ (YIQ distance), and how many may differ more: drivers
@@ -271,6 +272,137 @@ fn a_window_that_nobody_touches_asks_for_no_frame() {
     ));
 }
 
+/// What a job is told to do next.
+type Word = fn(&Progress);
+
+/// Starts a job that does as it is told, and steps the window until it shows it. Without words it
+/// waits; it ends when they do, or when it is asked to stop.
+fn told_job(window: &mut Window) -> Sender<Word> {
+    let (tell, told) = channel::<Word>();
+    let worker = window.state().worker().unwrap();
+    worker.work("training the network", move |progress| {
+        loop {
+            progress.check("the checkpoint")?;
+            match told.recv_timeout(Duration::from_millis(1)) {
+                Ok(word) => word(progress),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(TRAINED.to_owned()),
+            }
+        }
+    });
+    tell.send(|progress| progress.step("training", 370, 1000, STEP))
+        .unwrap();
+    until(window, "step of the job", |app| {
+        app.news().work.as_ref().is_some_and(|w| w.note == STEP)
+    });
+    tell
+}
+
+const STEP: &str = "step 1204, OLATs 0.0213, relit 0.0108, unseen pose 31.42 dB";
+const TRAINED: &str = "3250 steps in 600 s on the CPU (flex): as asked: OLATs 0.0187, relit 0.0092 \
+                       from the truth by the built-in features";
+
+#[test]
+fn the_picture_is_live_while_a_job_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    let job = told_job(&mut window);
+    window.get_by_label(STEP);
+    window.get_by_label("37 %");
+    for _ in 0..2 {
+        window.key_press(Key::ArrowRight);
+        until_shown(&mut window);
+    }
+    let before = picture(&window);
+    drag(
+        &mut window,
+        MIDDLE,
+        MIDDLE + vec2(100.0, 0.0),
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    until_shown(&mut window);
+    assert_eq!(window.state().state().frame, 2);
+    assert_ne!(picture(&window), before);
+    assert!(window.state().news().work.is_some());
+
+    drop(job);
+    until(&mut window, "end of the job", |app| {
+        app.news().work.is_none()
+    });
+    assert!(window.query_by_label("37 %").is_none());
+    window.get_by_label(TRAINED);
+    window.get_by_label("Close").click();
+    window.run();
+    assert!(window.query_by_label(TRAINED).is_none());
+}
+
+#[test]
+fn a_network_that_is_saved_is_seen_while_the_job_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    let mut openings = 0;
+    let source = move || {
+        openings += 1;
+        let mut source = clay::source()?;
+        let mut predict = source.predict;
+        source.predict = Box::new(move |index| {
+            let (frame, mut field) = predict(index)?;
+            if let Field::Memory(field) = &mut field {
+                field.values.iter_mut().for_each(|v| *v /= openings as f32);
+            }
+            Ok((frame, field))
+        });
+        Ok(source)
+    };
+    let mut window = window(|ctx| StudioApp::over(ctx, project, source));
+    until(&mut window, "first picture", |app| app.relit().is_some());
+    until_shown(&mut window);
+    let (before, scene) = (picture(&window), window.state().state().scene());
+    let job = told_job(&mut window);
+    job.send(|progress| progress.saved()).unwrap();
+    until(&mut window, "picture of the newer network", |app| {
+        app.relit()
+            .is_some_and(|r| r.scene == scene && r.rgb != before)
+    });
+    assert!(window.state().news().work.is_some());
+}
+
+#[test]
+fn a_job_is_paused_and_stopped_by_button_and_by_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    let job = told_job(&mut window);
+    let paused = |app: &StudioApp| app.news().work.as_ref().unwrap().is_paused();
+    window.get_by_label("Pause").click();
+    window.run();
+    assert!(paused(window.state()));
+    window.get_by_label("paused");
+    window.key_press(Key::P);
+    window.run();
+    assert!(!paused(window.state()));
+    window.key_press(Key::P);
+    window.run();
+    window.get_by_label("Go on").click();
+    window.run();
+    job.send(|progress| progress.step("training", 500, 1000, "going on"))
+        .unwrap();
+    until(&mut window, "step after the pause", |app| {
+        app.news()
+            .work
+            .as_ref()
+            .is_some_and(|w| w.note == "going on")
+    });
+    window.get_by_label("Stop").click();
+    until(&mut window, "end of the job", |app| {
+        app.news().work.is_none()
+    });
+    let kept = Error::Cancelled {
+        kept: "the checkpoint".to_owned(),
+    };
+    window.get_by_label(&kept.to_string());
+}
+
 #[test]
 fn a_project_without_a_network_says_what_to_do_and_offers_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -329,7 +461,7 @@ fn a_frame_that_cannot_be_read_is_named_over_the_picture() {
 }
 
 #[test]
-fn a_shoot_is_calibrated_in_the_window_and_relit_once_it_is_trained() {
+fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
     let folder = tempfile::tempdir().unwrap();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
     let stage = StageSettings {
@@ -342,40 +474,21 @@ fn a_shoot_is_calibrated_in_the_window_and_relit_once_it_is_trained() {
     let settings = ImportSettings { size: 32, seed: 5 };
     let project = import(&folder.path().join("project"), &shoot, &settings, &silent).unwrap();
 
-    let opened = project.clone();
-    let mut calibrating = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
+    let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
     let needs = |need| move |app: &StudioApp| matches!(&app.news().phase, Phase::Blocked(b) if b.need == Some(need));
     until(
-        &mut calibrating,
+        &mut window,
         "need of a calibration",
         needs(Need::Calibration),
     );
-    calibrating.get_by_label("Calibrate").click();
-    until(&mut calibrating, "need of a network", needs(Need::Network));
-    drop(calibrating);
-
-    let config = TrainingConfig {
-        width: 8,
-        most_channels: 16,
-        epochs: 1,
-        minutes: None,
-        ..Preset::Quick.config()
-    };
-    let settings = TrainSettings {
-        config,
-        exclude_frames: vec![],
-        hold_out: None,
-        fresh: false,
-        device: DeviceChoice::Cpu,
-    };
-    train(
-        &project,
-        &Calibration::load(&project).unwrap(),
-        &settings,
-        &silent,
-    )
-    .unwrap();
-    let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
+    window.get_by_label("Calibrate").click();
+    until(&mut window, "need of a network", needs(Need::Network));
+    window.get_by_label_contains("Train for 10 minutes").click();
+    until(&mut window, "step of training", |app| {
+        let work = app.news().work.as_ref();
+        work.is_some_and(|w| w.note.contains("step 2,"))
+    });
+    window.get_by_label("Stop").click();
     until(&mut window, "picture", |app| app.relit().is_some());
     until_shown(&mut window);
     let before = picture(&window);
@@ -394,10 +507,6 @@ fn a_shoot_is_calibrated_in_the_window_and_relit_once_it_is_trained() {
 
 #[test]
 fn the_window_looks_as_it_did() {
-    if !vulkan_adapter() {
-        println!("skipped: no Vulkan adapter to draw with; install mesa-vulkan-drivers");
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
@@ -409,10 +518,62 @@ fn the_window_looks_as_it_did() {
         Modifiers::NONE,
     );
     until_shown(&mut window);
+    snapshot(&mut window, "studio");
+}
+
+#[test]
+fn a_window_in_which_a_job_runs_looks_as_it_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    let job = told_job(&mut window);
+    window.key_press(Key::P);
+    until_shown(&mut window);
+    window.get_by_label("paused");
+    snapshot(&mut window, "studio_job");
+    window.key_press(Key::P);
+    drop(job);
+    until(&mut window, "end of the job", |app| {
+        app.news().work.is_none()
+    });
+    until_shown(&mut window);
+    snapshot(&mut window, "studio_job_over");
+}
+
+#[test]
+fn a_window_without_a_picture_shows_the_job_in_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = clay::project(folder.path(), Vec::new());
+    let source = || {
+        Err(Blocked {
+            sentence: "Train it: afterlight train PROJECT".to_owned(),
+            need: Some(Need::Network),
+        })
+    };
+    let mut window = window(|ctx| StudioApp::over(ctx, project, source));
+    let job = told_job(&mut window);
+    assert!(window.query_by_label_contains("Train it").is_none());
+    window.key_press(Key::P);
     window.run();
-    // Times differ from run to run.
+    snapshot(&mut window, "studio_job_alone");
+    window.key_press(Key::P);
+    drop(job);
+    until(&mut window, "reason", |app| {
+        matches!(app.news().phase, Phase::Blocked(_)) && app.news().work.is_none()
+    });
+    window.get_by_label_contains("Train it");
+}
+
+/// Compares the window with its picture, without the times, which differ from run to run.
+fn snapshot(window: &mut Window, name: &str) {
+    if !vulkan_adapter() {
+        println!("skipped: no Vulkan adapter to draw with; install mesa-vulkan-drivers");
+        return;
+    }
+    window.run();
     for timing in ["predicted in", "relit in"] {
-        let label = window.get_by_label_contains(timing).rect();
+        let Some(label) = window.query_by_label_contains(timing).map(|l| l.rect()) else {
+            continue;
+        };
         window.mask(egui::Rect::from_min_size(
             label.min,
             vec2(130.0, label.height()),
@@ -422,7 +583,7 @@ fn the_window_looks_as_it_did() {
     let options = SnapshotOptions::new()
         .threshold(threshold)
         .max_failed_pixels(pixels);
-    window.snapshot_options("studio", &options);
+    window.snapshot_options(name, &options);
 }
 
 fn vulkan_adapter() -> bool {

@@ -4,7 +4,7 @@
 use super::command::Command;
 use super::news::{News, Phase};
 use super::panel::{Entry, Reading, Sight};
-use super::panels::{EnvironmentsPanel, StatusPanel, TimelinePanel, ViewportPanel};
+use super::panels::{EnvironmentsPanel, JobPanel, StatusPanel, TimelinePanel, ViewportPanel};
 use super::state::State;
 use super::{keys, theme};
 use crate::gpu::DeviceChoice;
@@ -15,7 +15,7 @@ use crate::worker::{Ask, Blocked, Event, Job, Latest, Library, Need, Relit, Sour
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Extensions of panoramas.
 const PANORAMAS: [&str; 2] = ["exr", "hdr"];
@@ -40,6 +40,7 @@ pub struct StudioApp {
     viewport: ViewportPanel,
     timeline: TimelinePanel,
     light: EnvironmentsPanel,
+    job: JobPanel,
     status: StatusPanel,
 }
 
@@ -96,6 +97,7 @@ impl StudioApp {
             viewport: ViewportPanel::default(),
             timeline: TimelinePanel,
             light: EnvironmentsPanel,
+            job: JobPanel,
             status: StatusPanel,
         }
     }
@@ -108,6 +110,11 @@ impl StudioApp {
     /// What happened.
     pub fn news(&self) -> &News {
         &self.news
+    }
+
+    /// The threads behind the open project.
+    pub fn worker(&self) -> Option<&Worker> {
+        self.worker.as_ref()
     }
 
     /// The newest picture.
@@ -280,7 +287,20 @@ impl StudioApp {
                     worker.run(self.job(need, project.root.clone()));
                 }
             }
-            Command::StopJob => self.worker.iter().for_each(Worker::cancel),
+            Command::PauseJob => {
+                if let (Some(worker), Some(work)) = (&self.worker, &mut self.news.work) {
+                    let pause = !work.is_paused();
+                    work.pause(pause, Instant::now());
+                    worker.pause(pause);
+                }
+            }
+            Command::StopJob => {
+                if let (Some(worker), Some(work)) = (&self.worker, &mut self.news.work) {
+                    work.stopping = true;
+                    worker.cancel();
+                }
+            }
+            Command::DismissReport => self.news.said = None,
             Command::Reopen => {
                 if let Some(project) = &self.project {
                     self.apply(Command::OpenProject(project.root.clone()));
@@ -360,6 +380,7 @@ impl eframe::App for StudioApp {
             viewport,
             timeline,
             light,
+            job,
             status,
             ..
         } = self;
@@ -384,6 +405,11 @@ impl eframe::App for StudioApp {
                 Panel::bottom("passes")
                     .frame(bar(6))
                     .show(ui, |ui| status.passes_ui(ui, &sight));
+            }
+            if JobPanel::is_needed(&sight) {
+                Panel::bottom("job")
+                    .frame(bar(5))
+                    .show(ui, |ui| job.ui(ui, &sight, &mut commands));
             }
             Panel::bottom("timeline")
                 .exact_size(44.0)

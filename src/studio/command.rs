@@ -61,8 +61,12 @@ pub enum Command {
     OpenProject(PathBuf),
     /// Run the job that brings what is missing.
     Provide(Need),
+    /// Pause the running job, or let it go on.
+    PauseJob,
     /// Stop the running job; what is finished is kept.
     StopJob,
+    /// Put away what the last job said.
+    DismissReport,
     /// Read the calibration and the network again.
     Reopen,
 }

@@ -65,6 +65,12 @@ const BINDINGS: &[Binding] = &[
         Command::StepExposure(0.5),
         "brighter by half a stop",
     ),
+    on(
+        Modifiers::NONE,
+        Key::P,
+        Command::PauseJob,
+        "pause the job, go on",
+    ),
     on(Modifiers::NONE, Key::F, Command::Fit, "fit the picture"),
     on(
         Modifiers::COMMAND,

@@ -1,4 +1,4 @@
-//! What the worker's events add up to: what the window can do now, and what went wrong.
+//! What the worker's events add up to: what the window can do now, which job runs, and what went wrong.
 
 use crate::progress::Report;
 use crate::worker::{Blocked, Event};
@@ -13,8 +13,6 @@ pub enum Phase {
     Opening,
     /// Nothing can be predicted, and why.
     Blocked(Blocked),
-    /// A job runs.
-    Working(Work),
     /// Pictures can be made; where the network runs.
     Ready { device: String },
 }
@@ -27,14 +25,21 @@ pub struct Work {
     /// Finished share of the stage, from 0 to 1.
     pub share: f32,
     pub note: String,
-    /// When the stage began.
-    pub since: Instant,
+    /// Whether it was asked to stop.
+    pub stopping: bool,
+    /// When the stage began, pauses since then left out, and the share that was finished then.
+    since: Instant,
+    first_share: f32,
+    /// When it was asked to pause.
+    paused: Option<Instant>,
 }
 
 /// The state of affairs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct News {
     pub phase: Phase,
+    /// The job that runs beside whatever can be done.
+    pub work: Option<Work>,
     /// Why what was asked for last could not be made.
     pub failure: Option<String>,
     /// The last sentence of a job.
@@ -46,6 +51,7 @@ impl News {
     pub fn new(phase: Phase) -> Self {
         Self {
             phase,
+            work: None,
             failure: None,
             said: None,
         }
@@ -59,11 +65,17 @@ impl News {
             Event::Blocked(why) => self.phase = Phase::Blocked(why),
             Event::Failed { sentence } => self.failure = Some(sentence),
             Event::Started { what } => {
-                self.failure = None;
-                self.phase = Phase::Working(Work::new(what, what));
+                (self.failure, self.said) = (None, None);
+                self.work = Some(Work::new(what));
             }
-            Event::Report(Report::Say(sentence)) | Event::Finished { sentence } => {
+            Event::Report(Report::Say(sentence)) => self.said = Some(sentence),
+            Event::Finished { sentence } => {
                 self.said = Some(sentence);
+                self.work = None;
+                if matches!(self.phase, Phase::Blocked(_)) {
+                    // The job may have brought what was missing: the worker looks now.
+                    self.phase = Phase::Opening;
+                }
             }
             Event::Report(Report::Saved) => {}
             Event::Report(Report::Step {
@@ -72,12 +84,9 @@ impl News {
                 total,
                 note,
             }) => {
-                if let Phase::Working(work) = &mut self.phase {
-                    if work.stage != stage {
-                        *work = Work::new(work.what, stage);
-                    }
-                    work.share = (done as f32 / total.max(1) as f32).clamp(0.0, 1.0);
-                    work.note = note;
+                if let Some(work) = &mut self.work {
+                    let share = (done as f32 / total.max(1) as f32).clamp(0.0, 1.0);
+                    work.step(stage, share, note, Instant::now());
                 }
             }
         }
@@ -85,19 +94,50 @@ impl News {
 }
 
 impl Work {
-    fn new(what: &'static str, stage: &'static str) -> Self {
+    fn new(what: &'static str) -> Self {
         Self {
             what,
-            stage,
+            stage: what,
             share: 0.0,
             note: String::new(),
+            stopping: false,
             since: Instant::now(),
+            first_share: 0.0,
+            paused: None,
         }
     }
 
-    /// Time left of the stage, after `elapsed` of it; none before there is anything to go by.
-    pub fn left(&self, elapsed: Duration) -> Option<Duration> {
-        (self.share >= 0.01).then(|| elapsed.mul_f32((1.0 - self.share) / self.share))
+    fn step(&mut self, stage: &'static str, share: f32, note: String, now: Instant) {
+        if self.stage != stage {
+            (self.stage, self.since, self.first_share) = (stage, now, share);
+        }
+        (self.share, self.note) = (share, note);
+    }
+
+    /// Whether it was asked to pause.
+    pub fn is_paused(&self) -> bool {
+        self.paused.is_some()
+    }
+
+    /// Notes at `now` that it was asked to pause, or to go on.
+    pub fn pause(&mut self, pause: bool, now: Instant) {
+        match (self.paused, pause) {
+            (None, true) => self.paused = Some(now),
+            (Some(since), false) => {
+                self.since += now.saturating_duration_since(since);
+                self.paused = None;
+            }
+            _ => {}
+        }
+    }
+
+    /// Time left of the stage at `now`; none in a pause, nor before there is anything to go by.
+    pub fn left(&self, now: Instant) -> Option<Duration> {
+        let gone = self.share - self.first_share;
+        (gone >= 0.01 && !self.is_paused()).then(|| {
+            let elapsed = now.saturating_duration_since(self.since);
+            elapsed.mul_f32((1.0 - self.share) / gone)
+        })
     }
 }
 
@@ -115,53 +155,76 @@ mod tests {
         })
     }
 
+    fn ready() -> Phase {
+        Phase::Ready {
+            device: "CPU".into(),
+        }
+    }
+
     #[test]
     fn a_job_shows_its_share_and_its_end() {
         let mut news = News::new(Phase::Opening);
-        news.hear(Event::Blocked(Blocked {
+        let blocked = Blocked {
             sentence: "no network".into(),
             need: Some(Need::Network),
-        }));
+        };
+        news.hear(Event::Blocked(blocked.clone()));
         news.hear(Event::Started {
             what: "training the network",
         });
         news.hear(step("reading", 4));
+        news.hear(step("training", 0));
         news.hear(step("training", 1));
-        let Phase::Working(work) = &news.phase else {
-            panic!("{:?}", news.phase)
-        };
+        let work = news.work.as_ref().unwrap();
         assert_eq!((work.stage, work.share), ("training", 0.25));
-        assert_eq!(
-            work.left(Duration::from_secs(10)),
-            Some(Duration::from_secs(30))
-        );
+        assert_eq!(news.phase, Phase::Blocked(blocked));
         news.hear(Event::Finished {
             sentence: "trained".into(),
         });
+        assert_eq!(
+            news.phase,
+            Phase::Opening,
+            "what it brought is not asked for again"
+        );
         news.hear(Event::Opening);
         news.hear(Event::Ready {
             device: "CPU".into(),
         });
-        assert_eq!(
-            news.phase,
-            Phase::Ready {
-                device: "CPU".into()
-            }
-        );
+        assert_eq!((&news.phase, &news.work), (&ready(), &None));
         assert_eq!(news.said.as_deref(), Some("trained"));
     }
 
     #[test]
-    fn a_late_report_does_not_bring_a_job_back() {
-        let mut news = News::new(Phase::Ready {
-            device: "CPU".into(),
+    fn a_job_leaves_the_window_as_ready_as_it_was() {
+        let mut news = News::new(ready());
+        news.hear(Event::Started { what: "measuring" });
+        news.hear(step("measuring", 1));
+        news.hear(Event::Report(Report::Saved));
+        assert_eq!(news.phase, ready());
+        news.hear(Event::Finished {
+            sentence: "measured".into(),
         });
+        assert_eq!(news.phase, ready());
+    }
+
+    #[test]
+    fn a_late_report_does_not_bring_a_job_back() {
+        let mut news = News::new(ready());
         news.hear(step("training", 1));
-        assert_eq!(
-            news.phase,
-            Phase::Ready {
-                device: "CPU".into()
-            }
-        );
+        assert_eq!((&news.phase, &news.work), (&ready(), &None));
+    }
+
+    #[test]
+    fn time_left_counts_neither_pauses_nor_what_was_finished_before() {
+        let start = Instant::now();
+        let at = |seconds| start + Duration::from_secs(seconds);
+        let mut work = Work::new("training");
+        work.step("epochs", 0.5, String::new(), start);
+        assert_eq!(work.left(at(10)), None, "nothing to go by yet");
+        work.pause(true, at(10));
+        assert_eq!(work.left(at(500)), None);
+        work.pause(false, at(1010));
+        work.step("epochs", 0.75, String::new(), at(1030));
+        assert_eq!(work.left(at(1030)), Some(Duration::from_secs(30)));
     }
 }

@@ -1,7 +1,7 @@
 //! What panels see. A panel is a struct with `ui(&mut self, ui, &Sight, &mut Vec<Command>)`: it keeps
 //! what only the drawing needs, reads the rest here, and changes nothing but by commands.
 
-use super::news::News;
+use super::news::{News, Phase};
 use super::state::State;
 use crate::project::Project;
 use crate::worker::{Panorama, Relit};
@@ -45,6 +45,11 @@ impl Reading {
 }
 
 impl Sight<'_> {
+    /// Whether pictures can be made. Where they cannot, the viewport says why, or what is being done.
+    pub fn is_live(&self) -> bool {
+        matches!(self.news.phase, Phase::Ready { .. })
+    }
+
     /// The entry that lights the subject, if there is any.
     pub fn environment(&self) -> Option<&Entry> {
         self.environments.get(self.state.look.environment)

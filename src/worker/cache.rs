@@ -72,6 +72,7 @@ mod tests {
                 lamps: 2,
                 values: vec![0.0; 6],
             })),
+            generation: 1,
             ms: 1.0,
         })
     }

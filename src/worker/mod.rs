@@ -1,16 +1,21 @@
-//! The work behind a window: one thread owns the network, one relights, one reads panoramas. None of
-//! them is ever waited for; numbers and sentences come back as [`Event`]s, pictures through
-//! [`Latest`] slots.
+//! The work behind a window: one thread owns the network, one relights, one runs jobs, one reads
+//! panoramas. None of them is ever waited for; numbers and sentences come back as [`Event`]s, pictures
+//! through [`Latest`] slots.
 //!
 //! ```text
-//! window ── Ask ──► relighter ── frame ──► network
-//!    ▲                 │  ▲                   │
-//!    └──── Relit ──────┘  └── PredictedFrame ─┘
+//! window ── Ask ──► relighter ── Wanted ──► network ◄── saved, finished ── jobs ◄── Job ── window
+//!    ▲                 │  ▲                    │
+//!    └──── Relit ──────┘  └── PredictedFrame ──┘
 //! ```
+//!
+//! While a job runs, frames are predicted by the network at hand. Whenever the job has saved a newer
+//! one, the source is opened again: fields belong to a generation, and those of an older one are
+//! predicted anew when they are asked for.
 
 mod cache;
 mod event;
 mod job;
+mod labour;
 mod latest;
 mod library;
 mod network;
@@ -24,17 +29,13 @@ pub use network::{Predict, Source, open_project};
 pub use relighter::{Ask, Relit};
 
 use crate::compositor::Field;
+use crate::error::Error;
 use crate::footage::Frame;
-use crate::gpu::DeviceChoice;
-use crate::progress::Control;
+use crate::gpu::{ComputeDevice, DeviceChoice};
+use crate::progress::{Control, Progress};
 use crate::project::Project;
-use std::cell::RefCell;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
-
-/// News that the window has not read yet; what comes on top is dropped, since it is progress.
-const MOST_NEWS: usize = 256;
 
 /// Memory for reflectance fields: about 130 frames of 41 lamps at 128 pixels, or 8 at 512.
 const FIELD_BUDGET_BYTES: usize = 1 << 30;
@@ -44,6 +45,8 @@ const FIELD_BUDGET_BYTES: usize = 1 << 30;
 pub struct PredictedFrame {
     pub frame: Arc<Frame>,
     pub field: Arc<Field>,
+    /// Which opening of the source predicted it.
+    pub generation: u64,
     /// What the prediction took in milliseconds, reading the frame included.
     pub ms: f64,
 }
@@ -52,11 +55,11 @@ pub struct PredictedFrame {
 /// prediction or one training step.
 pub struct Worker {
     asks: Arc<Latest<Ask>>,
-    jobs: Arc<Latest<(Job, Control)>>,
+    tasks: Arc<Latest<labour::Task>>,
+    in_hand: labour::InHand,
     relit: Arc<Latest<Arc<Relit>>>,
-    events: Receiver<Event>,
+    events: Arc<event::Unread>,
     stop: Control,
-    running: RefCell<Control>,
     ring: Vec<Box<dyn Fn() + Send>>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -68,63 +71,83 @@ impl Worker {
         device: DeviceChoice,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        Self::over(move || open_project(&project, device), wake)
+        // To look for a GPU takes a while, and what it finds does not change.
+        let mut compute = None;
+        let open = move || {
+            let compute = compute.get_or_insert_with(|| ComputeDevice::choose(device));
+            open_project(&project, compute)
+        };
+        Self::over(open, wake)
     }
 
-    /// Starts work on frames from anywhere. `open` is called on the network's thread, at the start
-    /// and after each job.
+    /// Starts work on frames from anywhere. `open` is called on the network's thread: at the start,
+    /// whenever a job has saved a network, and after each job.
     pub fn over(
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
         let stop = Control::default();
-        let (send, events) = sync_channel(MOST_NEWS);
+        let events = Arc::new(event::Unread::default());
         let tell = {
-            let wake = wake.clone();
+            let (events, wake) = (events.clone(), wake.clone());
             move |event| {
-                // Full: see MOST_NEWS. Closed: the window is gone.
-                let _ = send.try_send(event);
+                events.push(event);
                 wake();
             }
         };
         let (ring_network, network_bell) = latest::doorbell();
         let (ring_relighter, relighter_bell) = latest::doorbell();
-        let frames = Arc::new(Latest::new(ring_network.clone()));
-        let jobs = Arc::new(Latest::new(ring_network.clone()));
-        let rigs = Arc::new(Latest::new(ring_relighter.clone()));
+        let (ring_labour, labour_bell) = latest::doorbell();
+        let wanted = Arc::new(Latest::new(ring_network.clone()));
+        let renew = Arc::new(Latest::new(ring_network.clone()));
+        let tasks = Arc::new(Latest::new(ring_labour.clone()));
+        let opened = Arc::new(Latest::new(ring_relighter.clone()));
         let fields = Arc::new(Latest::new(ring_relighter.clone()));
         let asks = Arc::new(Latest::new(ring_relighter.clone()));
         let relit = Arc::new(Latest::new(wake));
         let network = network::Network {
             open,
-            frames: frames.clone(),
-            jobs: jobs.clone(),
-            rigs: rigs.clone(),
+            wanted: wanted.clone(),
+            renew: renew.clone(),
+            opened: opened.clone(),
             fields: fields.clone(),
             tell: tell.clone(),
             stop: stop.clone(),
         };
         let relighter = relighter::Relighter {
             asks: asks.clone(),
-            rigs,
+            opened,
             fields,
-            frames,
+            wanted,
             relit: relit.clone(),
-            tell,
+            tell: tell.clone(),
             stop: stop.clone(),
             cache: cache::FieldCache::new(FIELD_BUDGET_BYTES),
         };
+        let in_hand = labour::InHand::default();
+        let labour = labour::Labour {
+            tasks: tasks.clone(),
+            in_hand: in_hand.clone(),
+            renew,
+            tell,
+            stop: stop.clone(),
+        };
         Self {
             asks,
-            jobs,
+            tasks,
+            in_hand,
             relit,
             events,
             stop,
-            running: RefCell::default(),
-            ring: vec![Box::new(ring_network), Box::new(ring_relighter)],
+            ring: vec![
+                Box::new(ring_network),
+                Box::new(ring_relighter),
+                Box::new(ring_labour),
+            ],
             threads: vec![
                 std::thread::spawn(move || network.run(&network_bell)),
                 std::thread::spawn(move || relighter.run(&relighter_bell)),
+                std::thread::spawn(move || labour.run(&labour_bell)),
             ],
         }
     }
@@ -141,19 +164,47 @@ impl Worker {
 
     /// What happened since the last call.
     pub fn events(&self) -> impl Iterator<Item = Event> {
-        self.events.try_iter()
+        self.events.take().into_iter()
     }
 
-    /// Runs a long action on the network's thread, after the prediction in hand.
-    pub fn run(&self, job: Job) {
-        let cancel = Control::default();
-        self.running.replace(cancel.clone());
-        self.jobs.put((job, cancel));
+    /// Runs a job beside the picture, unless one is in hand already; tells whether it will.
+    pub fn run(&self, job: Job) -> bool {
+        self.work(job.what(), move |progress| {
+            job.run(progress).map(|outcome| outcome.sentence())
+        })
     }
 
-    /// Asks the running job to stop; what it has finished is kept.
+    /// Runs any long action as [`Self::run`] runs a job. `what` says what is being done, and the action
+    /// returns what came of it, as a sentence.
+    pub fn work(
+        &self,
+        what: &'static str,
+        action: impl FnOnce(&Progress) -> Result<String, Error> + Send + 'static,
+    ) -> bool {
+        let control = self.in_hand.begin();
+        let begun = control.is_some();
+        if let Some(control) = control {
+            self.tasks.put(labour::Task {
+                what,
+                control,
+                action: Box::new(action),
+            });
+        }
+        begun
+    }
+
+    /// Asks the job in hand to pause after what it is at, or to go on.
+    pub fn pause(&self, pause: bool) {
+        if let Some(control) = self.in_hand.control() {
+            control.pause(pause);
+        }
+    }
+
+    /// Asks the job in hand to stop; what it has finished is kept.
     pub fn cancel(&self) {
-        self.running.borrow().stop();
+        if let Some(control) = self.in_hand.control() {
+            control.stop();
+        }
     }
 }
 

@@ -1,17 +1,17 @@
-//! The thread that owns the network: it predicts the newest frame asked for, and runs jobs.
+//! The thread that owns the network: it predicts the newest frame asked for, and takes a newer network
+//! when a job brings one.
 
 use super::PredictedFrame;
 use super::event::{Blocked, Event, Need};
-use super::job::Job;
 use super::latest::Latest;
 use crate::calibration::Calibration;
 use crate::compositor::Field;
 use crate::compositor::passes::RelightPass;
 use crate::error::Error;
 use crate::footage::Frame;
-use crate::gpu::{ComputeDevice, DeviceChoice};
+use crate::gpu::ComputeDevice;
 use crate::light::Rig;
-use crate::progress::{Control, Progress, Report};
+use crate::progress::Control;
 use crate::project::Project;
 use crate::reflectance::Predictor;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ pub struct Source {
 ///
 /// # Errors
 /// When the project is not that far, or its files cannot be read.
-pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, Blocked> {
+pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source, Blocked> {
     let blocked = |need| {
         move |e: Error| Blocked {
             sentence: e.to_string(),
@@ -43,7 +43,6 @@ pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, B
     };
     // Whatever is wrong with a calibration, another one mends it.
     let calibration = Calibration::load(project).map_err(blocked(Some(Need::Calibration)))?;
-    let compute = ComputeDevice::choose(device);
     // A network that is there and cannot be used is not replaced unasked.
     let untrained = !project.checkpoint_path().exists();
     let need = untrained.then_some(Need::Network);
@@ -52,7 +51,7 @@ pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, B
     let (project, response) = (project.clone(), calibration.response);
     Ok(Source {
         rig: calibration.rig,
-        device: compute.description,
+        device: compute.description.clone(),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
             let field = Field::predicted(predictor.predict_on_device(&frame)?, pass.as_ref())?;
@@ -61,12 +60,25 @@ pub fn open_project(project: &Project, device: DeviceChoice) -> Result<Source, B
     })
 }
 
+/// A source that was opened. The generation counts openings: each may have another network.
+pub(super) struct Opened {
+    pub generation: u64,
+    pub rig: Arc<Rig>,
+}
+
+/// A frame to be predicted by the network of a generation.
+pub(super) struct Wanted {
+    pub generation: u64,
+    pub frame: usize,
+}
+
 /// The thread's ends of what connects it.
 pub(super) struct Network<Open, Tell> {
     pub open: Open,
-    pub frames: Arc<Latest<usize>>,
-    pub jobs: Arc<Latest<(Job, Control)>>,
-    pub rigs: Arc<Latest<Arc<Rig>>>,
+    pub wanted: Arc<Latest<Wanted>>,
+    /// There may be a newer network.
+    pub renew: Arc<Latest<()>>,
+    pub opened: Arc<Latest<Opened>>,
     pub fields: Arc<Latest<Arc<PredictedFrame>>>,
     pub tell: Tell,
     pub stop: Control,
@@ -75,20 +87,20 @@ pub(super) struct Network<Open, Tell> {
 impl<Open, Tell> Network<Open, Tell>
 where
     Open: FnMut() -> Result<Source, Blocked>,
-    Tell: Fn(Event) + Sync,
+    Tell: Fn(Event),
 {
     /// Works until it is stopped.
     pub fn run(mut self, bell: &Receiver<()>) {
-        let mut source = self.open();
+        let mut generation = 0;
+        let mut source = self.open(None, &mut generation);
         while !self.stop.stopped() {
-            if let Some((job, cancel)) = self.jobs.take() {
-                // What the job is about to replace must not take memory beside it.
-                drop(source.take());
-                self.work(job, cancel);
-                source = self.open();
-            } else if let Some(index) = self.frames.take() {
-                if let Some(source) = &mut source {
-                    self.predict(source, index);
+            if self.renew.take().is_some() {
+                source = self.open(source, &mut generation);
+            } else if let Some(wanted) = self.wanted.take() {
+                // What was wanted of an older network is asked for again by whoever still wants it.
+                let current = source.as_mut().filter(|_| wanted.generation == generation);
+                if let Some(source) = current {
+                    self.predict(source, &wanted);
                 }
             } else if bell.recv().is_err() {
                 break;
@@ -96,45 +108,48 @@ where
         }
     }
 
-    fn open(&mut self) -> Option<Source> {
-        (self.tell)(Event::Opening);
+    /// Opens the source in place of `old`, which stays at hand where that fails.
+    fn open(&mut self, old: Option<Source>, generation: &mut u64) -> Option<Source> {
+        if old.is_none() {
+            (self.tell)(Event::Opening);
+        }
         match (self.open)() {
             Ok(source) => {
-                self.rigs.put(Arc::new(source.rig.clone()));
+                *generation += 1;
+                self.opened.put(Opened {
+                    generation: *generation,
+                    rig: Arc::new(source.rig.clone()),
+                });
                 (self.tell)(Event::Ready {
                     device: source.device.clone(),
                 });
                 Some(source)
             }
             Err(blocked) => {
-                (self.tell)(Event::Blocked(blocked));
-                None
+                (self.tell)(if old.is_some() {
+                    Event::Failed {
+                        sentence: blocked.sentence,
+                    }
+                } else {
+                    Event::Blocked(blocked)
+                });
+                old
             }
         }
     }
 
-    fn predict(&self, source: &mut Source, index: usize) {
+    fn predict(&self, source: &mut Source, wanted: &Wanted) {
         let started = Instant::now();
-        match (source.predict)(index) {
+        match (source.predict)(wanted.frame) {
             Ok((frame, field)) => self.fields.put(Arc::new(PredictedFrame {
                 frame: Arc::new(frame),
                 field: Arc::new(field),
+                generation: wanted.generation,
                 ms: started.elapsed().as_secs_f64() * 1e3,
             })),
             Err(e) => (self.tell)(Event::Failed {
                 sentence: e.to_string(),
             }),
         }
-    }
-
-    fn work(&self, job: Job, cancel: Control) {
-        let tell = &self.tell;
-        tell(Event::Started { what: job.what() });
-        let report = |report: Report| tell(Event::Report(report));
-        let sentence = match job.run(&Progress::new(&report, cancel)) {
-            Ok(outcome) => outcome.sentence(),
-            Err(e) => e.to_string(),
-        };
-        tell(Event::Finished { sentence });
     }
 }

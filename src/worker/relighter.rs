@@ -5,6 +5,7 @@ use super::PredictedFrame;
 use super::cache::FieldCache;
 use super::event::Event;
 use super::latest::Latest;
+use super::network::{Opened, Wanted};
 use crate::compositor::{CameraView, Ingredients, Levels, PassReport, Upstream, compose};
 use crate::error::Result;
 use crate::imaging::Image;
@@ -53,9 +54,9 @@ pub struct Relit {
 /// The thread's ends of what connects it.
 pub(super) struct Relighter<Tell> {
     pub asks: Arc<Latest<Ask>>,
-    pub rigs: Arc<Latest<Arc<Rig>>>,
+    pub opened: Arc<Latest<Opened>>,
     pub fields: Arc<Latest<Arc<PredictedFrame>>>,
-    pub frames: Arc<Latest<usize>>,
+    pub wanted: Arc<Latest<Wanted>>,
     pub relit: Arc<Latest<Arc<Relit>>>,
     pub tell: Tell,
     pub stop: Control,
@@ -74,6 +75,7 @@ struct Light {
 
 /// What the thread knows of the shoot.
 struct Stage {
+    rig: Arc<Rig>,
     partition: Partition,
     /// The first frame that was predicted: it sets the level of every light for the whole session.
     reference: Option<Arc<PredictedFrame>>,
@@ -83,6 +85,7 @@ struct Stage {
 impl<Tell: Fn(Event)> Relighter<Tell> {
     /// Works until it is stopped.
     pub fn run(mut self, bell: &Receiver<()>) {
+        let mut generation = 0;
         let mut stage: Option<Stage> = None;
         let mut ask: Option<Ask> = None;
         let mut shown: Option<Arc<PredictedFrame>> = None;
@@ -90,20 +93,23 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         // another was wanted.
         let mut sent: Option<usize> = None;
         // What the newest picture shows: the same is not made again.
-        let mut made: Option<(Scene, Arc<Environment>)> = None;
+        let mut made: Option<(Scene, Arc<Environment>, Arc<PredictedFrame>)> = None;
         while bell.recv().is_ok() && !self.stop.stopped() {
-            if let Some(rig) = self.rigs.take() {
-                let partition = Partition::soft(&rig, Partition::WIDTH);
-                stage = Some(Stage {
-                    partition,
-                    reference: None,
-                    light: None,
-                });
+            // In this order: a field that is here was put after the opening that it belongs to.
+            let field = self.fields.take();
+            if let Some(opened) = self.opened.take() {
+                generation = opened.generation;
                 self.cache = FieldCache::new(super::FIELD_BUDGET_BYTES);
-                (shown, sent, made) = (None, None, None);
+                sent = None;
+                // Under the same lamps the picture stays, at its level, until the network that is at
+                // hand now has predicted it.
+                if stage.as_ref().is_none_or(|stage| stage.rig != opened.rig) {
+                    stage = Some(Stage::new(opened.rig));
+                    shown = None;
+                }
             }
             let mut fresh = None;
-            if let Some(predicted) = self.fields.take() {
+            if let Some(predicted) = field.filter(|field| field.generation == generation) {
                 fresh = Some(predicted.frame.index);
                 // Until the wanted frame is there, the first one that came stands in for it.
                 shown.get_or_insert_with(|| predicted.clone());
@@ -120,7 +126,10 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 sent = None;
             } else if sent != Some(wanted) {
                 sent = Some(wanted);
-                self.frames.put(wanted);
+                self.wanted.put(Wanted {
+                    generation,
+                    frame: wanted,
+                });
             }
             let Some(shown) = &shown else { continue };
             let scene = Scene {
@@ -128,13 +137,14 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 output: Output::Display,
                 ..ask.scene.clone()
             };
-            let same = |(s, e): &(Scene, Arc<Environment>)| {
-                *s == scene && Arc::ptr_eq(e, &ask.environment)
-            };
-            if made.as_ref().is_some_and(same) {
+            if made.as_ref().is_some_and(|(s, environment, field)| {
+                *s == scene
+                    && Arc::ptr_eq(environment, &ask.environment)
+                    && Arc::ptr_eq(field, shown)
+            }) {
                 continue;
             }
-            made = Some((scene.clone(), ask.environment.clone()));
+            made = Some((scene.clone(), ask.environment.clone(), shown.clone()));
             let predict_ms = (fresh == Some(shown.frame.index)).then_some(shown.ms);
             match self.relight(stage, scene, &ask.environment, shown, predict_ms, started) {
                 Ok(relit) => self.relit.put(Arc::new(relit)),
@@ -191,6 +201,15 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
 }
 
 impl Stage {
+    fn new(rig: Arc<Rig>) -> Self {
+        Self {
+            partition: Partition::soft(&rig, Partition::WIDTH),
+            rig,
+            reference: None,
+            light: None,
+        }
+    }
+
     /// The weights of an environment at a yaw, and what finding them took in milliseconds; none where
     /// they were at hand.
     fn light(

@@ -5,7 +5,8 @@ use crate::light::{Environment, Lamp, Rig};
 use crate::reflectance::ReflectanceField;
 use crate::scene::{Background, Output, Scene};
 use std::path::PathBuf;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 const LONG: Duration = Duration::from_secs(30);
@@ -183,6 +184,227 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
         "the failure is a sentence"
     );
     assert!(events.iter().any(|e| matches!(e, Event::Started { .. })));
+}
+
+/// A worker whose network, the `n`-th that was opened from 1, sees `1 / n` of the light; what it has
+/// been asked to predict, as opening and frame. Opening fails where `fails` says so.
+fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>) {
+    let (began, begun) = channel();
+    let openings = AtomicUsize::new(0);
+    let open = move || {
+        let opening = openings.fetch_add(1, Ordering::Relaxed) + 1;
+        if fails(opening) {
+            return Err(Blocked {
+                sentence: format!("opening {opening} failed"),
+                need: Some(Need::Network),
+            });
+        }
+        let began = began.clone();
+        Ok(Source {
+            rig: rig(),
+            device: format!("opening {opening}"),
+            predict: Box::new(move |index| {
+                began.send((opening, index)).unwrap();
+                let (frame, mut field) = predicted(index);
+                if let Field::Memory(field) = &mut field {
+                    field.values.iter_mut().for_each(|v| *v /= opening as f32);
+                }
+                Ok((frame, field))
+            }),
+        })
+    };
+    (Worker::over(open, || {}), begun)
+}
+
+/// A job that does what it is told, until the words end or it is asked to stop.
+fn told_job(worker: &Worker) -> Sender<fn(&Progress)> {
+    let (tell, told) = channel::<fn(&Progress)>();
+    let begun = worker.work("doing as told", move |progress| {
+        while !progress.cancelled() {
+            match told.recv_timeout(Duration::from_millis(1)) {
+                Ok(word) => word(progress),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok("done".to_owned()),
+            }
+        }
+        Ok("stopped".to_owned())
+    });
+    assert!(begun);
+    tell
+}
+
+fn wait_for_event(worker: &Worker, wanted: impl Fn(&Event) -> bool) -> Vec<Event> {
+    let mut events = Vec::new();
+    wait_for(|| {
+        events.extend(worker.events());
+        events
+            .iter()
+            .any(&wanted)
+            .then(|| std::mem::take(&mut events))
+    })
+}
+
+fn is_finished(event: &Event) -> bool {
+    matches!(event, Event::Finished { .. })
+}
+
+#[test]
+fn frames_are_predicted_while_a_job_runs() {
+    let (worker, begun) = fading_worker(|_| false);
+    let job = told_job(&worker);
+    let light = from_the_left();
+    for frame in 0..3 {
+        worker.show(ask(frame, 0.0, &light));
+        wait_for(|| worker.relit().filter(|r| r.scene.frame == frame));
+    }
+    assert_eq!(
+        begun.try_iter().collect::<Vec<_>>(),
+        [(1, 0), (1, 1), (1, 2)]
+    );
+    assert!(!worker.events().any(|event| is_finished(&event)));
+    drop(job);
+    wait_for_event(&worker, is_finished);
+}
+
+#[test]
+fn what_is_shown_is_predicted_anew_by_each_network_that_is_saved() {
+    let (worker, begun) = fading_worker(|_| false);
+    let job = told_job(&worker);
+    let light = from_the_left();
+    worker.show(ask(1, 0.0, &light));
+    wait_for(|| worker.relit().filter(|r| r.scene.frame == 1));
+    worker.show(ask(0, 0.0, &light));
+    let before = wait_for(|| worker.relit().filter(|r| r.scene.frame == 0));
+    assert_eq!(before.frames_at_hand.len(), 2);
+    let opened = |n: usize| {
+        move |e: &Event| {
+            *e == Event::Ready {
+                device: format!("opening {n}"),
+            }
+        }
+    };
+    wait_for_event(&worker, opened(1));
+
+    job.send(|progress| progress.saved()).unwrap();
+    let events = wait_for_event(&worker, opened(2));
+    assert!(
+        !events.contains(&Event::Opening),
+        "nothing is missing meanwhile"
+    );
+    let after = wait_for(|| worker.relit());
+    assert_eq!(after.scene, before.scene);
+    assert!(
+        after.rgb[0] < before.rgb[0],
+        "a darker network is seen as such: the level of the light stays"
+    );
+    assert_eq!(
+        after.frames_at_hand.iter().collect::<Vec<_>>(),
+        [&0],
+        "the fields of the older network are gone"
+    );
+    worker.show(ask(1, 0.0, &light));
+    wait_for(|| worker.relit().filter(|r| r.scene.frame == 1));
+    assert_eq!(
+        begun.try_iter().collect::<Vec<_>>(),
+        [(1, 1), (1, 0), (2, 0), (2, 1)]
+    );
+}
+
+#[test]
+fn the_first_network_that_a_job_saves_is_shown_while_the_job_runs() {
+    let (worker, _begun) = fading_worker(|opening| opening == 1);
+    let job = told_job(&worker);
+    worker.show(ask(0, 0.0, &from_the_left()));
+    wait_for_event(&worker, |e| matches!(e, Event::Blocked(_)));
+    job.send(|progress| progress.saved()).unwrap();
+    wait_for(|| worker.relit());
+    assert!(!worker.events().any(|event| is_finished(&event)));
+}
+
+#[test]
+fn a_network_that_cannot_be_read_leaves_the_one_at_hand() {
+    let (worker, begun) = fading_worker(|opening| opening == 2);
+    let job = told_job(&worker);
+    let light = from_the_left();
+    worker.show(ask(0, 0.0, &light));
+    wait_for(|| worker.relit());
+    job.send(|progress| progress.saved()).unwrap();
+    let failed =
+        |e: &Event| matches!(e, Event::Failed { sentence } if sentence == "opening 2 failed");
+    let events = wait_for_event(&worker, failed);
+    assert!(!events.iter().any(|e| matches!(e, Event::Blocked(_))));
+    worker.show(ask(1, 0.0, &light));
+    wait_for(|| worker.relit().filter(|r| r.scene.frame == 1));
+    assert_eq!(begun.try_iter().collect::<Vec<_>>(), [(1, 0), (1, 1)]);
+}
+
+#[test]
+fn a_job_pauses_and_goes_on() {
+    let (worker, _begun) = fading_worker(|_| false);
+    let job = told_job(&worker);
+    worker.pause(true);
+    job.send(|progress| {
+        progress.say("before");
+        progress.wait_while_paused();
+        progress.say("after");
+    })
+    .unwrap();
+    let said = |what: &'static str| {
+        move |e: &Event| *e == Event::Report(crate::progress::Report::Say(what.to_owned()))
+    };
+    let events = wait_for_event(&worker, said("before"));
+    assert!(!events.iter().any(said("after")));
+    // Time for a job that does not wait to say so.
+    std::thread::sleep(Duration::from_millis(50));
+    assert!(!worker.events().any(|event| said("after")(&event)));
+    worker.pause(false);
+    wait_for_event(&worker, said("after"));
+    drop(job);
+    wait_for_event(&worker, is_finished);
+}
+
+#[test]
+fn a_paused_job_can_be_stopped() {
+    let (worker, _begun) = fading_worker(|_| false);
+    let job = told_job(&worker);
+    worker.pause(true);
+    job.send(|progress| progress.wait_while_paused()).unwrap();
+    worker.cancel();
+    let events = wait_for_event(&worker, is_finished);
+    assert!(events.contains(&Event::Finished {
+        sentence: "stopped".to_owned()
+    }));
+}
+
+#[test]
+fn a_job_is_not_taken_twice() {
+    let (worker, _begun) = fading_worker(|_| false);
+    let job = told_job(&worker);
+    assert!(!worker.work("another", |_| Ok(String::new())));
+    drop(job);
+    wait_for_event(&worker, is_finished);
+    assert!(worker.work("another", |_| Ok(String::new())));
+    let events = wait_for_event(&worker, is_finished);
+    assert!(events.contains(&Event::Started { what: "another" }));
+}
+
+#[test]
+fn a_worker_that_is_dropped_amid_a_job_ends_it() {
+    let alive = Arc::new(());
+    let held = alive.clone();
+    let (worker, _begun) = fading_worker(|_| false);
+    worker.work("waiting for ever", move |progress| {
+        let _held = held;
+        while !progress.cancelled() {
+            progress.wait_while_paused();
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(String::new())
+    });
+    wait_for_event(&worker, |e| matches!(e, Event::Started { .. }));
+    worker.pause(true);
+    drop(worker);
+    assert_eq!(Arc::strong_count(&alive), 1);
 }
 
 #[test]

@@ -19,10 +19,10 @@ impl StatusPanel {
             ui.spacing_mut().item_spacing.x = 2.0 * GAP;
             ui.spacing_mut().interact_size.y = 20.0;
             ui.label(small(match &sight.news.phase {
+                _ if sight.news.work.is_some() && !sight.is_live() => "Working",
                 Phase::NoProject => "No project",
                 Phase::Opening => "Opening",
                 Phase::Blocked(_) => "Waiting for you",
-                Phase::Working(work) => work.what,
                 Phase::Ready { device } => device,
             }));
             if let Some(relit) = sight.relit {

@@ -3,6 +3,7 @@
 use crate::studio::command::Command;
 use crate::studio::news::{Phase, Work};
 use crate::studio::panel::{Reading, Sight};
+use crate::studio::panels::job;
 use crate::studio::theme::{self, GAP};
 use crate::training::Preset;
 use crate::worker::{Blocked, Need, Relit};
@@ -26,9 +27,8 @@ impl ViewportPanel {
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
         self.upload(ui.ctx(), sight.relit);
-        let ready = matches!(sight.news.phase, Phase::Ready { .. });
         match &self.shown {
-            Some((relit, texture)) if ready => {
+            Some((relit, texture)) if sight.is_live() => {
                 gestures(ui, rect, out);
                 let size = vec2(relit.width as f32, relit.height as f32);
                 let picture = placed(rect, size, sight);
@@ -168,10 +168,14 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         .failure
         .as_ref()
         .map(|failure| (failure, theme::ACCENT));
-    let said = sight.news.said.as_ref().map(|said| (said, theme::QUIET));
+    let said =
+        (sight.news.said.as_ref().filter(|_| !sight.is_live())).map(|said| (said, theme::QUIET));
     for (sentence, color) in failed.into_iter().chain(said) {
         ui.colored_label(color, sentence);
         ui.add_space(GAP);
+    }
+    if let Some(work) = sight.news.work.as_ref().filter(|_| !sight.is_live()) {
+        return work_ui(ui, work, out);
     }
     match &sight.news.phase {
         Phase::NoProject => {
@@ -218,14 +222,6 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
                 None => button(ui, "Try again".to_owned(), Command::Reopen),
             }
         }
-        Phase::Working(work) => {
-            work_ui(ui, work);
-            button(
-                ui,
-                "Stop, and keep what is done".to_owned(),
-                Command::StopJob,
-            );
-        }
         Phase::Ready { .. } => match sight.environment().map(|e| &e.panorama) {
             _ if sight.news.failure.is_some() => heading(ui, "This picture cannot be made"),
             None => {
@@ -249,24 +245,21 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     }
 }
 
-fn work_ui(ui: &mut Ui, work: &Work) {
-    let mut what = work.what.to_owned();
-    if let Some(first) = what.get_mut(..1) {
-        first.make_ascii_uppercase();
-    }
-    ui.heading(what);
+fn work_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
+    ui.heading(job::capitalized(work.what));
     ui.add_space(GAP);
-    let time = work
-        .left(work.since.elapsed())
-        .map_or(String::new(), |left| {
-            let seconds = left.as_secs();
-            format!(", {}:{:02} left", seconds / 60, seconds % 60)
-        });
     ui.add(
         egui::ProgressBar::new(work.share)
             .desired_height(8.0)
             .fill(theme::ACCENT),
     );
-    ui.label(format!("{} {:.0} %{time}", work.stage, work.share * 100.0));
+    let mut text = format!("{} {:.0} %", work.stage, work.share * 100.0);
+    let state = job::state(work);
+    if !state.is_empty() {
+        text += &format!(", {state}");
+    }
+    ui.label(text);
     ui.label(&work.note);
+    ui.add_space(GAP);
+    job::buttons_ui(ui, work, out);
 }

@@ -1,0 +1,181 @@
+//! The line of the job that runs beside the picture, and what it said when it was over.
+
+use crate::studio::command::Command;
+use crate::studio::news::Work;
+use crate::studio::panel::Sight;
+use crate::studio::theme::{self, GAP};
+use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
+use std::time::{Duration, Instant};
+
+/// Widths in points, so that nothing moves as figures change: "Stopping", "100 %", "99 h 59 min left".
+const BUTTON_WIDTH: f32 = 84.0;
+const SHARE_WIDTH: f32 = 110.0;
+const LEFT_WIDTH: f32 = 118.0;
+/// Height of everything in the line.
+const HEIGHT: f32 = 24.0;
+
+/// The panel keeps nothing.
+#[derive(Default)]
+pub struct JobPanel;
+
+impl JobPanel {
+    /// Whether there is anything to show: where pictures cannot be made, the viewport shows it.
+    pub fn is_needed(sight: &Sight) -> bool {
+        sight.is_live() && (sight.news.work.is_some() || sight.news.said.is_some())
+    }
+
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        match (&sight.news.work, &sight.news.said) {
+            (Some(work), said) => {
+                ui.horizontal(|ui| work_ui(ui, work, said.as_deref(), out));
+            }
+            (None, Some(said)) => said_ui(ui, said, out),
+            (None, None) => {}
+        }
+    }
+}
+
+fn work_ui(ui: &mut Ui, work: &Work, said: Option<&str>, out: &mut Vec<Command>) {
+    ui.label(capitalized(work.what));
+    share_ui(ui, work);
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        buttons_ui(ui, work, out);
+        ui.allocate_ui_with_layout(
+            vec2(LEFT_WIDTH, HEIGHT),
+            Layout::right_to_left(Align::Center),
+            |ui| {
+                ui.set_min_width(LEFT_WIDTH);
+                ui.label(RichText::new(state(work)).color(theme::QUIET));
+            },
+        );
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            let note = if work.note.is_empty() {
+                work.stage
+            } else {
+                &work.note
+            };
+            let note = Label::new(RichText::new(note).color(theme::QUIET)).truncate();
+            let response = ui.add(note);
+            if let Some(said) = said {
+                response.on_hover_text(said);
+            }
+        });
+    });
+}
+
+/// The finished share, as a bar with its number.
+fn share_ui(ui: &mut Ui, work: &Work) {
+    let (rect, response) = ui.allocate_exact_size(vec2(SHARE_WIDTH, HEIGHT), Sense::hover());
+    let text = format!("{:.0} %", work.share * 100.0);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, &text));
+    let bar = rect.shrink2(vec2(0.0, 3.0));
+    let fill = if work.is_paused() {
+        Color32::from_gray(92)
+    } else {
+        theme::ACCENT_DIM
+    };
+    let done = Rect::from_min_size(bar.min, vec2(bar.width() * work.share, bar.height()));
+    ui.painter().rect_filled(bar, 2.0, theme::WELL);
+    ui.painter().rect_filled(done, 2.0, fill);
+    let font = egui::FontId::proportional(13.0);
+    ui.painter()
+        .text(bar.center(), Align2::CENTER_CENTER, text, font, theme::TEXT);
+    response.on_hover_text(work.stage);
+}
+
+/// Pause and stop, in a place of fixed width.
+pub fn buttons_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
+    let place = vec2(2.0 * BUTTON_WIDTH + GAP, HEIGHT);
+    ui.allocate_ui_with_layout(place, Layout::right_to_left(Align::Center), |ui| {
+        stop_ui(ui, work, out);
+        pause_ui(ui, work, out);
+    });
+}
+
+fn stop_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
+    let size = vec2(BUTTON_WIDTH, HEIGHT);
+    let stop = Button::new(if work.stopping { "Stopping" } else { "Stop" }).min_size(size);
+    if ui
+        .add_enabled(!work.stopping, stop)
+        .on_hover_text(
+            "Stops after the step in hand. What is finished is kept: training goes on from its \
+             checkpoint when it is started again.",
+        )
+        .clicked()
+    {
+        out.push(Command::StopJob);
+    }
+}
+
+fn pause_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
+    let size = vec2(BUTTON_WIDTH, HEIGHT);
+    let pause = Button::new(if work.is_paused() { "Go on" } else { "Pause" }).min_size(size);
+    if ui
+        .add_enabled(!work.stopping, pause)
+        .on_hover_text(
+            "Waits after the step in hand, which leaves the device to the picture. Training saves its \
+             checkpoint first. Key: P",
+        )
+        .clicked()
+    {
+        out.push(Command::PauseJob);
+    }
+}
+
+/// What the last job said, in full.
+fn said_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
+    ui.horizontal_top(|ui| {
+        let width = ui.available_width() - BUTTON_WIDTH - GAP;
+        let down = Layout::top_down(Align::Min);
+        ui.allocate_ui_with_layout(vec2(width, HEIGHT), down, |ui| {
+            ui.set_min_width(width);
+            ui.add_space(3.0);
+            ui.label(said);
+        });
+        let close = Button::new("Close").min_size(vec2(BUTTON_WIDTH, HEIGHT));
+        if ui.add(close).clicked() {
+            out.push(Command::DismissReport);
+        }
+    });
+}
+
+/// Whether it waits, or how long it will take.
+pub fn state(work: &Work) -> String {
+    if work.stopping {
+        return "stopping".to_owned();
+    }
+    if work.is_paused() {
+        return "paused".to_owned();
+    }
+    work.left(Instant::now()).map_or(String::new(), remaining)
+}
+
+fn remaining(left: Duration) -> String {
+    let seconds = left.as_secs();
+    match seconds / 60 {
+        minutes @ 0..60 => format!("{minutes}:{:02} left", seconds % 60),
+        minutes => format!("{} h {:02} min left", minutes / 60, minutes % 60),
+    }
+}
+
+/// A phrase as the beginning of a line.
+pub fn capitalized(phrase: &str) -> String {
+    let mut text = phrase.to_owned();
+    if let Some(first) = text.get_mut(..1) {
+        first.make_ascii_uppercase();
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_left_is_read_at_a_glance() {
+        let said = |seconds| remaining(Duration::from_secs(seconds));
+        assert_eq!(said(9), "0:09 left");
+        assert_eq!(said(754), "12:34 left");
+        assert_eq!(said(7260), "2 h 01 min left");
+    }
+}

@@ -1,0 +1,84 @@
+//! The thread that works: it runs long actions one after the other, beside the network's thread, which
+//! is told of each checkpoint that can be read.
+
+use super::event::Event;
+use super::latest::Latest;
+use crate::error::Result;
+use crate::progress::{Control, Progress, Report};
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A long action in hand.
+pub(super) struct Task {
+    pub what: &'static str,
+    pub control: Control,
+    pub action: Action,
+}
+
+/// Does it, and says what came of it.
+pub(super) type Action = Box<dyn FnOnce(&Progress) -> Result<String> + Send>;
+
+/// The wishes for the task that was asked for or runs; none where there is no such task.
+#[derive(Clone, Default)]
+pub(super) struct InHand(Arc<Mutex<Option<Control>>>);
+
+impl InHand {
+    /// Takes a task in hand; none while another is.
+    pub fn begin(&self) -> Option<Control> {
+        let mut control = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        control
+            .is_none()
+            .then(|| control.insert(Control::default()).clone())
+    }
+
+    fn end(&self) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    /// The wishes for the task in hand.
+    pub fn control(&self) -> Option<Control> {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+}
+
+/// The thread's ends of what connects it.
+pub(super) struct Labour<Tell> {
+    pub tasks: Arc<Latest<Task>>,
+    pub in_hand: InHand,
+    /// Asks the network's thread to open its source again.
+    pub renew: Arc<Latest<()>>,
+    pub tell: Tell,
+    pub stop: Control,
+}
+
+impl<Tell: Fn(Event) + Sync> Labour<Tell> {
+    /// Works until it is stopped.
+    pub fn run(self, bell: &Receiver<()>) {
+        while !self.stop.stopped() {
+            if let Some(task) = self.tasks.take() {
+                self.work(task);
+            } else if bell.recv().is_err() {
+                break;
+            }
+        }
+    }
+
+    fn work(&self, task: Task) {
+        (self.tell)(Event::Started { what: task.what });
+        let report = |report: Report| {
+            if report == Report::Saved {
+                self.renew.put(());
+            }
+            (self.tell)(Event::Report(report));
+        };
+        let done = (task.action)(&Progress::new(&report, task.control));
+        let sentence = done.unwrap_or_else(|e| e.to_string());
+        self.in_hand.end();
+        // In this order: what the network's thread says next is about the time after the job.
+        (self.tell)(Event::Finished { sentence });
+        self.renew.put(());
+    }
+}
