@@ -240,9 +240,7 @@ fn a_killed_run_leaves_a_readable_checkpoint() {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_afterlight"));
         command.arg("train").arg(&project.root);
         command.args(["--device", "cpu", "--hold-out", "1"]);
-        settings
-            .iter()
-            .for_each(|s| drop(command.args(["--set", s])));
+        command.args(settings.iter().flat_map(|setting| ["--set", setting]));
         command.stdout(Stdio::null()).stderr(Stdio::null());
         command.spawn().unwrap()
     };
