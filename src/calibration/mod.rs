@@ -8,6 +8,7 @@ pub mod gamma;
 mod least_squares;
 pub mod mirror_ball;
 pub mod probe;
+pub mod silhouette;
 mod simplex;
 
 use crate::error::{Error, Result};

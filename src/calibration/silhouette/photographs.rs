@@ -1,0 +1,148 @@
+//! Photographs of the balls by one fixed camera, averaged.
+
+use crate::error::{Error, Result};
+use crate::imaging::color::unit;
+use crate::imaging::{Encoded, Raster, file};
+use crate::progress::Progress;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// The average of photographs by one fixed camera. It takes the memory of one, however many there are.
+///
+/// Encoded values are averaged, not light: a lamp's highlight, thousands of times as bright as the
+/// rest, would drown the rim of the ball in the dark.
+#[derive(Clone, Debug)]
+pub struct Photographs {
+    average: Raster<[f32; 3]>,
+    count: usize,
+    /// Name of the first photograph, for messages.
+    first: String,
+}
+
+/// Photographs that are decoded at once: each takes twelve bytes a pixel.
+const AT_ONCE: usize = 4;
+/// Below this on a scale of 0 to 1, two codes of eight bits, nothing is seen.
+const BLACK: f32 = 2.5 / 255.0;
+/// From this on, a value is clipped: the last code of eight bits, and what rounds to it.
+const CLIPPED: f32 = 254.5 / 255.0;
+
+impl Photographs {
+    /// One photograph; `name` (its file) appears in messages.
+    ///
+    /// # Errors
+    /// When the picture is too small to show a ball.
+    pub fn one(name: impl AsRef<Path>, picture: &Encoded) -> Result<Self> {
+        let name = name.as_ref().display().to_string();
+        let (width, height) = picture.0.size();
+        if width < 16 || height < 16 || picture.0.pixels.len() != width * height {
+            return Err(Error::unexpected(
+                name,
+                "a photograph of at least 16×16 pixels",
+                format!("{width}×{height}"),
+                "Give the mirror ball's photographs at their full size",
+            ));
+        }
+        Ok(Self {
+            average: picture.0.map(|pixel| pixel.map(unit)),
+            count: 1,
+            first: name,
+        })
+    }
+
+    /// Adds a photograph by the same camera.
+    ///
+    /// # Errors
+    /// When its size differs from the others'.
+    pub fn add(&mut self, name: impl AsRef<Path>, picture: &Encoded) -> Result<()> {
+        if picture.0.size() != self.average.size() {
+            return Err(Error::unexpected(
+                name.as_ref().display(),
+                format!(
+                    "{}×{} pixels as in {}",
+                    self.average.width, self.average.height, self.first
+                ),
+                format!("{}×{}", picture.0.width, picture.0.height),
+                "Give all mirror-ball photographs from the same camera, uncropped",
+            ));
+        }
+        self.count += 1;
+        let share = 1.0 / self.count as f32;
+        self.average
+            .pixels
+            .par_iter_mut()
+            .with_min_len(1 << 14)
+            .zip(&picture.0.pixels)
+            .for_each(|(mean, pixel)| {
+                for (mean, value) in mean.iter_mut().zip(pixel) {
+                    *mean += share * (unit(*value) - *mean);
+                }
+            });
+        Ok(())
+    }
+
+    /// Reads and averages the photographs at `paths`, a few at a time.
+    ///
+    /// # Errors
+    /// When there are none, one cannot be read or differs in size from the others, or a stop was asked
+    /// for.
+    pub fn read(paths: &[PathBuf], progress: &Progress) -> Result<Self> {
+        let mut photographs: Option<Self> = None;
+        for (chunk, group) in paths.chunks(AT_ONCE).enumerate() {
+            progress.check("nothing was changed")?;
+            let pictures = group
+                .par_iter()
+                .map(|path| file::read_encoded(path))
+                .collect::<Result<Vec<_>>>()?;
+            for (path, picture) in group.iter().zip(&pictures) {
+                match &mut photographs {
+                    Some(photographs) => photographs.add(path, picture)?,
+                    None => photographs = Some(Self::one(path, picture)?),
+                }
+            }
+            let done = chunk * AT_ONCE + group.len();
+            progress.step("mirror balls", done as u64, paths.len() as u64, "");
+        }
+        photographs.ok_or_else(|| {
+            Error::unexpected(
+                "the mirror ball's photographs",
+                "at least one",
+                "none",
+                "Give the interview's photograph of the ball, and those under each lamp",
+            )
+        })
+    }
+
+    /// The averaged picture, encoded, in `[0, 1]`: what a person should see behind the circle.
+    pub fn average(&self) -> &Raster<[f32; 3]> {
+        &self.average
+    }
+
+    /// Where it is that a message speaks of.
+    pub(super) fn place(&self) -> String {
+        match self.count {
+            1 => self.first.clone(),
+            more => format!("{} and {} other photographs", self.first, more - 1),
+        }
+    }
+
+    /// Refuses what shows nothing.
+    pub(super) fn check_exposure(&self) -> Result<()> {
+        let values = || self.average.pixels.iter().flatten().copied();
+        // Averaged over many, a highlight in one photograph is fainter by their number.
+        let brightest = self.count as f32 * values().fold(0.0, f32::max);
+        let darkest = values().fold(1.0, f32::min);
+        let (found, remedy) = if brightest < BLACK {
+            ("black everywhere", "Photograph the ball with more light or a longer exposure")
+        } else if darkest >= CLIPPED {
+            ("clipped to white everywhere", "Photograph the ball with a denser filter or a shorter exposure")
+        } else {
+            return Ok(());
+        };
+        Err(Error::unexpected(
+            self.place(),
+            "a photograph that shows a mirror ball",
+            found,
+            remedy,
+        ))
+    }
+}
