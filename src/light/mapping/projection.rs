@@ -222,7 +222,11 @@ impl Projection {
                     return Some(plain);
                 }
                 let (direction, _) = disc.look(centre.0, centre.1, true)?;
-                self.place(direction).map(|place| self.pixel(place))
+                let (x, y) = self.place(direction)?;
+                // A photograph's frame may cut the ball.
+                let (wide, high) = (self.width as f64, self.height as f64);
+                ((0.0..=wide).contains(&x) && (0.0..=high).contains(&y))
+                    .then(|| self.pixel((x, y)))
             }
         }
     }
