@@ -6,6 +6,7 @@ mod code;
 mod footprint;
 pub mod gamma;
 mod least_squares;
+pub mod light_probe;
 pub mod mirror_ball;
 pub mod probe;
 pub mod silhouette;

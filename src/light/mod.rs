@@ -3,9 +3,11 @@
 
 pub mod environment;
 pub mod latlong;
+pub mod mapping;
 pub mod rig;
 pub mod weights;
 
 pub use environment::Environment;
+pub use mapping::Mapping;
 pub use rig::{Lamp, Rig};
 pub use weights::LightWeights;

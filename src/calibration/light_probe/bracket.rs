@@ -1,0 +1,236 @@
+//! An exposure bracket: several photographs of one ball, merged to more range than one of them has.
+//!
+//! Each photograph says of a pixel's radiance x/t, with x its linear light and t its exposure time (Debevec
+//! and Malik 1997). These are averaged with the reciprocals of their variances as weights, which is the
+//! most likely radiance under the sensor's noise (Granados et al. 2010): the coding's steps and the
+//! photons. Clipped pixels and those within two deviations of black say nothing.
+
+use super::photograph::Photograph;
+use crate::error::{Error, Result};
+use crate::imaging::{Image, Raster};
+
+/// One photograph of a bracket.
+#[derive(Clone, Copy, Debug)]
+pub struct Exposure<'a> {
+    pub photograph: &'a Photograph,
+    /// Exposure in stops: log2 of the exposure time over any common time. With time alone varied; a
+    /// change of aperture or sensitivity counts likewise.
+    pub stops: f32,
+}
+
+/// A merged bracket, and what to know before trusting it.
+#[derive(Clone, Debug)]
+pub struct Bracket {
+    /// The light as an exposure of 0 stops would have recorded it, with what even the shortest exposure
+    /// clipped.
+    pub photograph: Photograph,
+    /// Pixels with a channel that even the shortest exposure clipped.
+    pub clipped_pixels: usize,
+    /// Pixels with a channel that not even the longest exposure raised above black.
+    pub dark_pixels: usize,
+    /// Pixels with a channel that fell between two exposures: clipped in one and black in the next.
+    pub gap_pixels: usize,
+    /// Each photograph's exposure in stops above the first's as the pictures themselves have it; `None` where
+    /// too few pixels are well exposed in both it and its neighbour.
+    pub measured_stops: Vec<Option<f32>>,
+    /// The largest difference between measured and given steps from one exposure to the next, in stops; 0
+    /// where nothing could be measured. A tenth is what shutters are off by; more means wrong figures, a
+    /// wrong response or changing light.
+    pub disagreement_stops: f32,
+}
+
+/// Well-exposed pixels that two photographs must share for their exposures to be compared.
+const ENOUGH: usize = 32;
+/// Exposures closer than this many stops are the same.
+const SAME: f32 = 0.05;
+/// So many stops the wrong way round are no measuring error.
+const REVERSED: f32 = 0.25;
+/// From here to the clipping level, of which it is a share, a sensor's response bends: weights fall to
+/// almost nothing.
+const BENDS: f32 = 0.85;
+const NEARLY_NOTHING: f32 = 1e-3;
+
+/// Merges an exposure bracket, given in any order.
+///
+/// # Errors
+/// When there is no photograph, their sizes differ, an exposure is no number, two are the same, or the
+/// pictures contradict the order of the exposures.
+pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
+    const PLACE: &str = "the exposure bracket";
+    let refuse = |expected: &str, found: String, remedy: &str| {
+        Err(Error::unexpected(PLACE, expected, found, remedy))
+    };
+    let Some(first) = exposures.first() else {
+        return refuse("at least one photograph", "none".into(), "Give the ball's photographs");
+    };
+    let size = first.photograph.size();
+    for (i, exposure) in exposures.iter().enumerate() {
+        let found = exposure.photograph.size();
+        if found != size {
+            return refuse(
+                "photographs of one size",
+                format!("{}×{} and {}×{} pixels", size.0, size.1, found.0, found.1),
+                "Give uncropped photographs from one camera that did not move",
+            );
+        }
+        if !exposure.stops.is_finite() || exposure.stops.abs() > 64.0 {
+            return refuse(
+                "exposures in stops",
+                format!("{} for photograph {}", exposure.stops, i + 1),
+                "Give each photograph's exposure relative to the first, such as 0, -2, -4",
+            );
+        }
+    }
+    // From the longest to the shortest.
+    let mut order: Vec<usize> = (0..exposures.len()).collect();
+    order.sort_by(|&a, &b| exposures[b].stops.total_cmp(&exposures[a].stops));
+    let mut disagreement = 0.0f32;
+    for pair in order.windows(2) {
+        let (long, short) = (&exposures[pair[0]], &exposures[pair[1]]);
+        let given = long.stops - short.stops;
+        let names = format!("photographs {} and {}", pair[0] + 1, pair[1] + 1);
+        if given < SAME {
+            return refuse(
+                "different exposures",
+                format!("the same, {} stops, for {names}", long.stops),
+                "Leave one of them out, or correct its exposure",
+            );
+        }
+        if let Some(measured) = stops_between(short.photograph, long.photograph) {
+            if measured < -REVERSED {
+                return refuse(
+                    &format!("{names} in the order of their exposures"),
+                    format!(
+                        "the one given as {given:.1} stops longer to be {:.1} stops darker",
+                        -measured
+                    ),
+                    "Correct the order of the photographs or of their exposures",
+                );
+            }
+            disagreement = disagreement.max((measured - given).abs());
+        }
+    }
+    let photographs: Vec<&Photograph> = exposures.iter().map(|e| e.photograph).collect();
+    let (mut dark_pixels, mut gap_pixels) = (0, 0);
+    let [longest, shortest] = [&order[..1], &order[order.len() - 1..]].map(|i| exposures[i[0]]);
+    let mut light = Image::filled(size.0, size.1, [0.0; 3]);
+    let mut deviation = light.clone();
+    let mut clipped = Raster::filled(size.0, size.1, [false; 3]);
+    for i in 0..light.pixels.len() {
+        let (mut dark, mut gap) = (false, false);
+        for c in 0..3 {
+            let (mut sum, mut weights) = (0.0f64, 0.0f64);
+            for exposure in exposures {
+                let Exposure { photograph, stops } = exposure;
+                let (x, sigma) = (photograph.light.pixels[i][c], photograph.deviation.pixels[i][c]);
+                if photograph.clipped.pixels[i][c] || x <= 2.0 * sigma {
+                    continue;
+                }
+                let bend = 1.0 - (x / photograph.white - BENDS) / (1.0 - BENDS);
+                let time = f64::from(*stops).exp2();
+                let weight = (time / f64::from(sigma)).powi(2)
+                    * f64::from(bend.clamp(NEARLY_NOTHING, 1.0));
+                sum += weight * f64::from(x) / time;
+                weights += weight;
+            }
+            // A shortest exposure that clips says more than a longer one's clipping; a longest one that is
+            // black more than a shorter one's black.
+            let all_clipped = shortest.photograph.clipped.pixels[i][c];
+            let fallback = if weights > 0.0 {
+                None
+            } else if all_clipped {
+                clipped.pixels[i][c] = true;
+                Some(shortest)
+            } else if longest.photograph.clipped.pixels[i][c] {
+                gap = true;
+                let brightest = order.iter().map(|&i| exposures[i]);
+                brightest.into_iter().find(|e| !e.photograph.clipped.pixels[i][c])
+            } else {
+                dark = true;
+                Some(longest)
+            };
+            let (value, sigma) = match fallback {
+                None => (sum / weights, weights.recip().sqrt()),
+                Some(exposure) => {
+                    let time = f64::from(exposure.stops).exp2();
+                    (
+                        f64::from(exposure.photograph.light.pixels[i][c]) / time,
+                        f64::from(exposure.photograph.deviation.pixels[i][c]) / time,
+                    )
+                }
+            };
+            light.pixels[i][c] = value.min(f64::from(f32::MAX)) as f32;
+            deviation.pixels[i][c] = sigma.min(f64::from(f32::MAX)) as f32;
+        }
+        dark_pixels += usize::from(dark);
+        gap_pixels += usize::from(gap);
+    }
+    let photograph = Photograph {
+        light,
+        clipped,
+        deviation,
+        white: shortest.photograph.white / shortest.stops.exp2(),
+        repaired_pixels: photographs.iter().map(|p| p.repaired_pixels).sum(),
+    };
+    Ok(Bracket {
+        clipped_pixels: photograph.clipped_pixels(),
+        photograph,
+        dark_pixels,
+        gap_pixels,
+        measured_stops: measured_stops(&photographs),
+        disagreement_stops: disagreement,
+    })
+}
+
+/// Each photograph's exposure in stops above the first's, from the pictures alone: along their order from
+/// bright to dark, the median ratio of what is well exposed in both neighbours. `None` for those that are
+/// not tied to the first by such pixels.
+pub fn measured_stops(photographs: &[&Photograph]) -> Vec<Option<f32>> {
+    let brightness = |p: &Photograph| -> f64 {
+        let values = p.light.pixels.iter().flatten();
+        values.map(|&v| f64::from(v.min(p.white))).sum()
+    };
+    let mut order: Vec<(usize, f64)> = (photographs.iter().enumerate())
+        .map(|(i, p)| (i, brightness(p)))
+        .collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut stops = vec![None; photographs.len()];
+    let Some(start) = order.iter().position(|(i, _)| *i == 0) else {
+        return stops;
+    };
+    stops[0] = Some(0.0);
+    let mut walk = |path: &mut dyn Iterator<Item = usize>| {
+        let (mut from, mut sum) = (0, 0.0);
+        for to in path {
+            match stops_between(photographs[from], photographs[to]) {
+                Some(step) if photographs[from].size() == photographs[to].size() => sum += step,
+                _ => break,
+            }
+            stops[to] = Some(sum);
+            from = to;
+        }
+    };
+    walk(&mut order[start + 1..].iter().map(|(i, _)| *i));
+    walk(&mut order[..start].iter().rev().map(|(i, _)| *i));
+    stops
+}
+
+/// By how many stops one photograph is exposed longer than another: the median over channels that both
+/// have well above their noise and below the bend of their response.
+fn stops_between(short: &Photograph, long: &Photograph) -> Option<f32> {
+    let good = |p: &Photograph, i: usize, c: usize| {
+        let x = p.light.pixels[i][c];
+        let clear = x > 10.0 * p.deviation.pixels[i][c] && x < BENDS * p.white;
+        (clear && !p.clipped.pixels[i][c]).then_some(x)
+    };
+    let pixels = short.light.pixels.len().min(long.light.pixels.len());
+    let mut ratios: Vec<f32> = (0..pixels)
+        .flat_map(|i| (0..3).map(move |c| (i, c)))
+        .filter_map(|(i, c)| Some((good(long, i, c)? / good(short, i, c)?).log2()))
+        .collect();
+    if ratios.len() < ENOUGH {
+        return None;
+    }
+    let middle = ratios.len() / 2;
+    Some(*ratios.select_nth_unstable_by(middle, f32::total_cmp).1)
+}

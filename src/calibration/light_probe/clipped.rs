@@ -1,0 +1,219 @@
+//! Clipped lamps: their light estimated from the flanks that are not clipped.
+//!
+//! A lamp's image, blurred by the lens, is taken for an elliptic Gaussian lobe over an even background, so
+//! that the logarithm of what exceeds the background is a quadratic polynomial of the place. It is
+//! fitted to the lobe's unclipped flank and to the fact that clipped pixels are at least as bright as
+//! the clipping level: those which the fit leaves darker are pulled up to it (censored regression).
+
+use crate::imaging::color::luminance;
+use crate::imaging::{Image, Raster};
+
+/// What was estimated.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Estimate {
+    /// Clipped pixels without a flank that says anything, left as they are.
+    pub unestimated_pixels: usize,
+    /// Share of the ball's luminous energy that was added.
+    pub energy_share: f32,
+}
+
+/// A lobe that exceeds the clipping level more than this often is not trusted: so short a flank is as
+/// well explained by any other height.
+const HIGHEST: f64 = 100.0;
+/// Flanks start this far above the background, of the clipping level.
+const FAINTEST: f64 = 0.02;
+
+/// Raises the clipped lamps of a ball's photograph. `usable` is above 0 for pixels of the ball, `angles` are
+/// the solid angles that the pixels show.
+pub(super) fn estimate(
+    light: &mut Image,
+    clipped: &Raster<[bool; 3]>,
+    usable: &[f32],
+    angles: &[f64],
+) -> Estimate {
+    let before = light.clone();
+    let mut unestimated = vec![false; light.pixels.len()];
+    for lamp in lamps(clipped, usable) {
+        for c in 0..3 {
+            let hot: Vec<usize> = (lamp.iter().copied())
+                .filter(|&i| clipped.pixels[i][c])
+                .collect();
+            if hot.is_empty() {
+                continue;
+            }
+            match lobe(&before, clipped, usable, &lamp, &hot, c) {
+                Some(values) => {
+                    for (&i, value) in hot.iter().zip(values) {
+                        light.pixels[i][c] = value;
+                    }
+                }
+                None => hot.iter().for_each(|&i| unestimated[i] = true),
+            }
+        }
+    }
+    let energy = |image: &Image| -> f64 {
+        (0..angles.len())
+            .filter(|&i| usable[i] > 0.0)
+            .map(|i| angles[i] * f64::from(luminance(image.pixels[i])))
+            .sum()
+    };
+    let after = energy(light);
+    Estimate {
+        unestimated_pixels: unestimated.iter().filter(|u| **u).count(),
+        energy_share: if after > 0.0 {
+            (1.0 - energy(&before) / after) as f32
+        } else {
+            0.0
+        },
+    }
+}
+
+/// Connected groups of the ball's pixels with a clipped channel.
+fn lamps(clipped: &Raster<[bool; 3]>, usable: &[f32]) -> Vec<Vec<usize>> {
+    let is_hot = |i: usize| usable[i] > 0.0 && clipped.pixels[i].contains(&true);
+    let mut met = vec![false; usable.len()];
+    let mut lamps = Vec::new();
+    for start in 0..usable.len() {
+        if met[start] || !is_hot(start) {
+            continue;
+        }
+        met[start] = true;
+        let (mut lamp, mut next) = (vec![start], 0);
+        while next < lamp.len() {
+            for i in around(lamp[next], clipped.size(), 1) {
+                if !met[i] && is_hot(i) {
+                    met[i] = true;
+                    lamp.push(i);
+                }
+            }
+            next += 1;
+        }
+        lamps.push(lamp);
+    }
+    lamps
+}
+
+/// The pixels of the square of `reach` around one.
+fn around(
+    i: usize,
+    (width, height): (usize, usize),
+    reach: usize,
+) -> impl Iterator<Item = usize> {
+    let (x, y) = (i % width, i / width);
+    let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+    (y.saturating_sub(reach)..(y + reach + 1).min(height))
+        .flat_map(move |row| columns.clone().map(move |column| row * width + column))
+}
+
+/// The light of the `hot` pixels of a lamp in channel `c`; `None` where no lobe fits.
+fn lobe(
+    light: &Image,
+    clipped: &Raster<[bool; 3]>,
+    usable: &[f32],
+    lamp: &[usize],
+    hot: &[usize],
+    c: usize,
+) -> Option<Vec<f32>> {
+    let width = light.width;
+    let value = |i: usize| f64::from(light.pixels[i][c]);
+    let white = hot.iter().map(|&i| value(i)).fold(f64::INFINITY, f64::min);
+    // A flank as wide as the clipped part is far across, and a border beyond for the background.
+    let radius = (lamp.len() as f64 / std::f64::consts::PI).sqrt();
+    let reach = (radius.ceil() as usize + 2).min(64);
+    let mut near: Vec<usize> = (lamp.iter())
+        .flat_map(|&i| around(i, light.size(), reach))
+        .filter(|&i| usable[i] > 0.0 && !clipped.pixels[i][c])
+        .collect();
+    near.sort_unstable();
+    near.dedup();
+    let mut levels: Vec<f64> = near.iter().map(|&i| value(i)).collect();
+    levels.sort_by(f64::total_cmp);
+    let background = *levels.get(levels.len() / 10)?;
+    let range = white - background;
+    // Places count from the lamp's middle, in its radii, so that the equations are well scaled.
+    let middle = |place: &dyn Fn(usize) -> f64| {
+        lamp.iter().map(|&i| place(i)).sum::<f64>() / lamp.len() as f64
+    };
+    let (cx, cy) = (
+        middle(&|i| (i % width) as f64),
+        middle(&|i| (i / width) as f64),
+    );
+    let scale = 1.0 / (radius + 1.0);
+    let place = |i: usize| {
+        let (x, y) = (
+            scale * ((i % width) as f64 - cx),
+            scale * ((i / width) as f64 - cy),
+        );
+        [1.0, x, y, x * x, x * y, y * y]
+    };
+    let flank: Vec<([f64; 6], f64)> = (near.iter())
+        .map(|&i| (place(i), value(i) - background))
+        .filter(|(_, excess)| *excess > FAINTEST * range && range > 0.0)
+        .collect();
+    if flank.len() < 12 {
+        return None;
+    }
+    let mut fit = solve(&flank, &[])?;
+    for _ in 0..20 {
+        let pulled: Vec<([f64; 6], f64)> = (hot.iter())
+            .map(|&i| place(i))
+            .filter(|p| polynomial(&fit, p) < range.ln())
+            .map(|p| (p, range))
+            .collect();
+        if pulled.is_empty() {
+            break;
+        }
+        fit = solve(&flank, &pulled)?;
+    }
+    let [_, _, _, xx, xy, yy] = fit;
+    // A lobe falls in every direction.
+    if !(xx < 0.0 && 4.0 * xx * yy > xy * xy) {
+        return None;
+    }
+    let values: Vec<f64> = (hot.iter())
+        .map(|&i| polynomial(&fit, &place(i)).exp() / range)
+        .collect();
+    let highest = values.iter().copied().fold(0.0, f64::max);
+    (highest <= HIGHEST).then(|| {
+        let lit = values.iter().map(|v| (background + range * v.max(1.0)) as f32);
+        lit.collect()
+    })
+}
+
+fn polynomial(fit: &[f64; 6], place: &[f64; 6]) -> f64 {
+    fit.iter().zip(place).map(|(a, b)| a * b).sum()
+}
+
+/// The quadratic polynomial of least squared error to the logarithms of positive values, weighted by the
+/// values' squares: errors of the light itself count. `None` where many are equally good.
+fn solve(flank: &[([f64; 6], f64)], pulled: &[([f64; 6], f64)]) -> Option<[f64; 6]> {
+    let mut rows = [[0.0f64; 7]; 6];
+    for (place, value) in flank.iter().chain(pulled) {
+        let weight = value * value;
+        for i in 0..6 {
+            for j in 0..6 {
+                rows[i][j] += weight * place[i] * place[j];
+            }
+            rows[i][6] += weight * place[i] * value.ln();
+        }
+    }
+    // Gauss's elimination with the largest pivot of each column.
+    let largest = rows.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs()));
+    for column in 0..6 {
+        let pivot = (column..6)
+            .max_by(|&a, &b| rows[a][column].abs().total_cmp(&rows[b][column].abs()))?;
+        rows.swap(column, pivot);
+        let head = rows[column];
+        // NaN fails this too.
+        if !(head[column].abs() > 1e-12 * largest) {
+            return None;
+        }
+        for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != column) {
+            let factor = row[column] / head[column];
+            for (value, above) in row.iter_mut().zip(head) {
+                *value -= factor * above;
+            }
+        }
+    }
+    Some(std::array::from_fn(|i| rows[i][6] / rows[i][i]))
+}

@@ -1,0 +1,91 @@
+//! What no pixel shows: filled by the smoothest light that meets what is seen around it.
+
+use crate::imaging::Image;
+use std::f64::consts::PI;
+
+/// Sweeps on each level of detail; each level starts from the next coarser one's solution.
+const SWEEPS: usize = 40;
+/// Over-relaxation (Young 1954).
+const RELAXATION: f64 = 1.6;
+
+/// Fills the texels of a lat-long panorama that are not `seen` with the solution of Laplace's equation on
+/// the sphere whose border is the seen ones: no new brightest or darkest place arises, and nothing
+/// jumps. Where nothing is seen everything is black.
+pub(super) fn fill(panorama: &mut Image, seen: &[bool]) {
+    if seen.iter().all(|&s| s) {
+        return;
+    }
+    let (width, height) = panorama.size();
+    if width * height > 1 {
+        let (coarse, coarse_seen) = halved(panorama, seen);
+        let mut coarse = coarse;
+        fill(&mut coarse, &coarse_seen);
+        for (i, _) in seen.iter().enumerate().filter(|(_, seen)| !**seen) {
+            panorama.pixels[i] = coarse.at(i % width / 2, i / width / 2);
+        }
+    } else {
+        panorama.pixels[0] = [0.0; 3];
+    }
+    relax(panorama, seen);
+}
+
+/// The panorama at half the size: the mean of what is seen, by solid angle.
+fn halved(panorama: &Image, seen: &[bool]) -> (Image, Vec<bool>) {
+    let (width, height) = panorama.size();
+    let size = (width.div_ceil(2), height.div_ceil(2));
+    let mut weights = vec![0.0f64; size.0 * size.1];
+    let mut sums = vec![[0.0f64; 3]; weights.len()];
+    for (i, pixel) in panorama.pixels.iter().enumerate().filter(|(i, _)| seen[*i]) {
+        let (x, y) = (i % width, i / width);
+        let weight = (PI * (y as f64 + 0.5) / height as f64).sin();
+        let to = y / 2 * size.0 + x / 2;
+        weights[to] += weight;
+        for c in 0..3 {
+            sums[to][c] += weight * f64::from(pixel[c]);
+        }
+    }
+    let mean = |(sum, &weight): (&[f64; 3], &f64)| match weight > 0.0 {
+        true => sum.map(|v| (v / weight) as f32),
+        false => [0.0; 3],
+    };
+    let image = Image {
+        width: size.0,
+        height: size.1,
+        pixels: sums.iter().zip(&weights).map(mean).collect(),
+    };
+    (image, weights.iter().map(|w| *w > 0.0).collect())
+}
+
+/// Sweeps over the texels that are not seen, each towards its neighbours' mean on the sphere.
+fn relax(panorama: &mut Image, seen: &[bool]) {
+    let (width, height) = panorama.size();
+    let (across, down) = (2.0 * PI / width as f64, PI / height as f64);
+    let holes: Vec<usize> = (0..seen.len()).filter(|&i| !seen[i]).collect();
+    for _ in 0..SWEEPS {
+        for &i in &holes {
+            let (x, y) = (i % width, i / width);
+            // Laplace and Beltrami: ∂²/∂φ² / sin²θ + (1/sin θ)·∂/∂θ (sin θ · ∂/∂θ).
+            let sine = |rows: f64| (down * rows).sin();
+            let middle = sine(y as f64 + 0.5);
+            let sides = 1.0 / (across * middle).powi(2);
+            let above = sine(y as f64) / (middle * down * down);
+            let below = sine(y as f64 + 1.0) / (middle * down * down);
+            let neighbours = [
+                (y * width + (x + 1) % width, sides),
+                (y * width + (x + width - 1) % width, sides),
+                (if y > 0 { i - width } else { i }, above),
+                (if y + 1 < height { i + width } else { i }, below),
+            ];
+            let all: f64 = neighbours.iter().map(|(_, weight)| weight).sum();
+            for c in 0..3 {
+                let mean = neighbours
+                    .iter()
+                    .map(|(j, weight)| weight * f64::from(panorama.pixels[*j][c]))
+                    .sum::<f64>()
+                    / all;
+                let old = f64::from(panorama.pixels[i][c]);
+                panorama.pixels[i][c] = (old + RELAXATION * (mean - old)).max(0.0) as f32;
+            }
+        }
+    }
+}

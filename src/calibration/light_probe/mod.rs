@@ -1,0 +1,188 @@
+//! From photographs of a mirror ball to a light probe: a lat-long panorama of radiance.
+//!
+//! [`Photograph`] is a picture as light, [`merge`] makes one of an exposure bracket, [`light_probe`] unwraps
+//! the ball, and [`merge_balls`] joins two balls so that neither camera shows. Every result says what
+//! it had to make up: light filled in behind the ball, estimated where the picture was clipped, or
+//! repaired. All panoramas are in the frame of [`crate::light::latlong`], with the (first) camera on +Z.
+
+mod bracket;
+mod clipped;
+mod fill;
+mod photograph;
+#[cfg(test)]
+mod picture;
+#[cfg(test)]
+mod tests;
+mod two_balls;
+mod view;
+
+pub use bracket::{Bracket, Exposure, measured_stops, merge};
+pub use photograph::Photograph;
+pub use two_balls::{TwoBalls, TwoBallsSettings, merge_balls};
+pub use view::{BallCamera, BallView};
+
+use crate::error::{Error, Result};
+use crate::imaging::color::luminance;
+use crate::imaging::{Image, Raster};
+use crate::light::Mapping;
+use crate::light::mapping::{Kind, resample};
+use glam::DQuat;
+
+/// What to do about light that the photograph clipped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ClippedLight {
+    /// Take it as dark as the photograph shows it; it is counted.
+    #[default]
+    Keep,
+    /// Continue the clipped lamps from their unclipped flanks; see [`LightProbe::estimated_energy_share`].
+    Estimate,
+}
+
+/// A light probe from one photograph of a mirror ball, and what to know before trusting it.
+#[derive(Clone, Debug)]
+pub struct LightProbe {
+    /// Radiance from every direction as a lat-long panorama, the ball's reflectivity divided out. Finite
+    /// and not negative. Its middle is what is behind the ball, seen from the camera.
+    pub panorama: Image,
+    /// Pixels that lie wholly on the ball and within the frame.
+    pub ball_pixels: usize,
+    /// Mean distance in degrees between what neighbouring pixels show: the square root of the solid angle
+    /// that one shows on average.
+    pub resolution_deg: f32,
+    /// Half angle in degrees of the cone behind the ball that its silhouette hides.
+    pub blind_half_angle_deg: f32,
+    /// Share of the sphere that no pixel shows: the cone, the cut pixels of the rim, and what the frame
+    /// cuts off.
+    pub blind_share: f32,
+    /// Share of the panorama's luminous energy that was filled in there.
+    pub filled_share: f32,
+    /// Ball pixels with a clipped channel: their light is at least as strong as shown.
+    pub clipped_pixels: usize,
+    /// Of these, the pixels that no lamp's flank says anything about; they are left as they are. 0 where no
+    /// estimate was asked for.
+    pub unestimated_pixels: usize,
+    /// Share of the ball's luminous energy that was estimated, on the assumption that a clipped lamp's
+    /// image is one elliptic Gaussian lobe over an even background. A flatter lamp is overestimated.
+    pub estimated_energy_share: f32,
+    /// Pixels of the photograph that were NaN, infinite or negative and have been repaired.
+    pub repaired_pixels: usize,
+}
+
+/// Unwraps a mirror ball's photograph into a lat-long panorama of `size` pixels.
+///
+/// # Errors
+/// When the ball's figures are impossible, no pixel lies wholly on the ball, or the size is empty.
+pub fn light_probe(
+    photograph: &Photograph,
+    view: &BallView,
+    clipped: ClippedLight,
+    size: (usize, usize),
+) -> Result<LightProbe> {
+    let ball = Ball::new(photograph, view, clipped)?;
+    let (panorama, shown) = ball.unwrapped(size, DQuat::IDENTITY)?;
+    let angles = Mapping::LatLong.solid_angles(size)?;
+    let (panorama, filled_share, blind_share) = filled(panorama, &shown, &angles);
+    Ok(LightProbe {
+        panorama,
+        ball_pixels: ball.pixels,
+        resolution_deg: ((1.0 - blind_share) as f64 * 4.0 * std::f64::consts::PI
+            / ball.pixels as f64)
+            .sqrt()
+            .to_degrees() as f32,
+        blind_half_angle_deg: view.blind_half_angle_deg() as f32,
+        blind_share,
+        filled_share,
+        clipped_pixels: ball.clipped,
+        unestimated_pixels: ball.estimate.unestimated_pixels,
+        estimated_energy_share: ball.estimate.energy_share,
+        repaired_pixels: photograph.repaired_pixels,
+    })
+}
+
+/// A ball's radiance, ready to be unwrapped.
+struct Ball {
+    radiance: Image,
+    /// 1 for pixels that lie wholly on the ball, else 0.
+    usable: Vec<f32>,
+    view: BallView,
+    pixels: usize,
+    clipped: usize,
+    estimate: clipped::Estimate,
+}
+
+impl Ball {
+    fn new(photograph: &Photograph, view: &BallView, clipped: ClippedLight) -> Result<Self> {
+        let projection = view.projection(photograph.size())?;
+        let width = projection.width;
+        let on_ball = |i: usize| match &projection.kind {
+            Kind::Disc(disc) => disc.farthest(i % width, i / width) <= disc.radius,
+            _ => false,
+        };
+        let usable: Vec<f32> = (0..photograph.light.pixels.len())
+            .map(|i| f32::from(u8::from(on_ball(i))))
+            .collect();
+        let pixels = usable.iter().filter(|u| **u > 0.0).count();
+        if pixels == 0 {
+            let (width, height) = photograph.size();
+            return Err(Error::unexpected(
+                "the mirror ball",
+                format!("a ball within the photograph of {width}×{height} pixels"),
+                format!(
+                    "none of its pixels wholly on one at {:?} with radius {}",
+                    view.centre_px, view.radius_px
+                ),
+                "Correct the ball's centre and radius, or photograph it from nearer",
+            ));
+        }
+        let channels = photograph.clipped.pixels.iter().zip(&usable);
+        let count = channels
+            .filter(|(clipped, usable)| **usable > 0.0 && clipped.contains(&true))
+            .count();
+        let mut light = photograph.light.clone();
+        let mut estimate = clipped::Estimate::default();
+        if clipped == ClippedLight::Estimate && count > 0 {
+            let angles = projection.solid_angles();
+            estimate = clipped::estimate(&mut light, &photograph.clipped, &usable, &angles);
+        }
+        let radiance = light.map(|pixel| [0, 1, 2].map(|c| pixel[c] / view.reflectivity[c]));
+        Ok(Self {
+            radiance,
+            usable,
+            view: *view,
+            pixels,
+            clipped: count,
+            estimate,
+        })
+    }
+
+    /// The angle from the camera in radians that the ball shows at a distance from its middle, of its radius.
+    fn angle_at(&self, r: f64) -> f64 {
+        self.view.profile().angle(r.max(0.0)).0
+    }
+
+    /// The ball as a panorama with the world turned, and the share of each texel that it shows.
+    fn unwrapped(&self, size: (usize, usize), turn: DQuat) -> Result<(Image, Vec<f32>)> {
+        let target = Mapping::LatLong.projection(size)?;
+        let source = self.view.projection(self.radiance.size())?;
+        let resampled = resample(&self.radiance, &source, &self.usable, &target, turn);
+        Ok((resampled.image, resampled.shown))
+    }
+}
+
+/// Fills what is not shown. Returns the panorama, the share of its luminous energy that was filled in, and
+/// the share of the sphere that this was for.
+fn filled(mut panorama: Image, shown: &[f32], angles: &Raster<f64>) -> (Image, f32, f32) {
+    let seen: Vec<bool> = shown.iter().map(|s| *s > 0.0).collect();
+    fill::fill(&mut panorama, &seen);
+    let (mut all, mut filled, mut sphere, mut blind) = (0.0, 0.0, 0.0, 0.0);
+    for ((pixel, shown), angle) in panorama.pixels.iter().zip(shown).zip(&angles.pixels) {
+        let energy = angle * f64::from(luminance(*pixel));
+        let hidden = f64::from(1.0 - shown);
+        all += energy;
+        filled += hidden * energy;
+        sphere += angle;
+        blind += hidden * angle;
+    }
+    let share = |part: f64, all: f64| if all > 0.0 { (part / all) as f32 } else { 0.0 };
+    (panorama, share(filled, all), share(blind, sphere))
+}

@@ -1,0 +1,96 @@
+//! A photograph as light, with what is known of each pixel's certainty.
+
+use super::super::code::{CLIPPED, STEPS};
+use crate::imaging::{DualGamma, Encoded, Image, Raster};
+use crate::light::Environment;
+
+/// Electrons of a pixel at the clipping level, as small sensors hold them. They scale the photon noise,
+/// which only balances a bracket's photographs against each other.
+const FULL_WELL: f32 = 20_000.0;
+
+/// The linear light of a photograph.
+#[derive(Clone, Debug)]
+pub struct Photograph {
+    /// Linear light; finite and not negative.
+    pub light: Image,
+    /// Channels that are clipped: their light is at least what `light` says.
+    pub clipped: Raster<[bool; 3]>,
+    /// Standard deviation of `light`: of the coding's steps and of the photons.
+    pub(super) deviation: Image,
+    /// The light at which pixels clip; infinite where they never do.
+    pub(super) white: f32,
+    /// Pixels that were NaN, infinite or negative and have been repaired.
+    pub repaired_pixels: usize,
+}
+
+impl Photograph {
+    /// A camera's encoded photograph. The last 8-bit code is clipped, and light is uncertain by one such
+    /// code.
+    pub fn from_encoded(picture: &Encoded, response: &DualGamma) -> Self {
+        let white = f32::from(CLIPPED) / f32::from(STEPS);
+        let step = |code: f32| {
+            let (low, high) = ((code - 1.0 / 255.0).max(0.0), (code + 1.0 / 255.0).min(1.0));
+            let rise = response.decode_value(high) - response.decode_value(low);
+            rise / (255.0 * (high - low))
+        };
+        // Eight bits hold 256 values; finer pictures take the step of the nearest one.
+        let steps: Vec<f32> = (0..=255).map(|code| step(code as f32 / 255.0)).collect();
+        let light = response.decode(picture);
+        let deviation = Image {
+            pixels: (light.pixels.iter().zip(&picture.0.pixels))
+                .map(|(light, code)| {
+                    std::array::from_fn(|c| {
+                        let step = steps[(code[c] * 255.0 + 0.5) as usize & 255];
+                        step.hypot((light[c] / FULL_WELL).sqrt())
+                    })
+                })
+                .collect(),
+            ..light
+        };
+        Self {
+            clipped: picture.0.map(|pixel| pixel.map(|v| v >= white)),
+            light: response.decode(picture),
+            deviation,
+            white: 1.0,
+            repaired_pixels: 0,
+        }
+    }
+
+    /// Linear light as a raw converter or a renderer wrote it. `white` is the level at which it clips, where
+    /// it does; infinite values count as clipped in any case. Values that are not light are repaired as in
+    /// [`Environment::from_radiance`]. Light is uncertain by a step of twelve bits below `white`, or below
+    /// the brightest value.
+    pub fn from_linear(picture: Image, white: Option<f32>) -> Self {
+        let white = white.filter(|w| *w > 0.0).unwrap_or(f32::INFINITY);
+        let clipped = picture.map(|pixel| pixel.map(|v| v >= white || v == f32::INFINITY));
+        let Environment {
+            radiance: light,
+            repaired_texels,
+            ..
+        } = Environment::from_radiance("", picture);
+        let values = light.pixels.iter().flatten();
+        let range = if white.is_finite() {
+            white
+        } else {
+            values.copied().fold(0.0, f32::max)
+        };
+        let noise = |v: f32| (range / 4096.0).hypot((v * range / FULL_WELL).sqrt());
+        Self {
+            deviation: light.map(|pixel| pixel.map(noise)),
+            light,
+            clipped,
+            white,
+            repaired_pixels: repaired_texels,
+        }
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> (usize, usize) {
+        self.light.size()
+    }
+
+    /// Pixels with a clipped channel, over the whole photograph.
+    pub fn clipped_pixels(&self) -> usize {
+        self.clipped.pixels.iter().filter(|p| p.contains(&true)).count()
+    }
+}

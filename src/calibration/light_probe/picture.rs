@@ -1,0 +1,52 @@
+//! Pictures of mirror balls in analytic surroundings, by tracing rays: what the tests compare with. It
+//! shares no formula with the unwrapping.
+
+use super::BallView;
+use crate::imaging::Image;
+use glam::DVec3;
+
+/// A photograph of `size × size` pixels of a ball in surroundings whose radiance is a function of the
+/// direction; what is beside the ball is black. `RAYS²` rays a pixel.
+pub(super) fn photographed(
+    view: &BallView,
+    size: (usize, usize),
+    radiance: impl Fn(DVec3) -> [f32; 3],
+) -> Image {
+    const RAYS: usize = 5;
+    let distance = view.camera.distance_radii(view.radius_px).min(1e7);
+    let camera = DVec3::new(0.0, 0.0, distance);
+    // The outermost ray touches the ball: its tangent times the focal length is the radius.
+    let focal = view.radius_px * (distance * distance - 1.0).sqrt();
+    let ray = |x: f64, y: f64| -> Option<[f32; 3]> {
+        let direction = DVec3::new(x - view.centre_px[0], view.centre_px[1] - y, -focal).normalize();
+        let along = -camera.dot(direction);
+        let nearest = camera + along * direction;
+        let inside = 1.0 - nearest.length_squared();
+        if inside < 0.0 {
+            return None;
+        }
+        let hit = nearest - inside.sqrt() * direction;
+        let away = direction - 2.0 * direction.dot(hit) * hit;
+        let seen = match view.surroundings_radii {
+            None => away,
+            Some(dome) => {
+                let b = hit.dot(away);
+                let t = (b * b + dome * dome - hit.length_squared()).sqrt() - b;
+                (hit + t * away).normalize()
+            }
+        };
+        let light = radiance(seen);
+        Some([0, 1, 2].map(|c| light[c] * view.reflectivity[c]))
+    };
+    Image::from_fn(size.0, size.1, |x, y| {
+        let mut sum = [0.0f32; 3];
+        for sub in 0..RAYS * RAYS {
+            let at = |i: usize| (i as f64 + 0.5) / RAYS as f64;
+            let place = (x as f64 + at(sub % RAYS), y as f64 + at(sub / RAYS));
+            if let Some(light) = ray(place.0, place.1) {
+                sum = [0, 1, 2].map(|c| sum[c] + light[c]);
+            }
+        }
+        sum.map(|v| v / (RAYS * RAYS) as f32)
+    })
+}

@@ -1,0 +1,2 @@
+use super::picture::photographed;
+use super::*;

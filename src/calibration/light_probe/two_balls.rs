@@ -1,0 +1,267 @@
+//! Two photographs of the ball from different sides, joined so that neither camera shows.
+//!
+//! In every direction the two are mixed by how well each shows it: not at all near its own camera,
+//! whose reflection stands in the ball's middle, nor near its blind cone, and less towards the rim, where
+//! pixels grow long. What one misses the other shows in its well-resolved part when the cameras are
+//! about a right angle apart.
+
+use super::super::simplex;
+use super::{Ball, BallView, ClippedLight, Photograph, filled};
+use crate::error::{Error, Result};
+use crate::imaging::Image;
+use crate::imaging::color::luminance;
+use crate::light::latlong::{texel_direction, texel_solid_angle};
+use crate::light::{Environment, Mapping};
+use glam::{DQuat, DVec3, Quat, Vec3};
+
+/// How two balls are joined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoBallsSettings {
+    /// Size of the panorama.
+    pub size: (usize, usize),
+    /// Half angle in degrees of the cone around each camera that is left out: the camera, its stand and
+    /// who works it.
+    pub camera_half_angle_deg: f32,
+    /// Width in degrees of the soft edge beside what is left out.
+    pub feather_deg: f32,
+    /// Whether the given rotation is refined until the two pictures agree.
+    pub refine: bool,
+    /// What to do about clipped light.
+    pub clipped: ClippedLight,
+}
+
+impl Default for TwoBallsSettings {
+    fn default() -> Self {
+        Self {
+            size: (1024, 512),
+            camera_half_angle_deg: 15.0,
+            feather_deg: 15.0,
+            refine: true,
+            clipped: ClippedLight::Keep,
+        }
+    }
+}
+
+/// Two balls joined, and what to know before trusting the panorama.
+#[derive(Clone, Debug)]
+pub struct TwoBalls {
+    /// Radiance as a lat-long panorama in the first camera's frame and exposure.
+    pub panorama: Image,
+    /// How many times brighter the second photograph recorded the same light, from what both show.
+    pub exposure_ratio: f32,
+    /// Median difference in stops between the two after that, where both show a direction; tells of moved
+    /// lights, a wrong rotation or near objects.
+    pub disagreement_stops: f32,
+    /// The rotation that was used: from directions in the second camera's frame to those in the first's.
+    pub turn: Quat,
+    /// By how many degrees it differs from the given one; 0 when it was not refined.
+    pub refined_deg: f32,
+    /// Share of the sphere that neither photograph shows free of its camera and rim.
+    pub blind_share: f32,
+    /// Share of the panorama's luminous energy that was filled in there.
+    pub filled_share: f32,
+    /// Ball pixels with a clipped channel, in each photograph.
+    pub clipped_pixels: [usize; 2],
+    /// See [`super::LightProbe::unestimated_pixels`]; of each photograph.
+    pub unestimated_pixels: [usize; 2],
+    /// See [`super::LightProbe::estimated_energy_share`]; of each photograph.
+    pub estimated_energy_share: [f32; 2],
+    /// Pixels that were no light and have been repaired, in each photograph.
+    pub repaired_pixels: [usize; 2],
+}
+
+/// Columns of the panoramas that are compared.
+const COMPARED: usize = 128;
+/// A refinement beyond this is another place, not an inexact rotation.
+const FARTHEST_DEG: f32 = 10.0;
+
+/// Joins two photographs of a ball. `turn` takes directions of the second camera's frame to the first's:
+/// `Quat::from_rotation_y(ψ)` for a second camera that stands at the same height, ψ to the right of the
+/// first as the first sees it (towards +X).
+///
+/// # Errors
+/// As [`super::light_probe`], for either photograph, and when the rotation or an angle is no number.
+pub fn merge_balls(
+    photographs: [(&Photograph, &BallView); 2],
+    turn: Quat,
+    settings: &TwoBallsSettings,
+) -> Result<TwoBalls> {
+    let angles = [settings.camera_half_angle_deg, settings.feather_deg];
+    let sensible = angles.iter().all(|a| (0.0..=90.0).contains(a));
+    if !(sensible && turn.is_finite() && turn.length_squared() > 0.5) {
+        return Err(Error::unexpected(
+            "the two mirror balls",
+            "a rotation, and angles from 0 to 90 degrees",
+            format!("{turn:?}, {angles:?}"),
+            "Give the angle between the two cameras in degrees",
+        ));
+    }
+    let given = turn.normalize();
+    let [(first, first_view), (second, second_view)] = photographs;
+    let first = Side::new(first, first_view, settings)?;
+    let second = Side::new(second, second_view, settings)?;
+    let coarse = (COMPARED, COMPARED / 2);
+    let overlap = Overlap {
+        panoramas: [
+            Environment::from_radiance("", first.ball.unwrapped(coarse, DQuat::IDENTITY)?.0),
+            Environment::from_radiance("", second.ball.unwrapped(coarse, DQuat::IDENTITY)?.0),
+        ],
+        sides: [&first, &second],
+    };
+    let turn = if settings.refine {
+        overlap.refined(given)
+    } else {
+        given
+    };
+    let (ratio, disagreement) = overlap.ratio(turn).unwrap_or((0.0, 0.0));
+    let size = settings.size;
+    let (ours, ours_shown) = first.ball.unwrapped(size, DQuat::IDENTITY)?;
+    let (theirs, theirs_shown) = second.ball.unwrapped(size, turn.as_dquat())?;
+    let back = turn.inverse();
+    let gain = (-ratio).exp2();
+    let mut panorama = Image::filled(size.0, size.1, [0.0; 3]);
+    let mut shown = vec![0.0f32; panorama.pixels.len()];
+    for (i, pixel) in panorama.pixels.iter_mut().enumerate() {
+        let direction = texel_direction(i % size.0, i / size.0, size.0, size.1);
+        let a = first.weight(direction) * ours_shown[i];
+        let b = second.weight(back * direction) * theirs_shown[i];
+        if a + b > 0.0 {
+            let (a, b) = (a / (a + b), gain * b / (a + b));
+            *pixel = [0, 1, 2].map(|c| a * ours.pixels[i][c] + b * theirs.pixels[i][c]);
+            shown[i] = 1.0;
+        }
+    }
+    let (panorama, filled_share, blind_share) =
+        filled(panorama, &shown, &Mapping::LatLong.solid_angles(size)?);
+    let balls = [&first.ball, &second.ball];
+    Ok(TwoBalls {
+        panorama,
+        exposure_ratio: ratio.exp2(),
+        disagreement_stops: disagreement,
+        turn,
+        refined_deg: given.angle_between(turn).to_degrees(),
+        blind_share,
+        filled_share,
+        clipped_pixels: balls.map(|ball| ball.clipped),
+        unestimated_pixels: balls.map(|ball| ball.estimate.unestimated_pixels),
+        estimated_energy_share: balls.map(|ball| ball.estimate.energy_share),
+        repaired_pixels: photographs.map(|(photograph, _)| photograph.repaired_pixels),
+    })
+}
+
+/// One photograph and what of it counts.
+struct Side {
+    ball: Ball,
+    /// Half angles in radians around the camera and around the blind cone that are left out.
+    camera: f32,
+    blind: f32,
+    feather: f32,
+}
+
+impl Side {
+    fn new(photograph: &Photograph, view: &BallView, settings: &TwoBallsSettings) -> Result<Self> {
+        let ball = Ball::new(photograph, view, settings.clipped)?;
+        // The rim's pixels are cut: the outermost whole ones are up to one and a half pixels from it.
+        let rim = ball.angle_at(1.0 - 1.5 / view.radius_px);
+        Ok(Self {
+            ball,
+            camera: settings.camera_half_angle_deg.to_radians(),
+            blind: (std::f64::consts::PI - rim) as f32,
+            feather: settings.feather_deg.to_radians().max(1e-3),
+        })
+    }
+
+    /// How much this side counts for a direction in its own frame.
+    fn weight(&self, direction: Vec3) -> f32 {
+        let angle = direction.angle_between(Vec3::Z);
+        let behind = std::f32::consts::PI - angle;
+        let edge = |beyond: f32| {
+            let t = (beyond / self.feather).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        };
+        // Towards the rim a pixel spans 1/cos(angle/2) times as far as in the middle.
+        let sharpness = (0.5 * angle).cos().powi(2);
+        edge(angle - self.camera) * edge(behind - self.blind) * sharpness
+    }
+}
+
+/// What both photographs show, at a size that is quick to compare.
+struct Overlap<'a> {
+    /// Each in its own camera's frame.
+    panoramas: [Environment; 2],
+    sides: [&'a Side; 2],
+}
+
+impl Overlap<'_> {
+    /// log2 of second over first in each direction that both show, with weights.
+    fn differences(&self, turn: Quat) -> Vec<(f32, f32)> {
+        let back = turn.inverse();
+        let (width, height) = self.panoramas[0].radiance.size();
+        (0..width * height)
+            .filter_map(|i| {
+                let (x, y) = (i % width, i / width);
+                let direction = texel_direction(x, y, width, height);
+                let theirs = back * direction;
+                let weight = self.sides[0].weight(direction) * self.sides[1].weight(theirs);
+                let (a, b) = (
+                    luminance(self.panoramas[0].radiance(direction)),
+                    luminance(self.panoramas[1].radiance(theirs)),
+                );
+                (weight > 0.0 && a > 0.0 && b > 0.0).then(|| {
+                    let angle = texel_solid_angle(y, width, height) as f32;
+                    ((b / a).log2(), weight * angle)
+                })
+            })
+            .collect()
+    }
+
+    /// The median of log2 (second over first), and the median distance from it; `None` without overlap.
+    fn ratio(&self, turn: Quat) -> Option<(f32, f32)> {
+        let mut differences = self.differences(turn);
+        let ratio = weighted_median(&mut differences)?;
+        for (difference, _) in &mut differences {
+            *difference = (*difference - ratio).abs();
+        }
+        Some((ratio, weighted_median(&mut differences)?))
+    }
+
+    /// The rotation near the given one under which the two agree best.
+    fn refined(&self, given: Quat) -> Quat {
+        let turned = |[x, y, z]: [f64; 3]| {
+            DQuat::from_scaled_axis(DVec3::new(x, y, z)).as_quat() * given
+        };
+        let cost = |offset: [f64; 3]| {
+            if DVec3::from_array(offset).length() > f64::from(FARTHEST_DEG).to_radians() {
+                return f64::INFINITY;
+            }
+            let mut differences = self.differences(turned(offset));
+            let Some(ratio) = weighted_median(&mut differences) else {
+                return f64::INFINITY;
+            };
+            // Differences of more than a stop are other things, not an inexact rotation.
+            let (mut sum, mut weights) = (0.0f64, 0.0f64);
+            for (difference, weight) in differences {
+                sum += f64::from(weight * (difference - ratio).abs().min(1.0));
+                weights += f64::from(weight);
+            }
+            sum / weights
+        };
+        let start = cost([0.0; 3]);
+        let step = 2.0f64.to_radians();
+        let (offset, best) = simplex::minimise(cost, [0.0; 3], [step; 3], 150);
+        // Noise alone always finds a little.
+        if best < 0.98 * start { turned(offset) } else { given }
+    }
+}
+
+/// The value that half the weight lies below; `None` without any. Sorts the values.
+fn weighted_median(values: &mut [(f32, f32)]) -> Option<f32> {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * values.iter().map(|(_, weight)| weight).sum::<f32>();
+    let mut sum = 0.0;
+    let found = values.iter().find(|(_, weight)| {
+        sum += weight;
+        sum >= half
+    });
+    found.map(|(value, _)| *value)
+}

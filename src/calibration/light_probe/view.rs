@@ -1,0 +1,138 @@
+//! How a mirror ball was photographed: where it is in the picture, and from how far.
+
+use crate::error::{Error, Result};
+use crate::light::mapping::{Disc, Kind, Profile, Projection};
+use crate::project::Ball;
+
+/// A mirror ball in a photograph.
+///
+/// Directions are those of the line from the ball to the camera, which is +Z; this is the camera's
+/// optical axis where the ball is in the middle of the uncropped frame, and otherwise the directions are
+/// turned by the angle between the two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BallView {
+    /// Centre in pixels from the top left corner of the photograph (0 is the left edge of column 0).
+    pub centre_px: [f64; 2],
+    /// Radius of the silhouette in pixels, more than 1.
+    pub radius_px: f64,
+    /// How far the camera was.
+    pub camera: BallCamera,
+    /// Distance of what the ball reflects from its centre, in radii of the ball: a dome's radius.
+    /// `None` for far away. Directions are then those from the ball's centre.
+    pub surroundings_radii: Option<f64>,
+    /// The part of the light that the ball reflects, per channel, 0 < ρ ≤ 1.
+    pub reflectivity: [f32; 3],
+}
+
+/// The distance of the camera, by any of the figures that say it. The half angle σ of the silhouette ties
+/// them together: sin σ = radius / distance = 1 / `ball_radii`, and tan σ = `radius_px` / focal length in
+/// pixels, which is half the frame over the tangent of half the field of view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BallCamera {
+    /// So far that all rays are parallel.
+    Far,
+    /// From the camera to the ball's centre, in radii of the ball; more than 1.
+    Distance { ball_radii: f64 },
+    /// The focal length in pixels: in millimetres, over the sensor's width, times the uncropped
+    /// photograph's width in pixels.
+    FocalLength { px: f64 },
+    /// The field of view in degrees across `frame_px` pixels of the uncropped photograph.
+    FieldOfView { degrees: f64, frame_px: f64 },
+}
+
+impl BallCamera {
+    /// From the camera to the ball's centre in radii of the ball, where its silhouette has a radius of
+    /// `radius_px`; infinite for a far camera.
+    pub fn distance_radii(&self, radius_px: f64) -> f64 {
+        match *self {
+            Self::Far => f64::INFINITY,
+            Self::Distance { ball_radii } => ball_radii,
+            // 1/sin(atan(t)) = √(1 + 1/t²).
+            Self::FocalLength { px } => (px / radius_px).hypot(1.0),
+            Self::FieldOfView { degrees, frame_px } => {
+                let px = 0.5 * frame_px / (0.5 * degrees.to_radians()).tan();
+                Self::FocalLength { px }.distance_radii(radius_px)
+            }
+        }
+    }
+
+    /// The focal length in pixels; infinite for a far camera.
+    pub fn focal_px(&self, radius_px: f64) -> f64 {
+        let distance = self.distance_radii(radius_px);
+        radius_px * ((distance - 1.0) * (distance + 1.0)).sqrt()
+    }
+
+    fn is_possible(&self, radius_px: f64) -> bool {
+        let lens = match *self {
+            Self::Far | Self::Distance { .. } => true,
+            Self::FocalLength { px } => px > 0.0 && px.is_finite(),
+            Self::FieldOfView { degrees, frame_px } => {
+                degrees > 0.0 && degrees < 180.0 && frame_px > 0.0 && frame_px.is_finite()
+            }
+        };
+        // At the surface there is nothing to see; NaN is not more than 1.
+        lens && self.distance_radii(radius_px) > 1.0
+    }
+}
+
+impl BallView {
+    /// The ball of a shoot, a perfect mirror. Where the dome's radius in metres is known, directions are
+    /// those to the dome.
+    pub fn of(ball: &Ball, dome_radius_m: Option<f32>) -> Self {
+        let radii = |metres: f32| f64::from(metres) / f64::from(ball.radius_m);
+        Self {
+            centre_px: ball.center_px.map(f64::from),
+            radius_px: f64::from(ball.radius_px),
+            camera: BallCamera::Distance {
+                ball_radii: radii(ball.camera_distance_m),
+            },
+            surroundings_radii: dome_radius_m.map(radii),
+            reflectivity: [1.0; 3],
+        }
+    }
+
+    /// Half angle in degrees of the cone behind the ball that its silhouette hides.
+    pub fn blind_half_angle_deg(&self) -> f64 {
+        180.0 - self.profile().last_angle().to_degrees()
+    }
+
+    /// Which angle each distance from the ball's middle shows.
+    pub(super) fn profile(&self) -> Profile {
+        Profile::Ball {
+            camera: 1.0 / self.camera.distance_radii(self.radius_px),
+            dome: self.surroundings_radii.map_or(0.0, f64::recip),
+        }
+    }
+
+    /// The geometry of a photograph of `width × height` pixels.
+    ///
+    /// # Errors
+    /// When the ball's figures are impossible.
+    pub(super) fn projection(&self, (width, height): (usize, usize)) -> Result<Projection> {
+        let possible = self.centre_px.iter().all(|c| c.is_finite())
+            && self.radius_px > 1.0
+            && self.radius_px.is_finite()
+            && self.camera.is_possible(self.radius_px)
+            && self.surroundings_radii.is_none_or(|radii| radii > 1.0)
+            && self.reflectivity.iter().all(|r| *r > 0.0 && *r <= 1.0);
+        if possible {
+            return Ok(Projection {
+                width,
+                height,
+                kind: Kind::Disc(Disc {
+                    centre: self.centre_px,
+                    radius: self.radius_px,
+                    profile: self.profile(),
+                    facing: 1.0,
+                }),
+            });
+        }
+        Err(Error::unexpected(
+            "the mirror ball",
+            "a silhouette of more than one pixel, a camera and surroundings outside the ball, and a \
+             reflectivity above 0 and up to 1",
+            format!("{self:?}"),
+            "Correct the ball's centre, radius, distance or reflectivity",
+        ))
+    }
+}

@@ -1,0 +1,242 @@
+//! Pictures of the whole sphere: where each of their pixels looks, how much of the sphere it covers,
+//! and how one becomes another.
+//!
+//! All speak of the same world: right-handed, +Y up, the camera on +Z looking along −Z. Pictures have
+//! their origin in the top left corner; u ∈ [0, 1] goes right and v ∈ [0, 1] down.
+//!
+//! | mapping | size | middle | right of it | what it is |
+//! |---|---|---|---|---|
+//! | [`Mapping::LatLong`] | any | −Z | +X | [`super::latlong`] |
+//! | [`Mapping::Angular`] | n×n | −Z | +X | Debevec's light probe: radius ∝ angle from the middle |
+//! | [`Mapping::MirrorBall`] | n×n | +Z | +X | an ideal ball's photograph from afar: radius = sin(angle/2) |
+//! | [`Mapping::CubeCross`] | 4n×3n | −Z, row 2 column 2 | +X | six views from within |
+//! | [`Mapping::CubeStrip`] | 6n×n | – | – | OpenGL's six faces side by side |
+//!
+//! The mirror ball is seen from outside, so its middle shows the camera and its picture, taken as a
+//! view from within, is mirrored. Both discs touch the frame; what is outside them is black and shows
+//! nothing. Their rims show one direction only: −Z for the mirror ball, +Z for the angular map.
+//!
+//! `pfspanoramic` of pfstools 2.2 has the same `polar` and `angular`, pixel for pixel. Its `mirrorball` is
+//! a view from within: what it makes of a ball's photograph is ours with left and right exchanged and
+//! half a turn of yaw, u' = 3/2 − u (mod 1).
+
+mod disc;
+mod projection;
+mod resample;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use disc::{Disc, Profile};
+pub(crate) use projection::{Kind, Projection};
+pub(crate) use resample::resample;
+
+use super::Environment;
+use crate::error::{Error, Result};
+use crate::imaging::{Image, Raster};
+use glam::{DQuat, DVec3, Quat};
+use serde::{Deserialize, Serialize};
+
+/// How a picture lays out the sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mapping {
+    /// Longitude along the rows, latitude along the columns; see [`super::latlong`].
+    LatLong,
+    /// Debevec's angular map ("light probe"): the middle shows −Z, the rim +Z, and the distance from
+    /// the middle is proportional to the angle from −Z.
+    Angular,
+    /// The photograph of an ideal mirror ball from far away: the middle shows +Z (the camera), the rim
+    /// −Z, and the distance from the middle is sin(angle/2). Every pixel covers the same solid angle.
+    MirrorBall,
+    /// A cube seen from within, unfolded around its front (−Z): above it +Y, below it −Y, left of it
+    /// −X, right of it +X, and at the far right +Z. The other six cells are black.
+    CubeCross,
+    /// The cube's faces +X −X +Y −Y +Z −Z from left to right, each laid out as in OpenGL's table of cube
+    /// map coordinates (that table is left-handed, so the faces look mirrored from within).
+    CubeStrip,
+}
+
+impl Mapping {
+    /// All mappings.
+    pub const ALL: [Self; 5] = [
+        Self::LatLong,
+        Self::Angular,
+        Self::MirrorBall,
+        Self::CubeCross,
+        Self::CubeStrip,
+    ];
+
+    /// The unit direction that the place (u, v) shows; `None` where the picture shows nothing.
+    pub fn direction(self, u: f64, v: f64) -> Option<DVec3> {
+        let unit = self.unit();
+        let (x, y) = (u * unit.width as f64, v * unit.height as f64);
+        let inside = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
+        unit.look(x, y).filter(|_| inside).map(|(direction, _)| direction)
+    }
+
+    /// The place (u, v) that shows a direction of any length but zero.
+    pub fn position(self, direction: DVec3) -> (f64, f64) {
+        let unit = self.unit();
+        // Only photographs have directions that they do not show.
+        let (x, y) = unit
+            .place(direction.normalize_or(DVec3::NEG_Z))
+            .unwrap_or((0.0, 0.0));
+        (x / unit.width as f64, y / unit.height as f64)
+    }
+
+    /// The size of this mapping's pictures next to `height` pixels high, of square pixels.
+    pub fn size(self, height: usize) -> (usize, usize) {
+        let height = height.max(1);
+        match self {
+            Self::LatLong => (2 * height, height),
+            Self::Angular | Self::MirrorBall => (height, height),
+            Self::CubeCross => (4 * height.div_ceil(3), 3 * height.div_ceil(3)),
+            Self::CubeStrip => (6 * height, height),
+        }
+    }
+
+    /// The part of the sphere that each pixel shows, in steradians; 0 where it shows nothing. They add up
+    /// to 4π: exactly for lat-longs and cubes, and for the discs because neighbours share the integrals
+    /// along their borders (see [`Disc`]).
+    ///
+    /// # Errors
+    /// When a picture of this mapping cannot have this size.
+    pub fn solid_angles(self, size: (usize, usize)) -> Result<Raster<f64>> {
+        let projection = self.projection(size)?;
+        Ok(Raster {
+            width: size.0,
+            height: size.1,
+            pixels: projection.solid_angles(),
+        })
+    }
+
+    /// ∫ E dω over the sphere, per channel. Pixels that show nothing do not count, whatever they hold.
+    ///
+    /// # Errors
+    /// When a picture of this mapping cannot have this size.
+    pub fn energy(self, picture: &Image) -> Result<[f64; 3]> {
+        let angles = self.solid_angles(picture.size())?;
+        let mut energy = [0.0; 3];
+        for (pixel, &angle) in picture.pixels.iter().zip(&angles.pixels) {
+            if angle > 0.0 {
+                for (sum, &value) in energy.iter_mut().zip(pixel) {
+                    *sum += angle * f64::from(value);
+                }
+            }
+        }
+        Ok(energy)
+    }
+
+    /// Checks a size and gives the geometry of such a picture.
+    pub(crate) fn projection(self, (width, height): (usize, usize)) -> Result<Projection> {
+        let (fits, expected) = match self {
+            Self::LatLong => (width > 0 && height > 0, "at least one pixel"),
+            Self::Angular | Self::MirrorBall => (width > 0 && width == height, "a square picture"),
+            Self::CubeCross => (
+                width > 0 && width.is_multiple_of(4) && width / 4 * 3 == height,
+                "4×3 square faces",
+            ),
+            Self::CubeStrip => (height > 0 && width == 6 * height, "6×1 square faces"),
+        };
+        if fits && u32::try_from(width.saturating_mul(height)).is_ok() {
+            return Ok(self.geometry(width, height));
+        }
+        Err(Error::unexpected(
+            format!("a picture of the sphere as {self:?}"),
+            format!("{expected}, and fewer than four thousand million pixels"),
+            format!("{width}×{height} pixels"),
+            "Give another size or another mapping",
+        ))
+    }
+
+    /// The geometry of the smallest picture.
+    fn unit(self) -> Projection {
+        match self {
+            Self::CubeCross => self.geometry(4, 3),
+            Self::CubeStrip => self.geometry(6, 1),
+            _ => self.geometry(1, 1),
+        }
+    }
+
+    fn geometry(self, width: usize, height: usize) -> Projection {
+        let disc = |profile, facing| {
+            Kind::Disc(Disc {
+                centre: [0.5 * width as f64, 0.5 * height as f64],
+                radius: 0.5 * width as f64,
+                profile,
+                facing,
+            })
+        };
+        let kind = match self {
+            Self::LatLong => Kind::LatLong,
+            Self::Angular => disc(Profile::Angular, -1.0),
+            Self::MirrorBall => disc(Profile::FAR_BALL, 1.0),
+            Self::CubeCross => Kind::Cube(&projection::CROSS, height / 3),
+            Self::CubeStrip => Kind::Cube(&projection::STRIP, height),
+        };
+        Projection {
+            width,
+            height,
+            kind,
+        }
+    }
+}
+
+/// A picture in another mapping.
+#[derive(Clone, Debug)]
+pub struct Converted {
+    /// Radiance, finite and not negative; black where the mapping shows nothing.
+    pub image: Image,
+    /// Pixels of the source that were NaN, infinite or negative and have been repaired, as
+    /// [`Environment::from_radiance`] does; what lies outside a disc or cross does not count.
+    pub repaired_pixels: usize,
+}
+
+/// The picture in another mapping and size. It is interpolated between pixels where it grows and averaged
+/// by solid angle where it shrinks, across seams, poles and the cube's edges. Its energy
+/// ([`Mapping::energy`]) stays to one part in 100 000 whatever it holds, that of a lamp in one pixel too,
+/// and an even sky stays as even.
+///
+/// # Errors
+/// When either size does not suit its mapping.
+pub fn convert(
+    image: &Image,
+    from: Mapping,
+    to: Mapping,
+    size: (usize, usize),
+) -> Result<Converted> {
+    convert_turned(image, from, to, size, Quat::IDENTITY)
+}
+
+/// [`convert`], with the world turned: what was in direction ω is in `turn · ω` afterwards. A turn
+/// of −ψ about +Y is a yaw of +ψ, towards larger u.
+///
+/// # Errors
+/// When either size does not suit its mapping.
+pub fn convert_turned(
+    image: &Image,
+    from: Mapping,
+    to: Mapping,
+    size: (usize, usize),
+    turn: Quat,
+) -> Result<Converted> {
+    let (source, target) = (from.projection(image.size())?, to.projection(size)?);
+    let shown = source.coverage();
+    let mut image = image.clone();
+    for (pixel, &shown) in image.pixels.iter_mut().zip(&shown) {
+        if shown <= 0.0 {
+            *pixel = [0.0; 3];
+        }
+    }
+    let clean = Environment::from_radiance("", image);
+    let turn = if turn.is_finite() {
+        turn.as_dquat().normalize()
+    } else {
+        DQuat::IDENTITY
+    };
+    let resampled = resample(&clean.radiance, &source, &shown, &target, turn);
+    Ok(Converted {
+        image: resampled.image,
+        repaired_pixels: clean.repaired_texels,
+    })
+}

@@ -1,0 +1,317 @@
+//! From one picture of the sphere to another: anti-aliased, with every pixel's energy kept.
+//!
+//! Samples of the sphere stand on a grid within the pixels of both pictures. Each is bilinearly
+//! interpolated in the source and counts for the target's pixel that it falls in, by the solid angle
+//! that it stands for: the reciprocal of both grids' density there (the balance heuristic of Veach and
+//! Guibas 1995), so that the finer picture's grid does the work wherever it is the finer one. This gives
+//! the share of each source pixel in each target pixel, nearly: what a source pixel gives should add up
+//! to its solid angle, and what a target pixel gets to that one's. Scaling both in turn (Sinkhorn and
+//! Knopp 1967) comes near to both, and the last step makes one of them exact: the target's for what is
+//! smooth, so that an even sky stays even, and the source's for what stands out of it, so that a lamp
+//! of one pixel keeps its energy.
+
+use super::Projection;
+use crate::imaging::Image;
+use glam::DQuat;
+use rayon::prelude::*;
+
+/// Rounds of scaling.
+const ROUNDS: usize = 3;
+
+/// What [`resample`] makes.
+pub(crate) struct Resampled {
+    /// Mean radiance of what each pixel shows of the source; 0 where it shows nothing of it.
+    pub image: Image,
+    /// Share of each target pixel's part of the sphere that the source shows.
+    pub shown: Vec<f32>,
+}
+
+/// A direction with its place in both pictures.
+#[derive(Clone, Copy)]
+struct Sample {
+    target: u32,
+    /// Place in the source in pixels.
+    x: f32,
+    y: f32,
+    /// The solid angle it stands for.
+    weight: f32,
+}
+
+/// Resamples a picture whose values are finite. `usable` is the share of each source pixel's area that
+/// belongs to the picture: pixels of 0 are left out, and what only they show counts as not shown.
+/// A direction ω of the source is `turn`·ω in the target.
+pub(crate) fn resample(
+    picture: &Image,
+    source: &Projection,
+    usable: &[f32],
+    target: &Projection,
+    turn: DQuat,
+) -> Resampled {
+    let plan = Plan::new(source, usable, target, turn);
+    let factors = plan.balanced();
+    let smooth = eroded(picture, usable);
+    let mut sums = vec![[0.0f64; 6]; plan.shown_angles.len()];
+    for sample in &plan.samples {
+        let target = sample.target as usize;
+        let weight = f64::from(sample.weight);
+        let (even, exact) = (weight * factors.even[target], weight * factors.exact[target]);
+        for (pixel, share) in plan.interpolated(sample) {
+            let share = f64::from(share) * factors.source[pixel];
+            let (all, base) = (picture.pixels[pixel], smooth.pixels[pixel]);
+            for c in 0..3 {
+                sums[target][c] += even * share * f64::from(base[c]);
+                sums[target][3 + c] += exact * share * f64::from(all[c] - base[c]);
+            }
+        }
+    }
+    // The smooth part's energy is off by what its slopes left uneven; it is settled as a whole.
+    let correction: [f64; 3] = std::array::from_fn(|c| {
+        let before = smooth.pixels.iter().zip(&plan.source_angles);
+        let before: f64 = before.map(|(pixel, angle)| f64::from(pixel[c]) * angle).sum();
+        let after: f64 = sums.iter().map(|sum| sum[c]).sum();
+        if after > 0.0 { before / after } else { 1.0 }
+    });
+    let pixels = sums
+        .iter()
+        .zip(&plan.shown_angles)
+        .map(|(sum, &angle)| {
+            // The mean over what is shown is the energy over its solid angle.
+            std::array::from_fn(|c| match angle > 0.0 {
+                true => ((correction[c] * sum[c] + sum[3 + c]) / angle) as f32,
+                false => 0.0,
+            })
+        })
+        .collect();
+    Resampled {
+        image: Image {
+            width: target.width,
+            height: target.height,
+            pixels,
+        },
+        shown: plan.shown,
+    }
+}
+
+/// The least of each usable pixel and its usable neighbours.
+fn eroded(picture: &Image, usable: &[f32]) -> Image {
+    let (width, height) = picture.size();
+    Image::from_fn(width, height, |x, y| {
+        let mut least = picture.at(x, y);
+        for row in y.saturating_sub(1)..(y + 2).min(height) {
+            for column in x.saturating_sub(1)..(x + 2).min(width) {
+                if usable[row * width + column] > 0.0 {
+                    let pixel = picture.at(column, row);
+                    least = std::array::from_fn(|c| least[c].min(pixel[c]));
+                }
+            }
+        }
+        least
+    })
+}
+
+/// Which part of which source pixel goes to which target pixel, nearly.
+struct Plan<'a> {
+    source: &'a Projection,
+    usable: &'a [f32],
+    samples: Vec<Sample>,
+    /// Solid angles of the source's usable pixels.
+    source_angles: Vec<f64>,
+    /// Solid angles of what the target's pixels show of the source.
+    shown_angles: Vec<f64>,
+    /// The same as a share of what the target's pixels show of the sphere.
+    shown: Vec<f32>,
+}
+
+/// Factors that make a [`Plan`] true. All products share those of the source's pixels.
+struct Factors {
+    source: Vec<f64>,
+    /// Of the target's pixels, when the source's sums are to be exact.
+    exact: Vec<f64>,
+    /// Of the target's pixels, when theirs are.
+    even: Vec<f64>,
+}
+
+/// Samples along a side of the pixels of `this` picture: none but the centre where the other is so much
+/// finer that its own samples are dense here too.
+fn grid(this: &Projection, other: &Projection) -> usize {
+    let pixels = |p: &Projection| p.width * p.height;
+    if pixels(other) >= 9 * pixels(this) { 1 } else { 2 }
+}
+
+/// The places of an `n × n` grid in a pixel.
+fn places(picture: &Projection, pixel: usize, n: usize) -> impl Iterator<Item = (f64, f64)> {
+    let (x, y) = (pixel % picture.width, pixel / picture.width);
+    (0..n * n).map(move |i| {
+        let at = |i: usize| (i as f64 + 0.5) / n as f64;
+        (x as f64 + at(i % n), y as f64 + at(i / n))
+    })
+}
+
+impl<'a> Plan<'a> {
+    fn new(
+        source: &'a Projection,
+        usable: &'a [f32],
+        target: &Projection,
+        turn: DQuat,
+    ) -> Self {
+        let mut plan = Self {
+            source,
+            usable,
+            samples: vec![],
+            source_angles: source.solid_angles(),
+            shown_angles: target.solid_angles(),
+            shown: vec![0.0; target.width * target.height],
+        };
+        for (angle, &usable) in plan.source_angles.iter_mut().zip(usable) {
+            *angle = if usable > 0.0 { *angle } else { 0.0 };
+        }
+        let (n, m) = (grid(target, source), grid(source, target));
+        let weight = |in_target: f64, in_source: f64| {
+            1.0 / ((n * n) as f64 / in_target + (m * m) as f64 / in_source)
+        };
+        let back = turn.inverse();
+        // From a place in the target; the error is the solid angle that the source does not show.
+        let from_target = |pixel: usize, (x, y): (f64, f64)| {
+            let (direction, in_target) = target.look(x, y)?;
+            let alone = in_target / (n * n) as f64;
+            let seen = source.place(back * direction).filter(|&(x, y)| plan.shows(x, y));
+            Some(seen.ok_or(alone).map(|(x, y)| Sample {
+                target: pixel as u32,
+                x: x as f32,
+                y: y as f32,
+                // Where the source is infinitely dense only the target's samples count.
+                weight: source.look(x, y).map_or(alone, |(_, d)| weight(in_target, d)) as f32,
+            }))
+        };
+        let from_source = |(x, y): (f64, f64)| {
+            let (direction, in_source) = source.look(x, y)?;
+            let place = target.place(turn * direction)?;
+            let (_, in_target) = target.look(place.0, place.1)?;
+            Some(Sample {
+                target: target.pixel(place) as u32,
+                x: x as f32,
+                y: y as f32,
+                weight: weight(in_target, in_source) as f32,
+            })
+        };
+        let rows: Vec<(Vec<Sample>, Vec<f64>)> = (0..target.height)
+            .into_par_iter()
+            .map(|y| {
+                let (mut samples, mut missed) = (Vec::new(), vec![0.0; target.width]);
+                for (x, missed) in missed.iter_mut().enumerate() {
+                    let pixel = y * target.width + x;
+                    if plan.shown_angles[pixel] <= 0.0 {
+                        continue;
+                    }
+                    let mut any = false;
+                    for sample in places(target, pixel, n).filter_map(|p| from_target(pixel, p)) {
+                        any = true;
+                        match sample {
+                            Ok(sample) => samples.push(sample),
+                            Err(angle) => *missed += angle,
+                        }
+                    }
+                    // A sliver of a disc may lie between the grid's places.
+                    if !any {
+                        samples.extend(from_target(pixel, target.centre(pixel)).and_then(Result::ok));
+                    }
+                }
+                (samples, missed)
+            })
+            .collect();
+        let theirs: Vec<Vec<Sample>> = (0..source.height)
+            .into_par_iter()
+            .map(|y| {
+                let pixels = y * source.width..(y + 1) * source.width;
+                let mut samples = Vec::new();
+                for pixel in pixels.filter(|&p| plan.source_angles[p] > 0.0) {
+                    let before = samples.len();
+                    samples.extend(places(source, pixel, m).filter_map(from_source));
+                    if samples.len() == before {
+                        samples.extend(from_source(source.centre(pixel)));
+                    }
+                }
+                samples
+            })
+            .collect();
+        let mut samples: Vec<Sample> = theirs.into_iter().flatten().collect();
+        let mut missed = Vec::with_capacity(plan.shown.len());
+        for (own, miss) in rows {
+            samples.extend(own);
+            missed.extend(miss);
+        }
+        samples.retain(|s| s.weight > 0.0 && s.weight.is_finite());
+        let mut seen = vec![0.0f64; missed.len()];
+        for sample in &samples {
+            seen[sample.target as usize] += f64::from(sample.weight);
+        }
+        for (i, (seen, missed)) in seen.iter().zip(missed).enumerate() {
+            let share = if *seen > 0.0 { seen / (seen + missed) } else { 0.0 };
+            plan.shown[i] = share as f32;
+            plan.shown_angles[i] *= share;
+        }
+        plan.samples = samples;
+        plan
+    }
+
+    /// Whether any usable pixel is next to a place of the source.
+    fn shows(&self, x: f64, y: f64) -> bool {
+        let around = self.source.neighbours(x, y);
+        around
+            .iter()
+            .any(|(pixel, share)| *share > 0.0 && pixel.is_some_and(|p| self.usable[p] > 0.0))
+    }
+
+    /// The source's pixels that a sample interpolates, with shares that add up to 1.
+    fn interpolated(&self, sample: &Sample) -> impl Iterator<Item = (usize, f32)> {
+        let around = self.source.neighbours(f64::from(sample.x), f64::from(sample.y));
+        let shares = around.map(|(pixel, share)| {
+            pixel.map_or((0, 0.0), |pixel| (pixel, share * self.usable[pixel]))
+        });
+        let all: f32 = shares.iter().map(|(_, share)| share).sum();
+        let factor = if all > 0.0 { 1.0 / all } else { 0.0 };
+        shares
+            .into_iter()
+            .filter(|(_, share)| *share > 0.0)
+            .map(move |(pixel, share)| (pixel, share * factor))
+    }
+
+    /// Scales the target's pixels and the source's in turn.
+    fn balanced(&self) -> Factors {
+        let factors = |angles: &[f64], sums: &[f64]| -> Vec<f64> {
+            let pairs = angles.iter().zip(sums);
+            pairs
+                .map(|(angle, &sum)| if sum > 0.0 { angle / sum } else { 0.0 })
+                .collect()
+        };
+        let target = |source: &[f64]| {
+            let mut sums = vec![0.0; self.shown_angles.len()];
+            for sample in &self.samples {
+                let parts = self.interpolated(sample);
+                let sum: f64 = parts.map(|(pixel, share)| f64::from(share) * source[pixel]).sum();
+                sums[sample.target as usize] += f64::from(sample.weight) * sum;
+            }
+            factors(&self.shown_angles, &sums)
+        };
+        let mut source = vec![1.0; self.source_angles.len()];
+        let mut even = target(&source);
+        let mut exact = vec![];
+        for _ in 0..ROUNDS {
+            let mut sums = vec![0.0; source.len()];
+            for sample in &self.samples {
+                let row = even[sample.target as usize] * f64::from(sample.weight);
+                for (pixel, share) in self.interpolated(sample) {
+                    sums[pixel] += row * f64::from(share);
+                }
+            }
+            source = factors(&self.source_angles, &sums);
+            exact = even;
+            even = target(&source);
+        }
+        Factors {
+            source,
+            exact,
+            even,
+        }
+    }
+}
