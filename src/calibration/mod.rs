@@ -8,6 +8,8 @@ pub mod gamma;
 mod least_squares;
 pub mod mirror_ball;
 pub mod probe;
+pub mod rig_check;
+pub mod shading;
 mod simplex;
 
 use crate::error::{Error, Result};

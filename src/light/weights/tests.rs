@@ -11,6 +11,7 @@ pub(in crate::light) fn rig(directions: &[Vec3]) -> Rig {
         energy: [0.02 + 0.001 * i as f32, 0.03, 0.01 + 0.002 * i as f32],
         spread_deg: 5.0,
         confidence: 1.0,
+        clipped: 0.0,
     };
     Rig {
         lamps: directions.iter().enumerate().map(lamp).collect(),
@@ -395,3 +396,5 @@ fn a_live_turn_is_quick() {
         assert!(turn_ms < 20.0);
     }
 }
+
+mod invariants;
