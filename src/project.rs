@@ -11,6 +11,7 @@
 
 use crate::error::{Error, Result};
 use crate::imaging::file::write_beside;
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -60,6 +61,11 @@ pub struct Shoot {
     pub dome_radius_m: Option<f32>,
     /// Environments that belong to the shoot.
     pub environments: Vec<NamedEnvironment>,
+    /// Where whoever built the dome says that each lamp is, as unit directions from the subject in the
+    /// order of `lamps`; empty where the shoot does not say. Nothing is computed from it: it is what the
+    /// measured rig is checked against.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lamp_layout: Vec<Vec3>,
 }
 
 /// A mirror ball in the photographs under `probes/`, all taken by one fixed camera.

@@ -77,8 +77,8 @@ impl Footprint {
             .count()
     }
 
-    /// Measures the lamp from what the ball shows of it. Its confidence is the share of its energy that is
-    /// not clipped.
+    /// Measures the lamp from what the ball shows of it. Clipping takes from its energy and leaves its
+    /// direction: a clipped footprint keeps its outline.
     pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &Table) -> Lamp {
         let background = self.background(table);
         let (mut energy, mut moment, mut clipped) = ([0.0f64; 3], DVec3::ZERO, 0.0f64);
@@ -108,6 +108,7 @@ impl Footprint {
                 energy: [0.0; 3],
                 spread_deg: 0.0,
                 confidence: 0.0,
+                clipped: 0.0,
             };
         }
         let square: f64 = parts
@@ -120,7 +121,8 @@ impl Footprint {
             direction: direction.as_vec3(),
             energy: energy.map(|e| e as f32),
             spread_deg: spread_deg as f32,
-            confidence: (1.0 - clipped / all) as f32,
+            confidence: 1.0,
+            clipped: (clipped / all) as f32,
         }
     }
 }

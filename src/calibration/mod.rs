@@ -9,6 +9,8 @@ mod least_squares;
 pub mod light_probe;
 pub mod mirror_ball;
 pub mod probe;
+pub mod rig_check;
+pub mod shading;
 pub mod silhouette;
 mod simplex;
 

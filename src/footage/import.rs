@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::imaging::file::dimensions;
 use crate::progress::Progress;
 use crate::project::{self, Ball, FORMAT, NamedEnvironment, Project, Settings, Shoot};
+use glam::Vec3;
 use rayon::prelude::*;
 use serde::Deserialize;
 use std::path::{Component, Path, PathBuf};
@@ -30,6 +31,10 @@ struct Manifest {
     probes: Probes,
     #[serde(default)]
     hdris: Vec<NamedEnvironment>,
+    /// Directions from the subject to the lamps, in the order of the OLATs' numbers. Any value, because a
+    /// shoot that says it otherwise can be imported all the same.
+    #[serde(default)]
+    bank_directions: Option<serde_json::Value>,
     #[serde(default)]
     exemplar_poses: Option<usize>,
     #[serde(default)]
@@ -144,6 +149,19 @@ pub fn import(
         camera_distance_m: (x * x + y * y + z * z).sqrt(),
     };
     check_ball(&manifest_path, &ball)?;
+    let lamp_layout = manifest
+        .bank_directions
+        .map_or_else(Vec::new, |directions| {
+            let layout = layout(directions, &lamps);
+            if layout.is_empty() {
+                progress.say(format!(
+                    "The manifest's `bank_directions` are not {} directions, one for each lamp: the lamps \
+                     will not be checked against them",
+                    lamps.len()
+                ));
+            }
+            layout
+        });
     std::fs::create_dir_all(root).map_err(|e| {
         Error::file(
             "make",
@@ -171,6 +189,7 @@ pub fn import(
                 ball,
                 dome_radius_m: manifest.dome_radius_m,
                 environments: manifest.hdris,
+                lamp_layout,
             },
         },
     };
@@ -306,6 +325,32 @@ fn missing(folder: &Path, what: &str) -> Error {
     )
 }
 
+/// Where each lamp is by the manifest: its directions are in the order of the OLATs' numbers, which is
+/// not that of names without leading zeros. Empty where it does not fit the lamps.
+fn layout(directions: serde_json::Value, lamps: &[String]) -> Vec<Vec3> {
+    let number = |name: &String| -> Option<u64> {
+        let digits = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        name[digits..].parse().ok()
+    };
+    let directions: Vec<Vec3> = serde_json::from_value(directions).unwrap_or_default();
+    let unit: Vec<Vec3> = directions
+        .iter()
+        .filter_map(|d| d.try_normalize())
+        .collect();
+    if unit.len() != directions.len() || unit.len() != lamps.len() {
+        return vec![];
+    }
+    let mut order: Vec<usize> = (0..lamps.len()).collect();
+    if lamps.iter().all(|name| number(name).is_some()) {
+        order.sort_by_key(|&lamp| number(&lamps[lamp]));
+    }
+    let mut layout = unit.clone();
+    for (lamp, direction) in order.into_iter().zip(unit) {
+        layout[lamp] = direction;
+    }
+    layout
+}
+
 /// Names that `pick` takes from a folder's entries, sorted.
 fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
     let listing = std::fs::read_dir(folder).map_err(|e| {
@@ -359,6 +404,35 @@ fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_layout_follows_the_numbers_of_the_lamps() {
+        let names = |names: [&str; 3]| names.map(str::to_owned);
+        let directions = serde_json::json!([[1, 0, 0], [0, 2, 0], [0, 0, 1]]);
+        let unpadded = layout(directions.clone(), &names(["olat_1", "olat_10", "olat_2"]));
+        assert_eq!(unpadded, [Vec3::X, Vec3::Z, Vec3::Y]);
+        let padded = layout(
+            directions.clone(),
+            &names(["olat_01", "olat_02", "olat_10"]),
+        );
+        assert_eq!(padded, [Vec3::X, Vec3::Y, Vec3::Z]);
+        let words = layout(directions, &names(["back", "key", "rim"]));
+        assert_eq!(words, [Vec3::X, Vec3::Y, Vec3::Z]);
+    }
+
+    #[test]
+    fn a_layout_that_does_not_fit_the_lamps_is_left_out() {
+        let lamps = ["olat_0", "olat_1"].map(str::to_owned);
+        for directions in [
+            serde_json::json!([[1, 0, 0]]),
+            serde_json::json!([[1, 0, 0], [0, 0, 0]]),
+            serde_json::json!([[1, 0, 0], [0, 1]]),
+            serde_json::json!({"key": [1, 0, 0]}),
+            serde_json::Value::Null,
+        ] {
+            assert!(layout(directions, &lamps).is_empty());
+        }
+    }
 
     #[test]
     fn the_way_between_folders_is_relative() {

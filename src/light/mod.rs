@@ -5,9 +5,12 @@ pub mod environment;
 pub mod latlong;
 pub mod mapping;
 pub mod rig;
+pub mod subset;
 pub mod weights;
+pub mod yaw_table;
 
 pub use environment::Environment;
 pub use mapping::Mapping;
 pub use rig::{Lamp, Rig};
 pub use weights::LightWeights;
+pub use yaw_table::YawTable;

@@ -10,12 +10,18 @@ pub struct Lamp {
     pub name: String,
     /// Unit direction from the subject towards the lamp's centroid.
     pub direction: Vec3,
-    /// ∫ L dω per channel over the lamp's footprint on the ball, in the units of the OLAT session.
+    /// ∫ L dω per channel over the lamp's footprint on the ball, in the units of the OLAT session. A lower
+    /// bound where some of it is [`Self::clipped`].
     pub energy: [f32; 3],
     /// Root-mean-square angle of the footprint about the centroid, in degrees.
     pub spread_deg: f32,
-    /// 0 (not seen) to 1 (clear of the ball's rim and of clipping).
+    /// How far the direction can be trusted: 0 (not seen) to 1 (the ball shows all of the lamp). A clipped
+    /// lamp is where it seems to be.
     pub confidence: f32,
+    /// Share of the energy, 0 to 1, from pixels with a clipped channel: there the lamp is brighter than
+    /// measured.
+    #[serde(default)]
+    pub clipped: f32,
 }
 
 /// All lamps of a session, in the order of their OLATs.
@@ -47,6 +53,7 @@ mod tests {
             energy: [0.1, 0.2, 0.3],
             spread_deg: 9.5,
             confidence: 0.75,
+            clipped: 0.0,
         };
         let rig = Rig {
             lamps: vec![
@@ -64,6 +71,13 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_does_not_speak_of_clipping_is_read() {
+        let text = "lamps = [{ name = \"a\", direction = [0, 1, 0], energy = [1, 1, 1], spread_deg = 1, confidence = 1 }]";
+        let rig: Rig = toml::from_str(text).unwrap();
+        assert!(rig.lamps[0].clipped == 0.0 && rig.lamps[0].is_usable());
+    }
+
+    #[test]
     fn a_lamp_that_was_not_seen_is_not_usable() {
         let lamp = Lamp {
             name: "a".into(),
@@ -71,6 +85,7 @@ mod tests {
             energy: [1.0; 3],
             spread_deg: 1.0,
             confidence: 1.0,
+            clipped: 0.0,
         };
         assert!(lamp.is_usable());
         assert!(

@@ -3,15 +3,28 @@
 //! A picture under the environment is Σ_i w_i · OLAT_i with w_i = (energy of the environment given to
 //! lamp i) / e_i. Who gets the energy from a direction is a [`Partition`] of the sphere, made once for
 //! a rig: a yaw of the environment then only shifts columns.
+//!
+//! | kind | energy | a small sun that turns | sums of environments |
+//! |---|---|---|---|
+//! | [`Partition::cells`] | kept | jumps from lamp to lamp | linear |
+//! | [`Partition::soft`] | kept | moves over near the cells' borders | linear |
+//! | [`Partition::smooth`] | kept | moves over all the way | linear |
+//! | [`Partition::fit`] | kept | moves over all the way | not linear: a bound decides who is dark |
 
+mod fit;
 mod hull;
+mod nodes;
+mod turned;
 
 use super::latlong::{texel_direction, texel_solid_angle};
 use super::{Environment, Rig};
+use fit::Fit;
 use glam::DVec3;
 use hull::Hull;
+use nodes::Nodes;
 use rayon::prelude::*;
-use std::f64::consts::PI;
+use std::sync::Arc;
+pub use turned::rotation;
 
 /// An environment in terms of a rig.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,18 +44,36 @@ impl LightWeights {
 
 /// Which lamps stand for which direction, for every texel of a panorama.
 pub struct Partition {
-    width: usize,
-    height: usize,
-    /// The nodes that share each texel's energy, texel after texel: shares are not negative and add up
-    /// to 1 for each.
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// The nodes that share each texel's energy, texel after texel: shares are not negative and, but for
+    /// a fit, add up to 1 for each.
     shares: Vec<(u16, f32)>,
     /// Where each texel's part of `shares` ends.
     ends: Vec<u32>,
     /// Per texel whether lamps surround it.
     covered: Vec<bool>,
+    pub(super) division: Arc<Division>,
+}
+
+/// From what the nodes were given to the weights of the lamps.
+pub(super) struct Division {
     /// Per node the lamps that its energy goes to; shares add up to 1.
     nodes: Vec<Vec<(usize, f64)>>,
+    /// Where it is there, what a node was given is not its energy but how well its footprint agrees with
+    /// the environment, and energies are solved for.
+    fit: Option<Fit>,
     lamp_energy: Vec<[f32; 3]>,
+}
+
+/// What a panorama gives to the nodes of a partition.
+pub(super) struct Gathered {
+    /// Per node Σ share · energy.
+    pub nodes: Vec<[f64; 3]>,
+    /// Energy from where no lamp is.
+    pub uncovered: [f64; 3],
+    /// Energy of the whole panorama.
+    pub total: [f64; 3],
 }
 
 impl Partition {
@@ -56,8 +87,8 @@ impl Partition {
     /// as it turns, as in [`Self::smooth`], which spreads it over three banks.
     pub fn soft(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
-        let sigma = 0.2 * nodes.spacing();
-        Self::build(rig, width, &nodes, |nodes, direction, _, _| {
+        let sigma = nodes.softness();
+        Self::build(rig, width, &nodes, None, |nodes, direction, _, _| {
             let angles: Vec<f64> = nodes
                 .real()
                 .map(|lamp| direction.angle_between(*lamp))
@@ -83,7 +114,7 @@ impl Partition {
     /// uncovered.
     pub fn smooth(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
-        Self::build(rig, width, &nodes, |_, _, corners, shares| {
+        Self::build(rig, width, &nodes, None, |_, _, corners, shares| {
             [0, 1, 2]
                 .map(|i| (corners[i] as u16, shares[i] as f32))
                 .to_vec()
@@ -94,7 +125,7 @@ impl Partition {
     /// a small sun jumps from lamp to lamp as it turns.
     pub fn cells(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
-        Self::build(rig, width, &nodes, |nodes, direction, _, _| {
+        Self::build(rig, width, &nodes, None, |nodes, direction, _, _| {
             let nearest = nodes
                 .real()
                 .enumerate()
@@ -103,81 +134,159 @@ impl Partition {
         })
     }
 
+    /// Non-negative least squares of the environment by the lamps' footprints, per channel, both blurred
+    /// to the rig's spacing, among the solutions that keep the environment's energy: so a light in a gap
+    /// of the rig is not lost. A footprint is a round blur of the lamp's spread about its direction. Unlike
+    /// the other kinds it is not linear in the environment, only in its brightness.
+    pub fn fit(rig: &Rig, width: usize) -> Self {
+        let nodes = Nodes::of(rig);
+        let fit = Fit::of(rig, &nodes);
+        Self::build(rig, width, &nodes, Some(&fit), |_, direction, _, _| {
+            fit.agreement(direction)
+        })
+    }
+
     fn build(
         rig: &Rig,
         width: usize,
         nodes: &Nodes,
+        fit: Option<&Fit>,
         share: impl Fn(&Nodes, DVec3, [usize; 3], [f64; 3]) -> Vec<(u16, f32)> + Sync,
     ) -> Self {
+        let width = width.max(1);
         let height = (width / 2).max(1);
         let lamp_energy = rig.lamps.iter().map(|lamp| lamp.energy).collect();
-        if nodes.lamps.is_empty() {
-            let (shares, ends, covered) = (vec![], vec![], vec![]);
-            return Self {
-                width,
-                height,
-                shares,
-                ends,
-                covered,
-                nodes: vec![],
-                lamp_energy,
-            };
-        }
-        let hull = Hull::of(&nodes.directions);
-        let (texels, covered): (Vec<_>, Vec<_>) = (0..width * height)
-            .into_par_iter()
-            .map(|i| {
-                let direction = texel_direction(i % width, i / width, width, height).as_dvec3();
-                let (facet, shares) = hull.locate(direction);
-                let covered = facet
-                    .corners
-                    .iter()
-                    .all(|&corner| corner < nodes.lamps.len());
-                (share(nodes, direction, facet.corners, shares), covered)
-            })
-            .unzip();
-        let ends = texels.iter().scan(0, |end, shares| {
-            *end += shares.len() as u32;
-            Some(*end)
-        });
-        let (ends, shares) = (ends.collect(), texels.concat());
+        let (shares, ends, covered, nodes) = if nodes.lamps.is_empty() {
+            (vec![], vec![], vec![], vec![])
+        } else {
+            let hull = Hull::of(&nodes.directions);
+            let (texels, covered): (Vec<_>, Vec<_>) = (0..width * height)
+                .into_par_iter()
+                .map(|i| {
+                    let direction = texel_direction(i % width, i / width, width, height).as_dvec3();
+                    let (facet, shares) = hull.locate(direction);
+                    let covered = facet
+                        .corners
+                        .iter()
+                        .all(|&corner| corner < nodes.lamps.len());
+                    (share(nodes, direction, facet.corners, shares), covered)
+                })
+                .unzip();
+            let ends = texels.iter().scan(0, |end, shares| {
+                *end += shares.len() as u32;
+                Some(*end)
+            });
+            let mut lamps = nodes.lamp_shares(&hull);
+            if fit.is_some() {
+                // Fillers have no footprint.
+                lamps.truncate(nodes.lamps.len());
+            }
+            (texels.concat(), ends.collect(), covered, lamps)
+        };
         Self {
             width,
             height,
             shares,
             ends,
             covered,
-            nodes: nodes.lamp_shares(&hull),
-            lamp_energy,
+            division: Arc::new(Division {
+                nodes,
+                fit: fit.cloned(),
+                lamp_energy,
+            }),
         }
     }
 
     /// The weights of an environment turned by `yaw_deg`; positive moves its content towards larger u.
     /// An environment of another size than the partition is brought to it first: for a live turn do that
-    /// once, with [`Environment::reduced`] to [`Self::WIDTH`].
+    /// once, with [`Environment::reduced`] to [`Self::WIDTH`], or keep a [`super::YawTable`].
     pub fn weights(&self, environment: &Environment, yaw_deg: f32) -> LightWeights {
-        let mut per_lamp = vec![[0.0; 3]; self.lamp_energy.len()];
         if environment.radiance.size() != (self.width, self.height) {
             return self.weights(&environment.reduced(self.width), yaw_deg);
         }
-        if self.nodes.is_empty() {
-            let dark = environment.energy().into_iter().all(|e| e == 0.0);
-            return LightWeights {
-                per_lamp,
-                uncovered: if dark { 0.0 } else { 1.0 },
-            };
+        let (shift, fraction) = columns(yaw_deg, self.width);
+        let fraction = fraction as f32;
+        self.division.weights(&self.gather(|y, energies| {
+            let row = &environment.radiance.pixels[y * self.width..(y + 1) * self.width];
+            let solid_angle = texel_solid_angle(y, self.width, self.height);
+            // A turn by part of a column shares each texel's light between two columns.
+            let mut from = (2 * self.width - shift - 1) % self.width;
+            for energy in energies {
+                let before = row[from];
+                from = if from + 1 == self.width { 0 } else { from + 1 };
+                *energy = std::array::from_fn(|c| {
+                    solid_angle
+                        * (f64::from(fraction * before[c])
+                            + f64::from((1.0 - fraction) * row[from][c]))
+                });
+            }
+        }))
+    }
+
+    /// What the nodes get when `row` writes the energies of each row's texels.
+    fn gather(&self, mut row: impl FnMut(usize, &mut [[f64; 3]])) -> Gathered {
+        let mut gathered = Gathered {
+            nodes: vec![[0.0f64; 3]; self.division.nodes.len()],
+            uncovered: [0.0; 3],
+            total: [0.0; 3],
+        };
+        let mut energies = vec![[0.0f64; 3]; self.width];
+        for y in 0..self.height {
+            row(y, &mut energies);
+            for (x, energy) in energies.iter().enumerate() {
+                let covered = self.covered.get(y * self.width + x) == Some(&true);
+                for &(node, share) in self.texel(x, y) {
+                    for c in 0..3 {
+                        gathered.nodes[node as usize][c] += f64::from(share) * energy[c];
+                    }
+                }
+                for c in 0..3 {
+                    gathered.total[c] += energy[c];
+                    gathered.uncovered[c] += if covered { 0.0 } else { energy[c] };
+                }
+            }
         }
-        let (node_energy, uncovered_energy) = self.gather(environment, yaw_deg);
+        gathered
+    }
+
+    /// The nodes that share the texel's energy; none without lamps.
+    pub(super) fn texel(&self, x: usize, y: usize) -> &[(u16, f32)] {
+        let texel = y * self.width + x;
+        let Some(&end) = self.ends.get(texel) else {
+            return &[];
+        };
+        let start = if texel == 0 { 0 } else { self.ends[texel - 1] };
+        &self.shares[start as usize..end as usize]
+    }
+
+    /// Whether lamps surround the texel.
+    pub(super) fn is_covered(&self, x: usize, y: usize) -> bool {
+        self.covered.get(y * self.width + x) == Some(&true)
+    }
+}
+
+impl Division {
+    /// How many nodes there are.
+    pub fn nodes(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// The lamps' weights for what the nodes were given.
+    pub fn weights(&self, gathered: &Gathered) -> LightWeights {
+        let solved = self
+            .fit
+            .as_ref()
+            .map(|fit| fit.energies(&gathered.nodes, gathered.total));
+        let node_energy = solved.as_ref().unwrap_or(&gathered.nodes);
         let mut energy = vec![[0.0f64; 3]; self.lamp_energy.len()];
-        let mut total = [0.0f64; 3];
-        for (node, from) in self.nodes.iter().zip(&node_energy) {
-            for c in 0..3 {
-                total[c] += from[c];
-                for &(lamp, share) in node {
+        for (node, from) in self.nodes.iter().zip(node_energy) {
+            for &(lamp, share) in node {
+                for c in 0..3 {
                     energy[lamp][c] += share * from[c];
                 }
             }
         }
+        let mut per_lamp = vec![[0.0; 3]; self.lamp_energy.len()];
         for ((weight, energy), lamp) in per_lamp.iter_mut().zip(&energy).zip(&self.lamp_energy) {
             for c in 0..3 {
                 if energy[c] > 0.0 {
@@ -185,7 +294,7 @@ impl Partition {
                 }
             }
         }
-        let (all, uncovered) = (luminance(total), luminance(uncovered_energy));
+        let (all, uncovered) = (luminance(gathered.total), luminance(gathered.uncovered));
         LightWeights {
             per_lamp,
             uncovered: if all > 0.0 {
@@ -195,49 +304,14 @@ impl Partition {
             },
         }
     }
+}
 
-    /// Each node's energy, and the energy from uncovered directions.
-    fn gather(&self, environment: &Environment, yaw_deg: f32) -> (Vec<[f64; 3]>, [f64; 3]) {
-        let turn = f64::from(yaw_deg).rem_euclid(360.0) / 360.0 * self.width as f64;
-        let turn = if turn.is_finite() { turn } else { 0.0 };
-        let (shift, fraction) = (turn as usize, (turn - turn.floor()) as f32);
-        let mut node_energy = vec![[0.0f64; 3]; self.nodes.len()];
-        let mut uncovered = [0.0f64; 3];
-        let mut start = 0;
-        for (y, row) in environment
-            .radiance
-            .pixels
-            .chunks_exact(self.width)
-            .enumerate()
-        {
-            let solid_angle = texel_solid_angle(y, self.width, self.height);
-            // A turn by part of a column shares each texel's light between two columns.
-            let mut from = (2 * self.width - shift - 1) % self.width;
-            for x in 0..self.width {
-                let before = row[from];
-                from = if from + 1 == self.width { 0 } else { from + 1 };
-                let energy: [f64; 3] = std::array::from_fn(|c| {
-                    solid_angle
-                        * (f64::from(fraction * before[c])
-                            + f64::from((1.0 - fraction) * row[from][c]))
-                });
-                let texel = y * self.width + x;
-                let end = self.ends[texel] as usize;
-                for &(node, share) in &self.shares[start..end] {
-                    for c in 0..3 {
-                        node_energy[node as usize][c] += f64::from(share) * energy[c];
-                    }
-                }
-                start = end;
-                if !self.covered[texel] {
-                    for c in 0..3 {
-                        uncovered[c] += energy[c];
-                    }
-                }
-            }
-        }
-        (node_energy, uncovered)
-    }
+/// A yaw as whole columns of a panorama `width` wide and the part of a column that is left. A yaw that is
+/// not a number turns nothing.
+pub(super) fn columns(yaw_deg: f32, width: usize) -> (usize, f64) {
+    let turn = f64::from(yaw_deg).rem_euclid(360.0) / 360.0 * width as f64;
+    let turn = if turn.is_finite() { turn } else { 0.0 };
+    (turn as usize % width, turn - turn.floor())
 }
 
 /// Relative luminance (ITU-R BT.709) of an energy.
@@ -245,151 +319,5 @@ fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// The corners of the hull: first the directions that hold lamps, then points that fill the gaps.
-struct Nodes {
-    directions: Vec<DVec3>,
-    /// For each direction that holds lamps, which: more than one where lamps coincide.
-    lamps: Vec<Vec<usize>>,
-}
-
-impl Nodes {
-    /// Lamps closer together than this are in one direction: the ball does not tell them apart.
-    const SAME_DEG: f64 = 0.5;
-
-    fn of(rig: &Rig) -> Self {
-        let mut nodes = Self {
-            directions: vec![],
-            lamps: vec![],
-        };
-        let same = Self::SAME_DEG.to_radians().cos();
-        for (i, lamp) in rig
-            .lamps
-            .iter()
-            .enumerate()
-            .filter(|(_, lamp)| lamp.is_usable())
-        {
-            let direction = lamp.direction.as_dvec3().normalize();
-            match nodes
-                .directions
-                .iter()
-                .position(|d| d.dot(direction) > same)
-            {
-                Some(node) => nodes.lamps[node].push(i),
-                None => {
-                    nodes.directions.push(direction);
-                    nodes.lamps.push(vec![i]);
-                }
-            }
-        }
-        if !nodes.lamps.is_empty() {
-            nodes.fill_gaps();
-        }
-        nodes
-    }
-
-    /// The directions that hold lamps.
-    fn real(&self) -> impl Iterator<Item = &DVec3> {
-        self.directions[..self.lamps.len()].iter()
-    }
-
-    /// The median angle from a lamp to its nearest neighbour in radians; a right angle for a lone lamp or none.
-    fn spacing(&self) -> f64 {
-        let nearest = |lamp: &DVec3| {
-            let others = self.real().filter(|other| *other != lamp);
-            others
-                .map(|other| lamp.angle_between(*other))
-                .fold(PI / 2.0, f64::min)
-        };
-        let mut spacings: Vec<f64> = self.real().map(nearest).collect();
-        spacings.sort_by(f64::total_cmp);
-        let median = spacings.get(spacings.len() / 2).copied();
-        median.unwrap_or(PI / 2.0)
-    }
-
-    /// Adds points until no gap is left. A gap is an empty cap of twice the radius that N caps have which
-    /// share the sphere evenly, or of 75° if that is less: caps under 90° keep the origin inside the hull.
-    fn fill_gaps(&mut self) {
-        let even = (1.0 - 2.0 / self.lamps.len() as f64).acos();
-        let limit = (2.0 * even).min(75.0 * PI / 180.0).cos();
-        let candidates: Vec<DVec3> = (0..96 * 48)
-            .map(|i| texel_direction(i % 96, i / 96, 96, 48).as_dvec3())
-            .collect();
-        // The cosine of the angle to the nearest node, for each candidate.
-        let mut nearest = vec![-1.0f64; candidates.len()];
-        let mut known = 0;
-        loop {
-            for node in &self.directions[known..] {
-                for (nearest, candidate) in nearest.iter_mut().zip(&candidates) {
-                    *nearest = nearest.max(node.dot(*candidate));
-                }
-            }
-            known = self.directions.len();
-            let emptiest = (0..candidates.len())
-                .min_by(|&i, &j| nearest[i].total_cmp(&nearest[j]))
-                .unwrap_or(0);
-            if nearest[emptiest] >= limit {
-                return;
-            }
-            self.directions.push(candidates[emptiest]);
-        }
-    }
-
-    /// Where each node's energy goes. A point that fills a gap hands its own on in equal parts to its
-    /// neighbours on the hull, and so on until lamps have it all.
-    fn lamp_shares(&self, hull: &Hull) -> Vec<Vec<(usize, f64)>> {
-        let (all, real) = (self.directions.len(), self.lamps.len());
-        let mut neighbours = vec![vec![]; all];
-        for [a, b, c] in hull.facets.iter().map(|facet| facet.corners) {
-            // Around a node every neighbour follows once in the sense of rotation.
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                neighbours[from].push(to);
-            }
-        }
-        let mut shares = vec![vec![0.0; real]; all];
-        for (node, shares) in shares.iter_mut().enumerate().take(real) {
-            shares[node] = 1.0;
-        }
-        // Gauss–Seidel on "each filler is the mean of its neighbours": a thousand rounds are more than
-        // gaps of a few hundred fillers need, and the sums are made exact below.
-        for _ in 0..1000 {
-            let mut change = 0.0f64;
-            for node in real..all {
-                let mut mean = vec![0.0; real];
-                for &neighbour in &neighbours[node] {
-                    mean.iter_mut()
-                        .zip(&shares[neighbour])
-                        .for_each(|(sum, share)| *sum += share);
-                }
-                let count = neighbours[node].len().max(1) as f64;
-                for (share, sum) in shares[node].iter_mut().zip(mean) {
-                    change = change.max((sum / count - *share).abs());
-                    *share = sum / count;
-                }
-            }
-            if change < 1e-9 {
-                break;
-            }
-        }
-        shares
-            .iter()
-            .map(|shares| {
-                let sum: f64 = shares.iter().sum();
-                let given = self
-                    .lamps
-                    .iter()
-                    .zip(shares)
-                    .filter(|(_, share)| **share > 0.0);
-                given
-                    .flat_map(|(lamps, share)| {
-                        lamps
-                            .iter()
-                            .map(move |&l| (l, share / sum / lamps.len() as f64))
-                    })
-                    .collect()
-            })
-            .collect()
-    }
-}
-
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -13,7 +13,7 @@
 
 mod attire;
 mod camera;
-mod dome;
+pub(crate) mod dome;
 mod effects;
 mod environments;
 mod grid;

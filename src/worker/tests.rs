@@ -19,6 +19,7 @@ fn rig() -> Rig {
         energy: [1.0; 3],
         spread_deg: 5.0,
         confidence: 1.0,
+        clipped: 0.0,
     };
     Rig {
         lamps: vec![lamp(-1.0), lamp(1.0)],

@@ -33,6 +33,7 @@ fn rig() -> Rig {
                 energy: [0.5; 3],
                 spread_deg: 5.0,
                 confidence: 1.0,
+                clipped: 0.0,
             })
             .collect(),
     }
@@ -117,6 +118,7 @@ pub fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
                 },
                 dome_radius_m: None,
                 environments,
+                lamp_layout: vec![],
             },
         },
     }

@@ -12,7 +12,7 @@ pub(super) struct Facet {
     /// Indices of its points.
     pub corners: [usize; 3],
     /// Takes a direction to its coordinates in terms of the three corners.
-    coordinates: DMat3,
+    pub coordinates: DMat3,
 }
 
 impl Hull {

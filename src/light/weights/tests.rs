@@ -4,20 +4,21 @@ use crate::imaging::Image;
 use glam::Vec3;
 use proptest::prelude::*;
 
-fn rig(directions: &[Vec3]) -> Rig {
+pub(in crate::light) fn rig(directions: &[Vec3]) -> Rig {
     let lamp = |(i, direction): (usize, &Vec3)| Lamp {
         name: format!("olat_{i:02}"),
         direction: direction.normalize(),
         energy: [0.02 + 0.001 * i as f32, 0.03, 0.01 + 0.002 * i as f32],
         spread_deg: 5.0,
         confidence: 1.0,
+        clipped: 0.0,
     };
     Rig {
         lamps: directions.iter().enumerate().map(lamp).collect(),
     }
 }
 
-fn lattice(n: usize) -> Vec<Vec3> {
+pub(in crate::light) fn lattice(n: usize) -> Vec<Vec3> {
     (0..n)
         .map(|i| {
             let (y, turn) = (
@@ -34,7 +35,7 @@ fn lattice(n: usize) -> Vec<Vec3> {
 }
 
 /// Rigs that are hard on a hull, and two ordinary ones.
-fn rigs() -> Vec<(&'static str, Rig)> {
+pub(in crate::light) fn rigs() -> Vec<(&'static str, Rig)> {
     let ring = |n: usize, y: f32| {
         (0..n).map(move |i| {
             Vec3::from_array([
@@ -88,7 +89,7 @@ fn rigs() -> Vec<(&'static str, Rig)> {
     ]
 }
 
-fn speckled(seed: usize) -> Environment {
+pub(in crate::light) fn speckled(seed: usize) -> Environment {
     let image = Image::from_fn(64, 32, |x, y| {
         [0, 1, 2].map(|c| {
             if (x * 31 + y * 17 + c * 7 + seed * 13) % 41 < 3 {
@@ -101,14 +102,14 @@ fn speckled(seed: usize) -> Environment {
     Environment::from_radiance("speckled", image)
 }
 
-fn sun(x: usize, y: usize, width: usize) -> Environment {
+pub(in crate::light) fn sun(x: usize, y: usize, width: usize) -> Environment {
     let mut image = Image::filled(width, width / 2, [0.0; 3]);
     image.pixels[y * width + x] = [1e6, 8e5, 6e5];
     Environment::from_radiance("sun", image)
 }
 
 /// Σ w_i·e_i per channel: the energy that the weights hold.
-fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
+pub(in crate::light) fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
     std::array::from_fn(|c| {
         weights
             .per_lamp
@@ -120,11 +121,21 @@ fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
 }
 
 /// The ways to part the sphere.
-fn kinds() -> [fn(&Rig, usize) -> Partition; 3] {
-    [Partition::soft, Partition::smooth, Partition::cells]
+pub(in crate::light) fn kinds() -> [fn(&Rig, usize) -> Partition; 4] {
+    [
+        Partition::soft,
+        Partition::smooth,
+        Partition::cells,
+        Partition::fit,
+    ]
 }
 
-fn assert_sound(name: &str, weights: &LightWeights, rig: &Rig, environment: &Environment) {
+pub(in crate::light) fn assert_sound(
+    name: &str,
+    weights: &LightWeights,
+    rig: &Rig,
+    environment: &Environment,
+) {
     assert!(
         weights
             .per_lamp
@@ -385,3 +396,5 @@ fn a_live_turn_is_quick() {
         assert!(turn_ms < 20.0);
     }
 }
+
+mod invariants;

@@ -1,0 +1,232 @@
+//! Is the rig what it should be? Each fault is named with its lamps and what to do about it.
+
+mod layout;
+
+use crate::error::{Error, Result};
+use crate::imaging::color::luminance;
+use crate::light::{Lamp, Rig};
+use glam::Vec3;
+use std::path::PathBuf;
+
+/// What can be wrong with lamps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The mirror ball does not show the lamp, or not in all colours: it gets no light in any relighting.
+    NotSeen,
+    /// The lamp is so much weaker than the others that its OLAT's noise would be amplified.
+    Dark,
+    /// The ball is clipped where it shows the lamp: its energy is a lower bound, its direction is right.
+    Clipped,
+    /// The lamp is in the cone that the ball hides, or touches it: its direction and energy are estimates.
+    BehindBall,
+    /// Several OLATs show one lamp.
+    SameLamp,
+    /// An OLAT shows the lamp that the layout has under another OLAT's name.
+    Swapped,
+    /// The lamp is not where the layout has it, nor where another lamp should be.
+    Misplaced,
+    /// The layout as a whole does not fit the measured directions.
+    WrongLayout,
+}
+
+/// One fault.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    pub fault: Fault,
+    /// The lamps that have it, as places in [`Rig::lamps`], ascending.
+    pub lamps: Vec<usize>,
+    /// What was found, and the remedy, for the person who has to act on it.
+    pub sentence: String,
+}
+
+/// Lamps weaker than this share of the median's energy are called dark: their OLAT's noise would be
+/// amplified fifty times as much as the others'.
+const DARK: f32 = 0.02;
+/// A lamp with more than this share of its energy clipped is called clipped: below, what a clipped core
+/// lacks is less than what lamps differ from frame to frame.
+const CLIPPED: f32 = 0.05;
+/// Two OLATs of one lamp differ by less than this in direction, and in energy by less than
+/// [`SAME_ENERGY`]: two lamps of different colour in one housing differ in energy.
+const SAME_DEG: f32 = 1.0;
+const SAME_ENERGY: f32 = 0.1;
+
+/// Everything that is wrong with a measured rig; nothing for a good one. `blind_half_angle_deg` is
+/// [`super::mirror_ball::MirrorBall::blind_half_angle_deg`]. `layout` says where each lamp should be, in the
+/// rig's order, and may be turned as a whole against the rig; it is empty where nobody said so.
+pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Finding> {
+    let lamps = &rig.lamps;
+    let twins = same_lamps(lamps);
+    let in_layout = layout::compare(lamps, layout, &twins.concat());
+    let mut findings = Vec::new();
+    let mut add = |fault, lamps: Vec<usize>, sentence: &dyn Fn(&str) -> String| {
+        if !lamps.is_empty() {
+            let sentence = sentence(&names(rig, &lamps));
+            findings.push(Finding {
+                fault,
+                lamps,
+                sentence,
+            });
+        }
+    };
+    let all = || 0..lamps.len();
+    let spread = spread_deg(lamps);
+    let is_behind = |direction: Vec3, spread_deg: f32| {
+        // An even disc reaches √2 times its root-mean-square radius.
+        let reach = blind_half_angle_deg + std::f32::consts::SQRT_2 * spread_deg;
+        direction.angle_between(Vec3::NEG_Z).to_degrees() < reach
+    };
+    // A lamp that was not seen may be wholly behind the ball: only the layout can tell.
+    let (hidden, unseen): (Vec<usize>, Vec<usize>) =
+        all().filter(|&i| !lamps[i].is_usable()).partition(|&i| {
+            in_layout
+                .place(i)
+                .is_some_and(|place| is_behind(place, 0.0))
+        });
+    add(Fault::NotSeen, unseen, &|names| {
+        format!(
+            "The mirror ball shows no lamp, or none in one of the colours, under {names}: in relit pictures they \
+             stay dark. Check that they were on and that nothing stood before them, and photograph their \
+             balls and OLATs again"
+        )
+    });
+    let median = median(
+        lamps
+            .iter()
+            .filter(|l| l.is_usable())
+            .map(|l| luminance(l.energy)),
+    );
+    let dark = |i: &usize| lamps[*i].is_usable() && luminance(lamps[*i].energy) < DARK * median;
+    add(Fault::Dark, all().filter(dark).collect(), &|names| {
+        format!(
+            "{names}: less than {:.0} % of what lamps commonly give, so that the OLAT's noise is amplified more than \
+             {:.0} times. Check the lamp and its shutter, or photograph it again with all its banks",
+            100.0 * DARK,
+            1.0 / DARK
+        )
+    });
+    let clipped = |i: &usize| lamps[*i].is_usable() && lamps[*i].clipped > CLIPPED;
+    add(Fault::Clipped, all().filter(clipped).collect(), &|names| {
+        format!(
+            "{names}: clipped on the mirror ball, where the direction is right and the energy a lower bound, so \
+             that relit pictures show too much of this light. Photograph the balls again with a shorter \
+             exposure or a denser filter"
+        )
+    });
+    let behind = |i: &usize| {
+        let lamp = &lamps[*i];
+        let seen = lamp.is_usable() && is_behind(lamp.direction, lamp.spread_deg.max(spread));
+        seen || hidden.contains(i)
+    };
+    add(
+        Fault::BehindBall,
+        all().filter(behind).collect(),
+        &|names| {
+            format!(
+                "{names}: in or touching the cone of {blind_half_angle_deg:.0}° behind the mirror ball, so that direction \
+             and energy are estimates. Photograph the ball a second time from the side for these"
+            )
+        },
+    );
+    for twins in twins {
+        add(Fault::SameLamp, twins, &|names| {
+            format!(
+                "{names} show the same lamp: same direction, same energy. Check whether a picture was copied or the \
+                 lamp control stuck, and photograph what is missing"
+            )
+        });
+    }
+    findings.extend(in_layout.findings(rig));
+    findings
+}
+
+/// Groups of pictures that are the same file under several names, byte for byte, as places in `paths`.
+///
+/// # Errors
+/// When a file cannot be read.
+pub fn same_pictures(paths: &[PathBuf]) -> Result<Vec<Vec<usize>>> {
+    let refuse = |path: &PathBuf, e: std::io::Error| {
+        Error::file("read", path, e, "Check that the shoot is complete")
+    };
+    // Few pictures have another's length, so few are read.
+    let mut of_length = std::collections::BTreeMap::<u64, Vec<usize>>::new();
+    for (i, path) in paths.iter().enumerate() {
+        let length = std::fs::metadata(path).map_err(|e| refuse(path, e))?.len();
+        of_length.entry(length).or_default().push(i);
+    }
+    let mut groups = Vec::new();
+    for candidates in of_length.into_values().filter(|c| c.len() > 1) {
+        let mut of_content = std::collections::BTreeMap::<Vec<u8>, Vec<usize>>::new();
+        for i in candidates {
+            let bytes = std::fs::read(&paths[i]).map_err(|e| refuse(&paths[i], e))?;
+            of_content.entry(bytes).or_default().push(i);
+        }
+        groups.extend(of_content.into_values().filter(|same| same.len() > 1));
+    }
+    groups.sort();
+    Ok(groups)
+}
+
+/// Groups of OLATs that show one lamp.
+fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
+    // On a dense dome neighbours are nearer to each other than twins may be on a sparse one.
+    let usable: Vec<usize> = (0..lamps.len()).filter(|&i| lamps[i].is_usable()).collect();
+    let angle = |i: usize, j: usize| {
+        lamps[i]
+            .direction
+            .angle_between(lamps[j].direction)
+            .to_degrees()
+    };
+    let nearest = usable.iter().map(|&i| {
+        let others = usable.iter().filter(|&&j| j != i);
+        others.map(|&j| angle(i, j)).fold(180.0, f32::min)
+    });
+    // A quarter of the spacing, of which twins have none: of what is left, the median.
+    let spacing = median(nearest.filter(|a| *a > 0.1));
+    let limit = SAME_DEG.min(if spacing > 0.0 {
+        0.25 * spacing
+    } else {
+        SAME_DEG
+    });
+    let same = |i: usize, j: usize| {
+        let energy = lamps[i].energy.iter().zip(lamps[j].energy);
+        angle(i, j) < limit
+            && energy
+                .into_iter()
+                .all(|(a, b)| (a - b).abs() < SAME_ENERGY * a.max(b))
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for &lamp in &usable {
+        match groups.iter_mut().find(|group| same(group[0], lamp)) {
+            Some(group) => group.push(lamp),
+            None => groups.push(vec![lamp]),
+        }
+    }
+    groups.retain(|group| group.len() > 1);
+    groups
+}
+
+/// The spread in degrees that lamps commonly have: what the ball hides of one makes it seem narrower.
+fn spread_deg(lamps: &[Lamp]) -> f32 {
+    median(lamps.iter().filter(|l| l.is_usable()).map(|l| l.spread_deg))
+}
+
+/// The middle one of some values; 0 of none.
+fn median(values: impl Iterator<Item = f32>) -> f32 {
+    let mut values: Vec<f32> = values.collect();
+    values.sort_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The names of lamps for a sentence: the first few where there are many.
+fn names(rig: &Rig, lamps: &[usize]) -> String {
+    const MOST: usize = 8;
+    let name = |&i: &usize| rig.lamps[i].name.as_str();
+    let listed: Vec<&str> = lamps.iter().take(MOST).map(name).collect();
+    match lamps.len().saturating_sub(MOST) {
+        0 => listed.join(", "),
+        more => format!("{} and {more} more", listed.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,319 @@
+//! The measured rig against the layout: which lamps are where others should be.
+
+use super::{Fault, Finding, names};
+use crate::light::{Lamp, Rig};
+use glam::{Mat3, Quat, Vec3};
+
+/// How a rig lies in its layout.
+pub(super) struct Comparison {
+    /// Where each lamp should be, turned to the rig; empty where that cannot be told.
+    places: Vec<Vec3>,
+    outcome: Outcome,
+}
+
+enum Outcome {
+    /// Nothing to compare.
+    Nothing,
+    /// Lamps that are where another lamp should be (who, whose place), and lamps that are nowhere.
+    Placed {
+        moved: Vec<(usize, usize)>,
+        lost: Vec<usize>,
+    },
+    /// All lamps are where some lamp should be, under other names; one of them.
+    Reordered(Vec<(usize, usize)>),
+    /// Left and right are exchanged.
+    Mirrored,
+    /// No turn brings the layout near the rig; the median angle between both in degrees.
+    Foreign(f32),
+    /// So many directions for so many lamps.
+    WrongCount(usize),
+}
+
+/// Compares the lamps that were clearly seen with the layout, but for `twins`, of which one is wrong.
+pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Comparison {
+    let nothing = |outcome| Comparison {
+        places: vec![],
+        outcome,
+    };
+    if layout.is_empty() {
+        return nothing(Outcome::Nothing);
+    }
+    if layout.len() != lamps.len() || !layout.iter().all(|d| d.is_normalized()) {
+        return nothing(Outcome::WrongCount(layout.len()));
+    }
+    let seen: Vec<usize> = (0..lamps.len())
+        .filter(|&i| lamps[i].is_usable() && lamps[i].confidence >= 0.5)
+        .collect();
+    let tolerance = tolerance(layout);
+    let plain = Alignment::find(lamps, layout, &seen, tolerance);
+    let flipped: Vec<Vec3> = layout.iter().map(|d| d.with_x(-d.x)).collect();
+    let mirrored = Alignment::find(lamps, &flipped, &seen, tolerance);
+    // Chance brings one lamp in a hundred within the tolerance of its place, and the pair that suggested the
+    // turn is always there: more than half of all lamps are no chance. Two swapped of few are two less.
+    let enough = if seen.len() < 8 {
+        seen.len().saturating_sub(2).max(3)
+    } else {
+        seen.len() / 2 + 1
+    };
+    if mirrored.matches >= enough && mirrored.matches > plain.matches + seen.len() / 4 {
+        return nothing(Outcome::Mirrored);
+    }
+    if seen.len() < 3 {
+        return nothing(Outcome::Nothing);
+    }
+    if plain.matches < enough {
+        return nothing(without_names(lamps, layout, &seen, tolerance));
+    }
+    let places: Vec<Vec3> = layout.iter().map(|d| plain.rotation * *d).collect();
+    let off = |lamp: usize, place: usize| lamps[lamp].direction.angle_between(places[place]);
+    // A place is free where its own lamp is elsewhere, or was not seen.
+    let displaced: Vec<usize> = seen
+        .iter()
+        .copied()
+        .filter(|&i| off(i, i) > tolerance && !twins.contains(&i))
+        .collect();
+    let free: Vec<usize> = (0..lamps.len())
+        .filter(|i| displaced.contains(i) || !seen.contains(i) || twins.contains(i))
+        .collect();
+    let (mut moved, mut lost) = (vec![], vec![]);
+    for &lamp in &displaced {
+        let near = free
+            .iter()
+            .copied()
+            .filter(|&p| p != lamp && off(lamp, p) <= tolerance);
+        match near.min_by(|&a, &b| off(lamp, a).total_cmp(&off(lamp, b))) {
+            Some(place) => moved.push((lamp, place)),
+            None => lost.push(lamp),
+        }
+    }
+    Comparison {
+        places,
+        outcome: Outcome::Placed { moved, lost },
+    }
+}
+
+/// How far in radians a lamp may be from its place: a third of the layout's spacing, so that it is clearly
+/// nearer to its own than to the next; at least 2°, what a small ball's pixels allow, and at most 12°.
+fn tolerance(layout: &[Vec3]) -> f32 {
+    let nearest = layout.iter().enumerate().map(|(i, a)| {
+        let others = layout.iter().enumerate().filter(|(j, _)| *j != i);
+        others
+            .map(|(_, b)| a.angle_between(*b))
+            .fold(std::f32::consts::PI, f32::min)
+    });
+    (super::median(nearest) / 3.0).clamp(2f32.to_radians(), 12f32.to_radians())
+}
+
+/// Where names tell nothing: is each lamp where some lamp should be?
+fn without_names(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32) -> Outcome {
+    let off = |lamp: usize, place: usize| lamps[lamp].direction.angle_between(layout[place]);
+    let mut moved = Vec::new();
+    for &lamp in seen {
+        let nearest = (0..layout.len()).min_by(|&a, &b| off(lamp, a).total_cmp(&off(lamp, b)));
+        moved.extend(
+            nearest
+                .filter(|&p| off(lamp, p) <= tolerance)
+                .map(|p| (lamp, p)),
+        );
+    }
+    let mut places: Vec<usize> = moved.iter().map(|(_, place)| *place).collect();
+    places.sort_unstable();
+    places.dedup();
+    if places.len() as f32 >= 0.9 * seen.len() as f32 {
+        moved.retain(|(lamp, place)| lamp != place);
+        return Outcome::Reordered(moved);
+    }
+    Outcome::Foreign(super::median(seen.iter().map(|&i| off(i, i))).to_degrees())
+}
+
+/// A turn of the layout and how many lamps it brings to their places.
+struct Alignment {
+    rotation: Quat,
+    matches: usize,
+}
+
+impl Alignment {
+    /// The turn that most lamps agree on: each pair of lamps suggests one (the TRIAD method, Black 1964),
+    /// and lamps that have been swapped or moved suggest others than the rest.
+    fn find(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32) -> Self {
+        /// Pairs tried: of lamps half of which are wrong, a quarter of the pairs are right.
+        const PAIRS: usize = 400;
+        let n = seen.len();
+        let judge = |rotation: Quat| {
+            let off = seen
+                .iter()
+                .map(|&i| lamps[i].direction.angle_between(rotation * layout[i]));
+            let near: Vec<f32> = off.filter(|off| *off <= tolerance).collect();
+            (near.len(), near.iter().sum::<f32>())
+        };
+        let mut best = (Quat::IDENTITY, judge(Quat::IDENTITY));
+        let pairs = (1..n).flat_map(|step| (0..n).map(move |i| (i, (i + step) % n)));
+        // All pairs of a small rig; of a large one pairs spread evenly over all.
+        let stride = (n * n.saturating_sub(1) / PAIRS).max(1);
+        for (i, j) in pairs.step_by(stride) {
+            let (i, j) = (seen[i], seen[j]);
+            let frames = (
+                frame(lamps[i].direction, lamps[j].direction),
+                frame(layout[i], layout[j]),
+            );
+            if let (Some(measured), Some(planned)) = frames {
+                let rotation = Quat::from_mat3(&(measured * planned.transpose())).normalize();
+                let score = judge(rotation);
+                if score.0 > best.1.0 || (score.0 == best.1.0 && score.1 < best.1.1) {
+                    best = (rotation, score);
+                }
+            }
+        }
+        let rotation = refine(lamps, layout, seen, tolerance, best.0);
+        let matches = judge(rotation).0;
+        if matches < best.1.0 {
+            return Self {
+                rotation: best.0,
+                matches: best.1.0,
+            };
+        }
+        Self { rotation, matches }
+    }
+}
+
+/// Three axes that two directions define; none where they are nearly one line.
+fn frame(a: Vec3, b: Vec3) -> Option<Mat3> {
+    let normal = a.cross(b);
+    (normal.length() > 0.2).then(|| {
+        let normal = normal.normalize();
+        Mat3::from_cols(a, normal.cross(a), normal)
+    })
+}
+
+/// The turn of least squared distances for the lamps that are near their places, by Gauss–Newton steps.
+fn refine(
+    lamps: &[Lamp],
+    layout: &[Vec3],
+    seen: &[usize],
+    tolerance: f32,
+    mut rotation: Quat,
+) -> Quat {
+    for _ in 0..10 {
+        let (mut torque, mut inertia) = (Vec3::ZERO, Mat3::ZERO);
+        for &i in seen {
+            let (place, lamp) = (rotation * layout[i], lamps[i].direction);
+            if place.angle_between(lamp) <= tolerance {
+                torque += place.cross(lamp);
+                let outer = Mat3::from_cols(place * place.x, place * place.y, place * place.z);
+                inertia += Mat3::IDENTITY - outer;
+            }
+        }
+        // Lamps in one direction leave the turn about it open.
+        if inertia.determinant() < 1e-3 {
+            break;
+        }
+        rotation = (Quat::from_scaled_axis(inertia.inverse() * torque) * rotation).normalize();
+    }
+    rotation
+}
+
+impl Comparison {
+    /// Where lamp `i` should be by the layout, if that is known.
+    pub fn place(&self, i: usize) -> Option<Vec3> {
+        self.places.get(i).copied()
+    }
+
+    /// What is wrong, if anything.
+    pub fn findings(&self, rig: &Rig) -> Vec<Finding> {
+        let name = |i: usize| rig.lamps[i].name.as_str();
+        let chain = |moved: &[(usize, usize)]| {
+            let links = moved.iter().take(8);
+            let links: Vec<String> = links
+                .map(|&(a, b)| format!("{} shows {}", name(a), name(b)))
+                .collect();
+            let more = moved.len().saturating_sub(8);
+            let more = if more > 0 {
+                format!(" and {more} more")
+            } else {
+                String::new()
+            };
+            format!("{}{more}", links.join(", "))
+        };
+        let whole = |sentence: String| {
+            vec![Finding {
+                fault: Fault::WrongLayout,
+                lamps: (0..rig.lamps.len()).collect(),
+                sentence,
+            }]
+        };
+        match &self.outcome {
+            Outcome::Nothing => vec![],
+            Outcome::WrongCount(count) => whole(format!(
+                "The layout has {count} directions for {} lamps: nothing was checked against it. Mend the \
+                 directions in the manifest and import again",
+                rig.lamps.len()
+            )),
+            Outcome::Mirrored => whole(
+                "The layout is the mirror image of the measured lamps: left and right are exchanged in it, or the \
+                 pictures are flopped. Change the sign of x in the manifest's directions, or flip the pictures"
+                    .into(),
+            ),
+            Outcome::Foreign(median_deg) => whole(format!(
+                "The measured lamps are not where the layout has them, {median_deg:.0}° away in the median, and no turn \
+                 of it helps. Check that the manifest is of this dome and uses the axes +X right, +Y up, +Z to \
+                 the camera"
+            )),
+            Outcome::Reordered(moved) => {
+                let mut lamps: Vec<usize> = moved.iter().map(|(lamp, _)| *lamp).collect();
+                lamps.sort_unstable();
+                vec![Finding {
+                    fault: Fault::Swapped,
+                    lamps,
+                    sentence: format!(
+                        "The lamps are where the layout has lamps, but in another order: {}. Name the OLATs and balls \
+                         in the layout's order, or mend the order in the manifest",
+                        chain(moved)
+                    ),
+                }]
+            }
+            Outcome::Placed { moved, lost } => {
+                let mut findings = Vec::new();
+                let mut rest = Vec::new();
+                for &(a, b) in moved {
+                    if !moved.contains(&(b, a)) {
+                        rest.push((a, b));
+                    } else if a < b {
+                        findings.push(Finding {
+                            fault: Fault::Swapped,
+                            lamps: vec![a, b],
+                            sentence: format!(
+                                "{} and {} are swapped: each is where the layout has the other. Exchange their names, \
+                                 of the balls and of the OLATs of every pose",
+                                name(a),
+                                name(b)
+                            ),
+                        });
+                    }
+                }
+                if !rest.is_empty() {
+                    findings.push(Finding {
+                        fault: Fault::Swapped,
+                        lamps: rest.iter().map(|(lamp, _)| *lamp).collect(),
+                        sentence: format!(
+                            "By the layout, {}. Look for an OLAT that is missing or was taken twice, after which all \
+                             names are one off, and rename",
+                            chain(&rest)
+                        ),
+                    });
+                }
+                if !lost.is_empty() {
+                    findings.push(Finding {
+                        fault: Fault::Misplaced,
+                        lamps: lost.clone(),
+                        sentence: format!(
+                            "{}: not where the layout has a lamp. Check whether the lamp was moved, or whether its \
+                             ball shows a reflection in the room instead",
+                            names(rig, lost)
+                        ),
+                    });
+                }
+                findings
+            }
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! Weights of an environment that turns freely, not only about the vertical.
+
+use super::super::Environment;
+use super::super::latlong::{texel_direction, texel_solid_angle, uv_from_direction};
+use super::{LightWeights, Partition};
+use glam::Quat;
+
+/// The turn of an environment by yaw, then pitch, then roll, in degrees, as the camera sees what is behind
+/// the subject: positive yaw moves it to the right, pitch up, roll counter-clockwise.
+pub fn rotation(yaw_deg: f32, pitch_deg: f32, roll_deg: f32) -> Quat {
+    Quat::from_rotation_z(roll_deg.to_radians())
+        * Quat::from_rotation_x(pitch_deg.to_radians())
+        * Quat::from_rotation_y(-yaw_deg.to_radians())
+}
+
+impl Partition {
+    /// The weights of an environment turned by `rotation`, which takes a direction in the environment to
+    /// one on the stage; see [`rotation`]. Energy is kept, and weights change continuously: the light of
+    /// a texel is shared by the four texels around where it comes to, and within half a
+    /// texel of a pole by the pole's whole row, so that a way across the pole is as continuous as any.
+    ///
+    /// A rotation that is not finite or has no length turns nothing. An environment of another size than
+    /// the partition is brought to it first.
+    pub fn turned_weights(&self, environment: &Environment, rotation: Quat) -> LightWeights {
+        if environment.radiance.size() != (self.width, self.height) {
+            return self.turned_weights(&environment.reduced(self.width), rotation);
+        }
+        let rotation = if rotation.is_finite() && rotation.length_squared() > 0.0 {
+            rotation.normalize()
+        } else {
+            Quat::IDENTITY
+        };
+        let (width, height) = (self.width, self.height);
+        let mut energies = vec![[0.0f64; 3]; width * height];
+        // What goes to all of the first row, and to all of the last.
+        let mut poles = [[0.0f64; 3]; 2];
+        let add = |to: &mut [f64; 3], share: f64, energy: &[f64; 3]| {
+            for c in 0..3 {
+                to[c] += share * energy[c];
+            }
+        };
+        for (i, radiance) in environment.radiance.pixels.iter().enumerate() {
+            if *radiance == [0.0; 3] {
+                continue;
+            }
+            let solid_angle = texel_solid_angle(i / width, width, height);
+            let energy = radiance.map(|v| solid_angle * f64::from(v));
+            let direction = rotation * texel_direction(i % width, i / width, width, height);
+            let (u, v) = uv_from_direction(direction);
+            let x = (f64::from(u) * width as f64 - 0.5).rem_euclid(width as f64);
+            let y = f64::from(v) * height as f64 - 0.5;
+            let (left, fx) = (x as usize % width, x.fract());
+            let right = (left + 1) % width;
+            let last = (height - 1) as f64;
+            // Within half a texel of a pole light is shared by the row there and the pole.
+            let pole = (-2.0 * y).max(2.0 * (y - last)).clamp(0.0, 1.0);
+            add(&mut poles[usize::from(y > 0.0)], pole, &energy);
+            let y = y.clamp(0.0, last);
+            let (top, fy) = (y as usize, y.fract());
+            for (row, share) in [(top, 1.0 - fy), ((top + 1).min(height - 1), fy)] {
+                let share = share * (1.0 - pole);
+                add(
+                    &mut energies[row * width + left],
+                    share * (1.0 - fx),
+                    &energy,
+                );
+                add(&mut energies[row * width + right], share * fx, &energy);
+            }
+        }
+        for (pole, row) in poles.iter().zip([0, height - 1]) {
+            for energy in &mut energies[row * width..(row + 1) * width] {
+                add(energy, 1.0 / width as f64, pole);
+            }
+        }
+        self.division.weights(&self.gather(|y, row| {
+            row.copy_from_slice(&energies[y * width..(y + 1) * width]);
+        }))
+    }
+}
