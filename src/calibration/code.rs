@@ -1,7 +1,7 @@
 //! Encoded values as whole numbers, so that a candidate response is one small table.
 
 use crate::imaging::color::unit;
-use crate::imaging::{DualGamma, Encoded};
+use crate::imaging::{DualGamma, Encoded, Response};
 
 /// A pixel's encoded channels in steps of 1/[`STEPS`].
 pub(super) type Code = [u16; 3];
@@ -28,6 +28,11 @@ pub(super) struct Table(Vec<f32>);
 
 impl Table {
     pub fn new(response: &DualGamma) -> Self {
+        Self::of(&Response::Dual(*response))
+    }
+
+    /// The table of any response.
+    pub fn of(response: &Response) -> Self {
         Self(
             (0..=STEPS)
                 .map(|code| response.decode_value(f32::from(code) / f32::from(STEPS)))

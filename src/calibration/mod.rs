@@ -12,7 +12,6 @@ pub mod probe;
 pub mod rig_check;
 pub mod shading;
 pub mod silhouette;
-mod simplex;
 
 use crate::error::{Error, Result};
 use crate::imaging::DualGamma;
@@ -20,7 +19,7 @@ use crate::light::Rig;
 use crate::progress::Progress;
 use crate::project::{Project, save_toml};
 use code::Table;
-use gamma::Subject;
+use gamma::{Comparison, Evidence, Subject};
 use probe::Probes;
 use serde::{Deserialize, Serialize};
 
@@ -30,7 +29,7 @@ pub struct Calibration {
     /// The camera's response: encoded → linear.
     #[serde(flatten)]
     pub response: DualGamma,
-    /// Standard deviations of γ1 and γ2, from the curvature of the fit.
+    /// Standard deviations of γ1 and γ2: in about nineteen of twenty shoots, the truth is within two.
     pub gamma_deviation: [f32; 2],
     /// Factor between the OLAT session and the interview that the mirror balls do not explain:
     /// interview = exposure · Σ interview_weights_i · OLAT_i.
@@ -41,7 +40,7 @@ pub struct Calibration {
     pub uncovered_energy: f32,
     /// Relative residual of the interview probe after the fit, 0 when lamps explain all of it.
     pub probe_residual: f32,
-    /// Root-mean-square distance of the encoded quantiles that γ was fitted to.
+    /// Root-mean-square encoded distance of the quantiles, or pixels, that γ was fitted to.
     pub gamma_residual: f32,
     /// Share of the sphere that the ball does not show: behind it, and beyond the photograph.
     pub blind_share: f32,
@@ -49,17 +48,16 @@ pub struct Calibration {
     pub filled_energy: f32,
     /// Clipped pixels in the mirror balls: their lamps are brighter than measured.
     pub clipped_pixels: usize,
+    /// What the fit of the response rests on.
+    #[serde(default)]
+    pub gamma_evidence: Evidence,
     /// The lamps.
     #[serde(flatten)]
     pub rig: Rig,
 }
 
-/// Calibrates a project from its mirror balls, poses and interview.
-///
-/// # Errors
-/// When the shoot lacks poses, frames or lamps, a file cannot be read or does not fit the others, or
-/// a stop was asked for.
-pub fn calibrate(project: &Project, progress: &Progress) -> Result<Calibration> {
+/// Refuses a shoot that lacks poses, lamps or frames.
+fn check_shoot(project: &Project) -> Result<()> {
     let shoot = &project.settings.shoot;
     for (what, count) in [
         ("poses", shoot.poses.len()),
@@ -75,15 +73,52 @@ pub fn calibrate(project: &Project, progress: &Progress) -> Result<Calibration> 
             ));
         }
     }
+    Ok(())
+}
+
+/// Calibrates a project from its mirror balls, poses and interview. The response is fitted by pixels
+/// where a frame shows a pose, else by distributions.
+///
+/// # Errors
+/// When the shoot lacks poses, frames or lamps, a file cannot be read or does not fit the others, or
+/// a stop was asked for.
+pub fn calibrate(project: &Project, progress: &Progress) -> Result<Calibration> {
+    calibrate_by(project, None, progress)
+}
+
+/// Calibrates a project, with the response fitted by the comparison that is `wanted`.
+///
+/// # Errors
+/// As [`calibrate`], and when pixels are to be compared and no frame shows a pose.
+pub fn calibrate_by(
+    project: &Project,
+    wanted: Option<Comparison>,
+    progress: &Progress,
+) -> Result<Calibration> {
+    check_shoot(project)?;
+    let shoot = &project.settings.shoot;
     let probes = Probes::load(project, progress)?;
-    let subject = Subject::load(project, progress)?;
-    let fit = gamma::fit(&subject, &probes, progress)?;
+    let subject = Subject::load(project, &probes, progress)?;
+    let fit = gamma::fit(&subject, &probes, wanted, progress)?.fit;
+    let names =
+        |[pose, frame]: &[usize; 2]| [shoot.poses[*pose].clone(), shoot.frames[*frame].clone()];
+    let evidence = Evidence {
+        comparison: fit.comparison,
+        same_poses: fit.same_poses.iter().map(names).collect(),
+        exposure_deviation: fit.deviation[2],
+        darkest: fit.extent[0],
+        brightest: fit.extent[1],
+        ball_residual: fit.ball_residual,
+    };
+    if let Some(sentence) = evidence.same_poses_sentence() {
+        progress.say(sentence);
+    }
     let table = Table::new(&fit.response);
     let interview = probes.fit(&table);
     let (rig, filled_energy) = probes.rig(&shoot.lamps, &table);
     let calibration = Calibration {
         response: fit.response,
-        gamma_deviation: fit.deviation,
+        gamma_deviation: [fit.deviation[0], fit.deviation[1]],
         exposure: fit.exposure,
         interview_weights: interview.weights,
         uncovered_energy: interview.uncovered,
@@ -92,6 +127,7 @@ pub fn calibrate(project: &Project, progress: &Progress) -> Result<Calibration> 
         blind_share: probes.ball().blind_share,
         clipped_pixels: probes.clipped_pixels() + probes.clipped_interview_pixels(),
         filled_energy,
+        gamma_evidence: evidence,
         rig,
     };
     for warning in calibration.warnings() {
@@ -180,6 +216,10 @@ impl Calibration {
                 100.0 * (1.0 - self.probe_residual)
             ));
         }
+        warnings.extend(
+            self.gamma_evidence
+                .warnings(self.gamma_deviation, self.exposure),
+        );
         warnings
     }
 }

@@ -28,6 +28,8 @@ pub struct Probes {
     /// Pixels of the ball that are clipped in no photograph. Only these are compared: so a clipped lamp
     /// is missing the same part in both, and its weight stays right.
     comparable: Vec<bool>,
+    /// Median code of the interview's ball where no lamp is, black where lamps are everywhere.
+    interview_dark: Code,
     profile: Vec<ProfilePixel>,
 }
 
@@ -35,6 +37,22 @@ pub struct Probes {
 struct ProfilePixel {
     interview: Code,
     lamps: Vec<(usize, Code)>,
+    /// The brightest of these lamps here.
+    strongest: usize,
+    /// Its place in the photograph.
+    index: usize,
+}
+
+/// The interview's ball compared with the lamps' pixel by pixel.
+pub(super) struct Profile {
+    /// For each lamp, the sum of squared encoded distances where it is the strongest.
+    pub squares: Vec<f64>,
+    /// Mean square of the part of these distances that changes from pixel to pixel: noise, where the
+    /// rest is a misfit that neighbours share.
+    pub noise: f64,
+    /// The weights that explain the pixels best. They are not those of [`Probes::fit`], which sees the
+    /// lamps' whole light, but under the right response both agree.
+    pub weights: Vec<[f32; 3]>,
 }
 
 /// The interview's light in terms of the lamps.
@@ -142,8 +160,10 @@ impl Probes {
             cell_of_pixel,
             blur,
             comparable,
+            interview_dark: [0; 3],
             profile: vec![],
         };
+        probes.interview_dark = probes.find_interview_dark();
         probes.profile = probes.make_profile(provisional);
         probes
     }
@@ -225,6 +245,55 @@ impl Probes {
         [0, 1, 2].map(|c| median(backgrounds.iter().map(|b| b[c])))
     }
 
+    /// Light on the interview's ball that is no lamp's image. What is dark under single lamps is the
+    /// room's own light, which stays as it is, or the lamps' stray light, which adds up; how dark the
+    /// interview's ball is between the lamps tells which. More than the stray light of all is light of
+    /// its own, from where no lamp is.
+    fn interview_ambient(&self, table: &Table) -> [f32; 3] {
+        let ambient = self.ambient(table);
+        let dark = table.rgb(self.interview_dark);
+        let mut energy = [0.0f64; 3];
+        for footprint in &self.footprints {
+            let background = footprint.background(table);
+            for (pixel, code) in &footprint.pixels {
+                let light = table.rgb(*code);
+                let solid_angle = self.ball.pixels[*pixel as usize].solid_angle;
+                for c in 0..3 {
+                    energy[c] += f64::from((light[c] - background[c]).max(0.0) * solid_angle);
+                }
+            }
+        }
+        let mut interview = [0.0f64; 3];
+        for (pixel, code) in self.ball.pixels.iter().zip(&self.interview) {
+            let light = table.rgb(*code);
+            for c in 0..3 {
+                interview[c] += f64::from((light[c] - ambient[c]).max(0.0) * pixel.solid_angle);
+            }
+        }
+        [0, 1, 2].map(|c| {
+            // The sum of the weights, as if all lamps were alike.
+            let weights = if energy[c] > 0.0 {
+                (interview[c] / energy[c]) as f32 * self.footprints.len() as f32
+            } else {
+                1.0
+            };
+            dark[c].clamp(ambient[c], ambient[c] * weights.max(1.0))
+        })
+    }
+
+    fn find_interview_dark(&self) -> Code {
+        let mut is_lit = vec![false; self.interview.len()];
+        for (pixel, _) in self.footprints.iter().flat_map(|f| &f.pixels) {
+            is_lit[*pixel as usize] = true;
+        }
+        [0, 1, 2].map(|c| {
+            let dark = self.interview.iter().zip(&is_lit).filter(|(_, lit)| !**lit);
+            let mut codes: Vec<u16> = dark.map(|(code, _)| code[c]).collect();
+            codes.sort_unstable();
+            codes.get(codes.len() / 2).copied().unwrap_or(0)
+        })
+    }
+
     /// The interview's light as a sum of lamps under a response: non-negative least squares of the
     /// interview's ball by the lamps' balls, per channel, both blurred to half the lamps' spacing.
     pub(super) fn fit(&self, table: &Table) -> InterviewFit {
@@ -240,7 +309,7 @@ impl Probes {
             (0..n).map(at).collect()
         };
         let mut seen = vec![[0.0f32; 3]; n];
-        let ambient = self.ambient(table);
+        let ambient = self.interview_ambient(table);
         for (pixel, code) in self
             .interview
             .iter()
@@ -329,18 +398,19 @@ impl Probes {
         }
     }
 
-    /// Root-mean-square distance in encoded values between the interview's ball and the best sum of the
-    /// lamps' balls, pixel for pixel. A lamp's image has bright and dim pixels, and each lamp has
+    /// Squared distance in encoded values between the interview's ball and the best sum of the lamps'
+    /// balls, pixel for pixel, as the mean over channels: one sum for the pixels in which each lamp is
+    /// the strongest, and the weights of that sum. A lamp's image has bright and dim pixels, and each lamp has
     /// another weight: only the right shape of the response makes all of them proportional. What it
     /// cannot tell is a power of the response, because that is a response too, with powers of the
-    /// weights. `None` when no pixel can be compared.
-    pub(super) fn profile_distance(&self, table: &Table) -> Option<f64> {
+    /// weights.
+    pub(super) fn profile(&self, table: &Table) -> Profile {
         let backgrounds: Vec<[f32; 3]> = self
             .footprints
             .iter()
             .map(|f| f.background(table))
             .collect();
-        let channels: Vec<(f64, usize)> = (0..3usize)
+        let channels: Vec<(Vec<f64>, f64, Vec<f64>)> = (0..3usize)
             .into_par_iter()
             .map(|c| {
                 let light = |&(lamp, code): &(usize, Code)| {
@@ -371,7 +441,9 @@ impl Probes {
                     );
                 }
                 let x = equations.solve();
-                let square = |pixel: &ProfilePixel| {
+                let mut squares = vec![0.0; constant];
+                let mut differences = NeighbourDifferences::default();
+                for pixel in &self.profile {
                     let sum: f64 = pixel
                         .lamps
                         .iter()
@@ -379,25 +451,45 @@ impl Probes {
                         .map(|(lamp, l)| x[lamp] * l)
                         .sum();
                     let code = f32::from(pixel.interview[c]) / f32::from(STEPS);
-                    f64::from(table.encode((sum + x[constant]) as f32) - code).powi(2)
-                };
-                (self.profile.iter().map(square).sum(), self.profile.len())
+                    let off = f64::from(table.encode((sum + x[constant]) as f32) - code);
+                    squares[pixel.strongest] += off.powi(2) / 3.0;
+                    differences.add(pixel.index, off);
+                }
+                (squares, differences.noise(), x)
             })
             .collect();
-        let (square, count) = channels
-            .into_iter()
-            .fold((0.0, 0), |sum, c| (sum.0 + c.0, sum.1 + c.1));
-        (count > 0).then(|| (square / count as f64).sqrt())
+        let lamps = 0..self.footprints.len();
+        Profile {
+            squares: lamps
+                .clone()
+                .map(|lamp| channels.iter().map(|(squares, ..)| squares[lamp]).sum())
+                .collect(),
+            noise: channels.iter().map(|(_, noise, _)| noise).sum::<f64>() / 3.0,
+            weights: lamps
+                .map(|lamp| [0, 1, 2].map(|c| channels[c].2[lamp] as f32))
+                .collect(),
+        }
     }
 
-    /// How many pixels [`Self::profile_distance`] compares.
+    /// How many pixels [`Self::profile`] compares.
     pub(super) fn profile_pixels(&self) -> usize {
         self.profile.len()
+    }
+
+    /// The codes that [`Self::profile`] compares, of the lamps' balls and of the interview's.
+    pub(super) fn profile_codes(&self) -> impl Iterator<Item = &Code> {
+        self.profile.iter().flat_map(|pixel| {
+            let lamps = pixel.lamps.iter().map(|(_, code)| code);
+            lamps.chain(std::iter::once(&pixel.interview))
+        })
     }
 
     fn make_profile(&self, provisional: &Table) -> Vec<ProfilePixel> {
         /// Enough pixels to tell a response; more only take time.
         const ENOUGH: usize = 16_384;
+        /// A pixel counts from this many times the room's own light: nearer to it, the sensor's noise
+        /// and what every lamp's footprint leaves out bend the curve.
+        const LIT: f32 = 10.0;
         let mut lamps: Vec<Vec<(usize, Code)>> = vec![vec![]; self.interview.len()];
         for (lamp, footprint) in self.footprints.iter().enumerate() {
             for (pixel, code) in &footprint.pixels {
@@ -405,20 +497,61 @@ impl Probes {
             }
         }
         let ambient = self.ambient(provisional);
-        let lit = |code: &Code| (0..3).all(|c| provisional.light(code[c]) > 3.0 * ambient[c]);
+        let lit = |code: &Code| (0..3).all(|c| provisional.light(code[c]) > LIT * ambient[c]);
         let profile: Vec<ProfilePixel> = self
             .interview
             .iter()
             .zip(lamps)
             .zip(&self.comparable)
-            .filter(|((code, lamps), comparable)| !lamps.is_empty() && lit(code) && **comparable)
-            .map(|((code, lamps), _)| ProfilePixel {
-                interview: *code,
-                lamps,
+            .zip(&self.ball.pixels)
+            .filter(|(((code, lamps), comparable), _)| {
+                !lamps.is_empty() && lit(code) && **comparable
+            })
+            .map(|(((code, lamps), _), place)| {
+                let level = |codes: &Code| provisional.rgb(*codes).into_iter().sum::<f32>();
+                let brighter =
+                    |a: &&(usize, Code), b: &&(usize, Code)| level(&a.1).total_cmp(&level(&b.1));
+                ProfilePixel {
+                    interview: *code,
+                    index: place.index,
+                    strongest: lamps.iter().max_by(brighter).map_or(0, |(lamp, _)| *lamp),
+                    lamps,
+                }
             })
             .collect();
         let stride = profile.len().div_ceil(ENOUGH).max(1);
-        profile.into_iter().step_by(stride).collect()
+        // Two neighbours at a time, for the noise.
+        profile
+            .into_iter()
+            .enumerate()
+            .filter(|(i, _)| (i / 2) % stride == 0)
+            .map(|(_, pixel)| pixel)
+            .collect()
+    }
+}
+
+/// The noise in a series of errors, from neighbours in one row: half the mean square of their
+/// differences (von Neumann 1941).
+#[derive(Default)]
+pub(super) struct NeighbourDifferences {
+    last: Option<(usize, f64)>,
+    square: f64,
+    count: f64,
+}
+
+impl NeighbourDifferences {
+    /// The next error, at a place counted along the rows.
+    pub fn add(&mut self, place: usize, error: f64) {
+        if let Some((_, last)) = self.last.filter(|(last, _)| last + 1 == place) {
+            self.square += 0.5 * (error - last).powi(2);
+            self.count += 1.0;
+        }
+        self.last = Some((place, error));
+    }
+
+    /// Mean square of the noise; 0 where no two places were neighbours.
+    pub fn noise(&self) -> f64 {
+        self.square / self.count.max(1.0)
     }
 }
 

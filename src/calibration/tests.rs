@@ -283,6 +283,7 @@ fn small_calibration() -> Calibration {
         blind_share: 0.02,
         filled_energy: 0.0,
         clipped_pixels: 0,
+        gamma_evidence: gamma::Evidence::default(),
         rig: Rig {
             lamps: vec![Lamp {
                 name: "olat_00".into(),

@@ -87,19 +87,14 @@ impl DualGamma {
         x as f32
     }
 
+    /// d linear / d encoded at an encoded value: 0 at black (1 when γ1 = 1) and γ2 at white.
+    pub fn slope(&self, encoded: f32) -> f32 {
+        self.value_and_slope(f64::from(unit(encoded))).1 as f32
+    }
+
     /// Linear light of an encoded picture.
     pub fn decode(&self, picture: &Encoded) -> Image {
-        // Pictures of 8 bits hold 256 values: those come from a table, any other is computed.
-        let codes: [f32; 256] = std::array::from_fn(|code| code as f32 / 255.0);
-        let table = codes.map(|code| self.decode_value(code));
-        map_values(&picture.0, |value| {
-            let code = (value * 255.0 + 0.5) as usize & 255;
-            if codes[code] == value {
-                table[code]
-            } else {
-                self.decode_value(value)
-            }
-        })
+        decode_with(picture, |value| self.decode_value(value))
     }
 
     /// The picture that this camera would make of linear light.
@@ -119,7 +114,26 @@ impl DualGamma {
     }
 }
 
-fn map_values(picture: &Raster<[f32; 3]>, value: impl Fn(f32) -> f32 + Sync) -> Raster<[f32; 3]> {
+/// A picture through a decoding curve. Pictures of 8 bits hold 256 values: those come from a table,
+/// any other is computed.
+pub(super) fn decode_with(picture: &Encoded, decode: impl Fn(f32) -> f32 + Sync) -> Image {
+    let codes: [f32; 256] = std::array::from_fn(|code| code as f32 / 255.0);
+    let table = codes.map(&decode);
+    map_values(&picture.0, |value| {
+        let code = (value * 255.0 + 0.5) as usize & 255;
+        if codes[code] == value {
+            table[code]
+        } else {
+            decode(value)
+        }
+    })
+}
+
+/// A picture with every channel of every pixel replaced.
+pub(super) fn map_values(
+    picture: &Raster<[f32; 3]>,
+    value: impl Fn(f32) -> f32 + Sync,
+) -> Raster<[f32; 3]> {
     let pixels = picture
         .pixels
         .par_iter()

@@ -1,0 +1,102 @@
+//! How well other curves would do in place of the dual gamma.
+
+use super::{Fitted, bounds};
+use crate::error::Result;
+use crate::imaging::Response;
+use crate::progress::Progress;
+
+/// How well a curve explains the pictures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveFit {
+    /// The curve with its fitted exponents.
+    pub response: Response,
+    /// How many numbers of it were fitted.
+    pub parameters: usize,
+    /// Its best exposure.
+    pub exposure: f32,
+    /// −2·ln of how much less probable it makes the pictures than the dual gamma does; the priors of
+    /// the exponents are left out, as other curves have none. 10 is strong evidence.
+    pub evidence: f32,
+    /// Root-mean-square encoded distance of the subject: of its quantiles, or of pixels where a frame
+    /// shows a pose.
+    pub subject: f32,
+    /// Root-mean-square encoded distance on the mirror balls, pixel for pixel.
+    pub ball: f32,
+}
+
+impl CurveFit {
+    /// The balls' distance as a peak signal-to-noise ratio in decibels.
+    pub fn ball_psnr(&self) -> f32 {
+        psnr(self.ball)
+    }
+
+    /// The subject's distance as a peak signal-to-noise ratio in decibels.
+    pub fn subject_psnr(&self) -> f32 {
+        psnr(self.subject)
+    }
+}
+
+/// −20·log10 of a root-mean-square distance; that of a millionth at most.
+fn psnr(distance: f32) -> f32 {
+    -20.0 * distance.max(1e-6).log10()
+}
+
+impl Fitted<'_> {
+    /// The dual gamma first, then a fitted power, sRGB, Rec. 709 and linear.
+    ///
+    /// # Errors
+    /// When a stop was asked for.
+    pub fn compare(&self, progress: &Progress) -> Result<Vec<CurveFit>> {
+        let curves = [
+            (Response::Dual(self.fit.response), 2),
+            (Response::Power(self.best_power()), 1),
+            (Response::Srgb, 0),
+            (Response::Rec709, 0),
+            (Response::Linear, 0),
+        ];
+        let mut fits = Vec::new();
+        let mut least = 0.0;
+        for (response, parameters) in curves {
+            progress.check("nothing was changed")?;
+            let standing = self
+                .objective
+                .stand(&self.objective.see_response(&response));
+            if fits.is_empty() {
+                least = standing.cost;
+            }
+            fits.push(CurveFit {
+                response,
+                parameters,
+                exposure: standing.log_exposure.exp() as f32,
+                evidence: (standing.cost - least) as f32,
+                subject: standing.subject as f32,
+                ball: standing.ball as f32,
+            });
+        }
+        Ok(fits)
+    }
+
+    /// The exponent of the plain power that does best: from a row of places, the best one's neighbourhood
+    /// in ever finer rows.
+    fn best_power(&self) -> f32 {
+        const PLACES: usize = 9;
+        let (mut low, mut high) = bounds();
+        let cost = |gamma: f64| {
+            let seen = self.objective.see_response(&Response::Power(gamma as f32));
+            self.objective.stand(&seen).cost
+        };
+        let mut best = (low, f64::INFINITY);
+        while high - low > 2e-3 {
+            let step = (high - low) / (PLACES - 1) as f64;
+            for i in 0..PLACES {
+                let gamma = low + step * i as f64;
+                let found = cost(gamma);
+                if found < best.1 {
+                    best = (gamma, found);
+                }
+            }
+            (low, high) = ((best.0 - step).max(low), (best.0 + step).min(high));
+        }
+        best.0 as f32
+    }
+}

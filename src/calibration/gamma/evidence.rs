@@ -1,0 +1,140 @@
+//! What the fit rests on, and what it leaves open.
+
+use super::{Comparison, GAMMA_PRIOR};
+use serde::{Deserialize, Serialize};
+
+/// What the fit of the response rests on, as kept in `calibration.toml`. Files without it give the
+/// default, which warns of nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Evidence {
+    /// What was compared between the relit poses and the interview.
+    pub comparison: Comparison,
+    /// The poses that a frame shows, by name, beside that frame.
+    pub same_poses: Vec<[String; 2]>,
+    /// Standard deviation of ln exposure.
+    pub exposure_deviation: f32,
+    /// The hundredth part of the compared pixels, of OLATs, frames and balls, is darker than the first
+    /// and another brighter than the second, in encoded values from 0 to 1.
+    pub darkest: f32,
+    pub brightest: f32,
+    /// Root-mean-square encoded distance on the mirror balls, pixel for pixel.
+    pub ball_residual: f32,
+}
+
+impl Default for Evidence {
+    fn default() -> Self {
+        Self {
+            comparison: Comparison::Distribution,
+            same_poses: vec![],
+            exposure_deviation: 0.0,
+            darkest: 0.0,
+            brightest: 1.0,
+            ball_residual: 0.0,
+        }
+    }
+}
+
+impl Evidence {
+    /// An exponent that is no surer than this is not told by the pictures: less than half of what is
+    /// known of it comes from them, the rest is the prior.
+    pub const UNDETERMINED: f32 = (GAMMA_PRIOR.1 * std::f64::consts::FRAC_1_SQRT_2) as f32;
+    /// An exponent that is no surer than this is only roughly known: relit pictures may be off by a
+    /// tenth of a stop and more.
+    pub const ROUGH: f32 = 0.15;
+    /// ln exposure beyond this is no camera that was left alone.
+    pub const OTHER_EXPOSURE: f32 = 0.08;
+
+    /// Which poses were compared with a frame pixel by pixel, in a sentence; `None` where distributions
+    /// were compared.
+    pub fn same_poses_sentence(&self) -> Option<String> {
+        let pairs: Vec<String> = self
+            .same_poses
+            .iter()
+            .map(|[pose, frame]| format!("{frame} shows {pose}"))
+            .collect();
+        (!pairs.is_empty()).then(|| {
+            format!(
+                "the camera's response was fitted pixel by pixel, because {}",
+                pairs.join(", ")
+            )
+        })
+    }
+
+    /// What the person should know before trusting the response, a sentence each.
+    pub fn warnings(&self, deviation: [f32; 2], exposure: f32) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let tones = [
+            (
+                "γ1",
+                "dark",
+                format!("hardly anything is darker than {:.2}", self.darkest),
+                "Give poses and frames with shadows, and balls whose lamps have soft edges",
+            ),
+            (
+                "γ2",
+                "bright",
+                format!("hardly anything is brighter than {:.2}", self.brightest),
+                "Expose the OLATs and the interview brighter, just short of clipping, or the balls through a thinner \
+                 filter",
+            ),
+        ];
+        for (deviation, (exponent, tone, extent, remedy)) in deviation.into_iter().zip(tones) {
+            if deviation >= Self::UNDETERMINED {
+                warnings.push(format!(
+                    "the pictures do not tell the camera's {exponent}, which rules {tone} pixels ({extent} in \
+                     encoded values from 0 to 1): it is an assumption. {remedy}"
+                ));
+            } else if deviation >= Self::ROUGH {
+                warnings.push(format!(
+                    "the camera's {exponent}, which rules {tone} pixels, is known only to ± {deviation:.2} \
+                     ({extent} in encoded values from 0 to 1). {remedy}"
+                ));
+            }
+        }
+        let stops = exposure.ln();
+        if stops.abs() > Self::OTHER_EXPOSURE && stops.is_finite() {
+            warnings.push(format!(
+                "the interview is {:.0} % {} than the mirror balls say (± {:.0} %), so its camera's exposure seems to \
+                 have been changed between the balls and the filming, and the response is less sure. Photograph \
+                 the balls again at the interview's exposure, or film one of the poses",
+                100.0 * (exposure - 1.0).abs(),
+                if exposure > 1.0 { "brighter" } else { "darker" },
+                100.0 * self.exposure_deviation,
+            ));
+        }
+        warnings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sure_fit_warns_of_nothing() {
+        assert!(Evidence::default().warnings([0.03; 2], 1.02).is_empty());
+    }
+
+    #[test]
+    fn each_doubt_has_its_sentence_and_its_remedy() {
+        let evidence = Evidence {
+            darkest: 0.4,
+            exposure_deviation: 0.05,
+            ..Evidence::default()
+        };
+        let [dark] = &evidence.warnings([0.6, 0.03], 1.0)[..] else {
+            panic!("one doubt, one sentence");
+        };
+        assert!(dark.contains("do not tell the camera's γ1") && dark.contains("0.40"));
+        let [bright] = &evidence.warnings([0.03, 0.2], 1.0)[..] else {
+            panic!("one doubt, one sentence");
+        };
+        assert!(bright.contains("γ2") && bright.contains("± 0.20") && bright.contains("filter"));
+        let [brighter] = &evidence.warnings([0.03; 2], 1.25)[..] else {
+            panic!("one doubt, one sentence");
+        };
+        assert!(brighter.contains("25 % brighter") && brighter.contains("± 5 %"));
+        assert!(evidence.warnings([0.03; 2], 0.8)[0].contains("20 % darker"));
+    }
+}

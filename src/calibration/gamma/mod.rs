@@ -1,0 +1,250 @@
+//! The fit of the camera's dual gamma (the curve itself is [`crate::imaging::DualGamma`]).
+//!
+//! Two things must agree under the right curve. The OLATs of the poses, summed with the interview's
+//! weights, must look like the interview: pixel for pixel where a frame shows the pose itself, and
+//! else, as the poses differ from the frames, by their quantiles. And on the mirror balls, where
+//! nothing moves, the sum of the lamps must be the interview's ball pixel for pixel. The first rules
+//! the power of the curve, the second its shape; a valley of the one crosses that of the other.
+//!
+//! A brighter interview and a higher power look alike, so the data hardly tell the exposure: it
+//! keeps close to 1, because the balls share one filter and the cameras were not touched
+//! (the paper's section 3.1), unless the pictures insist.
+
+mod compare;
+mod confidence;
+mod evidence;
+mod objective;
+mod study;
+mod subject;
+mod surface;
+mod twin;
+
+use super::code::Table;
+use super::probe::Probes;
+use crate::error::{Error, Result};
+use crate::imaging::DualGamma;
+use crate::progress::Progress;
+use bobyqa::{Bobyqa, Config};
+use objective::{Objective, Seen, gamma_prior};
+use serde::{Deserialize, Serialize};
+
+pub use compare::CurveFit;
+pub use evidence::Evidence;
+pub use study::{CurvePoint, GammaStudy, Histogram, curve};
+pub(super) use subject::Subject;
+pub use surface::Surface;
+use twin::Twin;
+
+/// Standard deviation of ln exposure where the cameras were not touched: a few hundredths of a stop.
+const EXPOSURE_PRIOR: f64 = 0.03;
+/// How often a camera was touched nevertheless, and the standard deviation of ln exposure then.
+const OTHER_EXPOSURE: (f64, f64) = (0.1, 0.3);
+/// The weak prior on each exponent: video cameras are near 2.2.
+const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
+
+/// What is compared between the relit poses and the interview.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Comparison {
+    /// How often each level occurs in the subject: right for whatever poses.
+    #[default]
+    Distribution,
+    /// Pixel by pixel, for frames that show one of the poses.
+    Pixels,
+}
+
+/// What the fit found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GammaFit {
+    /// The camera's response.
+    pub response: DualGamma,
+    /// Interview = exposure · Σ weights · OLAT.
+    pub exposure: f32,
+    /// What was compared.
+    pub comparison: Comparison,
+    /// Root-mean-square encoded distance of the quantiles, or of the pixels.
+    pub residual: f32,
+    /// The same on the mirror balls, pixel for pixel.
+    pub ball_residual: f32,
+    /// Standard deviations of γ1, γ2 and ln exposure.
+    pub deviation: [f32; 3],
+    /// What a hundredth of the compared values is darker than, and a hundredth is brighter than.
+    pub extent: [f32; 2],
+    /// Poses that a frame shows, beside the frame: the project's numbers of both.
+    pub same_poses: Vec<[usize; 2]>,
+}
+
+/// A fit beside the comparison that it was made by, to ask for more: [`Fitted::surface`] and
+/// [`Fitted::compare`].
+pub struct Fitted<'a> {
+    objective: Objective<'a>,
+    /// The fit.
+    pub fit: GammaFit,
+}
+
+/// Fits γ1, γ2 and the exposure: by what the caller wants compared, or by pixels where a frame shows a
+/// pose itself and by distributions where none does.
+///
+/// # Errors
+/// When pixels are to be compared and no frame shows a pose, or a stop was asked for.
+pub(super) fn fit<'a>(
+    subject: &'a Subject,
+    probes: &'a Probes,
+    wanted: Option<Comparison>,
+    progress: &Progress,
+) -> Result<Fitted<'a>> {
+    let found = fit_by(Objective::new(subject, probes, vec![]), progress)?;
+    if wanted == Some(Comparison::Distribution) {
+        return Ok(found);
+    }
+    // Which poses are those of frames shows only under a response that is about right.
+    let table = Table::new(&found.fit.response);
+    let nearest = subject.nearest(&table, &probes.fit(&table).weights);
+    let same: Vec<_> = nearest
+        .iter()
+        .filter(|(.., mismatch)| *mismatch <= Twin::LARGEST_MISMATCH)
+        .collect();
+    if !same.is_empty() {
+        let twins = same.iter().map(|(pose, ..)| *pose).collect();
+        let mut found = fit_by(Objective::new(subject, probes, twins), progress)?;
+        found.fit.same_poses = same
+            .iter()
+            .map(|(_, twin, _)| [twin.pose, twin.frame])
+            .collect();
+        return Ok(found);
+    }
+    if wanted.is_none() {
+        return Ok(found);
+    }
+    let best = nearest.iter().min_by(|a, b| a.2.total_cmp(&b.2));
+    Err(Error::unexpected(
+        "the comparison pixel by pixel",
+        format!(
+            "a frame that shows a pose, at a mismatch of {} or less",
+            Twin::LARGEST_MISMATCH
+        ),
+        best.map_or(
+            "no frame with the outline of a pose".into(),
+            |(_, twin, mismatch)| {
+                format!(
+                    "{mismatch:.2} at best, of pose {} and frame {}",
+                    twin.pose, twin.frame
+                )
+            },
+        ),
+        "Compare distributions, or film one of the poses",
+    ))
+}
+
+/// Fits γ1, γ2 and the exposure by one comparison.
+fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitted<'a>> {
+    // The surface has valleys, so walks start from the three best places of a grid.
+    const GRID: [f64; 6] = [1.2, 1.6, 2.0, 2.4, 2.8, 3.3];
+    const WALKS: usize = 3;
+    let total = (GRID.len() + WALKS) as u64;
+    let mut grid = Vec::new();
+    for (row, gamma1) in GRID.into_iter().enumerate() {
+        progress.check("nothing was changed")?;
+        progress.step("response", row as u64, total, "");
+        let places = GRID.map(|gamma2| [gamma1, gamma2]);
+        grid.extend(
+            places
+                .into_iter()
+                .filter_map(|place| Some((place, objective.see(place)?))),
+        );
+    }
+    let best_ball = |a: &&([f64; 2], Seen), b: &&([f64; 2], Seen)| {
+        objective
+            .ball_square(&a.1.ball)
+            .total_cmp(&objective.ball_square(&b.1.ball))
+    };
+    if let Some(index) = grid
+        .iter()
+        .min_by(best_ball)
+        .and_then(|best| grid.iter().position(|g| g.0 == best.0))
+    {
+        objective.weigh(&grid[index].1);
+    }
+    let mut starts: Vec<([f64; 2], f64)> = grid
+        .iter()
+        .map(|(place, seen)| (*place, objective.stand(seen).cost + gamma_prior(*place)))
+        .collect();
+    starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut best = ([GAMMA_PRIOR.0; 2], f64::INFINITY);
+    for (walk, (start, _)) in starts.iter().take(WALKS).enumerate() {
+        progress.check("nothing was changed")?;
+        progress.step("response", (GRID.len() + walk) as u64, total, "");
+        let found = minimise(|gammas| objective.total(gammas), *start)?;
+        if found.1 < best.1 {
+            best = found;
+        }
+    }
+    // The grid's best is a coarse judge of what is noise; the walk's best is a good one.
+    if let Some(seen) = objective.see(best.0) {
+        objective.weigh(&seen);
+        best = minimise(|gammas| objective.total(gammas), best.0)?;
+    }
+    let gammas = best.0;
+    let response = DualGamma::new(gammas[0] as f32, gammas[1] as f32)?;
+    let standing = objective.stand(&objective.see_response(&response.into()));
+    let fit = GammaFit {
+        response,
+        exposure: standing.log_exposure.exp() as f32,
+        comparison: if objective.twins.is_empty() {
+            Comparison::Distribution
+        } else {
+            Comparison::Pixels
+        },
+        residual: standing.subject as f32,
+        ball_residual: standing.ball as f32,
+        deviation: confidence::deviation(&objective, gammas, standing.log_exposure),
+        extent: objective.extent(),
+        same_poses: vec![],
+    };
+    Ok(Fitted { objective, fit })
+}
+
+impl Objective<'_> {
+    /// The cost of two exponents at their best exposure, with all priors; +∞ where there is no curve.
+    fn total(&self, gammas: [f64; 2]) -> f64 {
+        self.see(gammas).map_or(f64::INFINITY, |seen| {
+            self.stand(&seen).cost + gamma_prior(gammas)
+        })
+    }
+}
+
+/// [`DualGamma::BOUNDS`] for both exponents.
+fn bounds() -> (f64, f64) {
+    let bounds = DualGamma::BOUNDS;
+    (f64::from(*bounds.start()), f64::from(*bounds.end()))
+}
+
+/// The bottom near `start` of a cost over two exponents, and its height (Powell's BOBYQA, 2009: it
+/// needs no gradient, stays within [`DualGamma::BOUNDS`] and asks for few of the costly comparisons).
+fn minimise(cost: impl Fn([f64; 2]) -> f64, start: [f64; 2]) -> Result<([f64; 2], f64)> {
+    let (low, high) = bounds();
+    let mut config = Config::new(2);
+    // From half the distance of the grid's places to a tenth of what any picture can tell.
+    (config.rho_begin, config.rho_end) = (0.2, 5e-4);
+    config.max_fun = 120;
+    let fault = |status: bobyqa::Status| {
+        Error::unexpected(
+            "the fit of the camera's response",
+            "a search that starts",
+            format!("{status:?}"),
+            "Please report this: it is a fault of the program",
+        )
+    };
+    let mut solver = Bobyqa::new(2, config).map_err(fault)?;
+    let mut place = start;
+    let found = solver.minimize(
+        |x| cost([x[0], x[1]]),
+        &mut place,
+        &[low, low],
+        &[high, high],
+    );
+    Ok((place, found.f))
+}
+
+#[cfg(test)]
+mod tests;

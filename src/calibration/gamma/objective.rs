@@ -1,0 +1,375 @@
+//! What a response costs: how far the relit poses are from the interview under it, and the sum of the
+//! lamps' balls from the interview's ball.
+
+use super::super::code::{STEPS, Table};
+use super::super::probe::{NeighbourDifferences, Probes, Profile};
+use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
+use super::twin::TwinPixel;
+use super::{EXPOSURE_PRIOR, GAMMA_PRIOR, OTHER_EXPOSURE};
+use crate::imaging::{DualGamma, Response};
+
+/// Rounding to 8 bits alone leaves this root-mean-square distance; below it nothing can be told.
+pub(super) fn rounding() -> f64 {
+    1.0 / 255.0 / 12f64.sqrt()
+}
+
+/// The pictures under one response, before the exposure is chosen.
+pub(super) struct Seen {
+    pub table: Table,
+    pub weights: Vec<[f32; 3]>,
+    /// Light of the relit poses beside the encoded value that the interview has there: quantiles, channel
+    /// by channel, or the channels of pixels.
+    pub pairs: Vec<(f32, f32)>,
+    /// The balls, pixel by pixel.
+    pub ball: Profile,
+}
+
+impl Seen {
+    /// Mean squared distance of the subject, encoded, at an exposure.
+    pub fn subject_square(&self, log_exposure: f64) -> f64 {
+        let exposure = log_exposure.exp() as f32;
+        let square: f64 = self
+            .pairs
+            .iter()
+            .map(|(light, is)| f64::from(self.table.encode(exposure * light) - is).powi(2))
+            .sum();
+        square / self.pairs.len().max(1) as f64
+    }
+}
+
+/// Where a response stands, at its best exposure.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Standing {
+    /// −2·ln of its probability, but for a constant and the priors of the exponents.
+    pub cost: f64,
+    pub log_exposure: f64,
+    /// Root-mean-square distances in encoded values.
+    pub subject: f64,
+    pub ball: f64,
+}
+
+/// The comparison that responses are judged by.
+pub(super) struct Objective<'a> {
+    pub subject: &'a Subject,
+    pub probes: &'a Probes,
+    /// Poses that are compared with their twins pixel by pixel; none where distributions are compared.
+    pub twins: Vec<&'a Pose>,
+    /// Distances below these cannot be told from the right response.
+    pub subject_floor: f64,
+    /// How many independent errors there are.
+    pub subject_count: f64,
+    pub ball_count: f64,
+}
+
+impl<'a> Objective<'a> {
+    /// The comparison of a subject and its probes: by the pixels of `twins`, poses that a frame shows, or
+    /// by distributions where there are none.
+    pub fn new(subject: &'a Subject, probes: &'a Probes, twins: Vec<&'a Pose>) -> Self {
+        let mut objective = Self {
+            subject,
+            probes,
+            subject_floor: rounding(),
+            // Neighbouring quantiles move together: three channels of twenty count as twenty.
+            subject_count: QUANTILES as f64,
+            ball_count: subject.lamps as f64,
+            twins,
+        };
+        if objective.twins.is_empty() {
+            let middle = DualGamma {
+                gamma1: GAMMA_PRIOR.0 as f32,
+                gamma2: GAMMA_PRIOR.0 as f32,
+            };
+            let table = Table::new(&middle);
+            let weights = probes.fit(&table).weights;
+            objective.subject_floor = objective.scatter(&table, &weights).max(rounding());
+        }
+        objective
+    }
+
+    /// Sets the counts of independent errors from the best response so far. As far as noise explains the
+    /// distance on the balls, each pixel is an error of its own; the rest, such as a ball that was moved,
+    /// is one for each lamp. Likewise for the pixels of a pose and its twin, where the rest is one for
+    /// each of [`BLOCKS`].
+    pub fn weigh(&mut self, best: &Seen) {
+        let independent = |square: f64, noise: f64, pixels: usize, others: usize| {
+            let noise = noise.max(rounding().powi(2));
+            let own = noise / square.max(noise);
+            own * pixels as f64 + (1.0 - own) * others.min(pixels) as f64
+        };
+        self.ball_count = independent(
+            self.ball_square(&best.ball),
+            best.ball.noise,
+            self.probes.profile_pixels(),
+            self.subject.lamps,
+        );
+        if !self.twins.is_empty() {
+            let x = self.stand(best).log_exposure;
+            self.subject_count = independent(
+                best.subject_square(x),
+                self.twin_noise(best, x),
+                best.pairs.len() / 3,
+                BLOCKS,
+            );
+        }
+    }
+
+    /// Mean square of the noise between poses and twins.
+    fn twin_noise(&self, seen: &Seen, log_exposure: f64) -> f64 {
+        let exposure = log_exposure.exp() as f32;
+        let mut channels: [NeighbourDifferences; 3] = Default::default();
+        let pixels = self.twins.iter().flat_map(|pose| self.twin_pixels(pose));
+        for (pixel, pairs) in pixels.zip(seen.pairs.chunks_exact(3)) {
+            for (channel, (light, is)) in channels.iter_mut().zip(pairs) {
+                let off = f64::from(seen.table.encode(exposure * light) - is);
+                channel.add(pixel.place as usize, off);
+            }
+        }
+        channels
+            .iter()
+            .map(NeighbourDifferences::noise)
+            .sum::<f64>()
+            / 3.0
+    }
+
+    /// The pixels by which a pose is compared with its twin: a few thousand of all tell enough.
+    fn twin_pixels(&self, pose: &'a Pose) -> impl Iterator<Item = &'a TwinPixel> {
+        let pixels = pose.twin.as_ref().map_or(&[][..], |twin| &twin.pixels);
+        let step = (pixels.len() * self.twins.len())
+            .div_ceil(TWIN_PIXELS)
+            .max(1);
+        let kept = pixels
+            .iter()
+            .enumerate()
+            .filter(move |(i, _)| (i / 2) % step == 0);
+        kept.map(|(_, pixel)| pixel)
+    }
+
+    /// A pose's light beside its twin's encoded values, by pixel and channel.
+    fn twin_pairs(&self, pose: &'a Pose, table: &Table, weights: &[[f32; 3]]) -> Vec<(f32, f32)> {
+        let encoded = |code: u16| f32::from(code) / f32::from(STEPS);
+        self.twin_pixels(pose)
+            .flat_map(|pixel| {
+                let light = self
+                    .subject
+                    .relit_sample(pose, pixel.sample as usize, table, weights);
+                [0, 1, 2].map(|c| (light[c], encoded(pixel.here[c])))
+            })
+            .collect()
+    }
+
+    /// The pictures under two exponents; `None` where the curve is none that a camera can have.
+    pub fn see(&self, [gamma1, gamma2]: [f64; 2]) -> Option<Seen> {
+        let curve = DualGamma::new(gamma1 as f32, gamma2 as f32).ok()?;
+        Some(self.see_response(&Response::Dual(curve)))
+    }
+
+    /// The pictures under any response.
+    pub fn see_response(&self, response: &Response) -> Seen {
+        let table = Table::of(response);
+        let (fit, ball) = rayon::join(|| self.probes.fit(&table), || self.probes.profile(&table));
+        Seen {
+            pairs: self.pairs(&table, &fit.weights),
+            weights: fit.weights,
+            table,
+            ball,
+        }
+    }
+
+    /// The relit subject's light beside the interview's encoded values: quantiles, channel by channel, or
+    /// the channels of pixels.
+    pub fn pairs(&self, table: &Table, weights: &[[f32; 3]]) -> Vec<(f32, f32)> {
+        if !self.twins.is_empty() {
+            let pairs = |pose: &&'a Pose| self.twin_pairs(pose, table, weights);
+            return self.twins.iter().flat_map(pairs).collect();
+        }
+        let relit = self.subject.all_relit(table, weights);
+        (0..3)
+            .flat_map(|c| {
+                let light = quantiles(relit.iter().map(|p| p[c]).collect());
+                light.into_iter().zip(self.subject.interview[c])
+            })
+            .collect()
+    }
+
+    /// What a hundredth of the compared values is darker than, and a hundredth is brighter than: OLATs,
+    /// frames and balls, encoded in `[0, 1]`.
+    pub fn extent(&self) -> [f32; 2] {
+        let subject = self.subject;
+        let poses = subject.poses.iter().flat_map(|pose| &pose.codes);
+        let codes = poses.chain(subject.frames.iter().flatten());
+        let mut counts = vec![0u64; usize::from(STEPS) + 1];
+        for code in codes.chain(self.probes.profile_codes()).flatten() {
+            counts[usize::from(*code)] += 1;
+        }
+        let all: u64 = counts.iter().sum();
+        [1, 99].map(|hundredths| {
+            let mut below = 0;
+            let code = counts.iter().position(|count| {
+                below += count;
+                100 * below >= hundredths * all
+            });
+            code.unwrap_or(0) as f32 / f32::from(STEPS)
+        })
+    }
+
+    /// Mean squared distance on the balls.
+    pub fn ball_square(&self, ball: &Profile) -> f64 {
+        ball.squares.iter().sum::<f64>() / self.probes.profile_pixels().max(1) as f64
+    }
+
+    /// −2·ln of the probability at an exposure: independent errors of unknown size, n·ln(distance²) over
+    /// both comparisons, and the prior of the exposure.
+    pub fn cost(&self, seen: &Seen, log_exposure: f64) -> f64 {
+        let subject = seen.subject_square(log_exposure) + self.subject_floor.powi(2);
+        let ball = self.ball_square(&seen.ball) + rounding().powi(2);
+        self.subject_count * subject.ln()
+            + self.ball_count * ball.ln()
+            + exposure_prior(log_exposure)
+    }
+
+    /// The standing of what was seen, at the best exposure.
+    pub fn stand(&self, seen: &Seen) -> Standing {
+        let log_exposure = best_exposure(|x| self.cost(seen, x), |x| seen.subject_square(x));
+        Standing {
+            cost: self.cost(seen, log_exposure),
+            log_exposure,
+            subject: seen.subject_square(log_exposure).sqrt(),
+            ball: self.ball_square(&seen.ball).sqrt(),
+        }
+    }
+
+    /// How far apart the quantiles are to be expected under the right response, because the poses are
+    /// not the frames: the standard error of both means, from the differences among poses and among
+    /// frames. Root-mean-square, in encoded values.
+    fn scatter(&self, table: &Table, weights: &[[f32; 3]]) -> f64 {
+        let poses = self.pose_quantiles(table, weights, 1.0);
+        let frames = variance(&self.subject.frame_quantiles);
+        // A single pose is taken to be as special as a single frame is.
+        let poses_variance = if poses.len() > 1 {
+            variance(&poses)
+        } else {
+            frames
+        };
+        let frame_count = self.subject.frame_quantiles.len();
+        (poses_variance / poses.len() as f64 + frames / frame_count as f64).sqrt()
+    }
+
+    /// The encoded quantiles of each relit pose.
+    pub fn pose_quantiles(
+        &self,
+        table: &Table,
+        weights: &[[f32; 3]],
+        exposure: f32,
+    ) -> Vec<Quantiles> {
+        let poses = self.subject.poses.iter();
+        poses
+            .map(|pose| {
+                let relit = self.subject.relit(pose, table, weights);
+                let encoded = |c: usize| relit.iter().map(move |p| table.encode(exposure * p[c]));
+                [0, 1, 2].map(|c| quantiles(encoded(c).collect()))
+            })
+            .collect()
+    }
+}
+
+/// Pixels by which all poses and their twins are compared.
+const TWIN_PIXELS: usize = 3000;
+/// Parts of the pixels of poses and twins that are taken to err independently.
+pub(super) const BLOCKS: usize = 20;
+
+/// −2·ln of the prior of the exposure: nearly always the cameras were not touched and a few hundredths
+/// of a stop are left; now and then somebody did turn the dial.
+pub(super) fn exposure_prior(log_exposure: f64) -> f64 {
+    let gaussian = |deviation: f64| (-0.5 * (log_exposure / deviation).powi(2)).exp() / deviation;
+    let (chance, deviation) = OTHER_EXPOSURE;
+    let at = |gaussian: f64, other: f64| (1.0 - chance) * gaussian + chance * other;
+    let peak = at(1.0 / EXPOSURE_PRIOR, 1.0 / deviation);
+    -2.0 * (at(gaussian(EXPOSURE_PRIOR), gaussian(deviation)) / peak).ln()
+}
+
+/// −2·ln of the weak prior of both exponents.
+pub(super) fn gamma_prior(gammas: [f64; 2]) -> f64 {
+    let prior = |gamma: f64| ((gamma - GAMMA_PRIOR.0) / GAMMA_PRIOR.1).powi(2);
+    gammas.into_iter().map(prior).sum()
+}
+
+/// The exposure of least cost. The prior has its valley at 1 and the pictures have theirs where
+/// `distance` is least; the cost has its own at either or in between.
+fn best_exposure(cost: impl Fn(f64) -> f64, distance: impl Fn(f64) -> f64) -> f64 {
+    const WIDEST: f64 = 1.0;
+    let free = valley(distance, [-WIDEST, WIDEST], 1e-2);
+    let reach = 4.0 * EXPOSURE_PRIOR;
+    [
+        [free.min(0.0), free.max(0.0)],
+        [-reach, reach],
+        [free - reach, free + reach],
+    ]
+    .map(|range| valley(&cost, range, 1e-4))
+    .into_iter()
+    .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
+    .unwrap_or(0.0)
+}
+
+/// The bottom of a valley between two places, to an `accuracy` (golden section search, Kiefer 1953).
+fn valley(height: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], accuracy: f64) -> f64 {
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let inner = |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];
+    let mut places = inner(low, high);
+    let mut heights = places.map(&height);
+    while high - low > accuracy {
+        if heights[0] < heights[1] {
+            high = places[1];
+            places = [inner(low, high)[0], places[0]];
+            heights = [height(places[0]), heights[0]];
+        } else {
+            low = places[0];
+            places = [places[1], inner(low, high)[1]];
+            heights = [heights[1], height(places[1])];
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// Mean variance of the quantiles of several pictures; 0 for one.
+fn variance(pictures: &[Quantiles]) -> f64 {
+    let n = pictures.len() as f64;
+    let mut sum = 0.0;
+    for (c, q) in (0..3).flat_map(|c| (0..QUANTILES).map(move |q| (c, q))) {
+        let mean = pictures.iter().map(|p| f64::from(p[c][q])).sum::<f64>() / n;
+        sum += pictures
+            .iter()
+            .map(|p| (f64::from(p[c][q]) - mean).powi(2))
+            .sum::<f64>();
+    }
+    sum / (n - 1.0).max(1.0) / (3 * QUANTILES) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bottom_of_a_valley_is_found_even_at_its_edge() {
+        assert!((valley(|x| (x - 0.3).powi(2), [-1.0, 1.0], 1e-4) - 0.3).abs() < 1e-4);
+        assert!((valley(|x| x, [-1.0, 1.0], 1e-4) + 1.0).abs() < 1e-4);
+        assert_eq!(valley(|x| x, [0.5, 0.5], 1e-4), 0.5);
+    }
+
+    #[test]
+    fn a_camera_left_alone_is_expected_and_another_exposure_is_possible() {
+        assert_eq!(exposure_prior(0.0), 0.0);
+        let small = exposure_prior(EXPOSURE_PRIOR);
+        assert!((0.8..1.1).contains(&small), "{small}");
+        // A turned dial costs about as much as its chance says, however far it was turned.
+        let costs = [0.18, 0.3].map(exposure_prior);
+        assert!(costs.iter().all(|c| (5.0..12.0).contains(c)), "{costs:?}");
+    }
+
+    #[test]
+    fn an_exposure_that_the_pictures_insist_on_is_taken() {
+        let pictures = |strength: f64| move |x: f64| strength * (x - 0.2).powi(2);
+        let cost = |strength: f64| move |x: f64| pictures(strength)(x) + exposure_prior(x);
+        let found = |strength: f64| best_exposure(cost(strength), pictures(strength));
+        assert!((found(1e5) - 0.2).abs() < 0.005 && found(10.0).abs() < 0.01);
+    }
+}

@@ -1,0 +1,204 @@
+//! Everything that is needed to look at a response: the pictures are read once, and any response can
+//! then be tried in milliseconds.
+
+use super::subject::sample;
+use super::{Comparison, Fitted, Subject, fit};
+use crate::calibration::code::{Code, STEPS, Table};
+use crate::calibration::probe::Probes;
+use crate::error::{Error, Result};
+use crate::imaging::{DualGamma, Encoded, Mask, Raster, Response, file, resample::resize_area};
+use crate::progress::Progress;
+use crate::project::Project;
+use rayon::prelude::*;
+
+/// How often each of 256 encoded levels occurs, per channel: `[red, green, blue]`.
+pub type Histogram = [[u32; 256]; 3];
+
+/// A point of a curve for drawing, all in `[0, 1]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurvePoint {
+    /// Encoded value.
+    pub encoded: f32,
+    /// Linear light under the dual gamma.
+    pub linear: f32,
+    /// I^γ1, which the curve follows in dark pixels.
+    pub dark: f32,
+    /// I^γ2, which it follows in bright ones.
+    pub bright: f32,
+}
+
+/// A shoot's pictures in memory.
+pub struct GammaStudy {
+    subject: Subject,
+    probes: Probes,
+    picture: PosePicture,
+    interview: Histogram,
+}
+
+/// One pose at the working size: `codes[pixel · lamps + lamp]`.
+struct PosePicture {
+    codes: Vec<Code>,
+    lamps: usize,
+    mask: Mask,
+}
+
+impl GammaStudy {
+    /// Reads the shoot, and pose `pose` for pictures.
+    ///
+    /// # Errors
+    /// As [`crate::calibration::calibrate`], and when there is no such pose.
+    pub fn load(project: &Project, pose: usize, progress: &Progress) -> Result<Self> {
+        crate::calibration::check_shoot(project)?;
+        let probes = Probes::load(project, progress)?;
+        let subject = Subject::load(project, &probes, progress)?;
+        let interview = histogram(
+            subject
+                .frames
+                .iter()
+                .flatten()
+                .map(|code| code.map(|c| f32::from(c) / f32::from(STEPS))),
+        );
+        Ok(Self {
+            picture: PosePicture::load(project, pose)?,
+            subject,
+            probes,
+            interview,
+        })
+    }
+
+    /// Reads another pose for pictures.
+    ///
+    /// # Errors
+    /// When there is no such pose, or a file cannot be read or does not fit the others.
+    pub fn show_pose(&mut self, project: &Project, pose: usize) -> Result<()> {
+        self.picture = PosePicture::load(project, pose)?;
+        Ok(())
+    }
+
+    /// Fits the response as [`crate::calibration::calibrate`] does, for [`Fitted::surface`] and
+    /// [`Fitted::compare`].
+    ///
+    /// # Errors
+    /// When pixels are to be compared and no frame shows a pose, or a stop was asked for.
+    pub fn fit(&self, wanted: Option<Comparison>, progress: &Progress) -> Result<Fitted<'_>> {
+        fit(&self.subject, &self.probes, wanted, progress)
+    }
+
+    /// The interview's weights under a response: for each lamp and channel, its share.
+    pub fn weights(&self, response: &Response) -> Vec<[f32; 3]> {
+        self.probes.fit(&Table::of(response)).weights
+    }
+
+    /// Levels of the interview's frames inside the subject.
+    pub fn interview_histogram(&self) -> &Histogram {
+        &self.interview
+    }
+
+    /// Levels of all relit poses inside the subject, as the camera would encode them: under a response,
+    /// the exposure and a weight for each lamp (missing ones are 0).
+    pub fn relit_histogram(
+        &self,
+        response: &Response,
+        exposure: f32,
+        weights: &[[f32; 3]],
+    ) -> Histogram {
+        let table = Table::of(response);
+        let relit = self.subject.all_relit(&table, weights);
+        histogram(
+            relit
+                .into_iter()
+                .map(|light| light.map(|l| table.encode(exposure * l))),
+        )
+    }
+
+    /// The chosen pose relit, as the camera would encode it, at the working size; black where its matte
+    /// is. Pixels are picked, not averaged, so each is a sum of real codes.
+    pub fn relit(&self, response: &Response, exposure: f32, weights: &[[f32; 3]]) -> Encoded {
+        let PosePicture { codes, lamps, mask } = &self.picture;
+        let table = Table::of(response);
+        let pixels = codes
+            .par_chunks_exact(*lamps)
+            .zip(&mask.pixels)
+            .with_min_len(1024)
+            .map(|(codes, coverage)| {
+                let mut light = [0.0f32; 3];
+                for (code, weight) in codes.iter().zip(weights) {
+                    for c in 0..3 {
+                        light[c] += weight[c] * table.light(code[c]);
+                    }
+                }
+                light.map(|l| table.encode(exposure * l * coverage))
+            })
+            .collect();
+        Encoded(Raster {
+            width: mask.width,
+            height: mask.height,
+            pixels,
+        })
+    }
+}
+
+impl PosePicture {
+    fn load(project: &Project, pose: usize) -> Result<Self> {
+        let shoot = &project.settings.shoot;
+        if pose >= shoot.poses.len() {
+            return Err(Error::unexpected(
+                "the pose to show",
+                format!("a pose from 0 to {}", shoot.poses.len().saturating_sub(1)),
+                pose.to_string(),
+                "Choose one that the shoot has",
+            ));
+        }
+        let mask_path = project.exemplar_mask_path(pose);
+        let mask = file::read_mask(&mask_path)?;
+        let size = project.settings.size;
+        let places = picked(mask.size(), size);
+        let lamps = shoot.lamps.len();
+        let olats = (0..lamps)
+            .into_par_iter()
+            .map(|lamp| sample(&project.olat_path(pose, lamp), &mask, &mask_path, &places))
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Self {
+            codes: (0..places.len())
+                .flat_map(|i| olats.iter().map(move |olat| olat[i]))
+                .collect(),
+            lamps,
+            mask: resize_area(&mask, size, size),
+        })
+    }
+}
+
+/// The pixels of a picture in the middles of `size` × `size` equal parts.
+fn picked((width, height): (usize, usize), size: usize) -> Vec<usize> {
+    let middle = |i: usize, length: usize| (2 * i + 1) * length / (2 * size);
+    (0..size)
+        .flat_map(|y| (0..size).map(move |x| middle(y, height) * width + middle(x, width)))
+        .collect()
+}
+
+fn histogram(pixels: impl Iterator<Item = [f32; 3]>) -> Histogram {
+    let mut counts = [[0; 256]; 3];
+    for pixel in pixels {
+        for (counts, value) in counts.iter_mut().zip(pixel) {
+            counts[usize::from(crate::imaging::color::byte_from_unit(value))] += 1;
+        }
+    }
+    counts
+}
+
+/// A dual gamma at `count` evenly spaced encoded values (at least 2), with its two asymptotes.
+pub fn curve(response: &DualGamma, count: usize) -> Vec<CurvePoint> {
+    let count = count.max(2);
+    let power = |gamma: f32, x: f32| Response::Power(gamma).decode_value(x);
+    (0..count)
+        .map(|i| {
+            let encoded = i as f32 / (count - 1) as f32;
+            CurvePoint {
+                encoded,
+                linear: response.decode_value(encoded),
+                dark: power(response.gamma1, encoded),
+                bright: power(response.gamma2, encoded),
+            }
+        })
+        .collect()
+}

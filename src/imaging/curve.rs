@@ -1,0 +1,212 @@
+//! The responses that a camera may be said to have, beside the dual gamma that is fitted.
+
+use super::color::unit;
+use super::raster::{Encoded, Image};
+use super::response::{DualGamma, decode_with, map_values};
+
+/// A camera's response: encoded values in `[0, 1]` ↔ linear ones in `[0, 1]`. Every curve runs from
+/// 0 to 1 and never falls. Values outside `[0, 1]` are clipped, NaN gives 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Response {
+    /// The fitted curve of two exponents.
+    Dual(DualGamma),
+    /// I' = I^γ, γ within [`DualGamma::BOUNDS`]: the dual gamma of two equal exponents. 2.4 is the
+    /// display of ITU-R BT.1886.
+    Power(f32),
+    /// IEC 61966-2-1.
+    Srgb,
+    /// The inverse of the camera curve of ITU-R BT.709, with the constants of BT.2020, which are the
+    /// same curve without a gap between its two parts.
+    Rec709,
+    /// Encoded values are light.
+    Linear,
+}
+
+/// BT.2020's α and β, to the last digit of an f64.
+const ALPHA: f64 = 1.099_296_826_809_442_9;
+const BETA: f64 = 0.018_053_968_510_807_81;
+
+impl Response {
+    /// What people call the curve.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Dual(_) => "dual gamma",
+            Self::Power(_) => "power",
+            Self::Srgb => "sRGB",
+            Self::Rec709 => "Rec. 709",
+            Self::Linear => "linear",
+        }
+    }
+
+    /// Linear value of an encoded one.
+    pub fn decode_value(&self, encoded: f32) -> f32 {
+        let x = f64::from(unit(encoded));
+        let light = match self {
+            Self::Dual(curve) => return curve.decode_value(encoded),
+            Self::Power(gamma) => x.powf(f64::from(*gamma)),
+            Self::Srgb if x <= 0.040_45 => x / 12.92,
+            Self::Srgb => ((x + 0.055) / 1.055).powf(2.4),
+            Self::Rec709 if x <= 4.5 * BETA => x / 4.5,
+            Self::Rec709 => ((x + ALPHA - 1.0) / ALPHA).powf(1.0 / 0.45),
+            Self::Linear => x,
+        };
+        light as f32
+    }
+
+    /// Encoded value of a linear one, to far below 1e-6.
+    pub fn encode_value(&self, linear: f32) -> f32 {
+        let y = f64::from(unit(linear));
+        let code = match self {
+            Self::Dual(curve) => return curve.encode_value(linear),
+            Self::Power(gamma) => y.powf(1.0 / f64::from(*gamma)),
+            Self::Srgb if y <= 0.040_45 / 12.92 => 12.92 * y,
+            Self::Srgb => 1.055 * y.powf(1.0 / 2.4) - 0.055,
+            Self::Rec709 if y <= BETA => 4.5 * y,
+            Self::Rec709 => ALPHA * y.powf(0.45) - (ALPHA - 1.0),
+            Self::Linear => y,
+        };
+        code as f32
+    }
+
+    /// d linear / d encoded at an encoded value; finite everywhere, and 0 at black where the curve
+    /// starts flat.
+    pub fn slope(&self, encoded: f32) -> f32 {
+        let x = f64::from(unit(encoded));
+        let slope = match self {
+            Self::Dual(curve) => return curve.slope(encoded),
+            Self::Power(gamma) => f64::from(*gamma) * x.powf(f64::from(*gamma) - 1.0),
+            Self::Srgb if x <= 0.040_45 => 1.0 / 12.92,
+            Self::Srgb => 2.4 / 1.055 * ((x + 0.055) / 1.055).powf(1.4),
+            Self::Rec709 if x <= 4.5 * BETA => 1.0 / 4.5,
+            Self::Rec709 => ((x + ALPHA - 1.0) / ALPHA).powf(1.0 / 0.45 - 1.0) / (0.45 * ALPHA),
+            Self::Linear => 1.0,
+        };
+        slope as f32
+    }
+
+    /// Linear light of an encoded picture.
+    pub fn decode(&self, picture: &Encoded) -> Image {
+        decode_with(picture, |value| self.decode_value(value))
+    }
+
+    /// The picture that this camera would make of linear light.
+    pub fn encode(&self, picture: &Image) -> Encoded {
+        Encoded(map_values(picture, |value| self.encode_value(value)))
+    }
+}
+
+impl From<DualGamma> for Response {
+    fn from(curve: DualGamma) -> Self {
+        Self::Dual(curve)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imaging::Raster;
+    use proptest::prelude::*;
+
+    fn curves() -> impl Strategy<Value = Response> {
+        let exponent = || prop_oneof![Just(1.0f32), Just(4.0f32), 1.0f32..=4.0];
+        prop_oneof![
+            (exponent(), exponent())
+                .prop_map(|(gamma1, gamma2)| Response::Dual(DualGamma { gamma1, gamma2 })),
+            exponent().prop_map(Response::Power),
+            Just(Response::Srgb),
+            Just(Response::Rec709),
+            Just(Response::Linear),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn codes_and_light_round_trip(curve in curves(), x in 0.0f32..=1.0) {
+            // A code so dark that its light is no normal number cannot come back.
+            prop_assume!(x == 0.0 || curve.decode_value(x) > f32::MIN_POSITIVE);
+            prop_assert!((curve.encode_value(curve.decode_value(x)) - x).abs() <= 1e-6);
+            prop_assert!((curve.decode_value(curve.encode_value(x)) - x).abs() <= 1e-6);
+        }
+
+        #[test]
+        fn more_light_is_a_higher_code(curve in curves(), x in 0.0f32..1.0, step in 1e-5f32..0.1) {
+            prop_assert!(curve.encode_value(x) < curve.encode_value((x + step).min(1.0)));
+        }
+
+        #[test]
+        fn the_slope_is_that_of_the_curve(curve in curves(), x in 0.01f32..0.99) {
+            let h = 2e-3;
+            let rise = f64::from(curve.decode_value(x + h)) - f64::from(curve.decode_value(x - h));
+            // The curvature of the steepest curve, γ = 4, over the step; the corner of the two curves
+            // with a straight foot is smooth to the first derivative only.
+            prop_assert!((rise / f64::from((x + h) - (x - h)) - f64::from(curve.slope(x))).abs() < 4e-3);
+        }
+
+        #[test]
+        fn two_equal_exponents_are_a_plain_power(gamma in 1.0f32..=4.0, x in 0.0f32..=1.0) {
+            let dual = DualGamma { gamma1: gamma, gamma2: gamma };
+            prop_assert!((dual.decode_value(x) - Response::Power(gamma).decode_value(x)).abs() <= 1e-7);
+        }
+    }
+
+    fn all() -> [Response; 7] {
+        [
+            Response::Dual(DualGamma {
+                gamma1: 1.0,
+                gamma2: 4.0,
+            }),
+            Response::Dual(DualGamma {
+                gamma1: 4.0,
+                gamma2: 1.0,
+            }),
+            Response::Power(1.0),
+            Response::Power(4.0),
+            Response::Srgb,
+            Response::Rec709,
+            Response::Linear,
+        ]
+    }
+
+    #[test]
+    fn every_curve_runs_from_black_to_white_with_finite_slopes() {
+        for curve in all() {
+            for end in [0.0, 1.0] {
+                assert_eq!(curve.decode_value(end), end, "{curve:?}");
+                assert_eq!(curve.encode_value(end), end, "{curve:?}");
+                assert!((0.0..=4.0).contains(&curve.slope(end)), "{curve:?}");
+            }
+            for (hostile, end) in [(f32::NAN, 0.0), (-1.0, 0.0), (f32::INFINITY, 1.0)] {
+                assert_eq!(curve.decode_value(hostile), end);
+                assert_eq!(curve.encode_value(hostile), end);
+                assert!(curve.slope(hostile).is_finite());
+            }
+        }
+    }
+
+    #[test]
+    fn the_standards_have_their_published_values() {
+        // IEC 61966-2-1: mid-grey code 188 is 0.50289 of light. BT.709: 18 % grey is E' = 0.409.
+        assert!((Response::Srgb.decode_value(188.0 / 255.0) - 0.502_886).abs() < 1e-5);
+        assert!((Response::Rec709.encode_value(0.18) - 0.409_008).abs() < 5e-4);
+        for i in 0..=1000 {
+            let x = i as f32 / 1000.0;
+            let known = crate::imaging::color::linear_from_srgb(x);
+            assert!((Response::Srgb.decode_value(x) - known).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn pictures_are_decoded_and_encoded_like_their_values() {
+        let picture = Encoded(Raster::from_fn(256, 2, |x, y| {
+            [x as f32 / 255.0, (x + y) as f32 / 300.0, 0.5]
+        }));
+        for curve in all() {
+            let light = curve.decode(&picture);
+            for (pixel, code) in light.pixels.iter().zip(&picture.0.pixels) {
+                assert_eq!(*pixel, code.map(|v| curve.decode_value(v)));
+            }
+            let back = curve.encode(&light);
+            assert_eq!(back.0.at(7, 1)[2], curve.encode_value(light.at(7, 1)[2]));
+        }
+    }
+}
