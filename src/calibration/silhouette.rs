@@ -23,7 +23,7 @@ use crate::error::{Error, Result};
 use crate::imaging::Raster;
 use edges::Edges;
 use rim::Rim;
-use search::Candidate;
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 /// A circle and how well the photographs show a rim there.
@@ -60,6 +60,10 @@ const OUT_OF_ROUND: f64 = 0.006;
 const COARSE_PX: usize = 320;
 /// Small circles are searched in pictures of up to this many.
 const FINE_PX: usize = 1280;
+/// Circles that are looked at more closely.
+const PROMISING: usize = 5;
+/// Radius in pixels at which the rim and reflections close to it are told apart well enough.
+const AMPLE_PX: f64 = 110.0;
 /// Least radius in pixels of a searched picture that shows a circle well; below, the next finer
 /// picture is searched.
 const WELL_SHOWN_PX: f32 = 10.0;
@@ -74,10 +78,10 @@ const BARELY_SHOWN_PX: f32 = 4.0;
 pub fn find(photographs: &Photographs) -> Result<Silhouette> {
     photographs.check_exposure()?;
     let pyramid = pyramid(photographs.average());
-    let rims = candidates(&pyramid, None);
+    let rims = anywhere(&pyramid);
     let place = &photographs.place();
     let Some(best) = outermost(&rims) else {
-        if let Some(small) = rims.iter().find(|rim| is_ball(rim)) {
+        if let Some(small) = rims.first().filter(|rim| is_ball(rim)) {
             large_enough(&small.circle, place)?;
         }
         return Err(Error::unexpected(
@@ -110,7 +114,7 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
     let place = &photographs.place();
     large_enough(&rough, place)?;
     let pyramid = pyramid(photographs.average());
-    let rims = candidates(&pyramid, Some(rough));
+    let rims = distinct(nearby(&pyramid, &rough, 0.2));
     let best = rims.iter().find(|rim| is_ball(rim)).ok_or_else(|| {
         Error::unexpected(
             place,
@@ -167,9 +171,12 @@ fn is_ball(rim: &Rim) -> bool {
         && rim.residual <= BLUNT_PX + OUT_OF_ROUND * rim.circle.radius_px
 }
 
-/// Circles with a rim, best first: found anywhere or near a rough circle, and measured at full size.
-fn candidates(pyramid: &[Raster<[f32; 3]>], near: Option<Circle>) -> Vec<Rim> {
-    let mut rims: Vec<(Rim, f64)> = Vec::new();
+/// A rim and by what it is preferred to others.
+type Ranked = (Rim, f64);
+
+/// Circles with a rim, found anywhere, best first.
+fn anywhere(pyramid: &[Raster<[f32; 3]>]) -> Vec<Rim> {
+    let mut found = Vec::new();
     let coarsest = pyramid.len() - 1;
     for (level, picture) in pyramid.iter().enumerate().rev() {
         let longer = picture.width.max(picture.height);
@@ -179,30 +186,79 @@ fn candidates(pyramid: &[Raster<[f32; 3]>], near: Option<Circle>) -> Vec<Rim> {
         let is_finest = level == 0 || 2 * longer > FINE_PX;
         let least = if is_finest { BARELY_SHOWN_PX } else { WELL_SHOWN_PX };
         let most = if level == coarsest { 0.75 * longer as f32 } else { 2.2 * WELL_SHOWN_PX };
-        let near = near.map(|rough| rough.scaled(1.0 / (1 << level) as f64));
-        let radii = match near {
-            Some(rough) => least.max(0.8 * rough.radius_px as f32)..most.min(1.25 * rough.radius_px as f32),
-            None => least..most,
-        };
-        if radii.start >= radii.end {
-            continue;
-        }
         let edges = Edges::find(picture);
-        let scale = (1 << level) as f64;
-        for Candidate { circle, .. } in search::circles(&edges, radii, near.map(|c| (c, 0.2))) {
-            let Some(rim) = rim::fit(pyramid, &circle.scaled(scale), level) else {
-                continue;
-            };
-            let rank = rank(&rim, &edges, &rim.circle.scaled(1.0 / scale));
-            match (rims.iter_mut()).find(|(r, _)| search::same_circle(&r.circle, &rim.circle)) {
-                Some(known) if known.1 < rank => *known = (rim, rank),
-                Some(_) => {}
-                None => rims.push((rim, rank)),
-            }
+        let circles = search::circles(&edges, least..most, None);
+        found.extend(measured(pyramid, &edges, &circles, level, DVec2::ZERO));
+    }
+    // What is taken for one edge in a small picture may be two in a larger one: the rim, and a
+    // reflection close to it.
+    let promising = distinct(found.clone());
+    for rim in promising.iter().take(PROMISING) {
+        found.extend(nearby(pyramid, &rim.circle, 0.1));
+    }
+    distinct(found)
+}
+
+/// Circles with a rim near a given one: centres and radii off by up to `share` of the radius.
+fn nearby(pyramid: &[Raster<[f32; 3]>], circle: &Circle, share: f64) -> Vec<Ranked> {
+    let finest_needed = (circle.radius_px / AMPLE_PX).log2().ceil().max(0.0) as usize;
+    let level = finest_needed.min(pyramid.len() - 1);
+    let picture = &pyramid[level];
+    let local = circle.scaled(1.0 / (1 << level) as f64);
+    // The part of the picture that can hold the circle.
+    let reach = DVec2::splat((1.0 + 2.5 * share) * local.radius_px + 4.0);
+    let size = DVec2::new(picture.width as f64, picture.height as f64);
+    let from = (local.center() - reach).floor().clamp(DVec2::ZERO, size);
+    let to = (local.center() + reach).ceil().clamp(DVec2::ZERO, size);
+    let part = Raster::from_fn((to.x - from.x) as usize, (to.y - from.y) as usize, |x, y| {
+        picture.at(x + from.x as usize, y + from.y as usize)
+    });
+    if part.width < 8 || part.height < 8 {
+        return Vec::new();
+    }
+    let edges = Edges::find(&part);
+    let here = Circle {
+        center_px: (local.center() - from).to_array(),
+        ..local
+    };
+    let radii = (1.0 - share) * local.radius_px..(1.0 + 1.2 * share) * local.radius_px;
+    let circles = search::circles(&edges, radii.start as f32..radii.end as f32, Some((here, share)));
+    measured(pyramid, &edges, &circles, level, from)
+}
+
+/// The rims of `circles`, which were found among `edges` of the picture at `level` from place `from` on.
+fn measured(
+    pyramid: &[Raster<[f32; 3]>],
+    edges: &Edges,
+    circles: &[Circle],
+    level: usize,
+    from: DVec2,
+) -> Vec<Ranked> {
+    let scale = (1 << level) as f64;
+    let moved = |circle: &Circle, by: DVec2| Circle {
+        center_px: (circle.center() + by).to_array(),
+        ..*circle
+    };
+    circles
+        .iter()
+        .filter_map(|circle| {
+            let rim = rim::fit(pyramid, &moved(circle, from).scaled(scale), level)?;
+            let rank = rank(&rim, edges, &moved(&rim.circle.scaled(1.0 / scale), -from));
+            Some((rim, rank))
+        })
+        .collect()
+}
+
+/// Best first, each circle once.
+fn distinct(mut found: Vec<Ranked>) -> Vec<Rim> {
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut rims: Vec<Rim> = Vec::new();
+    for (rim, _) in found {
+        if !rims.iter().any(|r| search::same_circle(&r.circle, &rim.circle)) {
+            rims.push(rim);
         }
     }
-    rims.sort_by(|a, b| b.1.total_cmp(&a.1));
-    rims.into_iter().map(|(rim, _)| rim).collect()
+    rims
 }
 
 /// By what a circle is preferred to others: the evidence for its rim, lessened for steps as faint as

@@ -11,12 +11,11 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// A circle with edges along it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
-    pub circle: Circle,
+struct Candidate {
+    circle: Circle,
     /// Natural logarithm of how many times less often than once such a circle is expected among
     /// edges of random direction.
-    pub evidence: f64,
+    evidence: f64,
 }
 
 /// Radii of one round of votes differ by this factor.
@@ -39,7 +38,7 @@ const CHANCE: f64 = 0.125;
 
 /// The circles of radii within `radii` pixels that stand out, best first; those about `near` only
 /// where it is given: a circle and how far from it (as a share of its radius) centres may lie.
-pub(super) fn circles(edges: &Edges, radii: Range<f32>, near: Option<(Circle, f64)>) -> Vec<Candidate> {
+pub(super) fn circles(edges: &Edges, radii: Range<f32>, near: Option<(Circle, f64)>) -> Vec<Circle> {
     let bands: Vec<Range<f32>> = std::iter::successors(Some(radii.start), |r| Some(r * BAND))
         .take_while(|&r| r < radii.end)
         .map(|r| r..(r * BAND).min(radii.end))
@@ -68,7 +67,7 @@ pub(super) fn circles(edges: &Edges, radii: Range<f32>, near: Option<(Circle, f6
             distinct.push(candidate);
         }
     }
-    distinct
+    distinct.into_iter().map(|c| c.circle).collect()
 }
 
 /// Whether two circles are one, found twice.

@@ -95,7 +95,7 @@ fn explore_scenes() {
                 if e > 2.0 + 0.02*truth.radius_px { wrong += 1; println!("WRONG {about}: {s:.2?}"); true }
                 else { errors.push(e); if e > 0.3 { println!("off {e:.2} {about}: {s:.2?}"); } false }
             }
-            Err(e) => { missed += 1; println!("MISSED {about}: {:.2?} {}", candidates(&pyramid(photographs.average()), None).iter().map(|r| (r, r.evidence())).take(3).collect::<Vec<_>>(),  e.to_string().split("found ").nth(1).unwrap().split(". Check").next().unwrap()); true }
+            Err(e) => { missed += 1; println!("MISSED {about}: {:.2?} {}", anywhere(&pyramid(photographs.average())).iter().map(|r| (r, r.evidence())).take(3).collect::<Vec<_>>(),  e.to_string().split("found ").nth(1).unwrap().split(". Check").next().unwrap()); true }
         };
         if save && bad { file::write_png(Path::new(&format!("/tmp/scratch/finder/scenes/{seed}.png")), &photo).unwrap(); }
     }
