@@ -32,10 +32,6 @@ const LAMPS: usize = 41;
 const TURN: f64 = 0.5;
 /// Rounds of turns that each case gets, however slow.
 const LEAST_ROUNDS: usize = 3;
-/// Largest difference from PyTorch that `--check` accepts, as a share of the largest value: far above
-/// the rounding of f32 in sums of a few thousand terms, far below any fault of a kernel.
-const TOLERANCE: f64 = 1e-3;
-
 /// Times the network against PyTorch.
 #[derive(Parser)]
 struct Options {
@@ -61,9 +57,6 @@ struct Options {
     /// Further arguments for the PyTorch script, such as "--fused --channels-last".
     #[arg(long, default_value = "", allow_hyphen_values = true)]
     peer: String,
-    /// Compare with a folder that `unet.py reference` wrote, in place of timing.
-    #[arg(long)]
-    check: Option<PathBuf>,
     /// Answer lines as a peer: what the driver starts.
     #[arg(long, hide = true)]
     serve: bool,
@@ -107,9 +100,6 @@ fn main() -> Result<()> {
             Some(_) => DeviceChoice::Gpu,
             None => DeviceChoice::Cpu,
         };
-    }
-    if let Some(folder) = &options.check {
-        return check(folder, options.precision, options.device);
     }
     if options.serve {
         afterlight::memory::keep_freed();
@@ -471,116 +461,6 @@ fn cells(samples: &[Samples], part: usize) -> String {
     }
 }
 
-/// Compares output, gradients and the first losses with those that PyTorch wrote into `folder`.
-fn check(folder: &Path, precision: Precision, choice: DeviceChoice) -> Result<()> {
-    let device: Device = compute(choice).device.autodiff();
-    let shape: Value = serde_json::from_slice(&std::fs::read(folder.join("shape.json"))?)?;
-    let number = |name: &str| shape[name].as_u64().unwrap_or(0) as usize;
-    let config = UNetConfig {
-        size: number("size"),
-        lamps: number("lamps"),
-        depth: None,
-        width: number("width"),
-        most_channels: number("most_channels"),
-        normalization: serde_json::from_value(shape["normalization"].clone())?,
-        statistics: Statistics::Running,
-        formulation: Formulation::Direct,
-        precision,
-    };
-    let network = || -> Result<UNet> {
-        let mut network = config.init(0.5, &device);
-        let weights = folder.join("weights.safetensors");
-        network.load_from(&mut SafetensorsStore::from_file(weights))?;
-        Ok(network)
-    };
-    let read = |file: &str, name: &str| -> Result<TensorData> {
-        let mut store = SafetensorsStore::from_file(folder.join(file));
-        let tensor = store.get_tensor(name)?.ok_or("a tensor is missing")?;
-        Ok(bridge::to_data(tensor)?)
-    };
-    let tensor = |name: &str| -> Result<Tensor<4>> {
-        Ok(Tensor::from_data(read("step.safetensors", name)?, &device))
-    };
-    let (input, target) = (tensor("input")?, tensor("target")?);
-    let mut worst = 0.0f64;
-    let mut compare = |name: &str, ours: TensorData, theirs: TensorData| -> Result<()> {
-        let (ours, theirs) = (ours.try_into_vec::<f32>(), theirs.try_into_vec::<f32>());
-        let (ours, theirs) = (ours.map_err(text)?, theirs.map_err(text)?);
-        let pairs = || ours.iter().zip(&theirs);
-        let most = pairs().map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        let largest = theirs.iter().fold(f32::MIN_POSITIVE, |m, v| m.max(v.abs()));
-        let share = f64::from(most / largest);
-        println!("{name:40} largest {largest:9.2e}  difference {most:9.2e}  share {share:.1e}");
-        // A bias that normalisation takes away again has no gradient but rounding.
-        if largest > 1e-8 || ours.len() != theirs.len() {
-            worst = worst.max(if share.is_nan() { f64::INFINITY } else { share });
-        }
-        Ok(())
-    };
-    let mut learner = Learner::new(network()?, input.clone(), target);
-    let output = learner.network.forward(input.clone()).inner().into_data();
-    compare("output", output, read("step.safetensors", "output")?)?;
-    let plain = network()?.valid().forward(input.inner()).into_data();
-    compare("prediction", plain, read("step.safetensors", "prediction")?)?;
-    for (name, ours) in Named::collect(&learner.network.valid(), GradientsParams::new()) {
-        compare(&name, ours, read("statistics.safetensors", &name)?)?;
-    }
-    let gradients = GradientsParams::from_grads(learner.loss().backward(), &learner.network);
-    for (name, ours) in Named::collect(&learner.network, gradients) {
-        compare(&name, ours, read("gradients.safetensors", &name)?)?;
-    }
-    learner.network = network()?;
-    let theirs = read("step.safetensors", "losses")?;
-    let ours: Vec<f32> = (0..theirs.num_elements())
-        .map(|_| learner.step().loss)
-        .collect();
-    let count = ours.len();
-    compare("losses", TensorData::new(ours, [count]), theirs)?;
-    if worst > TOLERANCE {
-        return Err(format!("a difference of {worst:.1e} is above {TOLERANCE:.0e}").into());
-    }
-    println!("All agree: the largest share is {worst:.1e}");
-    Ok(())
-}
-
 fn text(cause: impl std::fmt::Debug) -> String {
     format!("{cause:?}")
-}
-
-/// Collects gradients under the names of their parameters, or else the running statistics.
-struct Named {
-    gradients: GradientsParams,
-    path: Vec<String>,
-    found: Vec<(String, TensorData)>,
-}
-
-impl Named {
-    fn collect(network: &UNet, gradients: GradientsParams) -> Vec<(String, TensorData)> {
-        let mut named = Self {
-            gradients,
-            path: Vec::new(),
-            found: Vec::new(),
-        };
-        network.visit(&mut named);
-        named.found
-    }
-}
-
-impl ModuleVisitor for Named {
-    fn enter_module(&mut self, name: &str, _container: &str) {
-        self.path.push(name.to_owned());
-    }
-
-    fn exit_module(&mut self, _name: &str, _container: &str) {
-        self.path.pop();
-    }
-
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        let name = self.path.join(".");
-        if let Some(gradient) = self.gradients.get::<D>(param.id) {
-            self.found.push((name, gradient.into_data()));
-        } else if self.gradients.is_empty() && name.contains("running") {
-            self.found.push((name, param.val().into_data()));
-        }
-    }
 }

@@ -180,6 +180,14 @@ impl Project {
         self.shoot_path(format!("probes/{}.png", self.settings.shoot.lamps[lamp]))
     }
 
+    /// All mirror balls: the interview's, then the lamps'.
+    pub fn probe_paths(&self) -> Vec<PathBuf> {
+        let lamps = 0..self.settings.shoot.lamps.len();
+        std::iter::once(self.interview_probe_path())
+            .chain(lamps.map(|lamp| self.lamp_probe_path(lamp)))
+            .collect()
+    }
+
     /// Where the calibration is kept.
     pub fn calibration_path(&self) -> PathBuf {
         self.root.join("calibration.toml")

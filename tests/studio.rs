@@ -2,6 +2,8 @@
 
 #[path = "studio/clay.rs"]
 mod clay;
+#[path = "studio/calibrating.rs"]
+mod calibrating;
 
 use afterlight::Error;
 use afterlight::compositor::Field;

@@ -3,6 +3,7 @@
 
 mod blind_cone;
 mod code;
+pub mod develop;
 mod footprint;
 pub mod gamma;
 mod least_squares;
@@ -10,18 +11,32 @@ pub mod light_probe;
 pub mod mirror_ball;
 pub mod probe;
 pub mod rig_check;
+mod settings;
 pub mod shading;
 pub mod silhouette;
+
+pub use settings::{CalibrateSettings, Trial};
+pub use silhouette::Circle;
 
 use crate::error::{Error, Result};
 use crate::imaging::DualGamma;
 use crate::light::Rig;
+use crate::light::subset::{self, Subset};
 use crate::progress::Progress;
 use crate::project::{Project, save_toml};
 use code::Table;
-use gamma::{Comparison, Evidence, Subject};
+use gamma::{Evidence, Subject};
+use glam::Vec3;
 use probe::Probes;
 use serde::{Deserialize, Serialize};
+use silhouette::Photographs;
+
+/// The response by which balls are looked at before there is a fit: what is far above the darkness is
+/// so under any.
+pub const PROVISIONAL: DualGamma = DualGamma {
+    gamma1: 2.2,
+    gamma2: 2.2,
+};
 
 /// Everything the calibration found, as kept in `calibration.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,6 +66,9 @@ pub struct Calibration {
     /// What the fit of the response rests on.
     #[serde(default)]
     pub gamma_evidence: Evidence,
+    /// What is wrong with the lamps, a sentence each.
+    #[serde(default)]
+    pub rig_findings: Vec<String>,
     /// The lamps.
     #[serde(flatten)]
     pub rig: Rig,
@@ -77,32 +95,64 @@ fn check_shoot(project: &Project) -> Result<()> {
 }
 
 /// Calibrates a project from its mirror balls, poses and interview. The response is fitted by pixels
-/// where a frame shows a pose, else by distributions.
+/// where a frame shows a pose, else by distributions, unless the settings say otherwise. Their circle
+/// becomes the project's, in memory.
 ///
 /// # Errors
-/// When the shoot lacks poses, frames or lamps, a file cannot be read or does not fit the others, or
-/// a stop was asked for.
-pub fn calibrate(project: &Project, progress: &Progress) -> Result<Calibration> {
-    calibrate_by(project, None, progress)
-}
-
-/// Calibrates a project, with the response fitted by the comparison that is `wanted`.
-///
-/// # Errors
-/// As [`calibrate`], and when pixels are to be compared and no frame shows a pose.
-pub fn calibrate_by(
-    project: &Project,
-    wanted: Option<Comparison>,
+/// When the shoot lacks poses, frames or lamps, a file cannot be read or does not fit the others, no
+/// ball is found where one is looked for, pixels are to be compared and no frame shows a pose, or a stop
+/// was asked for. Then the project is as it was.
+pub fn calibrate(
+    project: &mut Project,
+    settings: &CalibrateSettings,
     progress: &Progress,
 ) -> Result<Calibration> {
     check_shoot(project)?;
+    let mut within = project.clone();
+    let circle = if settings.find_circle {
+        let photographs = Photographs::read(&project.probe_paths(), progress)?;
+        let found = silhouette::find(&photographs)?;
+        progress.say(format!(
+            "The mirror ball is about {:.1}, {:.1} with a radius of {:.1} pixels; its rim is within {:.2} pixels of \
+             that over {:.0} % of the circumference",
+            found.circle.center_px[0],
+            found.circle.center_px[1],
+            found.circle.radius_px,
+            found.residual_px,
+            100.0 * found.rim_share
+        ));
+        Some(found.circle)
+    } else {
+        settings.circle
+    };
+    if let Some(circle) = circle {
+        within.settings.shoot.ball.set_circle(&circle);
+    }
+    let calibration = calibrate_within(&within, settings, progress)?;
+    *project = within;
+    for warning in calibration.warnings() {
+        progress.say(warning);
+    }
+    Ok(calibration)
+}
+
+/// Calibrates by the project's own circle.
+fn calibrate_within(
+    project: &Project,
+    settings: &CalibrateSettings,
+    progress: &Progress,
+) -> Result<Calibration> {
     let shoot = &project.settings.shoot;
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
-    let fit = gamma::fit(&subject, &probes, wanted, progress)?.fit;
+    let fit = match &settings.trial {
+        Some(trial) => gamma::by_hand(&subject, &probes, trial),
+        None => gamma::fit(&subject, &probes, settings.comparison, progress)?.fit,
+    };
     let names =
         |[pose, frame]: &[usize; 2]| [shoot.poses[*pose].clone(), shoot.frames[*frame].clone()];
     let evidence = Evidence {
+        by_hand: settings.trial.is_some(),
         comparison: fit.comparison,
         same_poses: fit.same_poses.iter().map(names).collect(),
         exposure_deviation: fit.deviation[2],
@@ -116,7 +166,7 @@ pub fn calibrate_by(
     let table = Table::new(&fit.response);
     let interview = probes.fit(&table);
     let (rig, filled_energy) = probes.rig(&shoot.lamps, &table);
-    let calibration = Calibration {
+    Ok(Calibration {
         response: fit.response,
         gamma_deviation: [fit.deviation[0], fit.deviation[1]],
         exposure: fit.exposure,
@@ -128,12 +178,54 @@ pub fn calibrate_by(
         clipped_pixels: probes.clipped_pixels() + probes.clipped_interview_pixels(),
         filled_energy,
         gamma_evidence: evidence,
+        rig_findings: rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?,
         rig,
-    };
-    for warning in calibration.warnings() {
-        progress.say(warning);
+    })
+}
+
+/// What is wrong with the lamps, a sentence each.
+fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Result<Vec<String>> {
+    let layout = &project.settings.shoot.lamp_layout;
+    let findings = rig_check::check(rig, blind_half_angle_deg, layout);
+    let mut sentences: Vec<String> = findings.into_iter().map(|f| f.sentence).collect();
+    // The first is the interview's ball.
+    let paths = &project.probe_paths()[1..];
+    for same in rig_check::same_pictures(paths)? {
+        let names: Vec<&str> = same.iter().map(|&lamp| rig.lamps[lamp].name.as_str()).collect();
+        sentences.push(format!(
+            "the mirror balls of {} are one and the same picture. Give each lamp its own photograph",
+            names.join(", ")
+        ));
     }
-    Ok(calibration)
+    Ok(sentences)
+}
+
+/// Keeps `count` lamps of the project's, evenly distributed, in memory and on disk. Lamps that the
+/// balls do not show are not chosen.
+///
+/// # Errors
+/// When there are not so many, or the balls cannot be read.
+pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> Result<Subset> {
+    let shoot = &mut project.settings.shoot;
+    let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
+        let probes = Probes::load(project, progress)?;
+        let lamps = probes.lamps(&project.settings.shoot.lamps, &PROVISIONAL);
+        let usable = lamps.iter().enumerate().filter(|(_, lamp)| lamp.is_usable());
+        usable.map(|(i, lamp)| (i, lamp.direction)).unzip()
+    } else {
+        shoot.lamp_layout.iter().copied().enumerate().unzip()
+    };
+    let mut subset = subset::choose(&directions, count)?;
+    for index in &mut subset.indices {
+        *index = places[*index];
+    }
+    let shoot = &mut project.settings.shoot;
+    shoot.lamps = (subset.indices.iter()).map(|&i| shoot.lamps[i].clone()).collect();
+    if !shoot.lamp_layout.is_empty() {
+        shoot.lamp_layout = subset.indices.iter().map(|&i| shoot.lamp_layout[i]).collect();
+    }
+    project.save()?;
+    Ok(subset)
 }
 
 impl Calibration {
@@ -197,19 +289,7 @@ impl Calibration {
                 self.clipped_pixels
             ));
         }
-        let doubtful: Vec<&str> = self
-            .rig
-            .lamps
-            .iter()
-            .filter(|lamp| lamp.confidence < 0.5)
-            .map(|lamp| lamp.name.as_str())
-            .collect();
-        if !doubtful.is_empty() {
-            warnings.push(format!(
-                "the mirror ball hardly shows {}: hidden behind it, clipped or dark",
-                doubtful.join(", ")
-            ));
-        }
+        warnings.extend(self.rig_findings.iter().cloned());
         if self.probe_residual > 0.1 {
             warnings.push(format!(
                 "the lamps explain the interview's mirror ball only to {:.0} %: was it lit by other lamps?",

@@ -186,6 +186,11 @@ impl Probes {
             .count()
     }
 
+    /// The lamps under a response.
+    pub fn lamps(&self, names: &[String], response: &DualGamma) -> Vec<Lamp> {
+        self.rig(names, &Table::new(response)).0.lamps
+    }
+
     /// The lamps under a response, and the share of their energy that the ball hides and was filled in.
     pub(super) fn rig(&self, names: &[String], table: &Table) -> (Rig, f32) {
         let mut lamps: Vec<Lamp> = self

@@ -3,11 +3,17 @@
 
 mod console;
 
+use crate::calibration::develop::{BallPictures, DevelopSettings, Lens};
+use crate::calibration::gamma::Comparison;
+use crate::calibration::light_probe::{BallCamera, ClippedLight};
+use crate::calibration::{CalibrateSettings, Circle, Trial};
 use crate::error::Result;
 use crate::evaluation::{EvaluateSettings, Method, Truth};
 use crate::export::relight::RelightSettings;
 use crate::footage::ImportSettings;
 use crate::gpu::DeviceChoice;
+use crate::imaging::DualGamma;
+use crate::light::Mapping;
 use crate::project::Project;
 use crate::reflectance::Precision;
 use crate::scene::Background;
@@ -35,6 +41,7 @@ pub struct Cli {
 enum Command {
     Stage(StageArgs),
     Import(ImportArgs),
+    Probe(Box<ProbeArgs>),
     Calibrate(CalibrateArgs),
     Train(TrainArgs),
     Relight(RelightArgs),
@@ -81,6 +88,67 @@ struct ImportArgs {
     /// Seed of the project's random draws.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Work with so many of the lamps only, chosen evenly over the sphere.
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    lamps: Option<usize>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Make a light probe, a panorama of the light, from photographs of a mirror ball.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: afterlight probe ball_0.png ball_2.png ball_4.png --stops 0,-2,-4 --fov 20 --to light.exr"
+)]
+struct ProbeArgs {
+    /// The ball's photograph, or a bracket of several. EXR and HDR are linear, others as --gamma says.
+    #[arg(required = true)]
+    photographs: Vec<PathBuf>,
+    /// Exposures of the photographs in stops, in their order.
+    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
+    stops: Vec<f32>,
+    /// The ball's centre and radius in pixels; it is looked for where this is left out.
+    #[arg(long, value_name = "X,Y,RADIUS", value_parser = parse_circle)]
+    circle: Option<Circle>,
+    /// The same ball from another side, to fill in what the first hides.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    second: Vec<PathBuf>,
+    /// Exposures of those photographs in stops.
+    #[arg(long, value_delimiter = ',', allow_negative_numbers = true, requires = "second")]
+    second_stops: Vec<f32>,
+    /// How far the second camera stands to the right of the first, seen from the ball.
+    #[arg(long, value_name = "DEG", default_value_t = 90.0, allow_negative_numbers = true)]
+    second_angle: f32,
+    /// The camera's field of view across the whole picture's width; from far away where nothing is said.
+    #[arg(long, value_name = "DEG", group = "lens")]
+    fov: Option<f64>,
+    /// The camera's focal length in pixels.
+    #[arg(long, value_name = "PIXELS", group = "lens")]
+    focal_length: Option<f64>,
+    /// The camera's distance from the ball's centre in radii of the ball.
+    #[arg(long, value_name = "RADII", group = "lens")]
+    distance: Option<f64>,
+    /// The camera's response as two exponents.
+    #[arg(long, value_name = "G1,G2", default_value = "2.2,2.2", value_parser = parse_gamma)]
+    gamma: DualGamma,
+    /// The part of the light that the ball reflects, in red, green and blue.
+    #[arg(long, value_name = "R,G,B", default_value = "1,1,1", value_parser = parse_rgb)]
+    reflectivity: [f32; 3],
+    /// Estimate the light that was clipped from what surrounds it; otherwise it is only counted.
+    #[arg(long)]
+    estimate_clipped: bool,
+    /// Turn what is written: positive moves it to camera-right in front.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    yaw: f32,
+    /// How the sphere is laid out.
+    #[arg(long, value_enum, default_value = "lat-long")]
+    mapping: Mapping,
+    /// Rows of the picture.
+    #[arg(long, default_value_t = 512)]
+    height: usize,
+    /// The EXR to write.
+    #[arg(long, value_name = "FILE.exr")]
+    to: PathBuf,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -91,6 +159,18 @@ struct ImportArgs {
 struct CalibrateArgs {
     /// The project's folder.
     project: PathBuf,
+    /// The ball's centre and radius in pixels of its photographs, in place of the project's.
+    #[arg(long, value_name = "X,Y,RADIUS", value_parser = parse_circle, conflicts_with = "find_ball")]
+    circle: Option<Circle>,
+    /// Look for the ball in its photographs, in place of the project's circle.
+    #[arg(long)]
+    find_ball: bool,
+    /// What of exemplars and interview is compared; pixels where a frame shows a pose, if this is left out.
+    #[arg(long, value_enum)]
+    comparison: Option<Comparison>,
+    /// Take this response of the camera, and an exposure of the interview, in place of fitting them.
+    #[arg(long, value_name = "G1,G2[,EXPOSURE]", value_parser = parse_trial, conflicts_with = "comparison")]
+    gamma: Option<Trial>,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -315,6 +395,7 @@ impl Cli {
                     shoot,
                     size,
                     seed,
+                    lamps,
                     output,
                 } = args;
                 let settings = ImportSettings { size, seed };
@@ -323,12 +404,20 @@ impl Cli {
                         project,
                         shoot,
                         settings,
+                        lamps,
                     })
                 })
             }
+            Command::Probe(args) => do_job(&args.output, || Ok(args.job())),
             Command::Calibrate(args) => do_job(&args.output, || {
                 Ok(Job::Calibrate {
                     project: args.project,
+                    settings: CalibrateSettings {
+                        circle: args.circle,
+                        find_circle: args.find_ball,
+                        comparison: args.comparison,
+                        trial: args.gamma,
+                    },
                 })
             }),
             Command::Train(args) => do_job(&args.output, || args.job()),
@@ -393,6 +482,44 @@ fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {
     studio::run(project, device)
 }
 
+impl ProbeArgs {
+    fn job(&self) -> Job {
+        let camera = match (self.fov, self.focal_length, self.distance) {
+            (Some(degrees), ..) => Lens::FieldOfView(degrees),
+            (_, Some(px), _) => Lens::Camera(BallCamera::FocalLength { px }),
+            (.., Some(ball_radii)) => Lens::Camera(BallCamera::Distance { ball_radii }),
+            _ => Lens::Camera(BallCamera::Far),
+        };
+        let second = BallPictures {
+            photographs: self.second.clone(),
+            stops: self.second_stops.clone(),
+            circle: None,
+        };
+        Job::Develop {
+            settings: Box::new(DevelopSettings {
+                ball: BallPictures {
+                    photographs: self.photographs.clone(),
+                    stops: self.stops.clone(),
+                    circle: self.circle,
+                },
+                second: (!self.second.is_empty()).then_some((second, self.second_angle)),
+                lens: camera,
+                response: self.gamma,
+                reflectivity: self.reflectivity,
+                clipped: if self.estimate_clipped {
+                    ClippedLight::Estimate
+                } else {
+                    ClippedLight::Keep
+                },
+                yaw_deg: self.yaw,
+                mapping: self.mapping,
+                height: self.height,
+                to: self.to.clone(),
+            }),
+        }
+    }
+}
+
 impl TrainArgs {
     fn job(&self) -> Result<Job> {
         let mut config = self.preset.config();
@@ -451,6 +578,42 @@ impl RelightArgs {
             settings,
         }
     }
+}
+
+/// Numbers between commas, as many as `names` has.
+fn parse_numbers<const N: usize>(text: &str, names: &str) -> std::result::Result<[f64; N], String> {
+    let refuse = || format!("{text:?} is not {names}");
+    let numbers = text
+        .split(',')
+        .map(|number| number.trim().parse())
+        .collect::<std::result::Result<Vec<f64>, _>>()
+        .map_err(|_| refuse())?;
+    numbers.try_into().map_err(|_| refuse())
+}
+
+fn parse_circle(text: &str) -> std::result::Result<Circle, String> {
+    let [x, y, radius] = parse_numbers(text, "X,Y,RADIUS in pixels")?;
+    Circle::new([x, y], radius).map_err(|e| e.to_string())
+}
+
+fn parse_gamma(text: &str) -> std::result::Result<DualGamma, String> {
+    let [gamma1, gamma2] = parse_numbers(text, "two exponents such as 2.6,2.1")?;
+    DualGamma::new(gamma1 as f32, gamma2 as f32).map_err(|e| e.to_string())
+}
+
+fn parse_trial(text: &str) -> std::result::Result<Trial, String> {
+    let full = if text.matches(',').count() == 1 {
+        format!("{text},1")
+    } else {
+        text.to_owned()
+    };
+    let [gamma1, gamma2, exposure] = parse_numbers(&full, "G1,G2 or G1,G2,EXPOSURE")?;
+    Trial::new(gamma1 as f32, gamma2 as f32, exposure as f32).map_err(|e| e.to_string())
+}
+
+fn parse_rgb(text: &str) -> std::result::Result<[f32; 3], String> {
+    let rgb: [f64; 3] = parse_numbers(text, "R,G,B such as 0.6,0.6,0.6")?;
+    Ok(rgb.map(|v| v as f32))
 }
 
 fn parse_count(text: &str) -> std::result::Result<usize, String> {

@@ -4,14 +4,21 @@
 use super::command::Command;
 use super::news::{News, Phase};
 use super::panel::{Entry, Reading, Sight};
-use super::panels::{EnvironmentsPanel, JobPanel, StatusPanel, TimelinePanel, ViewportPanel};
-use super::state::State;
+use super::panels::{
+    EnvironmentsPanel, GammaPanel, JobPanel, ProbePanel, StatusPanel, TabsPanel, TimelinePanel,
+    ViewportPanel,
+};
+use super::state::{State, Workspace};
 use super::{keys, theme};
 use crate::gpu::DeviceChoice;
 use crate::project::Project;
 use crate::scene::Scene;
 use crate::training::{Preset, TrainSettings};
-use crate::worker::{Ask, Blocked, Event, Job, Latest, Library, Need, Relit, Source, Worker};
+use crate::calibration::{CalibrateSettings, Circle, Trial};
+use crate::worker::{
+    Ask, Blocked, Event, GammaView, Job, Latest, Library, Need, ProbeStudy, Relit, Source, Study,
+    StudyAsk, Worker,
+};
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -33,6 +40,13 @@ pub struct StudioApp {
     relit: Option<Arc<Relit>>,
     /// What the worker was asked for last, with the place of the environment in the list.
     asked: Option<(Scene, usize)>,
+    /// The thread that looks at the calibration, once it was needed, and what it was asked last.
+    study: Option<Study>,
+    studied: Option<StudyAsk>,
+    /// How often the calibration may have changed.
+    calibrations: u64,
+    probe_study: Option<Result<Arc<ProbeStudy>, String>>,
+    gamma_view: Option<Result<Arc<GammaView>, String>>,
     /// When the next frame is due while playing, in the window's seconds.
     due: f64,
     /// What a dialog brought.
@@ -40,6 +54,9 @@ pub struct StudioApp {
     viewport: ViewportPanel,
     timeline: TimelinePanel,
     light: EnvironmentsPanel,
+    probe: ProbePanel,
+    gamma: GammaPanel,
+    tabs: TabsPanel,
     job: JobPanel,
     status: StatusPanel,
 }
@@ -92,11 +109,19 @@ impl StudioApp {
             news: News::new(Phase::NoProject),
             relit: None,
             asked: None,
+            study: None,
+            studied: None,
+            calibrations: 0,
+            probe_study: None,
+            gamma_view: None,
             due: 0.0,
             chosen: Arc::new(Latest::new(wake)),
             viewport: ViewportPanel::default(),
             timeline: TimelinePanel,
             light: EnvironmentsPanel,
+            probe: ProbePanel::default(),
+            gamma: GammaPanel::default(),
+            tabs: TabsPanel,
             job: JobPanel,
             status: StatusPanel,
         }
@@ -122,6 +147,16 @@ impl StudioApp {
         self.relit.as_ref()
     }
 
+    /// What the mirror balls show, once that was looked at.
+    pub fn probe_study(&self) -> Option<&Result<Arc<ProbeStudy>, String>> {
+        self.probe_study.as_ref()
+    }
+
+    /// How the tried response does, once that was looked at.
+    pub fn gamma_view(&self) -> Option<&Result<Arc<GammaView>, String>> {
+        self.gamma_view.as_ref()
+    }
+
     /// The list of environments.
     pub fn environments(&self) -> &[Entry] {
         &self.environments
@@ -137,6 +172,8 @@ impl StudioApp {
         self.state = State::new(shoot.frames.len(), shoot.frame_rate);
         self.news = News::new(Phase::Opening);
         (self.relit, self.asked) = (None, None);
+        (self.study, self.studied) = (None, None);
+        (self.probe_study, self.gamma_view) = (None, None);
         self.environments.clear();
         let named: Vec<_> = shoot
             .environments
@@ -173,9 +210,17 @@ impl StudioApp {
                     // Pictures of another network are no longer what was asked for.
                     (self.relit, self.asked) = (None, None);
                 }
+                if matches!(event, Event::Finished { .. }) {
+                    // The job may have calibrated.
+                    self.calibrations += 1;
+                }
                 self.news.hear(event);
             }
             self.relit = worker.relit().or(self.relit.take());
+        }
+        if let Some(study) = &self.study {
+            self.probe_study = study.probe().or(self.probe_study.take());
+            self.gamma_view = study.gamma().or(self.gamma_view.take());
         }
         for (path, read) in self.library.loaded() {
             let panorama = match read {
@@ -219,6 +264,46 @@ impl StudioApp {
             });
             self.asked = Some(wanted);
         }
+    }
+
+    /// Asks for what the workspace shows of the calibration, where that is another than before.
+    fn study(&mut self) {
+        let Some(project) = &self.project else {
+            return;
+        };
+        let (look, calibrations) = (&self.state.look, self.calibrations);
+        let wanted = match self.state.workspace {
+            Workspace::Relight => return,
+            Workspace::Probe => StudyAsk::Probe {
+                calibrations,
+                photograph: self.state.photograph,
+                circle: look.circle,
+            },
+            Workspace::Gamma => StudyAsk::Gamma {
+                calibrations,
+                frame: self.state.frame,
+                trial: look.trial,
+            },
+        };
+        if self.studied.as_ref() != Some(&wanted) {
+            let wake = self.wake();
+            let study = self
+                .study
+                .get_or_insert_with(|| Study::start(project.root.clone(), wake));
+            study.ask(wanted.clone());
+            self.studied = Some(wanted);
+        }
+    }
+
+    /// The silhouette and the response that are shown, set by hand or not.
+    fn circle(&self) -> Option<Circle> {
+        let known = || Some(self.probe_study.as_ref()?.as_ref().ok()?.circle);
+        self.state.look.circle.or_else(known)
+    }
+
+    fn trial(&self) -> Option<Trial> {
+        let known = || Some(self.gamma_view.as_ref()?.as_ref().ok()?.calibrated);
+        self.state.look.trial.or_else(known)
     }
 
     /// Goes on to the next frame when it is due and the present one has been seen.
@@ -282,6 +367,41 @@ impl StudioApp {
                 }
                 Err(e) => self.news.failure = Some(e.to_string()),
             },
+            Command::NudgeCircle { by, radius } => {
+                if let Some(Circle {
+                    center_px: [x, y],
+                    radius_px,
+                }) = self.circle()
+                {
+                    let moved = Circle::new([x + by[0], y + by[1]], radius_px + radius).ok();
+                    self.state.nudge(&command, |look| {
+                        look.circle = moved.or(look.circle);
+                    });
+                }
+            }
+            Command::NudgeTrial(by) => {
+                if let Some(trial) = self.trial() {
+                    self.state
+                        .nudge(&command, |look| look.trial = Some(trial.nudged(by)));
+                }
+            }
+            Command::StepPhotograph(step) => {
+                let lamps = self
+                    .project
+                    .as_ref()
+                    .map_or(0, |p| p.settings.shoot.lamps.len());
+                let shown = self.state.photograph.map_or(0, |lamp| lamp + 1) as isize + step;
+                self.state.photograph =
+                    (shown.rem_euclid(lamps as isize + 1) as usize).checked_sub(1);
+            }
+            Command::FindCircle => {
+                if let Some(Ok(study)) = &self.probe_study
+                    && let Ok(found) = &study.found
+                {
+                    self.apply(Command::Circle(Some(found.circle)));
+                }
+            }
+            Command::Calibrate => self.calibrate(),
             Command::Provide(need) => {
                 if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
                     worker.run(self.job(need, project.root.clone()));
@@ -310,9 +430,28 @@ impl StudioApp {
         }
     }
 
+    /// Calibrates with what was set by hand.
+    fn calibrate(&mut self) {
+        if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
+            let look = &self.state.look;
+            let settings = CalibrateSettings {
+                circle: look.circle,
+                trial: look.trial,
+                ..CalibrateSettings::default()
+            };
+            worker.run(Job::Calibrate {
+                project: project.root.clone(),
+                settings,
+            });
+        }
+    }
+
     fn job(&self, need: Need, project: PathBuf) -> Job {
         match need {
-            Need::Calibration => Job::Calibrate { project },
+            Need::Calibration => Job::Calibrate {
+                project,
+                settings: CalibrateSettings::default(),
+            },
             Need::Network => Job::Train {
                 project,
                 settings: TrainSettings {
@@ -374,12 +513,15 @@ impl eframe::App for StudioApp {
         self.hear();
         let mut commands = Vec::new();
         commands.extend(self.chosen.take());
-        keys::pressed(&self.ctx, &mut commands);
+        keys::pressed(&self.ctx, self.state.workspace, &mut commands);
         self.dropped(&mut commands);
         let Self {
             viewport,
             timeline,
             light,
+            probe,
+            gamma,
+            tabs,
             job,
             status,
             ..
@@ -390,18 +532,25 @@ impl eframe::App for StudioApp {
             news: &self.news,
             environments: &self.environments,
             relit: self.relit.as_ref(),
+            probe: self.probe_study.as_ref(),
+            gamma: self.gamma_view.as_ref(),
         };
+        let workspace = sight.state.workspace;
         if sight.state.panels && sight.project.is_some() {
             let bar = |margin: i8| {
                 Frame::new()
                     .fill(theme::PANEL)
                     .inner_margin(egui::Margin::symmetric(12, margin))
             };
+            Panel::top("workspaces")
+                .exact_size(34.0)
+                .frame(bar(2))
+                .show(ui, |ui| tabs.ui(ui, &sight, &mut commands));
             Panel::bottom("status")
                 .exact_size(30.0)
                 .frame(bar(2))
                 .show(ui, |ui| status.ui(ui, &sight, &mut commands));
-            if sight.state.passes {
+            if sight.state.passes && workspace == Workspace::Relight {
                 Panel::bottom("passes")
                     .frame(bar(6))
                     .show(ui, |ui| status.passes_ui(ui, &sight));
@@ -411,18 +560,33 @@ impl eframe::App for StudioApp {
                     .frame(bar(5))
                     .show(ui, |ui| job.ui(ui, &sight, &mut commands));
             }
-            Panel::bottom("timeline")
-                .exact_size(44.0)
-                .frame(bar(4))
-                .show(ui, |ui| timeline.ui(ui, &sight, &mut commands));
-            Panel::right("light")
-                .exact_size(264.0)
+            if workspace != Workspace::Probe {
+                Panel::bottom("timeline")
+                    .exact_size(44.0)
+                    .frame(bar(4))
+                    .show(ui, |ui| timeline.ui(ui, &sight, &mut commands));
+            }
+            let (side, width) = match workspace {
+                Workspace::Relight => ("light", 264.0),
+                Workspace::Probe => ("probe", 392.0),
+                Workspace::Gamma => ("gamma", 408.0),
+            };
+            Panel::right(side)
+                .exact_size(width)
                 .frame(bar(0))
-                .show(ui, |ui| light.ui(ui, &sight, &mut commands));
+                .show(ui, |ui| match workspace {
+                    Workspace::Relight => light.ui(ui, &sight, &mut commands),
+                    Workspace::Probe => probe.side_ui(ui, &sight, &mut commands),
+                    Workspace::Gamma => gamma.side_ui(ui, &sight, &mut commands),
+                });
         }
-        CentralPanel::no_frame().show(ui, |ui| viewport.ui(ui, &sight, &mut commands));
+        CentralPanel::no_frame().show(ui, |ui| match workspace {
+            Workspace::Relight => viewport.ui(ui, &sight, &mut commands),
+            Workspace::Probe => probe.ui(ui, &sight, &mut commands),
+            Workspace::Gamma => gamma.ui(ui, &sight, &mut commands),
+        });
         if sight.state.keys {
-            keys::overlay_ui(ui, &mut commands);
+            keys::overlay_ui(ui, workspace, &mut commands);
         }
         if !commands.is_empty() {
             // The panels were drawn before the commands were applied.
@@ -436,5 +600,6 @@ impl eframe::App for StudioApp {
         }
         self.play();
         self.ask();
+        self.study();
     }
 }

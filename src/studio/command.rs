@@ -1,5 +1,7 @@
 //! What a person can ask for. Panels emit commands; the application applies them.
 
+use super::state::Workspace;
+use crate::calibration::{Circle, Trial};
 use crate::scene::Background;
 use crate::worker::Need;
 use std::path::PathBuf;
@@ -21,6 +23,32 @@ pub enum Command {
     StepExposure(f32),
     /// What is shown behind the subject.
     Background(Background),
+    /// Take this for the mirror ball's silhouette; none is the project's own.
+    Circle(Option<Circle>),
+    /// Move the silhouette by pixels of the photograph, and enlarge its radius.
+    NudgeCircle {
+        by: [f64; 2],
+        radius: f64,
+    },
+    /// Try this response of the camera; none is the calibration's own.
+    Try(Option<Trial>),
+    /// Change what is tried by these differences of γ1, γ2 and the exposure.
+    NudgeTrial([f32; 3]),
+
+    /// Show another arrangement of the window.
+    Workspace(Workspace),
+    /// Show the mirror ball under this lamp; none is the interview's.
+    Photograph(Option<usize>),
+    /// Show the photograph this many places further; the interview's stands before the lamps'.
+    StepPhotograph(isize),
+    /// Where the line stands that wipes between two pictures: 0 left, 1 right.
+    Wipe(f32),
+    /// Put that line to the right, to the left or into the middle, in turn.
+    StepWipe,
+    /// Take the silhouette that was found in the photographs.
+    FindCircle,
+    /// Calibrate with what is set by hand, or by fitting where nothing is.
+    Calibrate,
 
     /// Undo the last of the above, and do it again.
     Undo,

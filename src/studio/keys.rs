@@ -1,6 +1,7 @@
 //! The keys: one table that the window obeys and shows.
 
 use super::command::Command;
+use super::state::Workspace;
 use super::theme;
 use egui::{Key, KeyboardShortcut, Modifiers};
 
@@ -9,6 +10,8 @@ struct Binding {
     shortcut: KeyboardShortcut,
     command: Command,
     says: &'static str,
+    /// The workspace that knows this key; none is all of them.
+    only: Option<Workspace>,
 }
 
 const fn on(modifiers: Modifiers, key: Key, command: Command, says: &'static str) -> Binding {
@@ -16,11 +19,57 @@ const fn on(modifiers: Modifiers, key: Key, command: Command, says: &'static str
         shortcut: KeyboardShortcut::new(modifiers, key),
         command,
         says,
+        only: None,
     }
 }
 
-/// Bindings that ask for more modifiers come first: egui takes Shift+E for E otherwise.
+/// A key that one workspace knows.
+const fn within(
+    workspace: Workspace,
+    modifiers: Modifiers,
+    key: Key,
+    command: Command,
+    says: &'static str,
+) -> Binding {
+    Binding {
+        shortcut: KeyboardShortcut::new(modifiers, key),
+        command,
+        says,
+        only: Some(workspace),
+    }
+}
+
+const fn nudge_circle(x: f64, y: f64, radius: f64) -> Command {
+    Command::NudgeCircle {
+        by: [x, y],
+        radius,
+    }
+}
+
+const PROBE: Workspace = Workspace::Probe;
+const GAMMA: Workspace = Workspace::Gamma;
+
+/// Bindings that ask for more modifiers come first: egui takes Shift+E for E otherwise. Those of one
+/// workspace come before those of all.
 const BINDINGS: &[Binding] = &[
+    on(
+        Modifiers::COMMAND,
+        Key::Num1,
+        Command::Workspace(Workspace::Probe),
+        "the mirror ball",
+    ),
+    on(
+        Modifiers::COMMAND,
+        Key::Num2,
+        Command::Workspace(Workspace::Gamma),
+        "the camera's response",
+    ),
+    on(
+        Modifiers::COMMAND,
+        Key::Num3,
+        Command::Workspace(Workspace::Relight),
+        "the relit picture",
+    ),
     on(
         Modifiers::NONE,
         Key::Space,
@@ -39,6 +88,38 @@ const BINDINGS: &[Binding] = &[
         Command::StepEnvironment(-1),
         "previous environment",
     ),
+    within(PROBE, Modifiers::SHIFT, Key::ArrowRight, nudge_circle(0.1, 0.0, 0.0), "circle a tenth of a pixel right"),
+    within(PROBE, Modifiers::SHIFT, Key::ArrowLeft, nudge_circle(-0.1, 0.0, 0.0), "circle a tenth of a pixel left"),
+    within(PROBE, Modifiers::SHIFT, Key::ArrowUp, nudge_circle(0.0, -0.1, 0.0), "circle a tenth of a pixel up"),
+    within(PROBE, Modifiers::SHIFT, Key::ArrowDown, nudge_circle(0.0, 0.1, 0.0), "circle a tenth of a pixel down"),
+    within(PROBE, Modifiers::SHIFT, Key::Plus, nudge_circle(0.0, 0.0, 0.1), "circle a tenth of a pixel larger"),
+    within(PROBE, Modifiers::SHIFT, Key::Minus, nudge_circle(0.0, 0.0, -0.1), "circle a tenth of a pixel smaller"),
+    within(PROBE, Modifiers::NONE, Key::ArrowRight, nudge_circle(1.0, 0.0, 0.0), "circle a pixel right"),
+    within(PROBE, Modifiers::NONE, Key::ArrowLeft, nudge_circle(-1.0, 0.0, 0.0), "circle a pixel left"),
+    within(PROBE, Modifiers::NONE, Key::ArrowUp, nudge_circle(0.0, -1.0, 0.0), "circle a pixel up"),
+    within(PROBE, Modifiers::NONE, Key::ArrowDown, nudge_circle(0.0, 1.0, 0.0), "circle a pixel down"),
+    within(PROBE, Modifiers::NONE, Key::Plus, nudge_circle(0.0, 0.0, 1.0), "circle a pixel larger"),
+    within(PROBE, Modifiers::NONE, Key::Minus, nudge_circle(0.0, 0.0, -1.0), "circle a pixel smaller"),
+    within(PROBE, Modifiers::NONE, Key::C, Command::FindCircle, "take the circle that was found"),
+    within(PROBE, Modifiers::NONE, Key::PageUp, Command::StepPhotograph(-1), "previous photograph"),
+    within(PROBE, Modifiers::NONE, Key::PageDown, Command::StepPhotograph(1), "next photograph"),
+    within(GAMMA, Modifiers::SHIFT, Key::ArrowRight, Command::NudgeTrial([0.001, 0.0, 0.0]), "γ1 up, finely"),
+    within(GAMMA, Modifiers::SHIFT, Key::ArrowLeft, Command::NudgeTrial([-0.001, 0.0, 0.0]), "γ1 down, finely"),
+    within(GAMMA, Modifiers::SHIFT, Key::ArrowUp, Command::NudgeTrial([0.0, 0.001, 0.0]), "γ2 up, finely"),
+    within(GAMMA, Modifiers::SHIFT, Key::ArrowDown, Command::NudgeTrial([0.0, -0.001, 0.0]), "γ2 down, finely"),
+    within(GAMMA, Modifiers::SHIFT, Key::Plus, Command::NudgeTrial([0.0, 0.0, 0.001]), "interview brighter, finely"),
+    within(GAMMA, Modifiers::SHIFT, Key::Minus, Command::NudgeTrial([0.0, 0.0, -0.001]), "interview darker, finely"),
+    within(GAMMA, Modifiers::NONE, Key::ArrowRight, Command::NudgeTrial([0.02, 0.0, 0.0]), "γ1 up"),
+    within(GAMMA, Modifiers::NONE, Key::ArrowLeft, Command::NudgeTrial([-0.02, 0.0, 0.0]), "γ1 down"),
+    within(GAMMA, Modifiers::NONE, Key::ArrowUp, Command::NudgeTrial([0.0, 0.02, 0.0]), "γ2 up"),
+    within(GAMMA, Modifiers::NONE, Key::ArrowDown, Command::NudgeTrial([0.0, -0.02, 0.0]), "γ2 down"),
+    within(GAMMA, Modifiers::NONE, Key::Plus, Command::NudgeTrial([0.0, 0.0, 0.02]), "interview brighter"),
+    within(GAMMA, Modifiers::NONE, Key::Minus, Command::NudgeTrial([0.0, 0.0, -0.02]), "interview darker"),
+    within(GAMMA, Modifiers::NONE, Key::W, Command::StepWipe, "wipe to the right, the left, the middle"),
+    within(PROBE, Modifiers::COMMAND, Key::R, Command::Circle(None), "go back to the calibration"),
+    within(PROBE, Modifiers::COMMAND, Key::Enter, Command::Calibrate, "keep it and calibrate"),
+    within(GAMMA, Modifiers::COMMAND, Key::R, Command::Try(None), "go back to the calibration"),
+    within(GAMMA, Modifiers::COMMAND, Key::Enter, Command::Calibrate, "keep it and calibrate"),
     on(
         Modifiers::NONE,
         Key::ArrowRight,
@@ -121,15 +202,15 @@ const GESTURES: &[(&str, &str)] = &[
     ("Shift", "finer drags"),
 ];
 
-/// The commands of the keys that were pressed since the last frame.
-pub fn pressed(ctx: &egui::Context, out: &mut Vec<Command>) {
+/// The commands of the keys that were pressed since the last frame in a workspace.
+pub fn pressed(ctx: &egui::Context, workspace: Workspace, out: &mut Vec<Command>) {
     if ctx.text_edit_focused() {
         return;
     }
     ctx.input_mut(|input| {
         for Binding {
             shortcut, command, ..
-        } in BINDINGS
+        } in known(workspace)
         {
             // A question mark is typed with Shift on many keyboards, and means the same on all.
             let pressed = match shortcut.logical_key {
@@ -150,8 +231,13 @@ pub fn pressed(ctx: &egui::Context, out: &mut Vec<Command>) {
     }
 }
 
+fn known(workspace: Workspace) -> impl Iterator<Item = &'static Binding> {
+    let all = BINDINGS.iter();
+    all.filter(move |binding| binding.only.is_none_or(|only| only == workspace))
+}
+
 /// The list of keys, over the picture.
-pub fn overlay_ui(ui: &egui::Ui, out: &mut Vec<Command>) {
+pub fn overlay_ui(ui: &egui::Ui, workspace: Workspace, out: &mut Vec<Command>) {
     let frame = egui::Frame::window(ui.style()).inner_margin(3.0 * theme::GAP);
     let area = egui::Modal::new(egui::Id::unique("keys"))
         .frame(frame)
@@ -165,9 +251,18 @@ pub fn overlay_ui(ui: &egui::Ui, out: &mut Vec<Command>) {
                     Key::Questionmark => "?".to_owned(),
                     _ => ui.ctx().format_shortcut(&b.shortcut),
                 };
-                let keys: Vec<_> = BINDINGS.iter().map(|b| (name(b), b.says)).collect();
-                list_ui(ui, "keyboard", &keys);
-                ui.add_space(theme::GAP * 3.0);
+                // A key that a workspace uses for something of its own means only that there.
+                let mut keys: Vec<(String, &str)> = Vec::new();
+                for binding in known(workspace) {
+                    let name = name(binding);
+                    if keys.iter().all(|(known, _)| *known != name) {
+                        keys.push((name, binding.says));
+                    }
+                }
+                for (i, column) in keys.chunks(keys.len().div_ceil(2).max(1)).enumerate() {
+                    list_ui(ui, &format!("keyboard {i}"), column);
+                    ui.add_space(theme::GAP * 3.0);
+                }
                 let gestures: Vec<_> = GESTURES
                     .iter()
                     .map(|&(how, says)| (how.to_owned(), says))
@@ -199,14 +294,18 @@ fn list_ui(ui: &mut egui::Ui, id: &str, rows: &[(String, &str)]) {
 mod tests {
     use super::*;
 
+    /// Whether a key of `a` may be meant for `b`, which stands before it.
+    fn meet(a: &Binding, b: &Binding) -> bool {
+        b.only.is_none() || a.only == b.only
+    }
+
     #[test]
     fn no_key_is_bound_twice() {
         for (i, a) in BINDINGS.iter().enumerate() {
-            assert!(
-                BINDINGS[..i].iter().all(|b| b.shortcut != a.shortcut),
-                "{}",
-                a.says
-            );
+            let twice = BINDINGS[..i]
+                .iter()
+                .any(|b| meet(a, b) && b.shortcut == a.shortcut);
+            assert!(!twice, "{}", a.says);
         }
     }
 
@@ -214,9 +313,11 @@ mod tests {
     fn a_key_with_more_modifiers_is_asked_first() {
         for (i, a) in BINDINGS.iter().enumerate() {
             let (key, modifiers) = (a.shortcut.logical_key, a.shortcut.modifiers);
-            let shadowed = BINDINGS[..i]
-                .iter()
-                .any(|b| b.shortcut.logical_key == key && modifiers.contains(b.shortcut.modifiers));
+            let shadowed = BINDINGS[..i].iter().any(|b| {
+                meet(a, b)
+                    && b.shortcut.logical_key == key
+                    && modifiers.contains(b.shortcut.modifiers)
+            });
             assert!(!shadowed, "{} is never reached", a.says);
         }
     }

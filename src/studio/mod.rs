@@ -14,7 +14,7 @@ pub use app::StudioApp;
 pub use command::Command;
 pub use news::{News, Phase, Work};
 pub use panel::{Entry, Reading};
-pub use state::{Look, State, View};
+pub use state::{Look, State, View, Workspace};
 
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceChoice, Gpu, device_descriptor};

@@ -4,7 +4,7 @@
 use super::news::{News, Phase};
 use super::state::State;
 use crate::project::Project;
-use crate::worker::{Panorama, Relit};
+use crate::worker::{GammaView, Panorama, ProbeStudy, Relit};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -17,6 +17,10 @@ pub struct Sight<'a> {
     pub environments: &'a [Entry],
     /// The newest picture.
     pub relit: Option<&'a Arc<Relit>>,
+    /// What the mirror balls show, or why they cannot be read.
+    pub probe: Option<&'a Result<Arc<ProbeStudy>, String>>,
+    /// How the tried response does, or why that cannot be told.
+    pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
 }
 
 /// An environment in the list.

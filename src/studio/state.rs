@@ -1,6 +1,7 @@
 //! What the window shows, as plain data, and how commands change it.
 
 use super::command::Command;
+use crate::calibration::{Circle, Trial};
 use crate::scene::{Background, Output, Scene};
 
 /// Stops that the exposure can be set to: beyond them a display shows nothing but black or white.
@@ -8,6 +9,18 @@ pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
 /// Magnifications of the fitted picture.
 const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
+
+/// An arrangement of the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Workspace {
+    /// The relit picture and its light.
+    #[default]
+    Relight,
+    /// The mirror ball and the lamps that it shows.
+    Probe,
+    /// The camera's response.
+    Gamma,
+}
 
 /// The settings that can be undone.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +31,10 @@ pub struct Look {
     pub yaw_deg: f32,
     pub exposure_stops: f32,
     pub background: Background,
+    /// The mirror ball's silhouette where it was set by hand.
+    pub circle: Option<Circle>,
+    /// The response that is tried by hand.
+    pub trial: Option<Trial>,
 }
 
 /// Where the picture is in the viewport.
@@ -38,6 +55,11 @@ const FITTED: View = View {
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     pub look: Look,
+    pub workspace: Workspace,
+    /// The lamp whose mirror ball is shown; none is the interview's.
+    pub photograph: Option<usize>,
+    /// Where the wipe between two pictures stands: 0 left, 1 right.
+    pub wipe: f32,
     /// Shown frame, from 0.
     pub frame: usize,
     /// Frames of the interview.
@@ -67,7 +89,12 @@ impl State {
                 yaw_deg: 0.0,
                 exposure_stops: 0.0,
                 background: Background::Environment,
+                circle: None,
+                trial: None,
             },
+            workspace: Workspace::default(),
+            photograph: None,
+            wipe: 0.5,
             frame: 0,
             frames,
             frame_rate,
@@ -125,6 +152,21 @@ impl State {
                 look.exposure_stops = exposure(look.exposure_stops + stops, look.exposure_stops);
             }
             Command::Background(background) => look.background = background,
+            Command::Circle(circle) => look.circle = circle,
+            Command::Try(trial) => look.trial = trial,
+            Command::Workspace(workspace) => {
+                self.workspace = workspace;
+                self.view = FITTED;
+            }
+            Command::Photograph(lamp) => self.photograph = lamp,
+            Command::Wipe(at) if at.is_finite() => self.wipe = at.clamp(0.0, 1.0),
+            Command::StepWipe => {
+                self.wipe = match self.wipe {
+                    at if at <= 0.0 => 0.5,
+                    at if at >= 1.0 => 0.0,
+                    _ => 1.0,
+                }
+            }
             Command::ResetView => {
                 self.view = FITTED;
                 look.exposure_stops = 0.0;
@@ -148,6 +190,17 @@ impl State {
             Command::Dismiss => self.full_screen = false,
             _ => {}
         }
+        self.settle(command, look);
+    }
+
+    /// Changes the settings as `command` means, whose effect depends on more than this state.
+    pub fn nudge(&mut self, command: &Command, change: impl FnOnce(&mut Look)) {
+        let mut look = self.look.clone();
+        change(&mut look);
+        self.settle(command, look);
+    }
+
+    fn settle(&mut self, command: &Command, look: Look) {
         if look != self.look {
             let kind = std::mem::discriminant(command);
             if self.dragging != Some(kind) {

@@ -1,12 +1,14 @@
 //! Long actions. The command line and the studio send the same ones.
 
-use crate::calibration::{self, Calibration};
+use crate::calibration::develop::{DevelopReport, DevelopSettings, develop};
+use crate::calibration::{self, CalibrateSettings, Calibration};
 use crate::demo::{self, DemoReport};
 use crate::error::Result;
 use crate::evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use crate::export::relight::{RelightReport, RelightSettings, relight};
 use crate::footage::{self, ImportSettings};
 use crate::gpu::DeviceChoice;
+use crate::light::subset::Subset;
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::checkpoint::{self, CheckpointInfo};
@@ -28,9 +30,16 @@ pub enum Job {
         project: PathBuf,
         shoot: PathBuf,
         settings: ImportSettings,
+        /// Work with so many lamps only, evenly distributed.
+        lamps: Option<usize>,
     },
+    /// Make a light probe of photographs of a mirror ball.
+    Develop { settings: Box<DevelopSettings> },
     /// Find lamps, weights and camera response of the project in `project`.
-    Calibrate { project: PathBuf },
+    Calibrate {
+        project: PathBuf,
+        settings: CalibrateSettings,
+    },
     /// Train the network of the project in `project`.
     Train {
         project: PathBuf,
@@ -62,6 +71,7 @@ pub enum Job {
 pub enum Outcome {
     Staged(StageReport),
     Imported(ImportReport),
+    Developed(DevelopReport),
     Calibrated(Calibration),
     Trained(TrainReport),
     Relit(RelightReport),
@@ -82,6 +92,10 @@ pub struct ImportReport {
     pub lamps: usize,
     pub frames: usize,
     pub environments: usize,
+    /// How evenly the lamps were chosen, where they were: in degrees, the largest distance to one from
+    /// where the whole rig has lamps, and the smallest between two.
+    pub covering_deg: Option<f32>,
+    pub separation_deg: Option<f32>,
 }
 
 impl Job {
@@ -90,6 +104,7 @@ impl Job {
         match self {
             Self::Stage { .. } => "tracing a shoot",
             Self::Import { .. } => "importing the shoot",
+            Self::Develop { .. } => "making a light probe",
             Self::Calibrate { .. } => "calibrating",
             Self::Train { .. } => "training the network",
             Self::Relight { .. } => "relighting the interview",
@@ -112,14 +127,21 @@ impl Job {
                 project,
                 shoot,
                 settings,
+                lamps,
             } => {
-                let project = footage::import(&project, &shoot, &settings, progress)?;
-                Ok(Outcome::Imported(ImportReport::of(&project)))
+                let mut project = footage::import(&project, &shoot, &settings, progress)?;
+                let subset = lamps
+                    .map(|count| calibration::keep_lamps(&mut project, count, progress))
+                    .transpose()?;
+                Ok(Outcome::Imported(ImportReport::of(&project, subset.as_ref())))
             }
-            Self::Calibrate { project } => {
-                let project = Project::open(&project)?;
-                let found = calibration::calibrate(&project, progress)?;
+            Self::Develop { settings } => develop(&settings).map(Outcome::Developed),
+            Self::Calibrate { project, settings } => {
+                let mut project = Project::open(&project)?;
+                let found = calibration::calibrate(&mut project, &settings, progress)?;
                 found.save(&project)?;
+                // The circle is kept last: a calibration that failed leaves the project as it was.
+                project.save()?;
                 Ok(Outcome::Calibrated(found))
             }
             Self::Train { project, settings } => {
@@ -139,7 +161,7 @@ impl Job {
                 ..
             } => {
                 let project = demo::prepare(&folder, progress)?;
-                Ok(Outcome::Imported(ImportReport::of(&project)))
+                Ok(Outcome::Imported(ImportReport::of(&project, None)))
             }
             Self::Demo { folder, device, .. } => {
                 demo::run(&folder, device, progress).map(|report| Outcome::Shown(Box::new(report)))
@@ -153,7 +175,7 @@ impl Job {
 }
 
 impl ImportReport {
-    fn of(project: &Project) -> Self {
+    fn of(project: &Project, subset: Option<&Subset>) -> Self {
         let shoot = &project.settings.shoot;
         Self {
             project: project.root.clone(),
@@ -163,6 +185,8 @@ impl ImportReport {
             lamps: shoot.lamps.len(),
             frames: shoot.frames.len(),
             environments: shoot.environments.len(),
+            covering_deg: subset.map(|s| s.covering_deg),
+            separation_deg: subset.map(|s| s.separation_deg),
         }
     }
 }
@@ -172,16 +196,8 @@ impl Outcome {
     pub fn sentence(&self) -> String {
         match self {
             Self::Staged(report) => staged(report),
-            Self::Imported(found) => format!(
-                "{}: {} frames, {} poses under {} lamps, {} environments, to work at {} pixels in {}",
-                found.name,
-                found.frames,
-                found.poses,
-                found.lamps,
-                found.environments,
-                found.size,
-                found.project.display()
-            ),
+            Self::Imported(found) => imported(found),
+            Self::Developed(report) => developed(report),
             Self::Calibrated(found) => format!(
                 "{} lamps found; camera response γ1 = {:.3}, γ2 = {:.3}, exposure {:.3}; {:.1} % of the \
                  interview's light comes from where no lamp is",
@@ -226,6 +242,58 @@ fn staged(report: &StageReport) -> String {
         text += &format!(
             "\n  {} for {share:.1} % of {}; elsewhere {}",
             effect.name, effect.of, effect.skipped
+        );
+    }
+    text
+}
+
+fn imported(found: &ImportReport) -> String {
+    let mut text = format!(
+        "{}: {} frames, {} poses under {} lamps, {} environments, to work at {} pixels in {}",
+        found.name,
+        found.frames,
+        found.poses,
+        found.lamps,
+        found.environments,
+        found.size,
+        found.project.display()
+    );
+    if let (Some(covering), Some(separation)) = (found.covering_deg, found.separation_deg) {
+        text += &format!(
+            "\nThe lamps were chosen evenly: no direction that the whole rig covers is more than {covering:.1}° \
+             from one of them, no two are closer than {separation:.1}°"
+        );
+    }
+    text
+}
+
+fn developed(report: &DevelopReport) -> String {
+    let mut text = format!("{}:", report.written.display());
+    for (i, ball) in report.balls.iter().enumerate() {
+        text += &format!(
+            " ball {} about {:.1}, {:.1} with radius {:.1} pixels, rim within {:.2} pixels over {:.0} % of it; \
+             {} pixels clipped;",
+            i + 1,
+            ball.circle.center_px[0],
+            ball.circle.center_px[1],
+            ball.circle.radius_px,
+            ball.residual_px,
+            100.0 * ball.rim_share,
+            report.clipped_pixels[i]
+        );
+    }
+    text += &format!(
+        " {:.1} % of the sphere is not shown, {:.1} % of the light was filled in there",
+        100.0 * report.blind_share,
+        100.0 * report.filled_share
+    );
+    let estimated = report.estimated_energy_share.iter().copied().fold(0.0, f32::max);
+    if estimated > 0.0 {
+        text += &format!("; {:.1} % was estimated for clipped lamps", 100.0 * estimated);
+    }
+    if let (Some(ratio), Some(stops)) = (report.exposure_ratio, report.disagreement_stops) {
+        text += &format!(
+            "; the second ball is {ratio:.3} times as bright and disagrees by {stops:.2} stops in the median"
         );
     }
     text

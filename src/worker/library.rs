@@ -24,7 +24,7 @@ pub struct Panorama {
 }
 
 /// A small tone-mapped picture of a panorama.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Thumbnail {
     pub width: usize,
     pub height: usize,

@@ -20,6 +20,7 @@ mod latest;
 mod library;
 mod network;
 mod relighter;
+mod study;
 
 pub use event::{Blocked, Event, Need};
 pub use job::{Job, Outcome};
@@ -27,6 +28,7 @@ pub use latest::Latest;
 pub use library::{Library, Panorama, Thumbnail};
 pub use network::{Predict, Source, open_project};
 pub use relighter::{Ask, Relit};
+pub use study::{GammaView, ProbeStudy, SeenLamp, Study, StudyAsk};
 
 use crate::compositor::Field;
 use crate::error::Error;

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Evidence {
+    /// Whether a person set the response; then nothing was fitted, and the deviations are 0.
+    pub by_hand: bool,
     /// What was compared between the relit poses and the interview.
     pub comparison: Comparison,
     /// The poses that a frame shows, by name, beside that frame.
@@ -25,6 +27,7 @@ pub struct Evidence {
 impl Default for Evidence {
     fn default() -> Self {
         Self {
+            by_hand: false,
             comparison: Comparison::Distribution,
             same_poses: vec![],
             exposure_deviation: 0.0,

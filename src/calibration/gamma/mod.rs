@@ -20,6 +20,7 @@ mod surface;
 mod twin;
 
 use super::code::Table;
+use super::Trial;
 use super::probe::Probes;
 use crate::error::{Error, Result};
 use crate::imaging::DualGamma;
@@ -43,7 +44,7 @@ const OTHER_EXPOSURE: (f64, f64) = (0.1, 0.3);
 const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
 
 /// What is compared between the relit poses and the interview.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Comparison {
     /// How often each level occurs in the subject: right for whatever poses.
@@ -80,6 +81,22 @@ pub struct Fitted<'a> {
     objective: Objective<'a>,
     /// The fit.
     pub fit: GammaFit,
+}
+
+/// What would have been found, had the fit found what a person set.
+pub(super) fn by_hand(subject: &Subject, probes: &Probes, trial: &Trial) -> GammaFit {
+    let objective = Objective::new(subject, probes, vec![]);
+    let [residual, ball_residual] = objective.distances(&trial.response.into(), trial.exposure);
+    GammaFit {
+        response: trial.response,
+        exposure: trial.exposure,
+        comparison: Comparison::Distribution,
+        residual,
+        ball_residual,
+        deviation: [0.0; 3],
+        extent: objective.extent(),
+        same_poses: vec![],
+    }
 }
 
 /// Fits γ1, γ2 and the exposure: by what the caller wants compared, or by pixels where a frame shows a

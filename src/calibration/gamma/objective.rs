@@ -157,6 +157,13 @@ impl<'a> Objective<'a> {
             .collect()
     }
 
+    /// Root-mean-square encoded distances of the subject and on the balls.
+    pub fn distances(&self, response: &Response, exposure: f32) -> [f32; 2] {
+        let seen = self.see_response(response);
+        let subject = seen.subject_square(f64::from(exposure).ln());
+        [subject, self.ball_square(&seen.ball)].map(|square| square.sqrt() as f32)
+    }
+
     /// The pictures under two exponents; `None` where the curve is none that a camera can have.
     pub fn see(&self, [gamma1, gamma2]: [f64; 2]) -> Option<Seen> {
         let curve = DualGamma::new(gamma1 as f32, gamma2 as f32).ok()?;

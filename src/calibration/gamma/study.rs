@@ -1,6 +1,7 @@
 //! Everything that is needed to look at a response: the pictures are read once, and any response can
 //! then be tried in milliseconds.
 
+use super::objective::Objective;
 use super::subject::sample;
 use super::{Comparison, Fitted, Subject, fit};
 use crate::calibration::code::{Code, STEPS, Table};
@@ -87,6 +88,12 @@ impl GammaStudy {
     /// The interview's weights under a response: for each lamp and channel, its share.
     pub fn weights(&self, response: &Response) -> Vec<[f32; 3]> {
         self.probes.fit(&Table::of(response)).weights
+    }
+
+    /// Root-mean-square encoded distances (0 to 1) of the subject's quantiles, and on the mirror balls,
+    /// under a response and an exposure.
+    pub fn distances(&self, response: &Response, exposure: f32) -> [f32; 2] {
+        Objective::new(&self.subject, &self.probes, vec![]).distances(response, exposure)
     }
 
     /// Levels of the interview's frames inside the subject.

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::light::mapping::{Disc, Kind, Profile, Projection};
 use crate::project::Ball;
+use glam::Vec3;
 
 /// A mirror ball in a photograph.
 ///
@@ -94,6 +95,12 @@ impl BallView {
     /// Half angle in degrees of the cone behind the ball that its silhouette hides.
     pub fn blind_half_angle_deg(&self) -> f64 {
         180.0 - self.profile().last_angle().to_degrees()
+    }
+
+    /// Where a photograph of `size` pixels shows a direction; `None` where it does not.
+    pub fn place(&self, direction: Vec3, size: (usize, usize)) -> Option<[f32; 2]> {
+        let (x, y) = self.projection(size).ok()?.place(direction.as_dvec3())?;
+        Some([x as f32, y as f32])
     }
 
     /// Which angle each distance from the ball's middle shows.

@@ -1,6 +1,7 @@
 //! Circles: through three points, fitted to many, fitted robustly to the points that agree.
 
 use crate::error::{Error, Result};
+use crate::project::Ball;
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -174,6 +175,22 @@ impl Circle {
             };
         }
         Some((circle, deviation))
+    }
+}
+
+impl Ball {
+    /// The ball's silhouette.
+    pub fn circle(&self) -> Circle {
+        Circle {
+            center_px: self.center_px.map(f64::from),
+            radius_px: f64::from(self.radius_px),
+        }
+    }
+
+    /// Puts the silhouette elsewhere.
+    pub fn set_circle(&mut self, circle: &Circle) {
+        self.center_px = circle.center_px.map(|c| c as f32);
+        self.radius_px = circle.radius_px as f32;
     }
 }
 

@@ -37,7 +37,7 @@ use glam::{DQuat, DVec3, Quat};
 use serde::{Deserialize, Serialize};
 
 /// How a picture lays out the sphere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Mapping {
     /// Longitude along the rows, latitude along the columns; see [`super::latlong`].

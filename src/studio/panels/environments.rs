@@ -3,6 +3,7 @@
 use crate::scene::Background;
 use crate::studio::command::Command;
 use crate::studio::panel::{Entry, Reading, Sight};
+use crate::studio::panels::number_ui;
 use crate::studio::state::EXPOSURE_STOPS;
 use crate::studio::theme::{self, GAP};
 use egui::{Color32, Pos2, Rect, RichText, Sense, Stroke, Ui, pos2, vec2};
@@ -87,7 +88,7 @@ fn controls_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
                 .speed(0.5)
                 .fixed_decimals(1)
                 .suffix("°");
-            number_ui(ui, "Yaw", field, out, || Command::Yaw(0.0));
+            number_ui(ui, "Yaw", field, 110.0, out, || Command::Yaw(0.0));
             if yaw != look.yaw_deg {
                 out.push(Command::Yaw(yaw));
             }
@@ -98,7 +99,7 @@ fn controls_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
                 .range(EXPOSURE_STOPS)
                 .fixed_decimals(2)
                 .suffix(" stops");
-            number_ui(ui, "Exposure", field, out, || Command::Exposure(0.0));
+            number_ui(ui, "Exposure", field, 110.0, out, || Command::Exposure(0.0));
             if stops != look.exposure_stops {
                 out.push(Command::Exposure(stops));
             }
@@ -126,24 +127,6 @@ fn controls_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             });
             ui.end_row();
         });
-}
-
-/// A number to drag, type or reset by a double-click.
-fn number_ui(
-    ui: &mut Ui,
-    name: &str,
-    field: egui::DragValue,
-    out: &mut Vec<Command>,
-    reset: impl FnOnce() -> Command,
-) {
-    let label = ui.label(name);
-    let response = ui.add_sized(vec2(110.0, 24.0), field).labelled_by(label.id);
-    if response.double_clicked() {
-        // The first click began to edit the number as text.
-        ui.memory_mut(|memory| memory.surrender_focus(response.id));
-        out.push(reset());
-    }
-    response.on_hover_text("Drag, or click to type. Shift drags finer, a double-click resets.");
 }
 
 /// One environment of the list; tells whether it was clicked.

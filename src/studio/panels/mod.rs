@@ -1,13 +1,62 @@
 //! The panels, one file each.
 
 mod environments;
+mod gamma;
 mod job;
+mod probe;
+mod sphere;
 mod status;
+mod tabs;
 mod timeline;
 mod viewport;
 
 pub use environments::EnvironmentsPanel;
+pub use gamma::GammaPanel;
 pub use job::JobPanel;
+pub use probe::ProbePanel;
 pub use status::StatusPanel;
+pub use tabs::TabsPanel;
 pub use timeline::TimelinePanel;
 pub use viewport::ViewportPanel;
+
+use super::command::Command;
+use super::theme::GAP;
+use egui::{Rect, Ui, vec2};
+
+/// Widest that sentences over the picture become, in points.
+const TEXT_WIDTH: f32 = 520.0;
+
+/// A notice in place of a picture.
+fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
+    let rect = ui.available_rect_before_wrap();
+    let width = (TEXT_WIDTH + 6.0 * GAP).min(rect.width() - 4.0 * GAP);
+    // Not at the centre: what is read first stands a little above it.
+    let size = vec2(width, rect.height() * 0.75);
+    let area = Rect::from_center_size(rect.center() + vec2(0.0, rect.height() * 0.1), size);
+    ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
+        egui::Frame::new()
+            .fill(super::theme::PANEL)
+            .corner_radius(6)
+            .inner_margin(3.0 * GAP)
+            .show(ui, |ui| ui.vertical_centered(contents));
+    });
+}
+
+/// A number to drag, type or reset by a double-click.
+fn number_ui(
+    ui: &mut Ui,
+    name: &str,
+    field: egui::DragValue,
+    width: f32,
+    out: &mut Vec<Command>,
+    reset: impl FnOnce() -> Command,
+) {
+    let label = ui.label(name);
+    let response = ui.add_sized(vec2(width, 24.0), field).labelled_by(label.id);
+    if response.double_clicked() {
+        // The first click began to edit the number as text.
+        ui.memory_mut(|memory| memory.surrender_focus(response.id));
+        out.push(reset());
+    }
+    response.on_hover_text("Drag, or click to type. Shift drags finer, a double-click resets.");
+}

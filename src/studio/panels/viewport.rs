@@ -3,7 +3,7 @@
 use crate::studio::command::Command;
 use crate::studio::news::{Phase, Work};
 use crate::studio::panel::{Reading, Sight};
-use crate::studio::panels::job;
+use crate::studio::panels::{TEXT_WIDTH, job, notice_ui};
 use crate::studio::theme::{self, GAP};
 use crate::training::Preset;
 use crate::worker::{Blocked, Need, Relit};
@@ -12,9 +12,6 @@ use std::sync::Arc;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.
 const DEGREES_PER_POINT: f32 = 0.4;
-
-/// Widest that sentences over the picture become, in points.
-const TEXT_WIDTH: f32 = 520.0;
 
 /// The viewport, and the texture that it shows.
 #[derive(Default)]
@@ -43,22 +40,7 @@ impl ViewportPanel {
                     note_ui(ui, rect, &sentence);
                 }
             }
-            _ => {
-                let width = (TEXT_WIDTH + 6.0 * GAP).min(rect.width() - 4.0 * GAP);
-                // Not at the centre: what is read first stands a little above it.
-                let size = vec2(width, rect.height() * 0.75);
-                let area =
-                    Rect::from_center_size(rect.center() + vec2(0.0, rect.height() * 0.1), size);
-                ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
-                    egui::Frame::new()
-                        .fill(theme::PANEL)
-                        .corner_radius(6)
-                        .inner_margin(3.0 * GAP)
-                        .show(ui, |ui| {
-                            ui.vertical_centered(|ui| instead_ui(ui, sight, out));
-                        });
-                });
-            }
+            _ => notice_ui(ui, |ui| instead_ui(ui, sight, out)),
         }
         ui.advance_cursor_after_rect(rect);
     }

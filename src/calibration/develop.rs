@@ -1,0 +1,234 @@
+//! From photographs of a mirror ball on disk to a light probe on disk.
+
+use super::light_probe::{
+    BallCamera, BallView, ClippedLight, Exposure, Photograph, TwoBallsSettings, light_probe,
+    merge, merge_balls,
+};
+use super::silhouette::{self, Circle, Photographs, Silhouette};
+use crate::error::{Error, Result};
+use crate::imaging::{DualGamma, Image, file};
+use crate::light::Mapping;
+use crate::light::mapping::convert_turned;
+use glam::Quat;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Sizes of the panorama that is unwrapped before it is turned or mapped otherwise.
+const MOST_ROWS: usize = 4096;
+
+/// One ball as one camera saw it.
+#[derive(Clone, Debug)]
+pub struct BallPictures {
+    /// One photograph, or an exposure bracket by a camera that did not move.
+    pub photographs: Vec<PathBuf>,
+    /// Exposures of the bracket in stops; empty for one photograph.
+    pub stops: Vec<f32>,
+    /// The silhouette; none to find it.
+    pub circle: Option<Circle>,
+}
+
+/// The camera, by what is known of it.
+#[derive(Clone, Copy, Debug)]
+pub enum Lens {
+    Camera(BallCamera),
+    /// The field of view in degrees across the photographs' whole width, which were not cropped.
+    FieldOfView(f64),
+}
+
+/// What to make of which photographs.
+#[derive(Clone, Debug)]
+pub struct DevelopSettings {
+    pub ball: BallPictures,
+    /// The ball from another side, and how far that camera stands to the right of the first, in degrees
+    /// about the vertical.
+    pub second: Option<(BallPictures, f32)>,
+    pub lens: Lens,
+    /// The camera's response, for pictures that are not linear.
+    pub response: DualGamma,
+    /// The part of the light that the ball reflects, per channel.
+    pub reflectivity: [f32; 3],
+    pub clipped: ClippedLight,
+    /// Yaw in degrees of what is written.
+    pub yaw_deg: f32,
+    pub mapping: Mapping,
+    /// Rows of what is written.
+    pub height: usize,
+    /// The EXR to write.
+    pub to: PathBuf,
+}
+
+/// What was made, and what to know before trusting it.
+#[derive(Clone, Debug, Serialize)]
+pub struct DevelopReport {
+    pub written: PathBuf,
+    pub size: (usize, usize),
+    /// The silhouettes and how well their rims were seen.
+    pub balls: Vec<Silhouette>,
+    /// Share of the sphere that no photograph shows, and of the light that was filled in there.
+    pub blind_share: f32,
+    pub filled_share: f32,
+    /// Clipped pixels of each ball, and the share of its light that was estimated for them.
+    pub clipped_pixels: Vec<usize>,
+    pub estimated_energy_share: Vec<f32>,
+    /// Pixels that were no light and have been repaired, of each ball.
+    pub repaired_pixels: Vec<usize>,
+    /// By how many stops the exposures of a bracket disagree with the pictures; of each ball.
+    pub bracket_disagreement_stops: Vec<f32>,
+    /// How many times brighter the second ball's photographs are, by how many stops the two disagree, and
+    /// by how many degrees the angle between them was refined.
+    pub exposure_ratio: Option<f32>,
+    pub disagreement_stops: Option<f32>,
+    pub refined_deg: Option<f32>,
+}
+
+/// A ball, read.
+struct Ball {
+    photograph: Photograph,
+    view: BallView,
+    silhouette: Silhouette,
+    disagreement_stops: f32,
+}
+
+/// Makes a light probe of photographs and writes it.
+///
+/// # Errors
+/// When a photograph cannot be read, shows no ball, or a figure is impossible.
+pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
+    if !(1..=MOST_ROWS).contains(&settings.height) {
+        return Err(Error::unexpected(
+            "the light probe's size",
+            format!("1 to {MOST_ROWS} rows"),
+            settings.height.to_string(),
+            "Give a height such as 512",
+        ));
+    }
+    let first = Ball::read(&settings.ball, settings)?;
+    let panorama_size = Mapping::LatLong.size(settings.height);
+    let mut report = DevelopReport {
+        written: settings.to.clone(),
+        size: settings.mapping.size(settings.height),
+        balls: vec![first.silhouette],
+        blind_share: 0.0,
+        filled_share: 0.0,
+        clipped_pixels: Vec::new(),
+        estimated_energy_share: Vec::new(),
+        repaired_pixels: Vec::new(),
+        bracket_disagreement_stops: vec![first.disagreement_stops],
+        exposure_ratio: None,
+        disagreement_stops: None,
+        refined_deg: None,
+    };
+    let panorama = match &settings.second {
+        None => {
+            let probe = light_probe(&first.photograph, &first.view, settings.clipped, panorama_size)?;
+            report.blind_share = probe.blind_share;
+            report.filled_share = probe.filled_share;
+            report.clipped_pixels = vec![probe.clipped_pixels];
+            report.estimated_energy_share = vec![probe.estimated_energy_share];
+            report.repaired_pixels = vec![probe.repaired_pixels];
+            probe.panorama
+        }
+        Some((pictures, angle_deg)) => {
+            let second = Ball::read(pictures, settings)?;
+            report.balls.push(second.silhouette);
+            report
+                .bracket_disagreement_stops
+                .push(second.disagreement_stops);
+            let joined = merge_balls(
+                [
+                    (&first.photograph, &first.view),
+                    (&second.photograph, &second.view),
+                ],
+                Quat::from_rotation_y(angle_deg.to_radians()),
+                &TwoBallsSettings {
+                    size: panorama_size,
+                    clipped: settings.clipped,
+                    ..TwoBallsSettings::default()
+                },
+            )?;
+            report.blind_share = joined.blind_share;
+            report.filled_share = joined.filled_share;
+            report.clipped_pixels = joined.clipped_pixels.to_vec();
+            report.estimated_energy_share = joined.estimated_energy_share.to_vec();
+            report.repaired_pixels = joined.repaired_pixels.to_vec();
+            report.exposure_ratio = Some(joined.exposure_ratio);
+            report.disagreement_stops = Some(joined.disagreement_stops);
+            report.refined_deg = Some(joined.refined_deg);
+            joined.panorama
+        }
+    };
+    file::write_exr(&settings.to, &mapped(&panorama, settings, report.size)?)?;
+    Ok(report)
+}
+
+fn mapped(panorama: &Image, settings: &DevelopSettings, size: (usize, usize)) -> Result<Image> {
+    // A yaw moves what is seen towards larger u: against the right-handed turn about +Y.
+    let turn = Quat::from_rotation_y(-settings.yaw_deg.to_radians());
+    let converted = convert_turned(panorama, Mapping::LatLong, settings.mapping, size, turn)?;
+    Ok(converted.image)
+}
+
+impl Ball {
+    fn read(pictures: &BallPictures, settings: &DevelopSettings) -> Result<Self> {
+        let paths = &pictures.photographs;
+        let bracket = paths.len() > 1;
+        if paths.is_empty() || (bracket && pictures.stops.len() != paths.len()) {
+            return Err(Error::unexpected(
+                "the mirror ball's photographs",
+                "one photograph, or a bracket with an exposure in stops for each",
+                format!("{} photographs, {} exposures", paths.len(), pictures.stops.len()),
+                "Give the exposures in the order of the photographs, such as --stops 0,-2,-4",
+            ));
+        }
+        let read = paths
+            .iter()
+            .map(|path| photograph(path, &settings.response))
+            .collect::<Result<Vec<_>>>()?;
+        let (photograph, disagreement_stops) = if bracket {
+            let exposures: Vec<Exposure> = (read.iter().zip(&pictures.stops))
+                .map(|(photograph, &stops)| Exposure { photograph, stops })
+                .collect();
+            let merged = merge(&exposures)?;
+            (merged.photograph, merged.disagreement_stops)
+        } else {
+            (read[0].clone(), 0.0)
+        };
+        // The rim is looked for in codes, where it stands out: light is encoded for that alone.
+        let codes = |place: usize| settings.response.encode(&read[place].light);
+        let mut seen = Photographs::one(&paths[0], &codes(0))?;
+        for (place, path) in paths.iter().enumerate().skip(1) {
+            seen.add(path, &codes(place))?;
+        }
+        let silhouette = match pictures.circle {
+            Some(circle) => silhouette::measure(&seen, &circle)?,
+            None => silhouette::find(&seen)?,
+        };
+        Ok(Self {
+            view: BallView {
+                centre_px: silhouette.circle.center_px,
+                radius_px: silhouette.circle.radius_px,
+                camera: match settings.lens {
+                    Lens::Camera(camera) => camera,
+                    Lens::FieldOfView(degrees) => BallCamera::FieldOfView {
+                        degrees,
+                        frame_px: photograph.size().0 as f64,
+                    },
+                },
+                surroundings_radii: None,
+                reflectivity: settings.reflectivity,
+            },
+            photograph,
+            silhouette,
+            disagreement_stops,
+        })
+    }
+}
+
+/// EXR and Radiance HDR are linear; everything else is as the camera encoded it.
+fn photograph(path: &Path, response: &DualGamma) -> Result<Photograph> {
+    let extension = path.extension().unwrap_or_default();
+    if ["exr", "hdr"].iter().any(|known| extension.eq_ignore_ascii_case(known)) {
+        return Ok(Photograph::from_linear(file::read_linear(path)?, None));
+    }
+    Ok(Photograph::from_encoded(&file::read_encoded(path)?, response))
+}

@@ -1,0 +1,202 @@
+//! The camera's response: the interview beside the exemplar that is relit as it, the curve, the loss surface
+//! and the histograms, with sliders that act at once.
+
+mod plots;
+
+use crate::imaging::DualGamma;
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::panels::{notice_ui, number_ui};
+use crate::calibration::Trial;
+use crate::studio::theme::{self, GAP};
+use crate::worker::GammaView;
+use egui::{Align2, Button, Color32, FontId, Pos2, Rect, RichText, Sense, Stroke, TextureHandle, Ui, Vec2, pos2, vec2};
+use std::sync::Arc;
+
+/// The textures of the view that is shown.
+struct Shown {
+    view: Arc<GammaView>,
+    interview: TextureHandle,
+    relit: TextureHandle,
+    surface: TextureHandle,
+}
+
+/// The panel keeps textures.
+#[derive(Default)]
+pub struct GammaPanel {
+    shown: Option<Shown>,
+}
+
+impl GammaPanel {
+    /// The interview's frame and the relit exemplar, with a wipe between them.
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let rect = ui.available_rect_before_wrap();
+        ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
+        self.upload(ui, sight);
+        let Some(shown) = &self.shown else {
+            return notice_ui(ui, |ui| match sight.gamma {
+                Some(Err(sentence)) => {
+                    ui.heading("The response cannot be shown");
+                    ui.add_space(GAP);
+                    ui.label(sentence);
+                }
+                _ => {
+                    ui.heading("Reading the exemplars and the interview");
+                }
+            });
+        };
+        let picture = shown.interview.size_vec2();
+        let room = (rect.size() - Vec2::splat(6.0 * GAP)).max(Vec2::splat(1.0));
+        let place = Rect::from_center_size(rect.center(), picture * (room / picture).min_elem());
+        let response = ui.interact(rect, ui.scope_id().with("wipe"), Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit exemplar"));
+        let wipe = sight.state.wipe.clamp(0.0, 1.0);
+        let line = place.left() + wipe * place.width();
+        let painter = ui.painter().with_clip_rect(rect);
+        for (texture, from, to) in [(&shown.interview, 0.0, wipe), (&shown.relit, wipe, 1.0)] {
+            let part = Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0));
+            let window = |x: f32| place.left() + x * place.width();
+            let target = Rect::from_min_max(pos2(window(from), place.top()), pos2(window(to), place.bottom()));
+            painter.image(texture.id(), target, part, Color32::WHITE);
+        }
+        painter.vline(line, place.y_range(), Stroke::new(1.0, theme::ACCENT));
+        painter.circle_filled(pos2(line, place.center().y), 5.0, theme::ACCENT);
+        let caption = |at: Pos2, align: Align2, text: String| {
+            let galley = ui.painter().layout_no_wrap(text, FontId::proportional(13.0), theme::TEXT);
+            let text = align.anchor_size(at, galley.size());
+            ui.painter().rect_filled(text.expand2(vec2(6.0, 3.0)), 3.0, Color32::from_black_alpha(170));
+            ui.painter().galley(text.min, galley, theme::TEXT);
+        };
+        let view = &shown.view;
+        caption(place.left_top() + vec2(12.0, 10.0), Align2::LEFT_TOP, format!("interview, frame {}", view.frame));
+        let right = place.right_top() + vec2(-12.0, 10.0);
+        caption(right, Align2::RIGHT_TOP, format!("{}, relit as the interview", view.pose));
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged() || response.clicked()) {
+            out.push(Command::Wipe((at.x - place.left()) / place.width()));
+        }
+        response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
+        ui.advance_cursor_after_rect(rect);
+    }
+
+    /// The plots and the sliders.
+    pub fn side_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        self.upload(ui, sight);
+        let Some(shown) = &self.shown else {
+            return;
+        };
+        let view = shown.view.clone();
+        let trial = sight.state.look.trial.unwrap_or(view.calibrated);
+        ui.add_space(GAP);
+        let width = ui.available_width();
+        let side = 0.5 * (width - GAP);
+        let mut wanted = trial;
+        ui.horizontal_top(|ui| {
+            plots::curve_ui(ui, side, &trial, Some(&view.calibrated));
+            if let Some([gamma1, gamma2]) = plots::surface_ui(ui, side, &view, shown.surface.id()) {
+                wanted.response = DualGamma { gamma1, gamma2 };
+            }
+        });
+        ui.add_space(2.0);
+        sliders_ui(ui, &mut wanted, out);
+        if wanted != trial {
+            out.push(Command::Try(Some(wanted)));
+        }
+        buttons_ui(ui, sight, &view, out);
+        figures_ui(ui, &view);
+        plots::histograms_ui(ui, width, ui.available_height().clamp(90.0, 240.0) - GAP, &view);
+    }
+
+    fn upload(&mut self, ui: &Ui, sight: &Sight) {
+        let Some(Ok(view)) = sight.gamma else {
+            self.shown = None;
+            return;
+        };
+        if self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.view, view)) {
+            return;
+        }
+        let load = |name: &str, picture: egui::ColorImage| {
+            ui.ctx().load_texture(name, picture, egui::TextureOptions::LINEAR)
+        };
+        let texture = |name: &str, picture: &crate::worker::Thumbnail| {
+            load(name, egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb))
+        };
+        let surface = match self.shown.take() {
+            Some(old) if Arc::ptr_eq(&old.view.surface, &view.surface) => old.surface,
+            _ => load("surface", plots::surface_picture(&view.surface)),
+        };
+        self.shown = Some(Shown {
+            view: view.clone(),
+            interview: texture("interview", &view.interview),
+            relit: texture("relit exemplar", &view.relit),
+            surface,
+        });
+    }
+}
+
+fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
+    let reset = || Command::Try(None);
+    let DualGamma { gamma1, gamma2 } = &mut wanted.response;
+    egui::Grid::new("sliders").num_columns(3).spacing([GAP, 4.0]).show(ui, |ui| {
+        for (name, value, range, digits) in [
+            ("γ1, dark", gamma1, DualGamma::BOUNDS, 3),
+            ("γ2, bright", gamma2, DualGamma::BOUNDS, 3),
+            ("Exposure", &mut wanted.exposure, Trial::EXPOSURES, 3),
+        ] {
+            let field = egui::DragValue::new(value).speed(0.002).range(range.clone()).fixed_decimals(digits);
+            number_ui(ui, name, field, 72.0, out, reset);
+            ui.spacing_mut().slider_width = ui.available_width() - 4.0;
+            ui.add(egui::Slider::new(value, range).show_value(false));
+            ui.end_row();
+        }
+    });
+}
+
+fn buttons_ui(ui: &mut Ui, sight: &Sight, view: &GammaView, out: &mut Vec<Command>) {
+    let idle = sight.news.work.is_none();
+    let tried = sight.state.look.trial.is_some_and(|trial| trial != view.calibrated);
+    ui.horizontal(|ui| {
+        let fit = Button::new("Fit").fill(theme::ACCENT_DIM);
+        if ui
+            .add_enabled(idle, fit)
+            .on_hover_text("Fits the response to the pictures and the mirror balls, and keeps it")
+            .clicked()
+        {
+            out.push(Command::Try(None));
+            out.push(Command::Calibrate);
+        }
+        if ui
+            .add_enabled(idle && tried, Button::new("Use this"))
+            .on_hover_text("Keeps what is tried as the project's calibration, with lamps and weights to match. Key: Ctrl+Enter")
+            .clicked()
+        {
+            out.push(Command::Calibrate);
+        }
+        if ui.add_enabled(tried, Button::new("Reset")).on_hover_text("Goes back to the calibration").clicked() {
+            out.push(Command::Try(None));
+        }
+    });
+}
+
+fn figures_ui(ui: &mut Ui, view: &GammaView) {
+    let quiet = |text: String| RichText::new(text).size(13.0).color(theme::QUIET);
+    let [d1, d2] = view.deviation;
+    ui.label(quiet(format!(
+        "Calibrated: γ1 {:.3} ± {d1:.3}, γ2 {:.3} ± {d2:.3}, exposure {:.3}",
+        view.calibrated.response.gamma1, view.calibrated.response.gamma2, view.calibrated.exposure
+    )));
+    let others: Vec<String> = (view.curves.iter().skip(1))
+        .map(|curve| format!("{} {:.1}", curve.response.name(), 255.0 * curve.ball))
+        .collect();
+    if let Some(dual) = view.curves.first() {
+        ui.label(quiet(format!(
+            "Codes off on the balls: dual gamma {:.1}, {}",
+            255.0 * dual.ball,
+            others.join(", ")
+        )));
+    }
+    ui.label(quiet(format!(
+        "Distance of the pictures as tried: {:.2} of 255 codes; on the mirror balls {:.2}",
+        255.0 * view.subject_distance,
+        255.0 * view.ball_distance
+    )));
+}

@@ -1,0 +1,293 @@
+//! The mirror ball: its photograph with the silhouette, the light that it shows, and the lamps.
+
+mod photograph;
+
+use super::sphere::{self, DomeView, Mark};
+use crate::calibration::Circle;
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::panels::number_ui;
+use crate::studio::theme::{self, GAP};
+use crate::worker::{ProbeStudy, SeenLamp};
+use egui::{Button, Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
+use photograph::Photograph;
+use std::sync::Arc;
+
+/// Side of the dome in points.
+const DOME_SIDE: f32 = 168.0;
+/// Height of a lamp's row.
+const ROW: f32 = 20.0;
+/// The table's columns end at these shares of its width.
+const COLUMNS: [f32; 5] = [0.29, 0.43, 0.60, 0.81, 1.0];
+
+/// The textures of the study that is shown.
+struct Shown {
+    study: Arc<ProbeStudy>,
+    picture: TextureHandle,
+    panorama: TextureHandle,
+}
+
+/// The panel keeps textures, and how the dome is turned.
+#[derive(Default)]
+pub struct ProbePanel {
+    shown: Option<Shown>,
+    photograph: Photograph,
+    dome: DomeView,
+}
+
+impl ProbePanel {
+    /// The photograph, in the middle of the window.
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let rect = ui.available_rect_before_wrap();
+        ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
+        self.upload(ui, sight);
+        match &self.shown {
+            Some(shown) => {
+                let marks = marks(&shown.study, sight.state.photograph);
+                let (study, picture) = (shown.study.clone(), shown.picture.id());
+                self.photograph.ui(ui, sight, &study, picture, &marks, out);
+            }
+            None => super::notice_ui(ui, |ui| match sight.probe {
+                Some(Err(sentence)) => {
+                    ui.heading("The mirror ball cannot be shown");
+                    ui.add_space(GAP);
+                    ui.label(sentence);
+                }
+                _ => {
+                    ui.heading("Reading the mirror balls");
+                }
+            }),
+        }
+    }
+
+    /// What the ball shows, and what can be done.
+    pub fn side_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        self.upload(ui, sight);
+        let Some(shown) = &self.shown else {
+            return;
+        };
+        let (study, panorama) = (shown.study.clone(), shown.panorama.id());
+        let marks = marks(&study, sight.state.photograph);
+        ui.add_space(GAP);
+        photographs_ui(ui, sight, &study, out);
+        let width = ui.available_width();
+        let (rect, response) = ui.allocate_exact_size(vec2(width, 0.5 * width), Sense::click());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Light probe"));
+        let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+        ui.painter().image(panorama, rect, whole, Color32::WHITE);
+        let mut chosen = sphere::latlong_ui(ui, rect, &response, &marks);
+        response.on_hover_text("The light that the ball shows, as a lat-long panorama: the middle is what the camera sees behind the subject.");
+        ui.add_space(4.0);
+        ui.horizontal_top(|ui| {
+            chosen = chosen.or(sphere::dome_ui(ui, DOME_SIDE, &mut self.dome, &marks));
+            ui.vertical(|ui| figures_ui(ui, sight, &study));
+        });
+        self.circle_ui(ui, sight, &study, out);
+        for sentence in &study.sentences {
+            ui.label(RichText::new(sentence).color(theme::ACCENT).size(13.0));
+        }
+        chosen = chosen.or(lamps_ui(ui, &study, sight.state.photograph));
+        if let Some(lamp) = chosen {
+            out.push(Command::Photograph(Some(lamp)));
+        }
+    }
+
+    /// The silhouette in numbers, and the ways to set it.
+    fn circle_ui(&mut self, ui: &mut Ui, sight: &Sight, study: &ProbeStudy, out: &mut Vec<Command>) {
+        let circle = sight.state.look.circle.unwrap_or(study.circle);
+        let mut changed = circle;
+        let reset = || Command::Circle(None);
+        ui.horizontal(|ui| {
+            let [x, y] = &mut changed.center_px;
+            for (name, value) in [("x", x), ("y", y), ("radius", &mut changed.radius_px)] {
+                let field = egui::DragValue::new(value).speed(0.1).fixed_decimals(1);
+                number_ui(ui, name, field, 66.0, out, reset);
+            }
+        });
+        if changed != circle
+            && let Ok(circle) = Circle::new(changed.center_px, changed.radius_px)
+        {
+            out.push(Command::Circle(Some(circle)));
+        }
+        ui.horizontal(|ui| {
+            let find = ui.add_enabled(study.found.is_ok(), Button::new("Find"));
+            let hint = match &study.found {
+                Ok(found) => format!(
+                    "Takes the circle that the photographs show: radius {:.1} pixels, rim within {:.2} pixels. Key: C",
+                    found.circle.radius_px, found.residual_px
+                ),
+                Err(sentence) => sentence.clone(),
+            };
+            if find.on_hover_text(&hint).on_disabled_hover_text(hint).clicked() {
+                out.push(Command::FindCircle);
+            }
+            let mut by_points = self.photograph.points.is_some();
+            let text = match &self.photograph.points {
+                Some(points) => format!("Click point {} of 3", points.len() + 1),
+                None => "Three points".to_owned(),
+            };
+            let hint = "Click three points of the rim, far apart";
+            if ui.toggle_value(&mut by_points, text).on_hover_text(hint).clicked() {
+                self.photograph.points = by_points.then(Vec::new);
+                self.photograph.refused = None;
+            }
+            let by_hand = sight.state.look.circle.is_some();
+            if ui.add_enabled(by_hand, Button::new("Reset")).on_hover_text("Goes back to the project's circle").clicked() {
+                out.push(reset());
+            }
+            let idle = sight.news.work.is_none();
+            let calibrate = Button::new("Calibrate").fill(theme::ACCENT_DIM);
+            if ui
+                .add_enabled(idle, calibrate)
+                .on_hover_text("Keeps this circle in the project and calibrates anew. Key: Ctrl+Enter")
+                .clicked()
+            {
+                out.push(Command::Calibrate);
+            }
+        });
+        if let Some(refused) = &self.photograph.refused {
+            ui.label(RichText::new(refused).color(theme::ACCENT).size(13.0));
+        }
+    }
+
+    fn upload(&mut self, ui: &Ui, sight: &Sight) {
+        let Some(Ok(study)) = sight.probe else {
+            self.shown = None;
+            return;
+        };
+        if self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.study, study)) {
+            return;
+        }
+        let texture = |name: &str, picture: &crate::worker::Thumbnail| {
+            let picture = egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
+            ui.ctx().load_texture(name, picture, egui::TextureOptions::LINEAR)
+        };
+        self.shown = Some(Shown {
+            study: study.clone(),
+            picture: texture("ball", &study.picture),
+            panorama: texture("probe", &study.panorama),
+        });
+    }
+}
+
+fn marks(study: &ProbeStudy, chosen: Option<usize>) -> Vec<Mark> {
+    let mark = |(number, seen): (usize, &SeenLamp)| Mark {
+        number,
+        direction: seen.lamp.direction,
+        chosen: chosen == Some(number),
+        doubtful: seen.lamp.confidence < 0.5,
+    };
+    study.lamps.iter().enumerate().map(mark).collect()
+}
+
+/// Which photograph is shown.
+fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy, out: &mut Vec<Command>) {
+    ui.horizontal(|ui| {
+        let name = |lamp: Option<usize>| {
+            let lamp = lamp.and_then(|lamp| study.lamps.get(lamp));
+            lamp.map_or("interview", |seen| seen.lamp.name.as_str())
+        };
+        ui.label("Photograph");
+        let shown = sight.state.photograph;
+        egui::ComboBox::from_id_salt("photograph")
+            .selected_text(name(shown))
+            .width(120.0)
+            .show_ui(ui, |ui| {
+                for lamp in std::iter::once(None).chain((0..study.lamps.len()).map(Some)) {
+                    if ui.selectable_label(lamp == shown, name(lamp)).clicked() {
+                        out.push(Command::Photograph(lamp));
+                    }
+                }
+            });
+        for (text, step, hint) in [("◀", -1, "Key: Page Up"), ("▶", 1, "Key: Page Down")] {
+            if ui.button(text).on_hover_text(hint).clicked() {
+                out.push(Command::StepPhotograph(step));
+            }
+        }
+    });
+}
+
+fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy) {
+    ui.spacing_mut().interact_size.y = 0.0;
+    let rim = match (&study.rim, sight.state.look.circle) {
+        (Ok(rim), _) if rim.rim_share > 0.0 => {
+            format!("{:.2} px, {:.0} % seen", rim.residual_px, 100.0 * rim.rim_share)
+        }
+        (Ok(_), _) => "no rim there".to_owned(),
+        (Err(_), _) => "not measured".to_owned(),
+    };
+    let rows = [
+        ("Rim's residual", rim, "Root-mean-square distance of the rim from the circle, and how much of it was seen"),
+        ("Clipped here", format!("{} pixels", study.clipped_pixels), "Their light is only known to be at least so much; marked in magenta"),
+        ("Not shown", format!("{:.1} % of the sphere", 100.0 * study.blind_share), "Behind the ball, and beyond the photograph"),
+        ("Filled in", format!("{:.1} % of the light", 100.0 * study.filled_share), "Energy that was put where the ball shows nothing"),
+        ("Lamps", study.lamps.len().to_string(), "Numbered as their files are"),
+    ];
+    egui::Grid::new("figures").num_columns(1).spacing([GAP, 1.0]).show(ui, |ui| {
+        for (name, value, hint) in rows {
+            ui.label(RichText::new(name).size(12.0).color(theme::QUIET)).on_hover_text(hint);
+            ui.end_row();
+            ui.label(RichText::new(value).size(13.0)).on_hover_text(hint);
+            ui.end_row();
+        }
+    });
+}
+
+/// The lamps as a table; the one that was clicked.
+fn lamps_ui(ui: &mut Ui, study: &ProbeStudy, chosen: Option<usize>) -> Option<usize> {
+    let mut hit = None;
+    row_ui(ui, ["Lamp", "Azimuth", "Elevation", "Energy", "Confidence"], false, theme::QUIET);
+    let brightest = (study.lamps.iter())
+        .map(|seen| luminance(seen))
+        .fold(f32::MIN_POSITIVE, f32::max);
+    egui::ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, study.lamps.len(), |ui, rows| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        for (number, seen) in study.lamps.iter().enumerate().skip(rows.start).take(rows.len()) {
+            let lamp = &seen.lamp;
+            let direction = lamp.direction;
+            let cells = [
+                lamp.name.clone(),
+                format!("{:.1}°", direction.x.atan2(-direction.z).to_degrees()),
+                format!("{:.1}°", direction.y.clamp(-1.0, 1.0).asin().to_degrees()),
+                format!("{:.1} %", 100.0 * luminance(seen) / brightest),
+                format!("{:.0} %", 100.0 * lamp.confidence),
+            ];
+            let color = if lamp.confidence < 0.5 { theme::ACCENT } else { theme::TEXT };
+            let response = row_ui(ui, cells.each_ref().map(String::as_str), chosen == Some(number), color);
+            let hint = format!(
+                "energy {:.3?} in red, green and blue; spread {:.1}°",
+                lamp.energy, lamp.spread_deg
+            );
+            if response.on_hover_text(hint).clicked() {
+                hit = Some(number);
+            }
+        }
+    });
+    hit
+}
+
+fn luminance(seen: &SeenLamp) -> f32 {
+    crate::imaging::color::luminance(seen.lamp.energy)
+}
+
+fn row_ui(ui: &mut Ui, cells: [&str; 5], chosen: bool, color: Color32) -> egui::Response {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, cells[0]));
+    if chosen || response.hovered() {
+        let gray = if chosen { 68 } else { 52 };
+        ui.painter().rect_filled(rect, 2.0, Color32::from_gray(gray));
+    }
+    let mut left = rect.left() + 4.0;
+    for (i, cell) in cells.into_iter().enumerate() {
+        let right = rect.left() + COLUMNS[i] * rect.width() - 6.0;
+        let font = egui::FontId::proportional(13.0);
+        let (at, align) = if i == 0 {
+            (pos2(left, rect.center().y), egui::Align2::LEFT_CENTER)
+        } else {
+            (pos2(right, rect.center().y), egui::Align2::RIGHT_CENTER)
+        };
+        ui.painter().text(at, align, cell, font, color);
+        left = right;
+    }
+    response
+}

@@ -1,0 +1,395 @@
+//! The thread that looks at a calibration for the window: what the mirror ball shows inside a circle, and how
+//! the exemplars look under a response. The newest question is answered; older ones are dropped.
+
+use super::latest::{Latest, doorbell};
+use super::library::Thumbnail;
+use crate::calibration::gamma::{CurveFit, GammaStudy, Histogram, Surface};
+use crate::calibration::light_probe::{BallView, ClippedLight, Photograph, light_probe};
+use crate::calibration::probe::Probes;
+use crate::calibration::silhouette::{self, Circle, Photographs, Silhouette};
+use crate::calibration::{Calibration, PROVISIONAL, Trial};
+use crate::error::{Error, Result};
+use crate::imaging::color::byte_from_unit;
+use crate::imaging::resample::resize_area;
+use crate::imaging::{Encoded, Response, file};
+use crate::light::Lamp;
+use crate::progress::{Control, Progress};
+use crate::project::Project;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+/// Longer side of a photograph in a panel.
+const PICTURE_PX: usize = 1024;
+/// Size of the light probe in a panel.
+const PANORAMA_PX: (usize, usize) = (384, 192);
+/// Exponents along either side of the loss surface.
+const SURFACE_STEPS: usize = 25;
+/// A question. `calibrations` counts how often the project may have changed since it was opened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StudyAsk {
+    /// The mirror ball under a lamp, or under the interview's light, within a circle, or the project's own.
+    Probe {
+        calibrations: u64,
+        photograph: Option<usize>,
+        circle: Option<Circle>,
+    },
+    /// The first pose relit as an interview frame, by a response and an exposure, or the calibration's own.
+    Gamma {
+        calibrations: u64,
+        frame: usize,
+        trial: Option<Trial>,
+    },
+}
+
+/// What the mirror balls show.
+#[derive(Clone, Debug)]
+pub struct ProbeStudy {
+    /// The photograph, reduced, in the camera's codes.
+    pub picture: Thumbnail,
+    /// Width and height of the photograph itself.
+    pub size: (usize, usize),
+    /// The silhouette that all of this is by, and the project's own.
+    pub circle: Circle,
+    pub kept: Circle,
+    /// How well a rim is seen there; the circle that the photographs show. Sentences where there is none.
+    pub rim: std::result::Result<Silhouette, String>,
+    pub found: std::result::Result<Silhouette, String>,
+    /// The photograph's light as a lat-long panorama.
+    pub panorama: Thumbnail,
+    /// Ball pixels with a clipped channel: how many, and where their centres are in the photograph.
+    pub clipped_pixels: usize,
+    pub clipped_at: Vec<[f32; 2]>,
+    /// Share of the sphere that the ball does not show, and of the light that was filled in there.
+    pub blind_share: f32,
+    pub filled_share: f32,
+    /// The lamps, as their balls show them within this circle.
+    pub lamps: Vec<SeenLamp>,
+}
+
+/// A lamp and where the ball shows it.
+#[derive(Clone, Debug)]
+pub struct SeenLamp {
+    pub lamp: Lamp,
+    /// Pixels of the photograph; none where the ball does not show it.
+    pub on_ball: Option<[f32; 2]>,
+}
+
+/// How a response does on the exemplars and the interview.
+#[derive(Clone, Debug)]
+pub struct GammaView {
+    /// The response that all of this is by, and the calibration's own.
+    pub trial: Trial,
+    pub calibrated: Trial,
+    /// Standard deviations of the calibration's γ1 and γ2.
+    pub deviation: [f32; 2],
+    /// Number of the interview's frame, and the pose's name.
+    pub frame: usize,
+    pub pose: String,
+    /// The frame and the relit pose, in the camera's codes.
+    pub interview: Thumbnail,
+    pub relit: Thumbnail,
+    /// Levels of the interview's frames and of the relit poses inside the subject; the latter also under a
+    /// plain power of 2.2.
+    pub interview_histogram: Histogram,
+    pub relit_histogram: Histogram,
+    pub before_histogram: Histogram,
+    /// Root-mean-square distance of the encoded quantiles, and on the mirror balls, 0 to 1.
+    pub subject_distance: f32,
+    pub ball_distance: f32,
+    /// The cost of every pair of exponents, and how other curves do.
+    pub surface: Arc<Surface>,
+    pub curves: Arc<Vec<CurveFit>>,
+}
+
+/// The thread. Dropping it stops it after the answer in hand.
+pub struct Study {
+    asks: Arc<Latest<StudyAsk>>,
+    probe: Arc<Latest<std::result::Result<Arc<ProbeStudy>, String>>>,
+    gamma: Arc<Latest<std::result::Result<Arc<GammaView>, String>>>,
+    ring: Box<dyn Fn() + Send>,
+    stop: Control,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Study {
+    /// Starts on the project in `root`; `wake` is called after each answer.
+    pub fn start(root: PathBuf, wake: impl Fn() + Clone + Send + Sync + 'static) -> Self {
+        let (ring, rung) = doorbell();
+        let asks = Arc::new(Latest::new(ring.clone()));
+        let probe = Arc::new(Latest::new(wake.clone()));
+        let gamma = Arc::new(Latest::new(wake));
+        let stop = Control::default();
+        let (questions, to_probe, to_gamma) = (asks.clone(), probe.clone(), gamma.clone());
+        let mut desk = Desk::new(root, stop.clone());
+        let stopped = stop.clone();
+        let thread = std::thread::spawn(move || {
+            while !stopped.stopped() {
+                match questions.take() {
+                    Some(StudyAsk::Probe {
+                        calibrations,
+                        photograph,
+                        circle,
+                    }) => {
+                        desk.renew(calibrations);
+                        let answer = desk.probe(photograph, circle);
+                        to_probe.put(answer.map(Arc::new).map_err(|e| e.to_string()));
+                    }
+                    Some(StudyAsk::Gamma {
+                        calibrations,
+                        frame,
+                        trial,
+                    }) => {
+                        desk.renew(calibrations);
+                        let answer = desk.gamma(frame, trial);
+                        to_gamma.put(answer.map(Arc::new).map_err(|e| e.to_string()));
+                    }
+                    None if rung.recv().is_err() => break,
+                    None => {}
+                }
+            }
+        });
+        Self {
+            asks,
+            probe,
+            gamma,
+            ring: Box::new(ring),
+            stop,
+            thread: Some(thread),
+        }
+    }
+
+    /// Asks in place of whatever was asked before and is not begun.
+    pub fn ask(&self, ask: StudyAsk) {
+        self.asks.put(ask);
+    }
+
+    /// The newest answers, once.
+    pub fn probe(&self) -> Option<std::result::Result<Arc<ProbeStudy>, String>> {
+        self.probe.take()
+    }
+
+    pub fn gamma(&self) -> Option<std::result::Result<Arc<GammaView>, String>> {
+        self.gamma.take()
+    }
+}
+
+impl Drop for Study {
+    fn drop(&mut self) {
+        self.stop.stop();
+        (self.ring)();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// What lies before the thread: what was read and need not be read again.
+struct Desk {
+    root: PathBuf,
+    stop: Control,
+    calibrations: Option<u64>,
+    found: Option<std::result::Result<(Photographs, Silhouette), String>>,
+    /// The photograph that was read last.
+    photograph: Option<(Option<usize>, Encoded)>,
+    /// The lamps within the circle that was asked for last.
+    lamps: Option<(Circle, Vec<Lamp>)>,
+    exemplars: Option<Exemplars>,
+    /// The interview's frame that was read last.
+    frame: Option<(usize, Thumbnail)>,
+}
+
+/// What trials of a response go by.
+struct Exemplars {
+    study: GammaStudy,
+    calibrated: Trial,
+    deviation: [f32; 2],
+    before: Histogram,
+    surface: Arc<Surface>,
+    curves: Arc<Vec<CurveFit>>,
+}
+
+impl Desk {
+    fn new(root: PathBuf, stop: Control) -> Self {
+        Self {
+            root,
+            stop,
+            calibrations: None,
+            found: None,
+            photograph: None,
+            lamps: None,
+            exemplars: None,
+            frame: None,
+        }
+    }
+
+    /// Forgets what depends on the calibration where that may be another.
+    fn renew(&mut self, calibrations: u64) {
+        if self.calibrations.replace(calibrations) != Some(calibrations) {
+            *self = Self {
+                calibrations: Some(calibrations),
+                found: self.found.take(),
+                photograph: self.photograph.take(),
+                frame: self.frame.take(),
+                ..Self::new(self.root.clone(), self.stop.clone())
+            };
+        }
+    }
+
+    fn probe(&mut self, photograph: Option<usize>, circle: Option<Circle>) -> Result<ProbeStudy> {
+        let silent = |_| {};
+        let progress = Progress::new(&silent, self.stop.clone());
+        let mut project = Project::open(&self.root)?;
+        let kept = project.settings.shoot.ball.circle();
+        let circle = circle.unwrap_or(kept);
+        project.settings.shoot.ball.set_circle(&circle);
+        let shoot = &project.settings.shoot;
+        let calibration = Calibration::load(&project).ok();
+        let response = calibration.as_ref().map_or(PROVISIONAL, |c| c.response);
+        let photograph = photograph.filter(|&lamp| lamp < shoot.lamps.len());
+        if self.photograph.as_ref().is_none_or(|(read, _)| *read != photograph) {
+            let path = photograph.map_or_else(
+                || project.interview_probe_path(),
+                |lamp| project.lamp_probe_path(lamp),
+            );
+            self.photograph = Some((photograph, file::read_encoded(&path)?));
+        }
+        if self.found.is_none() {
+            self.found = Some(
+                find_circle(&project, &progress).map_err(|e| e.to_string()),
+            );
+        }
+        if self.lamps.as_ref().is_none_or(|(within, _)| *within != circle) {
+            let lamps = Probes::load(&project, &progress)?.lamps(&shoot.lamps, &response);
+            self.lamps = Some((circle, lamps));
+        }
+        let (Some((_, encoded)), Some(found), Some((_, lamps))) =
+            (&self.photograph, &self.found, &self.lamps)
+        else {
+            return Err(Error::Cancelled {
+                kept: "nothing was changed".into(),
+            });
+        };
+        let size = encoded.0.size();
+        let view = BallView::of(&shoot.ball, shoot.dome_radius_m);
+        let light = Photograph::from_encoded(encoded, &response);
+        let probe = light_probe(&light, &view, ClippedLight::Keep, PANORAMA_PX)?;
+        let [cx, cy] = circle.center_px;
+        let clipped_at = (light.clipped.pixels.iter().enumerate())
+            .filter(|(_, clipped)| clipped.contains(&true))
+            .map(|(i, _)| [(i % size.0) as f32 + 0.5, (i / size.0) as f32 + 0.5])
+            .filter(|[x, y]| (f64::from(*x) - cx).hypot(f64::from(*y) - cy) <= circle.radius_px)
+            .collect();
+        let on_ball = |lamp: &Lamp| view.place(lamp.direction, size);
+        Ok(ProbeStudy {
+            picture: shown(encoded),
+            size,
+            circle,
+            kept,
+            rim: match found {
+                Ok((photographs, _)) => {
+                    silhouette::measure(photographs, &circle).map_err(|e| e.to_string())
+                }
+                Err(sentence) => Err(sentence.clone()),
+            },
+            found: found.as_ref().map(|(_, found)| *found).map_err(Clone::clone),
+            panorama: Thumbnail::of(&probe.panorama),
+            clipped_pixels: probe.clipped_pixels,
+            clipped_at,
+            blind_share: probe.blind_share,
+            filled_share: probe.filled_share,
+            lamps: (lamps.iter())
+                .map(|lamp| SeenLamp {
+                    on_ball: on_ball(lamp),
+                    lamp: lamp.clone(),
+                })
+                .collect(),
+        })
+    }
+}
+
+impl Desk {
+    fn gamma(&mut self, frame: usize, trial: Option<Trial>) -> Result<GammaView> {
+        let silent = |_| {};
+        let progress = Progress::new(&silent, self.stop.clone());
+        let project = Project::open(&self.root)?;
+        if self.frame.as_ref().is_none_or(|(read, _)| *read != frame) {
+            let encoded = file::read_encoded(&project.frame_path(frame))?;
+            self.frame = Some((frame, shown(&encoded)));
+        }
+        let exemplars = match self.exemplars.take() {
+            Some(exemplars) => exemplars,
+            None => Exemplars::read(&project, &progress)?,
+        };
+        let exemplars = self.exemplars.insert(exemplars);
+        let Exemplars {
+            study, calibrated, ..
+        } = &*exemplars;
+        let trial = trial.unwrap_or(*calibrated);
+        let response = Response::Dual(trial.response);
+        let weights = study.weights(&response);
+        let [subject_distance, ball_distance] = study.distances(&response, trial.exposure);
+        Ok(GammaView {
+            trial,
+            calibrated: *calibrated,
+            deviation: exemplars.deviation,
+            frame,
+            pose: project.settings.shoot.poses[0].clone(),
+            interview: (self.frame.as_ref()).map(|(_, shown)| shown.clone()).unwrap_or_default(),
+            relit: shown(&study.relit(&response, trial.exposure, &weights)),
+            interview_histogram: *study.interview_histogram(),
+            relit_histogram: study.relit_histogram(&response, trial.exposure, &weights),
+            before_histogram: exemplars.before,
+            subject_distance,
+            ball_distance,
+            surface: exemplars.surface.clone(),
+            curves: exemplars.curves.clone(),
+        })
+    }
+}
+
+impl Exemplars {
+    /// Reads the exemplars and fits the response, for the surface and the comparison of curves.
+    fn read(project: &Project, progress: &Progress) -> Result<Self> {
+        let calibration = Calibration::load(project)?;
+        let study = GammaStudy::load(project, 0, progress)?;
+        let (surface, curves) = {
+            let fitted = study.fit(None, progress)?;
+            (
+                fitted.surface(SURFACE_STEPS, progress)?,
+                fitted.compare(progress)?,
+            )
+        };
+        let plain = Response::Power(PROVISIONAL.gamma1);
+        let before = study.relit_histogram(&plain, 1.0, &study.weights(&plain));
+        Ok(Self {
+            calibrated: Trial {
+                response: calibration.response,
+                exposure: calibration.exposure,
+            },
+            deviation: calibration.gamma_deviation,
+            before,
+            surface: Arc::new(surface),
+            curves: Arc::new(curves),
+            study,
+        })
+    }
+}
+
+/// The circle that all of the project's balls show together.
+fn find_circle(project: &Project, progress: &Progress) -> Result<(Photographs, Silhouette)> {
+    let photographs = Photographs::read(&project.probe_paths(), progress)?;
+    let found = silhouette::find(&photographs)?;
+    Ok((photographs, found))
+}
+
+/// An encoded picture, reduced to what a panel shows.
+fn shown(encoded: &Encoded) -> Thumbnail {
+    let (width, height) = encoded.0.size();
+    let longer = width.max(height).max(1);
+    let reduce = |side: usize| (side * PICTURE_PX.min(longer) / longer).max(1);
+    let (width, height) = (reduce(width), reduce(height));
+    let small = resize_area(&encoded.0, width, height);
+    let rgb = small.pixels.iter().flat_map(|p| p.map(byte_from_unit)).collect();
+    Thumbnail { width, height, rgb }
+}

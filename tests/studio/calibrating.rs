@@ -1,0 +1,244 @@
+//! The workspaces of the calibration, driven with the mouse alone and with keys alone.
+
+use super::{Window, drag, snapshot, until, window};
+use afterlight::calibration::{self, CalibrateSettings, Calibration};
+use afterlight::footage::{ImportSettings, import};
+use afterlight::gpu::DeviceChoice;
+use afterlight::progress::Progress;
+use afterlight::project::Project;
+use afterlight::studio::StudioApp;
+use afterlight::virtual_stage::{StageSettings, write_shoot};
+use afterlight::worker::{GammaView, ProbeStudy};
+use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
+use egui_kittest::kittest::Queryable;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A shoot of the virtual stage, imported.
+fn imported(folder: &Path) -> Project {
+    let (shoot, silent) = (folder.join("shoot"), Progress::silent());
+    let stage = StageSettings {
+        frames: 3,
+        size: 64,
+        lamps: 12,
+        ..StageSettings::default()
+    };
+    write_shoot(&shoot, &stage, &silent).unwrap();
+    let settings = ImportSettings { size: 64, seed: 5 };
+    import(&folder.join("project"), &shoot, &settings, &silent).unwrap()
+}
+
+fn calibrated(folder: &Path) -> Project {
+    let mut project = imported(folder);
+    let settings = CalibrateSettings::default();
+    let found = calibration::calibrate(&mut project, &settings, &Progress::silent()).unwrap();
+    found.save(&project).unwrap();
+    project
+}
+
+fn opened(project: &Project) -> Window {
+    let project = project.clone();
+    window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu))
+}
+
+fn study(window: &Window) -> Arc<ProbeStudy> {
+    window.state().probe_study().unwrap().clone().unwrap()
+}
+
+fn view(window: &Window) -> Arc<GammaView> {
+    window.state().gamma_view().unwrap().clone().unwrap()
+}
+
+/// Waits until what is shown belongs to the circle that was set.
+fn until_studied(window: &mut Window) {
+    window.run_steps(2);
+    until(window, "mirror ball", |app| {
+        let study = app.probe_study().and_then(|s| s.as_ref().ok());
+        study.is_some_and(|s| app.state().look.circle.unwrap_or(s.kept) == s.circle)
+    });
+    window.run_steps(2);
+}
+
+/// Waits until what is shown belongs to the response that is tried.
+fn until_tried(window: &mut Window) {
+    window.run_steps(2);
+    until(window, "relit exemplar", |app| {
+        let view = app.gamma_view().and_then(|v| v.as_ref().ok());
+        view.is_some_and(|v| app.state().look.trial.unwrap_or(v.calibrated) == v.trial)
+    });
+    window.run_steps(2);
+}
+
+fn until_calibrated(window: &mut Window) {
+    window.run_steps(2);
+    until(window, "end of the calibration", |app| {
+        app.news().work.is_none() && app.news().said.is_some()
+    });
+}
+
+#[test]
+fn the_ball_s_circle_is_dragged_found_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = calibrated(folder.path());
+    let mut window = opened(&project);
+    window.get_by_label("Probe").click();
+    until_studied(&mut window);
+    let kept = study(&window).kept;
+    assert!(study(&window).lamps.iter().all(|l| l.on_ball.is_some()));
+
+    // The rim, where the picture is fitted into its place.
+    let place = window.get_by_label("Mirror ball").rect();
+    let scale = (place.size() - vec2(32.0, 32.0)).min_elem() / 64.0;
+    let offset = vec2(kept.radius_px as f32, 0.0) * scale;
+    let center = place.center()
+        + vec2(kept.center_px[0] as f32 - 32.0, kept.center_px[1] as f32 - 32.0) * scale;
+    let out = vec2(4.0 * scale, 0.0);
+    let primary = PointerButton::Primary;
+    drag(&mut window, center + offset, center + offset + out, primary, Modifiers::NONE);
+    until_studied(&mut window);
+    let wide = study(&window);
+    assert!((wide.circle.radius_px - kept.radius_px - 4.0).abs() < 0.3, "{:?}", wide.circle);
+    drag(&mut window, center, center + out, primary, Modifiers::NONE);
+    until_studied(&mut window);
+    let moved = study(&window).circle;
+    assert!((moved.center_px[0] - kept.center_px[0] - 4.0).abs() < 0.3, "{moved:?}");
+    // A circle beside the ball shows other lamps, and no rim.
+    let turned = |study: &ProbeStudy, other: &ProbeStudy| {
+        let pairs = study.lamps.iter().zip(&other.lamps);
+        pairs.map(|(a, b)| a.lamp.direction.angle_between(b.lamp.direction)).fold(0.0, f32::max)
+    };
+    assert!(turned(&study(&window), &wide) > 0.05);
+
+    window.get_by_label("Find").click();
+    until_studied(&mut window);
+    let found = study(&window);
+    assert!((found.circle.radius_px - kept.radius_px).abs() < 0.5, "{:?}", found.circle);
+    assert!(found.rim.as_ref().unwrap().rim_share > 0.5);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_studied(&mut window);
+    assert_eq!(study(&window).circle, moved);
+    window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    until_studied(&mut window);
+
+    window.get_by_label("Calibrate").click();
+    until_calibrated(&mut window);
+    let kept = Project::open(&project.root).unwrap().settings.shoot.ball;
+    assert!((f64::from(kept.radius_px) - found.circle.radius_px).abs() < 1e-4);
+}
+
+#[test]
+fn keys_alone_set_the_circle_and_show_each_lamp() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = opened(&calibrated(folder.path()));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    until_studied(&mut window);
+    let kept = study(&window).kept;
+    window.key_press(Key::ArrowRight);
+    window.key_press(Key::ArrowDown);
+    window.key_press_modifiers(Modifiers::SHIFT, Key::ArrowDown);
+    window.key_press(Key::Plus);
+    until_studied(&mut window);
+    let circle = study(&window).circle;
+    let differences = [
+        circle.center_px[0] - kept.center_px[0] - 1.0,
+        circle.center_px[1] - kept.center_px[1] - 1.1,
+        circle.radius_px - kept.radius_px - 1.0,
+    ];
+    assert!(differences.iter().all(|d| d.abs() < 1e-6), "{differences:?}");
+    let interview = study(&window).picture.clone();
+    window.key_press(Key::PageDown);
+    window.run_steps(2);
+    until(&mut window, "lamp's ball", |app| {
+        let study = app.probe_study().and_then(|s| s.as_ref().ok());
+        study.is_some_and(|s| s.picture != interview)
+    });
+    assert_eq!(window.state().state().photograph, Some(0));
+    window.key_press(Key::PageUp);
+    window.run_steps(2);
+    assert_eq!(window.state().state().photograph, None);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::R);
+    until_studied(&mut window);
+    assert_eq!(study(&window).circle, kept);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
+    until_calibrated(&mut window);
+}
+
+#[test]
+fn a_response_is_tried_wiped_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = calibrated(folder.path());
+    let mut window = opened(&project);
+    window.get_by_label("Gamma").click();
+    until_tried(&mut window);
+    let first = view(&window);
+    assert!(first.interview_histogram.iter().all(|h| h.iter().sum::<u32>() > 100));
+    window.key_press(Key::ArrowRight);
+    window.key_press_modifiers(Modifiers::SHIFT, Key::ArrowUp);
+    until_tried(&mut window);
+    let tried = view(&window);
+    let gamma1 = tried.trial.response.gamma1 - first.calibrated.response.gamma1;
+    let gamma2 = tried.trial.response.gamma2 - first.calibrated.response.gamma2;
+    assert!((gamma1 - 0.02).abs() < 1e-4 && (gamma2 - 0.001).abs() < 1e-4, "{gamma1}, {gamma2}");
+
+    // The surface is touched far from the optimum: the picture changes, and fits worse.
+    let surface = window.get_by_label("Loss surface").rect();
+    let far = surface.lerp_inside(vec2(0.9, 0.1));
+    drag(&mut window, surface.center(), far, PointerButton::Primary, Modifiers::NONE);
+    until_tried(&mut window);
+    let worse = view(&window);
+    assert!(worse.trial.response.gamma1 > 3.0, "{:?}", worse.trial);
+    assert_ne!(worse.relit, first.relit);
+    assert!(worse.subject_distance.hypot(worse.ball_distance) > first.subject_distance.hypot(first.ball_distance));
+
+    let picture = window.get_by_label("Interview and relit exemplar").rect();
+    drag(&mut window, picture.center(), Pos2::new(0.0, picture.center().y), PointerButton::Primary, Modifiers::NONE);
+    assert_eq!(window.state().state().wipe, 0.0);
+    window.key_press(Key::W);
+    window.run_steps(2);
+    assert_eq!(window.state().state().wipe, 0.5);
+
+    window.get_by_label("Reset").click();
+    until_tried(&mut window);
+    assert_eq!(view(&window).trial, first.calibrated);
+    window.key_press(Key::ArrowLeft);
+    until_tried(&mut window);
+    let wanted = view(&window).trial;
+    window.get_by_label("Use this").click();
+    until_calibrated(&mut window);
+    let kept = Calibration::load(&project).unwrap();
+    assert_eq!((kept.response, kept.exposure), (wanted.response, wanted.exposure));
+}
+
+#[test]
+fn the_calibration_s_workspaces_look_as_they_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = opened(&calibrated(folder.path()));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    until_studied(&mut window);
+    window.key_press(Key::PageDown);
+    window.run_steps(2);
+    until_studied(&mut window);
+    snapshot(&mut window, "studio_probe");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
+    until_tried(&mut window);
+    snapshot(&mut window, "studio_gamma");
+}
+
+#[test]
+fn what_keeps_a_workspace_empty_is_said_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = imported(folder.path());
+    let mut window = opened(&project);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
+    window.run_steps(2);
+    until(&mut window, "reason", |app| matches!(app.gamma_view(), Some(Err(_))));
+    window.run_steps(2);
+    window.get_by_label_contains("afterlight calibrate");
+    snapshot(&mut window, "studio_gamma_empty");
+    std::fs::write(project.interview_probe_path(), b"no picture").unwrap();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    window.run_steps(2);
+    until(&mut window, "reason", |app| matches!(app.probe_study(), Some(Err(_))));
+    window.run_steps(2);
+    window.get_by_label_contains("interview.png");
+}
