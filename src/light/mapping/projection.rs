@@ -173,10 +173,7 @@ impl Projection {
     /// Whether this pixel, of which something is shown, and those right of and below it lie within the
     /// picture and its borders.
     fn is_interior(&self, column: i64, row: i64) -> bool {
-        if column < 0
-            || row < 0
-            || column + 1 >= self.width as i64
-            || row + 1 >= self.height as i64
+        if column < 0 || row < 0 || column + 1 >= self.width as i64 || row + 1 >= self.height as i64
         {
             return false;
         }
@@ -225,8 +222,7 @@ impl Projection {
                 let (x, y) = self.place(direction)?;
                 // A photograph's frame may cut the ball.
                 let (wide, high) = (self.width as f64, self.height as f64);
-                ((0.0..=wide).contains(&x) && (0.0..=high).contains(&y))
-                    .then(|| self.pixel((x, y)))
+                ((0.0..=wide).contains(&x) && (0.0..=high).contains(&y)).then(|| self.pixel((x, y)))
             }
         }
     }
