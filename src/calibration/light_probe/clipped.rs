@@ -40,20 +40,25 @@ pub(super) fn estimate(
     let before = light.clone();
     let mut unestimated = vec![false; light.pixels.len()];
     for lamp in lamps(clipped, usable) {
-        for c in 0..3 {
-            let hot: Vec<usize> = (lamp.iter().copied())
-                .filter(|&i| clipped.pixels[i][c])
-                .collect();
-            if hot.is_empty() {
-                continue;
-            }
-            match lobe(&before, clipped, usable, &lamp, &hot, c) {
-                Some(values) => {
-                    for (&i, value) in hot.iter().zip(values) {
-                        light.pixels[i][c] = value;
-                    }
-                }
-                None => hot.iter().for_each(|&i| unestimated[i] = true),
+        let hot = |c: usize| -> Vec<usize> {
+            let pixels = lamp.iter().copied();
+            pixels.filter(|&i| clipped.pixels[i][c]).collect()
+        };
+        let channels = [0, 1, 2].map(hot);
+        let lobes: Option<Vec<Vec<f32>>> = (0..3)
+            .map(|c| match channels[c].is_empty() {
+                true => Some(vec![]),
+                false => lobe(&before, clipped, usable, &lamp, &channels[c], c),
+            })
+            .collect();
+        // A lamp of which only some channels rose would change its colour.
+        let Some(lobes) = lobes else {
+            lamp.iter().for_each(|&i| unestimated[i] = true);
+            continue;
+        };
+        for (c, values) in lobes.iter().enumerate() {
+            for (&i, value) in channels[c].iter().zip(values) {
+                light.pixels[i][c] = *value;
             }
         }
     }
@@ -206,8 +211,8 @@ fn solve(flank: &[([f64; 6], f64)]) -> Option<[f64; 6]> {
             (column..6).max_by(|&a, &b| rows[a][column].abs().total_cmp(&rows[b][column].abs()))?;
         rows.swap(column, pivot);
         let head = rows[column];
-        // NaN fails this too.
-        if !(head[column].abs() > 1e-12 * largest) {
+        let size = head[column].abs();
+        if size.is_nan() || size <= 1e-12 * largest {
             return None;
         }
         for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != column) {

@@ -101,7 +101,7 @@ impl Mapping {
 
     /// The part of the sphere that each pixel shows, in steradians; 0 where it shows nothing. They add up
     /// to 4π: exactly for lat-longs and cubes, and for the discs because neighbours share the integrals
-    /// along their borders (see [`Disc`]).
+    /// along their borders.
     ///
     /// # Errors
     /// When a picture of this mapping cannot have this size.

@@ -185,7 +185,8 @@ impl Projection {
             }
             Kind::Disc(disc) => {
                 let off = |p: i64, centre: f64| (p as f64 + 1.0 - centre).abs() + 0.5;
-                off(column, disc.centre[0]).hypot(off(row, disc.centre[1])) <= disc.radius
+                let (dx, dy) = (off(column, disc.centre[0]), off(row, disc.centre[1]));
+                dx * dx + dy * dy <= disc.radius * disc.radius
             }
         }
     }

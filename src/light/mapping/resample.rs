@@ -16,7 +16,7 @@ use glam::DQuat;
 use rayon::prelude::*;
 
 /// Rounds of scaling.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 
 /// What [`resample`] makes.
 pub(crate) struct Resampled {
@@ -50,23 +50,25 @@ pub(crate) fn resample(
     let plan = Plan::new(source, usable, target, turn);
     let factors = plan.balanced();
     let smooth = eroded(picture, usable);
-    let mut sums = vec![[0.0f64; 6]; plan.shown_angles.len()];
-    for sample in &plan.samples {
-        let target = sample.target as usize;
-        let weight = f64::from(sample.weight);
-        let (even, exact) = (
-            weight * factors.even[target],
-            weight * factors.exact[target],
-        );
-        for (pixel, share) in plan.interpolated(sample) {
-            let share = f64::from(share) * factors.source[pixel];
-            let (all, base) = (picture.pixels[pixel], smooth.pixels[pixel]);
-            for c in 0..3 {
-                sums[target][c] += even * share * f64::from(base[c]);
-                sums[target][3 + c] += exact * share * f64::from(all[c] - base[c]);
+    let sums: Vec<[f64; 6]> = (0..plan.shown_angles.len())
+        .into_par_iter()
+        .map(|target| {
+            let mut sums = [0.0; 6];
+            let (even, exact) = (factors.even[target], factors.exact[target]);
+            for sample in plan.samples_of(target) {
+                let weight = f64::from(sample.weight);
+                for (pixel, share) in plan.interpolated(sample) {
+                    let part = weight * f64::from(share) * factors.source[pixel];
+                    let (all, base) = (picture.pixels[pixel], smooth.pixels[pixel]);
+                    for c in 0..3 {
+                        sums[c] += even * part * f64::from(base[c]);
+                        sums[3 + c] += exact * part * f64::from(all[c] - base[c]);
+                    }
+                }
             }
-        }
-    }
+            sums
+        })
+        .collect();
     // The smooth part's energy is off by what its slopes left uneven; it is settled as a whole.
     let correction: [f64; 3] = std::array::from_fn(|c| {
         let before = smooth.pixels.iter().zip(&plan.source_angles);
@@ -118,7 +120,10 @@ fn eroded(picture: &Image, usable: &[f32]) -> Image {
 struct Plan<'a> {
     source: &'a Projection,
     usable: &'a [f32],
+    /// In the order of the target's pixels.
     samples: Vec<Sample>,
+    /// Where each target pixel's samples begin, and at last where they end.
+    starts: Vec<usize>,
     /// Solid angles of the source's usable pixels.
     source_angles: Vec<f64>,
     /// Solid angles of what the target's pixels show of the source.
@@ -162,6 +167,7 @@ impl<'a> Plan<'a> {
             source,
             usable,
             samples: vec![],
+            starts: vec![],
             source_angles: source.solid_angles(),
             shown_angles: target.solid_angles(),
             shown: vec![0.0; target.width * target.height],
@@ -282,8 +288,21 @@ impl<'a> Plan<'a> {
             }
             *angle *= f64::from(*shown);
         }
+        samples.par_sort_by_key(|sample| sample.target);
+        plan.starts = vec![0; plan.shown.len() + 1];
+        for sample in &samples {
+            plan.starts[sample.target as usize + 1] += 1;
+        }
+        for i in 0..plan.shown.len() {
+            plan.starts[i + 1] += plan.starts[i];
+        }
         plan.samples = samples;
         plan
+    }
+
+    /// The samples that count for a target pixel.
+    fn samples_of(&self, target: usize) -> &[Sample] {
+        &self.samples[self.starts[target]..self.starts[target + 1]]
     }
 
     /// Whether the pixel at a place of the source is usable.
@@ -318,27 +337,41 @@ impl<'a> Plan<'a> {
                 .collect()
         };
         let target = |source: &[f64]| {
-            let mut sums = vec![0.0; self.shown_angles.len()];
-            for sample in &self.samples {
-                let parts = self.interpolated(sample);
-                let sum: f64 = parts
-                    .map(|(pixel, share)| f64::from(share) * source[pixel])
-                    .sum();
-                sums[sample.target as usize] += f64::from(sample.weight) * sum;
-            }
-            factors(&self.shown_angles, &sums)
+            let sum = |target: usize| -> f64 {
+                let parts = self.samples_of(target).iter().map(|sample| {
+                    let parts = self.interpolated(sample);
+                    let sum: f64 = parts
+                        .map(|(pixel, share)| f64::from(share) * source[pixel])
+                        .sum();
+                    f64::from(sample.weight) * sum
+                });
+                parts.sum()
+            };
+            let targets = (0..self.shown_angles.len()).into_par_iter();
+            factors(&self.shown_angles, &targets.map(sum).collect::<Vec<_>>())
         };
         let mut source = vec![1.0; self.source_angles.len()];
         let mut even = target(&source);
         let mut exact = vec![];
         for _ in 0..ROUNDS {
-            let mut sums = vec![0.0; source.len()];
-            for sample in &self.samples {
-                let row = even[sample.target as usize] * f64::from(sample.weight);
-                for (pixel, share) in self.interpolated(sample) {
-                    sums[pixel] += row * f64::from(share);
-                }
-            }
+            // A fixed number of parts gives the same sums on any machine.
+            let parts: Vec<Vec<f64>> = self
+                .samples
+                .par_chunks(self.samples.len().div_ceil(8).max(1))
+                .map(|samples| {
+                    let mut sums = vec![0.0; self.source_angles.len()];
+                    for sample in samples {
+                        let row = even[sample.target as usize] * f64::from(sample.weight);
+                        for (pixel, share) in self.interpolated(sample) {
+                            sums[pixel] += row * f64::from(share);
+                        }
+                    }
+                    sums
+                })
+                .collect();
+            let sums: Vec<f64> = (0..source.len())
+                .map(|i| parts.iter().map(|sums| sums[i]).sum())
+                .collect();
             source = factors(&self.source_angles, &sums);
             exact = even;
             even = target(&source);

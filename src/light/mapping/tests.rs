@@ -363,13 +363,3 @@ fn sizes_that_do_not_suit_are_refused() {
         assert!(convert(&one, Mapping::LatLong, mapping, size).is_err());
     }
 }
-
-#[test]
-fn zz_time() {
-    for (h, g) in [(1024, 512), (512, 1024)] {
-        let image = Image::filled(h, h, [1.0; 3]);
-        let t = std::time::Instant::now();
-        convert(&image, Mapping::MirrorBall, Mapping::LatLong, (2 * g, g)).unwrap();
-        println!("TIME {h} {g} {:?}", t.elapsed());
-    }
-}

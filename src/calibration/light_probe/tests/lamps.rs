@@ -87,6 +87,7 @@ fn flat_lamps_are_not_taken_for_much_brighter_ones() {
                 probe.unestimated_pixels,
                 probe.clipped_pixels
             );
+            assert!(estimated >= kept * 0.9999 && estimated < 1.25 * truth);
             let much_is_missing = probe.clipped_pixels > 0 && estimated < 0.75 * truth;
             assert!(!much_is_missing || probe.unestimated_pixels > 0);
         }
