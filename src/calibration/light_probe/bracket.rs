@@ -61,7 +61,11 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
         Err(Error::unexpected(PLACE, expected, found, remedy))
     };
     let Some(first) = exposures.first() else {
-        return refuse("at least one photograph", "none".into(), "Give the ball's photographs");
+        return refuse(
+            "at least one photograph",
+            "none".into(),
+            "Give the ball's photographs",
+        );
     };
     let size = first.photograph.size();
     for (i, exposure) in exposures.iter().enumerate() {
@@ -122,14 +126,17 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
             let (mut sum, mut weights) = (0.0f64, 0.0f64);
             for exposure in exposures {
                 let Exposure { photograph, stops } = exposure;
-                let (x, sigma) = (photograph.light.pixels[i][c], photograph.deviation.pixels[i][c]);
+                let (x, sigma) = (
+                    photograph.light.pixels[i][c],
+                    photograph.deviation.pixels[i][c],
+                );
                 if photograph.clipped.pixels[i][c] || x <= 2.0 * sigma {
                     continue;
                 }
                 let bend = 1.0 - (x / photograph.white - BENDS) / (1.0 - BENDS);
                 let time = f64::from(*stops).exp2();
-                let weight = (time / f64::from(sigma)).powi(2)
-                    * f64::from(bend.clamp(NEARLY_NOTHING, 1.0));
+                let weight =
+                    (time / f64::from(sigma)).powi(2) * f64::from(bend.clamp(NEARLY_NOTHING, 1.0));
                 sum += weight * f64::from(x) / time;
                 weights += weight;
             }
@@ -144,7 +151,9 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
             } else if longest.photograph.clipped.pixels[i][c] {
                 gap = true;
                 let brightest = order.iter().map(|&i| exposures[i]);
-                brightest.into_iter().find(|e| !e.photograph.clipped.pixels[i][c])
+                brightest
+                    .into_iter()
+                    .find(|e| !e.photograph.clipped.pixels[i][c])
             } else {
                 dark = true;
                 Some(longest)

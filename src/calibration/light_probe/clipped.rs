@@ -1,9 +1,10 @@
 //! Clipped lamps: their light estimated from the flanks that are not clipped.
 //!
 //! A lamp's image, blurred by the lens, is taken for an elliptic Gaussian lobe over an even background, so
-//! that the logarithm of what exceeds the background is a quadratic polynomial of the place. It is
-//! fitted to the lobe's unclipped flank and to the fact that clipped pixels are at least as bright as
-//! the clipping level: those which the fit leaves darker are pulled up to it (censored regression).
+//! that the logarithm of what exceeds the background is a quadratic polynomial of the place, fitted to
+//! the lobe's unclipped flank. Clipped pixels are at least as bright as the clipping level; a lobe that
+//! leaves many of them darker is no image of that lamp, and the lamp stays as it is: an even disc with a
+//! sharp edge says nothing of its brightness. Only a shorter exposure does ([`super::merge`]).
 
 use crate::imaging::color::luminance;
 use crate::imaging::{Image, Raster};
@@ -20,6 +21,11 @@ pub(super) struct Estimate {
 /// A lobe that exceeds the clipping level more than this often is not trusted: so short a flank is as
 /// well explained by any other height.
 const HIGHEST: f64 = 100.0;
+/// The share of a lamp's clipped pixels that its lobe may leave darker than the clipping level.
+const CONTRADICTED: f64 = 0.2;
+/// How far the lobe may be from its flank, of the flank's own light (root mean square): more is another
+/// shape.
+const ANOTHER_SHAPE: f64 = 0.1;
 /// Flanks start this far above the background, of the clipping level.
 const FAINTEST: f64 = 0.02;
 
@@ -34,20 +40,25 @@ pub(super) fn estimate(
     let before = light.clone();
     let mut unestimated = vec![false; light.pixels.len()];
     for lamp in lamps(clipped, usable) {
-        for c in 0..3 {
-            let hot: Vec<usize> = (lamp.iter().copied())
-                .filter(|&i| clipped.pixels[i][c])
-                .collect();
-            if hot.is_empty() {
-                continue;
-            }
-            match lobe(&before, clipped, usable, &lamp, &hot, c) {
-                Some(values) => {
-                    for (&i, value) in hot.iter().zip(values) {
-                        light.pixels[i][c] = value;
-                    }
-                }
-                None => hot.iter().for_each(|&i| unestimated[i] = true),
+        let hot = |c: usize| -> Vec<usize> {
+            let pixels = lamp.iter().copied();
+            pixels.filter(|&i| clipped.pixels[i][c]).collect()
+        };
+        let channels = [0, 1, 2].map(hot);
+        let lobes: Option<Vec<Vec<f32>>> = (0..3)
+            .map(|c| match channels[c].is_empty() {
+                true => Some(vec![]),
+                false => lobe(&before, clipped, usable, &lamp, &channels[c], c),
+            })
+            .collect();
+        // A lamp of which only some channels rose would change its colour.
+        let Some(lobes) = lobes else {
+            lamp.iter().for_each(|&i| unestimated[i] = true);
+            continue;
+        };
+        for (c, values) in lobes.iter().enumerate() {
+            for (&i, value) in channels[c].iter().zip(values) {
+                light.pixels[i][c] = *value;
             }
         }
     }
@@ -94,11 +105,7 @@ fn lamps(clipped: &Raster<[bool; 3]>, usable: &[f32]) -> Vec<Vec<usize>> {
 }
 
 /// The pixels of the square of `reach` around one.
-fn around(
-    i: usize,
-    (width, height): (usize, usize),
-    reach: usize,
-) -> impl Iterator<Item = usize> {
+fn around(i: usize, (width, height): (usize, usize), reach: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (i % width, i / width);
     let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
     (y.saturating_sub(reach)..(y + reach + 1).min(height))
@@ -153,19 +160,15 @@ fn lobe(
     if flank.len() < 12 {
         return None;
     }
-    let mut fit = solve(&flank, &[])?;
-    for _ in 0..20 {
-        let pulled: Vec<([f64; 6], f64)> = (hot.iter())
-            .map(|&i| place(i))
-            .filter(|p| polynomial(&fit, p) < range.ln())
-            .map(|p| (p, range))
-            .collect();
-        if pulled.is_empty() {
-            break;
-        }
-        fit = solve(&flank, &pulled)?;
-    }
+    let fit = solve(&flank)?;
     let [_, _, _, xx, xy, yy] = fit;
+    let (error, power) = flank.iter().fold((0.0, 0.0), |sum, (place, value)| {
+        let off = polynomial(&fit, place).exp() - value;
+        (sum.0 + off * off, sum.1 + value * value)
+    });
+    if error > ANOTHER_SHAPE * ANOTHER_SHAPE * power {
+        return None;
+    }
     // A lobe falls in every direction.
     if !(xx < 0.0 && 4.0 * xx * yy > xy * xy) {
         return None;
@@ -174,8 +177,12 @@ fn lobe(
         .map(|&i| polynomial(&fit, &place(i)).exp() / range)
         .collect();
     let highest = values.iter().copied().fold(0.0, f64::max);
-    (highest <= HIGHEST).then(|| {
-        let lit = values.iter().map(|v| (background + range * v.max(1.0)) as f32);
+    let darker = values.iter().filter(|v| **v < 1.0).count();
+    let fits = darker as f64 <= CONTRADICTED * values.len() as f64;
+    (fits && highest <= HIGHEST).then(|| {
+        let lit = values
+            .iter()
+            .map(|v| (background + range * v.max(1.0)) as f32);
         lit.collect()
     })
 }
@@ -186,9 +193,9 @@ fn polynomial(fit: &[f64; 6], place: &[f64; 6]) -> f64 {
 
 /// The quadratic polynomial of least squared error to the logarithms of positive values, weighted by the
 /// values' squares: errors of the light itself count. `None` where many are equally good.
-fn solve(flank: &[([f64; 6], f64)], pulled: &[([f64; 6], f64)]) -> Option<[f64; 6]> {
+fn solve(flank: &[([f64; 6], f64)]) -> Option<[f64; 6]> {
     let mut rows = [[0.0f64; 7]; 6];
-    for (place, value) in flank.iter().chain(pulled) {
+    for (place, value) in flank {
         let weight = value * value;
         for i in 0..6 {
             for j in 0..6 {
@@ -200,12 +207,12 @@ fn solve(flank: &[([f64; 6], f64)], pulled: &[([f64; 6], f64)]) -> Option<[f64; 
     // Gauss's elimination with the largest pivot of each column.
     let largest = rows.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs()));
     for column in 0..6 {
-        let pivot = (column..6)
-            .max_by(|&a, &b| rows[a][column].abs().total_cmp(&rows[b][column].abs()))?;
+        let pivot =
+            (column..6).max_by(|&a, &b| rows[a][column].abs().total_cmp(&rows[b][column].abs()))?;
         rows.swap(column, pivot);
         let head = rows[column];
-        // NaN fails this too.
-        if !(head[column].abs() > 1e-12 * largest) {
+        let size = head[column].abs();
+        if size.is_nan() || size <= 1e-12 * largest {
             return None;
         }
         for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != column) {

@@ -89,3 +89,69 @@ fn relax(panorama: &mut Image, seen: &[bool]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::latlong::texel_direction;
+    use glam::Vec3;
+    use proptest::prelude::*;
+
+    /// A panorama with a hole around `axis`, filled, with the truth.
+    fn filled(value: impl Fn(Vec3) -> f32, axis: Vec3, radius: f32) -> (Image, Image, Vec<bool>) {
+        let (width, height) = (128, 64);
+        let at = |i: usize| texel_direction(i % width, i / width, width, height);
+        let truth = Image::from_fn(width, height, |x, y| [value(at(y * width + x)); 3]);
+        let seen: Vec<bool> = (0..width * height)
+            .map(|i| at(i).angle_between(axis) > radius)
+            .collect();
+        let mut image = truth.clone();
+        for (pixel, seen) in image.pixels.iter_mut().zip(&seen) {
+            if !seen {
+                *pixel = [77.0; 3];
+            }
+        }
+        fill(&mut image, &seen);
+        (image, truth, seen)
+    }
+
+    #[test]
+    fn a_harmonic_light_is_continued_exactly() {
+        // Stereographic projection is conformal, so its coordinates are harmonic on the sphere.
+        for axis in [
+            Vec3::NEG_Z,
+            Vec3::Z,
+            Vec3::Y,
+            Vec3::new(0.5, -0.8, 0.1).normalize(),
+        ] {
+            let side = axis.any_orthonormal_vector();
+            let value = |d: Vec3| 2.0 + d.dot(side) / (1.0 + d.dot(axis)).max(0.1);
+            let (image, truth, _) = filled(value, axis, 0.6);
+            let worst = image.pixels.iter().zip(&truth.pixels);
+            let worst = worst.map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f32::max);
+            println!("{axis}: {worst}");
+            assert!(worst < 0.02, "{axis}: {worst}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+        #[test]
+        fn nothing_is_brighter_or_darker_than_what_is_seen(x in -1.0f32..1.0, y in -1.0f32..1.0, z in -1.0f32..1.0, radius in 0.05f32..2.8) {
+            let axis = Vec3::new(x, y, z).normalize_or(Vec3::X);
+            let (image, truth, seen) = filled(|d| 2.0 + (5.0 * d.x).sin() * (3.0 * d.y).cos(), axis, radius);
+            let shown = truth.pixels.iter().zip(&seen).filter(|(_, seen)| **seen).map(|(p, _)| p[0]);
+            let (low, high) = shown.fold((f32::MAX, 0.0f32), |(l, h), v| (l.min(v), h.max(v)));
+            for pixel in &image.pixels {
+                prop_assert!(pixel[0] >= low - 0.02 && pixel[0] <= high + 0.02, "{} in {low} to {high}", pixel[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn where_nothing_is_seen_everything_is_black() {
+        let mut image = Image::filled(5, 3, [f32::NAN; 3]);
+        fill(&mut image, &[false; 15]);
+        assert!(image.pixels.iter().all(|p| *p == [0.0; 3]));
+    }
+}

@@ -37,6 +37,8 @@ impl Photograph {
         let steps: Vec<f32> = (0..=255).map(|code| step(code as f32 / 255.0)).collect();
         let light = response.decode(picture);
         let deviation = Image {
+            width: light.width,
+            height: light.height,
             pixels: (light.pixels.iter().zip(&picture.0.pixels))
                 .map(|(light, code)| {
                     std::array::from_fn(|c| {
@@ -45,11 +47,10 @@ impl Photograph {
                     })
                 })
                 .collect(),
-            ..light
         };
         Self {
             clipped: picture.0.map(|pixel| pixel.map(|v| v >= white)),
-            light: response.decode(picture),
+            light,
             deviation,
             white: 1.0,
             repaired_pixels: 0,
@@ -58,8 +59,8 @@ impl Photograph {
 
     /// Linear light as a raw converter or a renderer wrote it. `white` is the level at which it clips, where
     /// it does; infinite values count as clipped in any case. Values that are not light are repaired as in
-    /// [`Environment::from_radiance`]. Light is uncertain by a step of twelve bits below `white`, or below
-    /// the brightest value.
+    /// [`Environment::from_radiance`]. Light is uncertain by a step of twelve bits below `white`;
+    /// without one, by the precision of half floats.
     pub fn from_linear(picture: Image, white: Option<f32>) -> Self {
         let white = white.filter(|w| *w > 0.0).unwrap_or(f32::INFINITY);
         let clipped = picture.map(|pixel| pixel.map(|v| v >= white || v == f32::INFINITY));
@@ -68,13 +69,10 @@ impl Photograph {
             repaired_texels,
             ..
         } = Environment::from_radiance("", picture);
-        let values = light.pixels.iter().flatten();
-        let range = if white.is_finite() {
-            white
-        } else {
-            values.copied().fold(0.0, f32::max)
+        let noise = |v: f32| match white.is_finite() {
+            true => (white / 4096.0).hypot((v * white / FULL_WELL).sqrt()),
+            false => v / 2048.0,
         };
-        let noise = |v: f32| (range / 4096.0).hypot((v * range / FULL_WELL).sqrt());
         Self {
             deviation: light.map(|pixel| pixel.map(noise)),
             light,
@@ -91,6 +89,10 @@ impl Photograph {
 
     /// Pixels with a clipped channel, over the whole photograph.
     pub fn clipped_pixels(&self) -> usize {
-        self.clipped.pixels.iter().filter(|p| p.contains(&true)).count()
+        self.clipped
+            .pixels
+            .iter()
+            .filter(|p| p.contains(&true))
+            .count()
     }
 }

@@ -4,21 +4,23 @@
 use super::BallView;
 use crate::imaging::Image;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// A photograph of `size × size` pixels of a ball in surroundings whose radiance is a function of the
 /// direction; what is beside the ball is black. `RAYS²` rays a pixel.
 pub(super) fn photographed(
     view: &BallView,
     size: (usize, usize),
-    radiance: impl Fn(DVec3) -> [f32; 3],
+    radiance: impl Fn(DVec3) -> [f32; 3] + Sync,
 ) -> Image {
-    const RAYS: usize = 5;
+    const RAYS: usize = 4;
     let distance = view.camera.distance_radii(view.radius_px).min(1e7);
     let camera = DVec3::new(0.0, 0.0, distance);
     // The outermost ray touches the ball: its tangent times the focal length is the radius.
     let focal = view.radius_px * (distance * distance - 1.0).sqrt();
     let ray = |x: f64, y: f64| -> Option<[f32; 3]> {
-        let direction = DVec3::new(x - view.centre_px[0], view.centre_px[1] - y, -focal).normalize();
+        let direction =
+            DVec3::new(x - view.centre_px[0], view.centre_px[1] - y, -focal).normalize();
         let along = -camera.dot(direction);
         let nearest = camera + along * direction;
         let inside = 1.0 - nearest.length_squared();
@@ -38,15 +40,20 @@ pub(super) fn photographed(
         let light = radiance(seen);
         Some([0, 1, 2].map(|c| light[c] * view.reflectivity[c]))
     };
-    Image::from_fn(size.0, size.1, |x, y| {
+    let pixel = |i: usize| {
         let mut sum = [0.0f32; 3];
         for sub in 0..RAYS * RAYS {
-            let at = |i: usize| (i as f64 + 0.5) / RAYS as f64;
-            let place = (x as f64 + at(sub % RAYS), y as f64 + at(sub / RAYS));
+            let at = |p: usize, sub: usize| p as f64 + (sub as f64 + 0.5) / RAYS as f64;
+            let place = (at(i % size.0, sub % RAYS), at(i / size.0, sub / RAYS));
             if let Some(light) = ray(place.0, place.1) {
                 sum = [0, 1, 2].map(|c| sum[c] + light[c]);
             }
         }
         sum.map(|v| v / (RAYS * RAYS) as f32)
-    })
+    };
+    Image {
+        width: size.0,
+        height: size.1,
+        pixels: (0..size.0 * size.1).into_par_iter().map(pixel).collect(),
+    }
 }

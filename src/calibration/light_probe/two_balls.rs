@@ -227,9 +227,8 @@ impl Overlap<'_> {
 
     /// The rotation near the given one under which the two agree best.
     fn refined(&self, given: Quat) -> Quat {
-        let turned = |[x, y, z]: [f64; 3]| {
-            DQuat::from_scaled_axis(DVec3::new(x, y, z)).as_quat() * given
-        };
+        let turned =
+            |[x, y, z]: [f64; 3]| DQuat::from_scaled_axis(DVec3::new(x, y, z)).as_quat() * given;
         let cost = |offset: [f64; 3]| {
             if DVec3::from_array(offset).length() > f64::from(FARTHEST_DEG).to_radians() {
                 return f64::INFINITY;
@@ -250,7 +249,11 @@ impl Overlap<'_> {
         let step = 2.0f64.to_radians();
         let (offset, best) = simplex::minimise(cost, [0.0; 3], [step; 3], 150);
         // Noise alone always finds a little.
-        if best < 0.98 * start { turned(offset) } else { given }
+        if best < 0.98 * start {
+            turned(offset)
+        } else {
+            given
+        }
     }
 }
 

@@ -128,10 +128,7 @@ impl Disc {
             (1.0, 0.0)
         };
         let reach = r * self.radius;
-        Some((
-            self.centre[0] + reach * right,
-            self.centre[1] - reach * up,
-        ))
+        Some((self.centre[0] + reach * right, self.centre[1] - reach * up))
     }
 
     /// The part of the sphere that each of `width × height` pixels shows.

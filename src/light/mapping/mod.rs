@@ -16,9 +16,11 @@
 //! view from within, is mirrored. Both discs touch the frame; what is outside them is black and shows
 //! nothing. Their rims show one direction only: −Z for the mirror ball, +Z for the angular map.
 //!
-//! `pfspanoramic` of pfstools 2.2 has the same `polar` and `angular`, pixel for pixel. Its `mirrorball` is
-//! a view from within: what it makes of a ball's photograph is ours with left and right exchanged and
-//! half a turn of yaw, u' = 3/2 − u (mod 1).
+//! `pfspanoramic` of pfstools 2.2 has the same `polar` and `angular`. Its `mirrorball` is a view from within:
+//! what it makes of a ball's photograph is ours with left and right exchanged and half a turn of yaw,
+//! u' = 3/2 − u (mod 1). It takes a pixel's value for the one at the pixel's top left corner, so its
+//! pictures are displaced by half a pixel of their source. With these two differences undone a smooth
+//! picture agrees to 63 dB or more (tests/pfstools.rs); without the second to 38 to 43 dB.
 
 mod disc;
 mod projection;
@@ -71,7 +73,9 @@ impl Mapping {
         let unit = self.unit();
         let (x, y) = (u * unit.width as f64, v * unit.height as f64);
         let inside = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
-        unit.look(x, y).filter(|_| inside).map(|(direction, _)| direction)
+        unit.look(x, y)
+            .filter(|_| inside)
+            .map(|(direction, _)| direction)
     }
 
     /// The place (u, v) that shows a direction of any length but zero.
@@ -97,7 +101,7 @@ impl Mapping {
 
     /// The part of the sphere that each pixel shows, in steradians; 0 where it shows nothing. They add up
     /// to 4π: exactly for lat-longs and cubes, and for the discs because neighbours share the integrals
-    /// along their borders (see [`Disc`]).
+    /// along their borders.
     ///
     /// # Errors
     /// When a picture of this mapping cannot have this size.

@@ -173,10 +173,7 @@ impl Projection {
     /// Whether this pixel, of which something is shown, and those right of and below it lie within the
     /// picture and its borders.
     fn is_interior(&self, column: i64, row: i64) -> bool {
-        if column < 0
-            || row < 0
-            || column + 1 >= self.width as i64
-            || row + 1 >= self.height as i64
+        if column < 0 || row < 0 || column + 1 >= self.width as i64 || row + 1 >= self.height as i64
         {
             return false;
         }
@@ -188,7 +185,8 @@ impl Projection {
             }
             Kind::Disc(disc) => {
                 let off = |p: i64, centre: f64| (p as f64 + 1.0 - centre).abs() + 0.5;
-                off(column, disc.centre[0]).hypot(off(row, disc.centre[1])) <= disc.radius
+                let (dx, dy) = (off(column, disc.centre[0]), off(row, disc.centre[1]));
+                dx * dx + dy * dy <= disc.radius * disc.radius
             }
         }
     }
@@ -225,8 +223,7 @@ impl Projection {
                 let (x, y) = self.place(direction)?;
                 // A photograph's frame may cut the ball.
                 let (wide, high) = (self.width as f64, self.height as f64);
-                ((0.0..=wide).contains(&x) && (0.0..=high).contains(&y))
-                    .then(|| self.pixel((x, y)))
+                ((0.0..=wide).contains(&x) && (0.0..=high).contains(&y)).then(|| self.pixel((x, y)))
             }
         }
     }

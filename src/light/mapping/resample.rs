@@ -16,7 +16,7 @@ use glam::DQuat;
 use rayon::prelude::*;
 
 /// Rounds of scaling.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 
 /// What [`resample`] makes.
 pub(crate) struct Resampled {
@@ -50,24 +50,31 @@ pub(crate) fn resample(
     let plan = Plan::new(source, usable, target, turn);
     let factors = plan.balanced();
     let smooth = eroded(picture, usable);
-    let mut sums = vec![[0.0f64; 6]; plan.shown_angles.len()];
-    for sample in &plan.samples {
-        let target = sample.target as usize;
-        let weight = f64::from(sample.weight);
-        let (even, exact) = (weight * factors.even[target], weight * factors.exact[target]);
-        for (pixel, share) in plan.interpolated(sample) {
-            let share = f64::from(share) * factors.source[pixel];
-            let (all, base) = (picture.pixels[pixel], smooth.pixels[pixel]);
-            for c in 0..3 {
-                sums[target][c] += even * share * f64::from(base[c]);
-                sums[target][3 + c] += exact * share * f64::from(all[c] - base[c]);
+    let sums: Vec<[f64; 6]> = (0..plan.shown_angles.len())
+        .into_par_iter()
+        .map(|target| {
+            let mut sums = [0.0; 6];
+            let (even, exact) = (factors.even[target], factors.exact[target]);
+            for sample in plan.samples_of(target) {
+                let weight = f64::from(sample.weight);
+                for (pixel, share) in plan.interpolated(sample) {
+                    let part = weight * f64::from(share) * factors.source[pixel];
+                    let (all, base) = (picture.pixels[pixel], smooth.pixels[pixel]);
+                    for c in 0..3 {
+                        sums[c] += even * part * f64::from(base[c]);
+                        sums[3 + c] += exact * part * f64::from(all[c] - base[c]);
+                    }
+                }
             }
-        }
-    }
+            sums
+        })
+        .collect();
     // The smooth part's energy is off by what its slopes left uneven; it is settled as a whole.
     let correction: [f64; 3] = std::array::from_fn(|c| {
         let before = smooth.pixels.iter().zip(&plan.source_angles);
-        let before: f64 = before.map(|(pixel, angle)| f64::from(pixel[c]) * angle).sum();
+        let before: f64 = before
+            .map(|(pixel, angle)| f64::from(pixel[c]) * angle)
+            .sum();
         let after: f64 = sums.iter().map(|sum| sum[c]).sum();
         if after > 0.0 { before / after } else { 1.0 }
     });
@@ -113,7 +120,10 @@ fn eroded(picture: &Image, usable: &[f32]) -> Image {
 struct Plan<'a> {
     source: &'a Projection,
     usable: &'a [f32],
+    /// In the order of the target's pixels.
     samples: Vec<Sample>,
+    /// Where each target pixel's samples begin, and at last where they end.
+    starts: Vec<usize>,
     /// Solid angles of the source's usable pixels.
     source_angles: Vec<f64>,
     /// Solid angles of what the target's pixels show of the source.
@@ -135,7 +145,11 @@ struct Factors {
 /// finer that its own samples are dense here too.
 fn grid(this: &Projection, other: &Projection) -> usize {
     let pixels = |p: &Projection| p.width * p.height;
-    if pixels(other) >= 9 * pixels(this) { 1 } else { 2 }
+    if pixels(other) >= 9 * pixels(this) {
+        1
+    } else {
+        2
+    }
 }
 
 /// The places of an `n × n` grid in a pixel.
@@ -148,16 +162,12 @@ fn places(picture: &Projection, pixel: usize, n: usize) -> impl Iterator<Item = 
 }
 
 impl<'a> Plan<'a> {
-    fn new(
-        source: &'a Projection,
-        usable: &'a [f32],
-        target: &Projection,
-        turn: DQuat,
-    ) -> Self {
+    fn new(source: &'a Projection, usable: &'a [f32], target: &Projection, turn: DQuat) -> Self {
         let mut plan = Self {
             source,
             usable,
             samples: vec![],
+            starts: vec![],
             source_angles: source.solid_angles(),
             shown_angles: target.solid_angles(),
             shown: vec![0.0; target.width * target.height],
@@ -174,13 +184,20 @@ impl<'a> Plan<'a> {
         let from_target = |pixel: usize, (x, y): (f64, f64)| {
             let (direction, in_target) = target.look(x, y)?;
             let alone = in_target / (n * n) as f64;
-            let seen = source.place(back * direction).filter(|&(x, y)| plan.shows(x, y));
-            Some(seen.ok_or(alone).map(|(x, y)| Sample {
-                target: pixel as u32,
-                x: x as f32,
-                y: y as f32,
-                // Where the source is infinitely dense only the target's samples count.
-                weight: source.look(x, y).map_or(alone, |(_, d)| weight(in_target, d)) as f32,
+            let seen = source
+                .place(back * direction)
+                .filter(|&place| plan.shows(place));
+            Some(seen.ok_or(alone).map(|(x, y)| {
+                Sample {
+                    target: pixel as u32,
+                    x: x as f32,
+                    y: y as f32,
+                    // Where the source is infinitely dense only the target's samples count.
+                    weight: source
+                        .look(x, y)
+                        .map_or(alone, |(_, d)| weight(in_target, d))
+                        as f32,
+                }
             }))
         };
         let from_source = |(x, y): (f64, f64)| {
@@ -213,7 +230,8 @@ impl<'a> Plan<'a> {
                     }
                     // A sliver of a disc may lie between the grid's places.
                     if !any {
-                        samples.extend(from_target(pixel, target.centre(pixel)).and_then(Result::ok));
+                        samples
+                            .extend(from_target(pixel, target.centre(pixel)).and_then(Result::ok));
                     }
                 }
                 (samples, missed)
@@ -245,26 +263,60 @@ impl<'a> Plan<'a> {
         for sample in &samples {
             seen[sample.target as usize] += f64::from(sample.weight);
         }
-        for (i, (seen, missed)) in seen.iter().zip(missed).enumerate() {
-            let share = if *seen > 0.0 { seen / (seen + missed) } else { 0.0 };
+        // What is shown is known exactly as a whole. Where its border cuts pixels, samples only tell
+        // roughly how much of each: these shares are scaled to make the whole right.
+        let (mut whole, mut cut) = (0.0, 0.0);
+        for (i, (seen, missed)) in seen.iter().zip(&missed).enumerate() {
+            let share = if *seen > 0.0 {
+                seen / (seen + missed)
+            } else {
+                0.0
+            };
             plan.shown[i] = share as f32;
-            plan.shown_angles[i] *= share;
+            *(if share < 1.0 { &mut cut } else { &mut whole }) += share * plan.shown_angles[i];
+        }
+        let all: f64 = plan.source_angles.iter().sum();
+        let scale = if cut > 0.0 {
+            ((all - whole) / cut).max(0.0)
+        } else {
+            1.0
+        };
+        for (shown, angle) in plan.shown.iter_mut().zip(&mut plan.shown_angles) {
+            if *shown > 0.0 && *shown < 1.0 {
+                // Something is shown there, however little.
+                *shown = (*shown * scale as f32).clamp(1e-6, 1.0);
+            }
+            *angle *= f64::from(*shown);
+        }
+        samples.par_sort_by_key(|sample| sample.target);
+        plan.starts = vec![0; plan.shown.len() + 1];
+        for sample in &samples {
+            plan.starts[sample.target as usize + 1] += 1;
+        }
+        for i in 0..plan.shown.len() {
+            plan.starts[i + 1] += plan.starts[i];
         }
         plan.samples = samples;
         plan
     }
 
-    /// Whether any usable pixel is next to a place of the source.
-    fn shows(&self, x: f64, y: f64) -> bool {
-        let around = self.source.neighbours(x, y);
-        around
-            .iter()
-            .any(|(pixel, share)| *share > 0.0 && pixel.is_some_and(|p| self.usable[p] > 0.0))
+    /// The samples that count for a target pixel.
+    fn samples_of(&self, target: usize) -> &[Sample] {
+        &self.samples[self.starts[target]..self.starts[target + 1]]
+    }
+
+    /// Whether the pixel at a place of the source is usable.
+    fn shows(&self, (x, y): (f64, f64)) -> bool {
+        let (width, height) = (self.source.width as f64, self.source.height as f64);
+        let within = (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
+        within && self.usable[self.source.pixel((x, y))] > 0.0
     }
 
     /// The source's pixels that a sample interpolates, with shares that add up to 1.
     fn interpolated(&self, sample: &Sample) -> impl Iterator<Item = (usize, f32)> {
-        let around = self.source.neighbours(f64::from(sample.x), f64::from(sample.y));
+        let around = self
+            .source
+            .neighbours(f64::from(sample.x), f64::from(sample.y));
         let shares = around.map(|(pixel, share)| {
             pixel.map_or((0, 0.0), |pixel| (pixel, share * self.usable[pixel]))
         });
@@ -285,25 +337,41 @@ impl<'a> Plan<'a> {
                 .collect()
         };
         let target = |source: &[f64]| {
-            let mut sums = vec![0.0; self.shown_angles.len()];
-            for sample in &self.samples {
-                let parts = self.interpolated(sample);
-                let sum: f64 = parts.map(|(pixel, share)| f64::from(share) * source[pixel]).sum();
-                sums[sample.target as usize] += f64::from(sample.weight) * sum;
-            }
-            factors(&self.shown_angles, &sums)
+            let sum = |target: usize| -> f64 {
+                let parts = self.samples_of(target).iter().map(|sample| {
+                    let parts = self.interpolated(sample);
+                    let sum: f64 = parts
+                        .map(|(pixel, share)| f64::from(share) * source[pixel])
+                        .sum();
+                    f64::from(sample.weight) * sum
+                });
+                parts.sum()
+            };
+            let targets = (0..self.shown_angles.len()).into_par_iter();
+            factors(&self.shown_angles, &targets.map(sum).collect::<Vec<_>>())
         };
         let mut source = vec![1.0; self.source_angles.len()];
         let mut even = target(&source);
         let mut exact = vec![];
         for _ in 0..ROUNDS {
-            let mut sums = vec![0.0; source.len()];
-            for sample in &self.samples {
-                let row = even[sample.target as usize] * f64::from(sample.weight);
-                for (pixel, share) in self.interpolated(sample) {
-                    sums[pixel] += row * f64::from(share);
-                }
-            }
+            // A fixed number of parts gives the same sums on any machine.
+            let parts: Vec<Vec<f64>> = self
+                .samples
+                .par_chunks(self.samples.len().div_ceil(8).max(1))
+                .map(|samples| {
+                    let mut sums = vec![0.0; self.source_angles.len()];
+                    for sample in samples {
+                        let row = even[sample.target as usize] * f64::from(sample.weight);
+                        for (pixel, share) in self.interpolated(sample) {
+                            sums[pixel] += row * f64::from(share);
+                        }
+                    }
+                    sums
+                })
+                .collect();
+            let sums: Vec<f64> = (0..source.len())
+                .map(|i| parts.iter().map(|sums| sums[i]).sum())
+                .collect();
             source = factors(&self.source_angles, &sums);
             exact = even;
             even = target(&source);
