@@ -168,7 +168,7 @@ impl Calibration {
             .collect();
         if !doubtful.is_empty() {
             warnings.push(format!(
-                "the mirror ball hardly shows {}: hidden behind it, clipped or dark",
+                "the mirror ball hardly shows {}: hidden behind it or dark",
                 doubtful.join(", ")
             ));
         }
