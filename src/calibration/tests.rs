@@ -438,9 +438,7 @@ fn clipped_balls_are_counted_and_leave_directions_trusted() {
     let found = calibrate(&project, &Progress::silent()).unwrap();
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 2.5 && weight <= 0.05 && gamma.iter().all(|g| g.abs() <= 0.15));
-    assert!(
-        found.clipped_pixels > 1000 && found.rig.lamps.iter().all(|lamp| lamp.clipped > 0.5)
-    );
+    assert!(found.clipped_pixels > 1000 && found.rig.lamps.iter().all(|lamp| lamp.clipped > 0.5));
     let trusted = found.rig.lamps.iter().filter(|lamp| lamp.confidence > 0.5);
     assert!(trusted.count() >= 40);
     assert!(found.warnings().iter().any(|w| w.contains("clipped")));

@@ -234,15 +234,16 @@ impl Partition {
         for y in 0..self.height {
             row(y, &mut energies);
             for (x, energy) in energies.iter().enumerate() {
-                let covered = self.covered.get(y * self.width + x) == Some(&true);
                 for &(node, share) in self.texel(x, y) {
-                    for c in 0..3 {
-                        gathered.nodes[node as usize][c] += f64::from(share) * energy[c];
-                    }
+                    add(
+                        &mut gathered.nodes[usize::from(node)],
+                        f64::from(share),
+                        energy,
+                    );
                 }
-                for c in 0..3 {
-                    gathered.total[c] += energy[c];
-                    gathered.uncovered[c] += if covered { 0.0 } else { energy[c] };
+                add(&mut gathered.total, 1.0, energy);
+                if !self.is_covered(x, y) {
+                    add(&mut gathered.uncovered, 1.0, energy);
                 }
             }
         }
@@ -312,6 +313,13 @@ pub(super) fn columns(yaw_deg: f32, width: usize) -> (usize, f64) {
     let turn = f64::from(yaw_deg).rem_euclid(360.0) / 360.0 * width as f64;
     let turn = if turn.is_finite() { turn } else { 0.0 };
     (turn as usize % width, turn - turn.floor())
+}
+
+/// Adds a share of an energy.
+fn add(to: &mut [f64; 3], share: f64, energy: &[f64; 3]) {
+    for c in 0..3 {
+        to[c] += share * energy[c];
+    }
 }
 
 /// Relative luminance (ITU-R BT.709) of an energy.

@@ -141,7 +141,8 @@ fn a_chrome_ball_and_a_grey_one_agree_on_twelve_lamps() {
                 .direction
         })
         .collect();
-    let decodings: [(&str, fn(f32) -> f32); 4] = [
+    type Decoding = fn(f32) -> f32;
+    let decodings: [(&str, Decoding); 4] = [
         ("linear as it is", |v| v),
         ("decoded with 1.5", |v| v.powf(1.5)),
         ("decoded with sRGB", linear_from_srgb),

@@ -2,7 +2,7 @@
 
 use super::super::Environment;
 use super::super::latlong::{texel_direction, texel_solid_angle, uv_from_direction};
-use super::{LightWeights, Partition};
+use super::{LightWeights, Partition, add};
 use glam::Quat;
 
 /// The turn of an environment by yaw, then pitch, then roll, in degrees, as the camera sees what is behind
@@ -34,11 +34,6 @@ impl Partition {
         let mut energies = vec![[0.0f64; 3]; width * height];
         // What goes to all of the first row, and to all of the last.
         let mut poles = [[0.0f64; 3]; 2];
-        let add = |to: &mut [f64; 3], share: f64, energy: &[f64; 3]| {
-            for c in 0..3 {
-                to[c] += share * energy[c];
-            }
-        };
         for (i, radiance) in environment.radiance.pixels.iter().enumerate() {
             if *radiance == [0.0; 3] {
                 continue;

@@ -432,3 +432,75 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
     }
     assert!(most[1] < most[0] && most[0] < most[2]);
 }
+
+#[test]
+fn a_fit_relights_a_ball_better_than_cells_do() {
+    let folder = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
+        .join("../shared/data/hdri");
+    if !folder.exists() {
+        eprintln!("skipped: {} is not here", folder.display());
+        return;
+    }
+    let rig = Rig {
+        lamps: (rig(&lattice(41)).lamps.into_iter())
+            .map(|lamp| Lamp {
+                energy: [1.0; 3],
+                ..lamp
+            })
+            .collect(),
+    };
+    let partitions = kinds().map(|kind| kind(&rig, 64));
+    // A matt ball by Lambert's law, and a satin one by a broad lobe about the normal.
+    for power in [1, 8] {
+        let mut decibels = [0.0f32; 4];
+        let panoramas = [
+            "probulator_uffizi.hdr",
+            "probulator_wells.hdr",
+            "sunset.exr",
+            "studio.exr",
+        ];
+        for panorama in panoramas {
+            let environment = Environment::load(&folder.join(panorama))
+                .unwrap()
+                .reduced(64);
+            let truth_and_sums: Vec<(f32, [f32; 4])> =
+                {
+                    let weights = partitions
+                        .each_ref()
+                        .map(|p| p.weights(&environment, 0.0).per_lamp);
+                    let shade = |normal: Vec3, light: Vec3| normal.dot(light).max(0.0).powi(power);
+                    let lit =
+                        |normal: Vec3| {
+                            let texels = environment.radiance.pixels.iter().enumerate().map(
+                                |(i, radiance)| {
+                                    let light = texel_direction(i % 64, i / 64, 64, 32);
+                                    texel_solid_angle(i / 64, 64, 32) as f32
+                                        * radiance[1]
+                                        * shade(normal, light)
+                                },
+                            );
+                            let sums = weights.each_ref().map(|weights| {
+                                let lamps = weights.iter().zip(&rig.lamps);
+                                lamps
+                                    .map(|(w, lamp)| w[1] * shade(normal, lamp.direction))
+                                    .sum()
+                            });
+                            (texels.sum(), sums)
+                        };
+                    lattice(300).into_iter().map(lit).collect()
+                };
+            let power: f32 = truth_and_sums.iter().map(|(truth, _)| truth * truth).sum();
+            for (kind, decibels) in decibels.iter_mut().enumerate() {
+                let error = truth_and_sums
+                    .iter()
+                    .map(|(truth, sums)| (sums[kind] - truth).powi(2));
+                *decibels -= 10.0 * (error.sum::<f32>() / power).log10() / panoramas.len() as f32;
+            }
+        }
+        let [soft, smooth, cells, fit] = decibels;
+        println!(
+            "lobe {power}: soft {soft:.1} dB, smooth {smooth:.1} dB, cells {cells:.1} dB, fit {fit:.1} dB"
+        );
+        assert!(fit > cells + 1.0);
+    }
+}
