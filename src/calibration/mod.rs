@@ -105,6 +105,7 @@ pub fn calibrate_by(
         darkest: fit.extent[0],
         brightest: fit.extent[1],
         ball_residual: fit.ball_residual,
+        better_curve: fit.better_curve.map(|curve| curve.name().to_owned()),
     };
     if let Some(sentence) = evidence.same_poses_sentence() {
         progress.say(sentence);

@@ -202,6 +202,20 @@ fn a_calibration_of_other_lamps_is_refused() {
 }
 
 #[test]
+fn a_calibration_from_before_the_evidence_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut project = small_project(folder.path());
+    project.settings.shoot.lamps = vec!["olat_00".into()];
+    let calibration = small_calibration();
+    calibration.save(&project).unwrap();
+    let text = std::fs::read_to_string(project.calibration_path()).unwrap();
+    let mut table: toml::Table = toml::from_str(&text).unwrap();
+    assert!(table.remove("gamma_evidence").is_some());
+    std::fs::write(project.calibration_path(), table.to_string()).unwrap();
+    assert_eq!(Calibration::load(&project).unwrap(), calibration);
+}
+
+#[test]
 fn a_calibration_that_holds_no_numbers_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let project = small_project(folder.path());

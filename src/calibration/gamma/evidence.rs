@@ -20,6 +20,8 @@ pub struct Evidence {
     pub brightest: f32,
     /// Root-mean-square encoded distance on the mirror balls, pixel for pixel.
     pub ball_residual: f32,
+    /// A standard curve that explains the pictures better than any dual gamma, by name.
+    pub better_curve: Option<String>,
 }
 
 impl Default for Evidence {
@@ -31,6 +33,7 @@ impl Default for Evidence {
             darkest: 0.0,
             brightest: 1.0,
             ball_residual: 0.0,
+            better_curve: None,
         }
     }
 }
@@ -39,9 +42,9 @@ impl Evidence {
     /// An exponent that is no surer than this is not told by the pictures: less than half of what is
     /// known of it comes from them, the rest is the prior.
     pub const UNDETERMINED: f32 = (GAMMA_PRIOR.1 * std::f64::consts::FRAC_1_SQRT_2) as f32;
-    /// An exponent that is no surer than this is only roughly known: relit pictures may be off by a
-    /// tenth of a stop and more.
-    pub const ROUGH: f32 = 0.15;
+    /// An exponent that is no surer than this is only roughly known: where an encoded value is a fifth of
+    /// the range, a tenth of an exponent is a quarter of a stop.
+    pub const ROUGH: f32 = 0.1;
     /// ln exposure beyond this is no camera that was left alone.
     pub const OTHER_EXPOSURE: f32 = 0.08;
 
@@ -92,8 +95,15 @@ impl Evidence {
                 ));
             }
         }
-        let stops = exposure.ln();
-        if stops.abs() > Self::OTHER_EXPOSURE && stops.is_finite() {
+        if let Some(curve) = &self.better_curve {
+            // What the fit made of such pictures needs no further comment.
+            return vec![format!(
+                "the camera encodes as {curve} does, which no dual gamma comes near: the fitted response is wrong. \
+                 Convert all pictures of the shoot from {curve} to a plain power such as 2.2, and import them again"
+            )];
+        }
+        let log_exposure = exposure.ln();
+        if log_exposure.abs() > Self::OTHER_EXPOSURE && log_exposure.is_finite() {
             warnings.push(format!(
                 "the interview is {:.0} % {} than the mirror balls say (± {:.0} %), so its camera's exposure seems to \
                  have been changed between the balls and the filming, and the response is less sure. Photograph \
@@ -136,5 +146,13 @@ mod tests {
         };
         assert!(brighter.contains("25 % brighter") && brighter.contains("± 5 %"));
         assert!(evidence.warnings([0.03; 2], 0.8)[0].contains("20 % darker"));
+        let other = Evidence {
+            better_curve: Some("Rec. 709".into()),
+            ..evidence
+        };
+        let [curve] = &other.warnings([0.6; 2], 0.5)[..] else {
+            panic!("the cause alone, not what follows from it");
+        };
+        assert!(curve.contains("Rec. 709"));
     }
 }

@@ -22,7 +22,7 @@ mod twin;
 use super::code::Table;
 use super::probe::Probes;
 use crate::error::{Error, Result};
-use crate::imaging::DualGamma;
+use crate::imaging::{DualGamma, Response};
 use crate::progress::Progress;
 use bobyqa::{Bobyqa, Config};
 use objective::{Objective, Seen, gamma_prior};
@@ -72,6 +72,8 @@ pub struct GammaFit {
     pub extent: [f32; 2],
     /// Poses that a frame shows, beside the frame: the project's numbers of both.
     pub same_poses: Vec<[usize; 2]>,
+    /// A standard curve that is no dual gamma and explains the pictures better.
+    pub better_curve: Option<Response>,
 }
 
 /// A fit beside the comparison that it was made by, to ask for more: [`Fitted::surface`] and
@@ -200,8 +202,11 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
         deviation: confidence::deviation(&objective, gammas, standing.log_exposure),
         extent: objective.extent(),
         same_poses: vec![],
+        better_curve: None,
     };
-    Ok(Fitted { objective, fit })
+    let mut fitted = Fitted { objective, fit };
+    fitted.fit.better_curve = fitted.better_curve();
+    Ok(fitted)
 }
 
 impl Objective<'_> {

@@ -131,7 +131,7 @@ impl<'a> Objective<'a> {
             / 3.0
     }
 
-    /// The pixels by which a pose is compared with its twin: a few thousand of all tell enough.
+    /// The pixels by which a pose is compared with its twin: two thousand of all tell enough.
     fn twin_pixels(&self, pose: &'a Pose) -> impl Iterator<Item = &'a TwinPixel> {
         let pixels = pose.twin.as_ref().map_or(&[][..], |twin| &twin.pixels);
         let step = (pixels.len() * self.twins.len())
@@ -273,7 +273,7 @@ impl<'a> Objective<'a> {
 }
 
 /// Pixels by which all poses and their twins are compared.
-const TWIN_PIXELS: usize = 3000;
+const TWIN_PIXELS: usize = 2000;
 /// Parts of the pixels of poses and twins that are taken to err independently.
 pub(super) const BLOCKS: usize = 20;
 
@@ -299,6 +299,11 @@ fn best_exposure(cost: impl Fn(f64) -> f64, distance: impl Fn(f64) -> f64) -> f6
     const WIDEST: f64 = 1.0;
     let free = valley(distance, [-WIDEST, WIDEST], 1e-2);
     let reach = 4.0 * EXPOSURE_PRIOR;
+    if free.abs() < 2.0 * reach {
+        // The two valleys are one.
+        let range = [free.min(0.0) - reach, free.max(0.0) + reach];
+        return valley(&cost, range, 1e-4);
+    }
     [
         [free.min(0.0), free.max(0.0)],
         [-reach, reach],
