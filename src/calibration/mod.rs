@@ -96,17 +96,7 @@ pub fn calibrate_by(
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
     let fit = gamma::fit(&subject, &probes, wanted, progress)?.fit;
-    let names =
-        |[pose, frame]: &[usize; 2]| [shoot.poses[*pose].clone(), shoot.frames[*frame].clone()];
-    let evidence = Evidence {
-        comparison: fit.comparison,
-        same_poses: fit.same_poses.iter().map(names).collect(),
-        exposure_deviation: fit.deviation[2],
-        darkest: fit.extent[0],
-        brightest: fit.extent[1],
-        ball_residual: fit.ball_residual,
-        better_curve: fit.better_curve.map(|curve| curve.name().to_owned()),
-    };
+    let evidence = Evidence::new(&fit, shoot);
     if let Some(sentence) = evidence.same_poses_sentence() {
         progress.say(sentence);
     }
