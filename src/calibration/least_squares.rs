@@ -1,4 +1,8 @@
 //! Least squares with unknowns that cannot be negative: light only adds.
+//!
+//! It is our own, because the usual active-set method (Lawson and Hanson 1974) of the linear-algebra
+//! crates wants the whole matrix, ten thousand pixels by forty lamps for every response that is tried,
+//! and of lamps that look alike it lights one and switches the others off.
 
 /// The normal equations AᵀA·x = Aᵀy of a system whose coefficients are not negative.
 pub(super) struct NormalEquations {

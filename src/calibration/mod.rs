@@ -149,16 +149,9 @@ fn calibrate_within(
         Some(trial) => gamma::by_hand(&subject, &probes, trial),
         None => gamma::fit(&subject, &probes, settings.comparison, progress)?.fit,
     };
-    let names =
-        |[pose, frame]: &[usize; 2]| [shoot.poses[*pose].clone(), shoot.frames[*frame].clone()];
     let evidence = Evidence {
         by_hand: settings.trial.is_some(),
-        comparison: fit.comparison,
-        same_poses: fit.same_poses.iter().map(names).collect(),
-        exposure_deviation: fit.deviation[2],
-        darkest: fit.extent[0],
-        brightest: fit.extent[1],
-        ball_residual: fit.ball_residual,
+        ..Evidence::new(&fit, shoot)
     };
     if let Some(sentence) = evidence.same_poses_sentence() {
         progress.say(sentence);

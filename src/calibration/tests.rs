@@ -203,6 +203,20 @@ fn a_calibration_of_other_lamps_is_refused() {
 }
 
 #[test]
+fn a_calibration_from_before_the_evidence_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut project = small_project(folder.path());
+    project.settings.shoot.lamps = vec!["olat_00".into()];
+    let calibration = small_calibration();
+    calibration.save(&project).unwrap();
+    let text = std::fs::read_to_string(project.calibration_path()).unwrap();
+    let mut table: toml::Table = toml::from_str(&text).unwrap();
+    assert!(table.remove("gamma_evidence").is_some());
+    std::fs::write(project.calibration_path(), table.to_string()).unwrap();
+    assert_eq!(Calibration::load(&project).unwrap(), calibration);
+}
+
+#[test]
 fn a_calibration_that_holds_no_numbers_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let project = small_project(folder.path());
@@ -298,7 +312,7 @@ fn small_calibration() -> Calibration {
 }
 
 /// The shared shoot of a real head scan, rendered by other software; `None` where it is not here.
-pub(super) fn shared_shoot(
+fn shared_shoot(
     probes: &str,
 ) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
     let folder =
@@ -428,6 +442,53 @@ fn the_shared_shoot_is_calibrated() {
     println!("calibrated in {:.1} s", start.elapsed().as_secs_f32());
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 0.5 && weight <= 0.02 && gamma.iter().all(|g| g.abs() <= 0.1));
+}
+
+#[test]
+fn a_changed_exposure_of_the_shared_shoot_is_found() {
+    let Some((mut project, home, truth, _)) = shared_shoot("probes") else {
+        return;
+    };
+    let gamma = |key: &str| truth[key].as_f64().unwrap() as f32;
+    let response = DualGamma::new(gamma("g1"), gamma("g2")).unwrap();
+    let shoot = home.path().join("brighter");
+    std::fs::create_dir(&shoot).unwrap();
+    for name in ["exemplars", "exemplar_masks", "interview_masks", "probes"] {
+        std::os::unix::fs::symlink(project.shoot_path(name), shoot.join(name)).unwrap();
+    }
+    // Every fifth frame, filmed 20 % brighter.
+    project.settings.shoot.frames = project
+        .settings
+        .shoot
+        .frames
+        .iter()
+        .step_by(5)
+        .cloned()
+        .collect();
+    for (i, name) in project.settings.shoot.frames.iter().enumerate() {
+        let light = response.decode(&file::read_encoded(&project.frame_path(i)).unwrap());
+        let brighter = light.map(|pixel| pixel.map(|l| 1.2 * l));
+        let path = shoot.join(format!("interview/{name}.png"));
+        file::write_png(&path, &response.encode(&brighter)).unwrap();
+    }
+    project.settings.shoot.folder = "brighter".into();
+    let found = calibrate(&project, &Progress::silent()).unwrap();
+    let off = [
+        found.response.gamma1 - response.gamma1,
+        found.response.gamma2 - response.gamma2,
+    ];
+    println!(
+        "off {off:.3?} ± {:.3?}; exposure {:.3}",
+        found.gamma_deviation, found.exposure
+    );
+    assert!(off.iter().all(|off| off.abs() < 0.1) && (found.exposure - 1.2).abs() < 0.1);
+    assert!(found.gamma_evidence.changed_exposure > 0.5);
+    assert!(
+        found
+            .warnings()
+            .iter()
+            .any(|w| w.contains("brighter than the mirror balls say"))
+    );
 }
 
 #[test]

@@ -23,7 +23,7 @@ pub enum Response {
 }
 
 /// BT.2020's α and β, to the last digit of an f64.
-const ALPHA: f64 = 1.099_296_826_809_442_9;
+const ALPHA: f64 = 1.099_296_826_809_443;
 const BETA: f64 = 0.018_053_968_510_807_81;
 
 impl Response {

@@ -15,7 +15,8 @@ pub struct CurveFit {
     /// Its best exposure.
     pub exposure: f32,
     /// −2·ln of how much less probable it makes the pictures than the dual gamma does; the priors of
-    /// the exponents are left out, as other curves have none. 10 is strong evidence.
+    /// the exponents are left out, as other curves have none. 10 is strong evidence; below 0, the curve is
+    /// better than the dual gamma.
     pub evidence: f32,
     /// Root-mean-square encoded distance of the subject: of its quantiles, or of pixels where a frame
     /// shows a pose.
@@ -41,7 +42,25 @@ fn psnr(distance: f32) -> f32 {
     -20.0 * distance.max(1e-6).log10()
 }
 
+/// A standard curve is better than every dual gamma from this much evidence on: odds of more than a
+/// hundred to one.
+const BETTER: f32 = -10.0;
+
 impl Fitted<'_> {
+    /// The standard curve that explains the pictures better than the fit does, where there is one.
+    pub(super) fn better_curve(&self) -> Option<Response> {
+        let cost = |response: &Response| {
+            let seen = self.objective.see_response(response);
+            self.objective.stand(&seen).cost
+        };
+        let fit = cost(&Response::Dual(self.fit.response));
+        let standards = [Response::Srgb, Response::Rec709, Response::Linear];
+        let costs = standards.map(|response| (response, (cost(&response) - fit) as f32));
+        let best = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        best.filter(|(_, evidence)| *evidence < BETTER)
+            .map(|(response, _)| response)
+    }
+
     /// The dual gamma first, then a fitted power, sRGB, Rec. 709 and linear.
     ///
     /// # Errors

@@ -7,9 +7,9 @@
 //! replaces the curvature's own idea of it: the sandwich A⁻¹·B·A⁻¹ of White (1982) and Liang and Zeger
 //! (1986), A the curvature and B the covariance of the forces.
 
-use super::objective::{BLOCKS, Objective, Seen, exposure_prior, rounding};
+use super::objective::{BLOCKS, Objective, Seen, rounding};
 use super::subject::Quantiles;
-use super::{EXPOSURE_PRIOR, GAMMA_PRIOR, OTHER_EXPOSURE, bounds};
+use super::{GAMMA_PRIOR, bounds};
 use crate::calibration::code::Table;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
@@ -47,7 +47,7 @@ pub(super) fn deviation(
             axes.y_axis * length(variances.y),
         );
     }
-    let prior = [GAMMA_PRIOR.1, GAMMA_PRIOR.1, OTHER_EXPOSURE.1];
+    let prior = [GAMMA_PRIOR.1, GAMMA_PRIOR.1, objective.exposure.deviation];
     found.map_or(prior.map(|p| p as f32), |covariance| {
         [0, 1, 2].map(|i| covariance.col(i)[i].sqrt().min(prior[i]) as f32)
     })
@@ -148,7 +148,7 @@ impl<'a> Neighbours<'a> {
         let priors = DMat3::from_diagonal(DVec3::new(
             GAMMA_PRIOR.1.powi(-2),
             GAMMA_PRIOR.1.powi(-2),
-            self.exposure_certainty(),
+            self.objective.exposure.deviation.powi(-2),
         ));
         let priors = to_unknowns.transpose() * priors * to_unknowns;
         let subject = self
@@ -171,15 +171,6 @@ impl<'a> Neighbours<'a> {
             covariance.col_mut(i)[i] = found.max(least);
         }
         Some(covariance)
-    }
-
-    /// The certainty (one over the variance) that the prior adds to ln exposure where it is.
-    fn exposure_certainty(&self) -> f64 {
-        let x = self.log_exposure;
-        let bend = exposure_prior(x + EXPOSURE_STEP) - 2.0 * exposure_prior(x)
-            + exposure_prior(x - EXPOSURE_STEP);
-        (0.5 * bend / EXPOSURE_STEP.powi(2))
-            .clamp(OTHER_EXPOSURE.1.powi(-2), EXPOSURE_PRIOR.powi(-2))
     }
 
     fn ball_scale(&self) -> f64 {

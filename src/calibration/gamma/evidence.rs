@@ -1,6 +1,7 @@
 //! What the fit rests on, and what it leaves open.
 
-use super::{Comparison, GAMMA_PRIOR};
+use super::{Comparison, GAMMA_PRIOR, GammaFit};
+use crate::project::Shoot;
 use serde::{Deserialize, Serialize};
 
 /// What the fit of the response rests on, as kept in `calibration.toml`. Files without it give the
@@ -16,12 +17,19 @@ pub struct Evidence {
     pub same_poses: Vec<[String; 2]>,
     /// Standard deviation of ln exposure.
     pub exposure_deviation: f32,
+    /// The probability that the exposure was changed between the balls and the filming; the response is
+    /// that of the more probable case.
+    pub changed_exposure: f32,
+    /// Exposure, γ1 and γ2 in the other case.
+    pub other_case: [f32; 3],
     /// The hundredth part of the compared pixels, of OLATs, frames and balls, is darker than the first
     /// and another brighter than the second, in encoded values from 0 to 1.
     pub darkest: f32,
     pub brightest: f32,
     /// Root-mean-square encoded distance on the mirror balls, pixel for pixel.
     pub ball_residual: f32,
+    /// A standard curve that explains the pictures better than any dual gamma, by name.
+    pub better_curve: Option<String>,
 }
 
 impl Default for Evidence {
@@ -31,22 +39,51 @@ impl Default for Evidence {
             comparison: Comparison::Distribution,
             same_poses: vec![],
             exposure_deviation: 0.0,
+            changed_exposure: 0.0,
+            other_case: [1.0, GAMMA_PRIOR.0 as f32, GAMMA_PRIOR.0 as f32],
             darkest: 0.0,
             brightest: 1.0,
             ball_residual: 0.0,
+            better_curve: None,
         }
     }
 }
 
 impl Evidence {
+    /// What a fit to a shoot rests on.
+    pub(in crate::calibration) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
+        let name = |names: &[String], i: usize| names.get(i).cloned().unwrap_or_default();
+        Self {
+            comparison: fit.comparison,
+            same_poses: fit
+                .same_poses
+                .iter()
+                .map(|[pose, frame]| [name(&shoot.poses, *pose), name(&shoot.frames, *frame)])
+                .collect(),
+            exposure_deviation: fit.deviation[2],
+            changed_exposure: fit.changed_exposure,
+            other_case: [
+                fit.other_exposure,
+                fit.other_response.gamma1,
+                fit.other_response.gamma2,
+            ],
+            darkest: fit.extent[0],
+            brightest: fit.extent[1],
+            ball_residual: fit.ball_residual,
+            better_curve: fit.better_curve.map(|curve| curve.name().to_owned()),
+        }
+    }
+
     /// An exponent that is no surer than this is not told by the pictures: less than half of what is
     /// known of it comes from them, the rest is the prior.
     pub const UNDETERMINED: f32 = (GAMMA_PRIOR.1 * std::f64::consts::FRAC_1_SQRT_2) as f32;
-    /// An exponent that is no surer than this is only roughly known: relit pictures may be off by a
-    /// tenth of a stop and more.
-    pub const ROUGH: f32 = 0.15;
+    /// An exponent that is no surer than this is only roughly known: where an encoded value is a fifth of
+    /// the range, a tenth of an exponent is a quarter of a stop.
+    pub const ROUGH: f32 = 0.1;
     /// ln exposure beyond this is no camera that was left alone.
     pub const OTHER_EXPOSURE: f32 = 0.08;
+    /// From this probability on, a changed exposure is worth a sentence.
+    pub const DOUBT: f32 = 0.05;
 
     /// Which poses were compared with a frame pixel by pixel, in a sentence; `None` where distributions
     /// were compared.
@@ -95,15 +132,35 @@ impl Evidence {
                 ));
             }
         }
-        let stops = exposure.ln();
-        if stops.abs() > Self::OTHER_EXPOSURE && stops.is_finite() {
+        if let Some(curve) = &self.better_curve {
+            // What the fit made of such pictures needs no further comment.
+            return vec![format!(
+                "the camera encodes as {curve} does, which no dual gamma comes near: the fitted response is wrong. \
+                 Convert all pictures of the shoot from {curve} to a plain power such as 2.2, and import them again"
+            )];
+        }
+        let is_other =
+            |exposure: f32| exposure.is_finite() && exposure.ln().abs() > Self::OTHER_EXPOSURE;
+        let words = |exposure: f32| {
+            let than = if exposure > 1.0 { "brighter" } else { "darker" };
+            format!("{:.0} % {than}", 100.0 * (exposure - 1.0).abs())
+        };
+        const REMEDY: &str =
+            "Photograph the balls again at the interview's exposure, or film one of the poses";
+        let [other_exposure, gamma1, gamma2] = self.other_case;
+        if is_other(exposure) {
             warnings.push(format!(
-                "the interview is {:.0} % {} than the mirror balls say (± {:.0} %), so its camera's exposure seems to \
-                 have been changed between the balls and the filming, and the response is less sure. Photograph \
-                 the balls again at the interview's exposure, or film one of the poses",
-                100.0 * (exposure - 1.0).abs(),
-                if exposure > 1.0 { "brighter" } else { "darker" },
+                "the interview is {} than the mirror balls say (± {:.0} %), so its camera's exposure seems to have \
+                 been changed between the balls and the filming, and the response is less sure. {REMEDY}",
+                words(exposure),
                 100.0 * self.exposure_deviation,
+            ));
+        } else if self.changed_exposure > Self::DOUBT && is_other(other_exposure) {
+            warnings.push(format!(
+                "the interview's exposure may have been changed between the balls and the filming (a chance of \
+                 {:.0} %): it would be {} than the balls say, with γ1 = {gamma1:.2} and γ2 = {gamma2:.2}. {REMEDY}",
+                100.0 * self.changed_exposure,
+                words(other_exposure),
             ));
         }
         warnings
@@ -139,5 +196,24 @@ mod tests {
         };
         assert!(brighter.contains("25 % brighter") && brighter.contains("± 5 %"));
         assert!(evidence.warnings([0.03; 2], 0.8)[0].contains("20 % darker"));
+        let doubtful = Evidence {
+            changed_exposure: 0.3,
+            other_case: [1.21, 2.5, 1.9],
+            ..Evidence::default()
+        };
+        let [doubt] = &doubtful.warnings([0.03; 2], 1.01)[..] else {
+            panic!("one doubt, one sentence");
+        };
+        assert!(
+            doubt.contains("30 %") && doubt.contains("21 % brighter") && doubt.contains("2.50")
+        );
+        let other = Evidence {
+            better_curve: Some("Rec. 709".into()),
+            ..evidence
+        };
+        let [curve] = &other.warnings([0.6; 2], 0.5)[..] else {
+            panic!("the cause alone, not what follows from it");
+        };
+        assert!(curve.contains("Rec. 709"));
     }
 }

@@ -8,7 +8,8 @@
 //!
 //! A brighter interview and a higher power look alike, so the data hardly tell the exposure: it
 //! keeps close to 1, because the balls share one filter and the cameras were not touched
-//! (the paper's section 3.1), unless the pictures insist.
+//! (the paper's section 3.1). That somebody did turn the dial is fitted as a second hypothesis, and the
+//! more probable one is the answer; the doubt between both is part of its deviations.
 
 mod compare;
 mod confidence;
@@ -23,7 +24,7 @@ use super::code::Table;
 use super::Trial;
 use super::probe::Probes;
 use crate::error::{Error, Result};
-use crate::imaging::DualGamma;
+use crate::imaging::{DualGamma, Response};
 use crate::progress::Progress;
 use bobyqa::{Bobyqa, Config};
 use objective::{Objective, Seen, gamma_prior};
@@ -36,10 +37,25 @@ pub(super) use subject::Subject;
 pub use surface::Surface;
 use twin::Twin;
 
-/// Standard deviation of ln exposure where the cameras were not touched: a few hundredths of a stop.
-const EXPOSURE_PRIOR: f64 = 0.03;
-/// How often a camera was touched nevertheless, and the standard deviation of ln exposure then.
-const OTHER_EXPOSURE: (f64, f64) = (0.1, 0.3);
+/// What may have been done to the exposure between the balls and the filming.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ExposurePrior {
+    /// How often that is so.
+    chance: f64,
+    /// The standard deviation of ln exposure then.
+    deviation: f64,
+}
+
+/// Nearly always the cameras were not touched, and a few hundredths of a stop are left.
+const LEFT_ALONE: ExposurePrior = ExposurePrior {
+    chance: 0.9,
+    deviation: 0.03,
+};
+/// Now and then somebody did turn the dial.
+const CHANGED: ExposurePrior = ExposurePrior {
+    chance: 0.1,
+    deviation: 0.3,
+};
 /// The weak prior on each exponent: video cameras are near 2.2.
 const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
 
@@ -69,10 +85,18 @@ pub struct GammaFit {
     pub ball_residual: f32,
     /// Standard deviations of γ1, γ2 and ln exposure.
     pub deviation: [f32; 3],
+    /// The probability that the exposure was changed between the balls and the filming; the fit is that
+    /// of the more probable case.
+    pub changed_exposure: f32,
+    /// Exposure and response in the other case.
+    pub other_exposure: f32,
+    pub other_response: DualGamma,
     /// What a hundredth of the compared values is darker than, and a hundredth is brighter than.
     pub extent: [f32; 2],
     /// Poses that a frame shows, beside the frame: the project's numbers of both.
     pub same_poses: Vec<[usize; 2]>,
+    /// A standard curve that is no dual gamma and explains the pictures better.
+    pub better_curve: Option<Response>,
 }
 
 /// A fit beside the comparison that it was made by, to ask for more: [`Fitted::surface`] and
@@ -199,10 +223,17 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
     // The grid's best is a coarse judge of what is noise; the walk's best is a good one.
     if let Some(seen) = objective.see(best.0) {
         objective.weigh(&seen);
-        best = minimise(|gammas| objective.total(gammas), best.0)?;
     }
-    let gammas = best.0;
-    let response = DualGamma::new(gammas[0] as f32, gammas[1] as f32)?;
+    let alone = Hypothesis::fit(&mut objective, LEFT_ALONE, best.0)?;
+    let changed = Hypothesis::fit(&mut objective, CHANGED, best.0)?;
+    let changed_exposure = 1.0 / (1.0 + (0.5 * (changed.cost - alone.cost)).exp());
+    let (found, other, doubt) = if changed_exposure > 0.5 {
+        (changed, alone, 1.0 - changed_exposure)
+    } else {
+        (alone, changed, changed_exposure)
+    };
+    objective.exposure = found.prior;
+    let response = found.response()?;
     let standing = objective.stand(&objective.see_response(&response.into()));
     let fit = GammaFit {
         response,
@@ -214,11 +245,61 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
         },
         residual: standing.subject as f32,
         ball_residual: standing.ball as f32,
-        deviation: confidence::deviation(&objective, gammas, standing.log_exposure),
+        deviation: found.deviation_beside(&other, doubt),
+        changed_exposure: changed_exposure as f32,
+        other_exposure: other.log_exposure.exp() as f32,
+        other_response: other.response()?,
         extent: objective.extent(),
         same_poses: vec![],
+        better_curve: None,
     };
-    Ok(Fitted { objective, fit })
+    let mut fitted = Fitted { objective, fit };
+    fitted.fit.better_curve = fitted.better_curve();
+    Ok(fitted)
+}
+
+/// The best exponents under one assumption about the exposure.
+struct Hypothesis {
+    prior: ExposurePrior,
+    gammas: [f64; 2],
+    log_exposure: f64,
+    /// −2·ln of its probability, the chance of the assumption included, but for a constant.
+    cost: f64,
+    deviation: [f32; 3],
+}
+
+impl Hypothesis {
+    fn fit(objective: &mut Objective, prior: ExposurePrior, start: [f64; 2]) -> Result<Self> {
+        objective.exposure = prior;
+        let (gammas, cost) = minimise(|gammas| objective.total(gammas), start)?;
+        let seen = objective.see(gammas);
+        let log_exposure = seen.map_or(0.0, |seen| objective.stand(&seen).log_exposure);
+        let deviation = confidence::deviation(objective, gammas, log_exposure);
+        // The probability of all exposures nearby, not of the best alone (Laplace's approximation).
+        let cost = cost - 2.0 * f64::from(deviation[2]).max(1e-6).ln();
+        Ok(Self {
+            prior,
+            gammas,
+            log_exposure,
+            cost,
+            deviation,
+        })
+    }
+
+    fn response(&self) -> Result<DualGamma> {
+        DualGamma::new(self.gammas[0] as f32, self.gammas[1] as f32)
+    }
+
+    /// Standard deviations about this hypothesis where another holds with probability `doubt`.
+    fn deviation_beside(&self, other: &Self, doubt: f64) -> [f32; 3] {
+        let unknowns = |h: &Self| [h.gammas[0], h.gammas[1], h.log_exposure];
+        let (here, there) = (unknowns(self), unknowns(other));
+        [0, 1, 2].map(|i| {
+            let square = |h: &Self| f64::from(h.deviation[i]).powi(2);
+            let other_square = square(other) + (there[i] - here[i]).powi(2);
+            ((1.0 - doubt) * square(self) + doubt * other_square).sqrt() as f32
+        })
+    }
 }
 
 impl Objective<'_> {
