@@ -39,7 +39,7 @@ pub struct Silhouette {
     pub rim_share: f64,
     /// Share of the circumference that lies within the photographs: 1 for a ball in full view.
     pub framed_share: f64,
-    /// Median change of the averaged encoded values (0 to 1) across the rim where it was seen.
+    /// Median change of the averaged encoded values across the rim where it was seen: 0 to 1.
     pub contrast: f64,
 }
 
@@ -305,8 +305,8 @@ fn distinct(mut found: Vec<Ranked>) -> Vec<Rim> {
 /// those between codes (whose contours in a lamp's glare are circles too), and up to doubled where there
 /// are clear edges within, as a mirror shows and a grey ball or a disc does not.
 fn rank(rim: &Rim, edges: &Edges, circle: &Circle) -> f64 {
-    /// About four codes of eight bits.
-    const FAINT: f64 = 0.015;
+    /// About two codes of eight bits.
+    const FAINT: f64 = 0.0087;
     /// Edges per pixel: a few windows' worth in a ball of 30 pixels.
     const BUSY: f64 = 0.03;
     let within = 0.85 * circle.radius_px;

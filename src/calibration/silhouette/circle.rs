@@ -193,7 +193,8 @@ fn algebraic(points: &[DVec2]) -> Option<Circle> {
         right += row * p.length_squared();
     }
     // NaN (no points, one place) fails this comparison too.
-    if !(normal.determinant().abs() > 1e-9 * count.powi(3)) {
+    let is_determined = normal.determinant().abs() > 1e-9 * count.powi(3);
+    if !is_determined {
         return None;
     }
     let found = normal.inverse() * right;

@@ -52,6 +52,8 @@ const OUT_OF_ROUND: f64 = 0.008;
 const HOPELESS: f64 = 2.0;
 /// Samples per pixel along a ray.
 const SAMPLES: f64 = 2.0;
+/// Samples side by side across a ray at most.
+const MOST_SAMPLES: f64 = 6.0;
 /// Standard deviation in pixels of the Gaussian whose derivative finds edges along a ray.
 const BLUR: f64 = 0.7;
 /// Edges at least this strong, relative to a ray's strongest, can be the rim. The outermost is: what
@@ -72,10 +74,11 @@ struct Crossing {
 pub(super) fn fit(pyramid: &[Raster<[f32; 3]>], rough: &Circle, start: usize) -> Option<Rim> {
     let mut best: Option<Rim> = None;
     let mut circle = *rough;
+    let mut band = f64::INFINITY;
     for level in (0..=start.min(pyramid.len() - 1)).rev() {
         let scale = (1 << level) as f64;
         let local = circle.scaled(1.0 / scale);
-        let Some(rim) = fit_at(&pyramid[level], &local) else {
+        let Some(rim) = fit_at(&pyramid[level], &local, band) else {
             break;
         };
         // Where noise or a soft focus hides the rim at this size, the coarser one was better.
@@ -84,6 +87,8 @@ pub(super) fn fit(pyramid: &[Raster<[f32; 3]>], rough: &Circle, start: usize) ->
         }
         let is_hopeless = best.is_none() && rim.evidence() < HOPELESS;
         circle = rim.circle.scaled(scale);
+        // What was sharp is twice as wide in the next picture, and a margin.
+        band = 3.0 * rim.tolerance;
         best = Some(Rim {
             circle,
             residual: scale * rim.residual,
@@ -99,20 +104,21 @@ pub(super) fn fit(pyramid: &[Raster<[f32; 3]>], rough: &Circle, start: usize) ->
 
 /// Fits the circle at one size: to the outermost edges, within which reflections lie, or to all, among
 /// which the rim's agree best where things behind the ball are outermost.
-fn fit_at(picture: &Raster<[f32; 3]>, rough: &Circle) -> Option<Rim> {
-    let to_outermost = fit_to(picture, rough, true);
-    let to_all = fit_to(picture, rough, false);
+fn fit_at(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64) -> Option<Rim> {
+    let to_outermost = fit_to(picture, rough, band, true);
+    let to_all = fit_to(picture, rough, band, false);
     match (to_outermost, to_all) {
         (Some(a), Some(b)) if b.evidence() > 1.1 * a.evidence() => Some(b),
         (a, b) => a.or(b),
     }
 }
 
-/// First within a wide band, then within one as narrow as the rim is sharp.
-fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, outermost: bool) -> Option<Rim> {
+/// First within a wide tolerance, `band` at most, then within one as narrow as the rim is sharp.
+fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64, outermost: bool) -> Option<Rim> {
     let mut circle = *rough;
-    // The coarser picture knew the rim to a pixel or two of this one.
-    let mut tolerance = (2.0 * widest_tolerance(&circle)).min(0.3 * circle.radius_px / REACH);
+    let mut tolerance = (2.0 * widest_tolerance(&circle))
+        .min(0.3 * circle.radius_px / REACH)
+        .min(band);
     for _ in 0..5 {
         let rays = crossings(picture, &circle, REACH * tolerance);
         let places: Vec<DVec2> = (rays.iter())
@@ -207,7 +213,7 @@ fn edges_on_ray(
     // samples are means along the circle, which keeps faint rims above the noise.
     let spacing = TAU / rays as f64;
     let width = spacing + 1.0 / circle.radius_px;
-    let side_by_side = (width * circle.radius_px).round().max(1.0) as usize;
+    let side_by_side = (width * circle.radius_px).round().clamp(1.0, MOST_SAMPLES) as usize;
     // Room for the filter's tails at both ends.
     let tail = (3.0 * BLUR * SAMPLES) as usize;
     let half = (reach * SAMPLES).ceil() as usize + tail;
@@ -250,7 +256,8 @@ fn edges_on_ray(
             let offset = (light as f64 + shift.clamp(-0.5, 0.5) - half as f64) / SAMPLES;
             Some(Crossing {
                 place: circle.center() + (circle.radius_px + offset) * towards,
-                contrast: encoded[peak] * BLUR * TAU.sqrt(),
+                // The height of a step with this slope, as a mean over the three channels.
+                contrast: encoded[peak] * BLUR * TAU.sqrt() / 3f64.sqrt(),
             })
         })
         .collect()

@@ -100,6 +100,27 @@ proptest! {
     }
 
     #[test]
+    fn any_picture_and_circle_are_answered(
+        width in 16usize..90, height in prop_oneof![16usize..90, Just(1500)], codes in 1u32..300, seed in 0u64..1000,
+        x in -50.0f64..150.0, y in -50.0f64..150.0, radius in 0.1f64..500.0,
+    ) {
+        let code = |i: u64| (random(seed, i) * f64::from(codes)) as u32;
+        let value = |code: u32| if code == 299 { f32::NAN } else { code as f32 / 255.0 };
+        let picture = plain(width, height, |x, y| value(code((x / 3 + 100 * (y / 3)) as u64)));
+        let hand = circle(x, y, radius);
+        for answer in [find(&picture), refine(&picture, &hand), measure(&picture, &hand)] {
+            match answer {
+                Ok(found) => {
+                    let shares = [found.rim_share, found.framed_share, found.contrast];
+                    prop_assert!(shares.iter().all(|s| (0.0..=1.0 + 1e-9).contains(s)), "{found:?}");
+                    prop_assert!(found.residual_px.is_finite() && found.circle.radius_px >= LEAST_RADIUS_PX);
+                }
+                Err(error) => prop_assert!(error.to_string().contains("plain.png")),
+            }
+        }
+    }
+
+    #[test]
     fn a_ball_cut_by_the_frame_is_found(
         seed in 0u64..1_000_000, radius in 30.0f64..110.0, inside in 0.2f64..0.9, along in 0.45f64..0.55, side in 0usize..4,
     ) {
@@ -413,33 +434,5 @@ fn real_balls_are_found_and_other_things_are_not() {
         let found = result.unwrap();
         println!("{what}: {found:.3?}; the mask is {drawn:.3?}");
         assert!(error_px(&found.circle, &drawn) < 2.0 && found.residual_px < 0.5);
-    }
-}
-
-#[test]
-fn tmp_speed() {
-    let scene = Scene {
-        size: (4000, 3000),
-        ball: Some(circle(2011.3, 1488.6, 1203.7)),
-        around: Around::Clutter,
-        pole: true,
-        lamp: Some(direction(5)),
-        ..BLACK_SKY
-    };
-    let photo = scene.photograph();
-    let start = std::time::Instant::now();
-    let mut all = Photographs::one("a", &photo).unwrap();
-    for _ in 0..41 {
-        all.add("b", &photo).unwrap();
-    }
-    println!("averaged in {:?}", start.elapsed());
-    let start = std::time::Instant::now();
-    let found = find(&all);
-    println!("found in {:?}: {found:.3?}", start.elapsed());
-    let small = photographs(&anything(3));
-    for _ in 0..3 {
-        let start = std::time::Instant::now();
-        let _ = find(&small);
-        println!("small {:?} {:?}", small.average().size(), start.elapsed());
     }
 }
