@@ -22,8 +22,8 @@ pub use photographs::Photographs;
 use crate::error::{Error, Result};
 use crate::imaging::Raster;
 use edges::Edges;
-use rim::Rim;
 use glam::DVec2;
+use rim::Rim;
 use serde::{Deserialize, Serialize};
 
 /// A circle and how well the photographs show a rim there.
@@ -39,7 +39,7 @@ pub struct Silhouette {
     pub rim_share: f64,
     /// Share of the circumference that lies within the photographs: 1 for a ball in full view.
     pub framed_share: f64,
-    /// Median change of the averaged encoded values (0 to 1) across the rim where it was seen.
+    /// Median change of the averaged encoded values across the rim where it was seen: 0 to 1.
     pub contrast: f64,
 }
 
@@ -49,12 +49,14 @@ pub const LEAST_RADIUS_PX: f64 = 10.0;
 const LEAST_RIM: f64 = 0.35;
 /// Of the whole circumference, this share must.
 const LEAST_ARC: f64 = 0.2;
+/// A circle too small to be used is spoken of when this much of its rim is seen.
+const CLEAR_RIM: f64 = 0.8;
 /// Small circles need nearly all of their rim, large ones less: a ball of 12 pixels in full view has 16.
 const LEAST_EVIDENCE: f64 = 8.0;
 /// A rim is off its circle by no more (root mean square) than this many pixels …
 const BLUNT_PX: f64 = 0.2;
-/// … and this share of the radius, which is a ball 15° off the optical axis; round things grown or made
-/// by hand are worse.
+/// … and this share of the radius, as of a ball 10° off the optical axis, whose outline is an ellipse;
+/// round things grown or made by hand are worse.
 const OUT_OF_ROUND: f64 = 0.006;
 /// The picture that is searched for large circles has at most this many pixels on its longer side.
 const COARSE_PX: usize = 320;
@@ -81,7 +83,7 @@ pub fn find(photographs: &Photographs) -> Result<Silhouette> {
     let rims = anywhere(&pyramid);
     let place = &photographs.place();
     let Some(best) = outermost(&rims) else {
-        if let Some(small) = rims.first().filter(|rim| is_ball(rim)) {
+        if let Some(small) = rims.first().filter(|rim| rim.share > CLEAR_RIM) {
             large_enough(&small.circle, place)?;
         }
         return Err(Error::unexpected(
@@ -108,16 +110,14 @@ pub fn find(photographs: &Photographs) -> Result<Silhouette> {
 /// Snaps a rough circle, off by up to a fifth of its radius, to the rim nearby.
 ///
 /// # Errors
-/// When no rim is near the circle, or the ball is smaller than [`LEAST_RADIUS_PX`].
+/// When no rim is near the circle, or it is no ball in the photographs (see [`measure`]).
 pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
-    let rough = Circle::new(rough.center_px, rough.radius_px)?;
-    let place = &photographs.place();
-    large_enough(&rough, place)?;
+    check_by_hand(photographs, rough)?;
     let pyramid = pyramid(photographs.average());
-    let rims = distinct(nearby(&pyramid, &rough, 0.2));
+    let rims = distinct(nearby(&pyramid, rough, 0.2));
     let best = rims.iter().find(|rim| is_ball(rim)).ok_or_else(|| {
         Error::unexpected(
-            place,
+            photographs.place(),
             format!(
                 "a rim near the circle about {:.1}, {:.1} with radius {:.1} pixels",
                 rough.center_px[0], rough.center_px[1], rough.radius_px
@@ -133,11 +133,12 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
 /// hand. The residual is that of the rim points nearby, up to a fiftieth of the radius away.
 ///
 /// # Errors
-/// When the circle is none.
+/// When the circle is none, lies outside the photographs, is larger than twice their longer side or
+/// smaller than [`LEAST_RADIUS_PX`].
 pub fn measure(photographs: &Photographs, circle: &Circle) -> Result<Silhouette> {
-    let circle = Circle::new(circle.center_px, circle.radius_px)?;
-    let tolerance = 2.5 * rim::widest_tolerance(&circle);
-    Ok((&rim::measured(photographs.average(), &circle, tolerance)).into())
+    check_by_hand(photographs, circle)?;
+    let tolerance = 2.5 * rim::widest_tolerance(circle);
+    Ok((&rim::measured(photographs.average(), circle, tolerance)).into())
 }
 
 impl From<&Rim> for Silhouette {
@@ -150,6 +151,28 @@ impl From<&Rim> for Silhouette {
             contrast: rim.contrast,
         }
     }
+}
+
+/// Refuses a circle that cannot be a ball in these photographs.
+fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
+    let Circle {
+        center_px: [x, y],
+        radius_px,
+    } = Circle::new(circle.center_px, circle.radius_px)?;
+    large_enough(circle, &photographs.place())?;
+    let (width, height) = photographs.average().size();
+    let outside = |at: f64, size: usize| (-at).max(at - size as f64).max(0.0);
+    if outside(x, width).hypot(outside(y, height)) < radius_px
+        && radius_px <= 2.0 * width.max(height) as f64
+    {
+        return Ok(());
+    }
+    Err(Error::unexpected(
+        photographs.place(),
+        format!("a circle within its {width}×{height} pixels"),
+        format!("centre {x:.1}, {y:.1}, radius {radius_px:.1}"),
+        "Give the ball's circle in pixels of these photographs",
+    ))
 }
 
 fn large_enough(circle: &Circle, place: &str) -> Result<()> {
@@ -184,8 +207,16 @@ fn anywhere(pyramid: &[Raster<[f32; 3]>]) -> Vec<Rim> {
             break;
         }
         let is_finest = level == 0 || 2 * longer > FINE_PX;
-        let least = if is_finest { BARELY_SHOWN_PX } else { WELL_SHOWN_PX };
-        let most = if level == coarsest { 0.75 * longer as f32 } else { 2.2 * WELL_SHOWN_PX };
+        let least = if is_finest {
+            BARELY_SHOWN_PX
+        } else {
+            WELL_SHOWN_PX
+        };
+        let most = if level == coarsest {
+            0.75 * longer as f32
+        } else {
+            2.2 * WELL_SHOWN_PX
+        };
         let edges = Edges::find(picture);
         let circles = search::circles(&edges, least..most, None);
         found.extend(measured(pyramid, &edges, &circles, level, DVec2::ZERO));
@@ -210,9 +241,11 @@ fn nearby(pyramid: &[Raster<[f32; 3]>], circle: &Circle, share: f64) -> Vec<Rank
     let size = DVec2::new(picture.width as f64, picture.height as f64);
     let from = (local.center() - reach).floor().clamp(DVec2::ZERO, size);
     let to = (local.center() + reach).ceil().clamp(DVec2::ZERO, size);
-    let part = Raster::from_fn((to.x - from.x) as usize, (to.y - from.y) as usize, |x, y| {
-        picture.at(x + from.x as usize, y + from.y as usize)
-    });
+    let part = Raster::from_fn(
+        (to.x - from.x) as usize,
+        (to.y - from.y) as usize,
+        |x, y| picture.at(x + from.x as usize, y + from.y as usize),
+    );
     if part.width < 8 || part.height < 8 {
         return Vec::new();
     }
@@ -222,7 +255,11 @@ fn nearby(pyramid: &[Raster<[f32; 3]>], circle: &Circle, share: f64) -> Vec<Rank
         ..local
     };
     let radii = (1.0 - share) * local.radius_px..(1.0 + 1.2 * share) * local.radius_px;
-    let circles = search::circles(&edges, radii.start as f32..radii.end as f32, Some((here, share)));
+    let circles = search::circles(
+        &edges,
+        radii.start as f32..radii.end as f32,
+        Some((here, share)),
+    );
     measured(pyramid, &edges, &circles, level, from)
 }
 
@@ -254,7 +291,10 @@ fn distinct(mut found: Vec<Ranked>) -> Vec<Rim> {
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut rims: Vec<Rim> = Vec::new();
     for (rim, _) in found {
-        if !rims.iter().any(|r| search::same_circle(&r.circle, &rim.circle)) {
+        if !rims
+            .iter()
+            .any(|r| search::same_circle(&r.circle, &rim.circle))
+        {
             rims.push(rim);
         }
     }
@@ -265,8 +305,8 @@ fn distinct(mut found: Vec<Ranked>) -> Vec<Rim> {
 /// those between codes (whose contours in a lamp's glare are circles too), and up to doubled where there
 /// are clear edges within, as a mirror shows and a grey ball or a disc does not.
 fn rank(rim: &Rim, edges: &Edges, circle: &Circle) -> f64 {
-    /// About four codes of eight bits.
-    const FAINT: f64 = 0.015;
+    /// About two codes of eight bits.
+    const FAINT: f64 = 0.0087;
     /// Edges per pixel: a few windows' worth in a ball of 30 pixels.
     const BUSY: f64 = 0.03;
     let within = 0.85 * circle.radius_px;

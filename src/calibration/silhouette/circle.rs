@@ -81,7 +81,9 @@ impl Circle {
             .map(|p| p.distance(points[0]))
             .fold(0.0, f64::max);
         algebraic(&points)
-            .and_then(|start| (0..20).try_fold(start, |circle, _| circle.improved(&points, |_| 1.0)))
+            .and_then(|start| {
+                (0..20).try_fold(start, |circle, _| circle.improved(&points, |_| 1.0))
+            })
             .filter(|circle| circle.radius_px < FLATTEST * longest)
             .ok_or_else(|| {
                 Error::unexpected(
@@ -208,7 +210,8 @@ fn algebraic(points: &[DVec2]) -> Option<Circle> {
         right += row * p.length_squared();
     }
     // NaN (no points, one place) fails this comparison too.
-    if !(normal.determinant().abs() > 1e-9 * count.powi(3)) {
+    let is_determined = normal.determinant().abs() > 1e-9 * count.powi(3);
+    if !is_determined {
         return None;
     }
     let found = normal.inverse() * right;
@@ -301,11 +304,19 @@ mod tests {
             })
             .collect();
         let found = Circle::fit(&points).unwrap();
-        let cost = |c: Circle| points.iter().map(|&p| c.distance(p.into()).powi(2)).sum::<f64>();
+        let cost = |c: Circle| {
+            points
+                .iter()
+                .map(|&p| c.distance(p.into()).powi(2))
+                .sum::<f64>()
+        };
         for (dx, dy, dr) in [(0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01)] {
             for sign in [-1.0, 1.0] {
                 let moved = Circle {
-                    center_px: [found.center_px[0] + sign * dx, found.center_px[1] + sign * dy],
+                    center_px: [
+                        found.center_px[0] + sign * dx,
+                        found.center_px[1] + sign * dy,
+                    ],
                     radius_px: found.radius_px + sign * dr,
                 };
                 assert!(cost(moved) > cost(found));

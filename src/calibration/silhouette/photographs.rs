@@ -132,9 +132,15 @@ impl Photographs {
         let brightest = self.count as f32 * values().fold(0.0, f32::max);
         let darkest = values().fold(1.0, f32::min);
         let (found, remedy) = if brightest < BLACK {
-            ("black everywhere", "Photograph the ball with more light or a longer exposure")
+            (
+                "black everywhere",
+                "Photograph the ball with more light or a longer exposure",
+            )
         } else if darkest >= CLIPPED {
-            ("clipped to white everywhere", "Photograph the ball with a denser filter or a shorter exposure")
+            (
+                "clipped to white everywhere",
+                "Photograph the ball with a denser filter or a shorter exposure",
+            )
         } else {
             return Ok(());
         };

@@ -26,7 +26,11 @@ pub(super) struct Rim {
 impl Rim {
     /// Share of the rim's places within the picture where it was seen.
     pub fn share_within_frame(&self) -> f64 {
-        if self.framed > 0.0 { self.share / self.framed } else { 0.0 }
+        if self.framed > 0.0 {
+            self.share / self.framed
+        } else {
+            0.0
+        }
     }
 
     /// How unlikely the rim's agreement is by chance, per place, times the places.
@@ -44,19 +48,19 @@ const CHANCE: f64 = 1.0 / REACH;
 /// A silhouette off the optical axis is an ellipse, and lenses distort: places may be off a circle
 /// by this share of the radius.
 const OUT_OF_ROUND: f64 = 0.008;
+/// With less evidence at the first size, the larger ones are spared.
+const HOPELESS: f64 = 2.0;
 /// Samples per pixel along a ray.
 const SAMPLES: f64 = 2.0;
+/// Samples side by side across a ray at most.
+const MOST_SAMPLES: f64 = 6.0;
 /// Standard deviation in pixels of the Gaussian whose derivative finds edges along a ray.
-const BLUR: f64 = 1.0;
+const BLUR: f64 = 0.7;
 /// Edges at least this strong, relative to a ray's strongest, can be the rim. The outermost is: what
 /// lies within is a reflection.
 const OUTER: f64 = 0.35;
 /// Changes below this (in encoded values) are rounding of the arithmetic, not of any camera.
 const LEAST_CONTRAST: f64 = 2e-6;
-/// Encoded values are about the 2.2nd root of light; any camera's own curve is near enough, as only
-/// the middle of an edge a pixel or two wide is sought.
-const GAMMA: f32 = 2.2;
-
 /// An edge found on a ray.
 #[derive(Clone, Copy)]
 struct Crossing {
@@ -64,53 +68,67 @@ struct Crossing {
     contrast: f64,
 }
 
-/// Fits the circle to the rim near `rough`: from the reduced picture (`pyramid`, full size first, each
-/// half of the one before) in which the ball is about `start_radius` pixels down to the full size, or
-/// to the finest size at which the rim still stands out of the noise. `None` when nothing is there.
+/// Fits the circle to the rim near `rough`: from the picture at place `start` of the `pyramid` (full size
+/// first, each half of the one before) up to the full size, or to the finest size at which the rim still
+/// stands out of the noise. `None` when nothing is there.
 pub(super) fn fit(pyramid: &[Raster<[f32; 3]>], rough: &Circle, start: usize) -> Option<Rim> {
     let mut best: Option<Rim> = None;
     let mut circle = *rough;
+    let mut band = f64::INFINITY;
     for level in (0..=start.min(pyramid.len() - 1)).rev() {
         let scale = (1 << level) as f64;
         let local = circle.scaled(1.0 / scale);
-        let Some(rim) = fit_at(&pyramid[level], &local) else {
+        let Some(rim) = fit_at(&pyramid[level], &local, band) else {
             break;
         };
         // Where noise or a soft focus hides the rim at this size, the coarser one was better.
         if best.is_some_and(|before| rim.share < 0.75 * before.share) {
             break;
         }
+        let is_hopeless = best.is_none() && rim.evidence() < HOPELESS;
         circle = rim.circle.scaled(scale);
+        // What was sharp is twice as wide in the next picture, and a margin.
+        band = 3.0 * rim.tolerance;
         best = Some(Rim {
             circle,
             residual: scale * rim.residual,
             tolerance: scale * rim.tolerance,
             ..rim
         });
+        if is_hopeless {
+            break;
+        }
     }
     best
 }
 
 /// Fits the circle at one size: to the outermost edges, within which reflections lie, or to all, among
 /// which the rim's agree best where things behind the ball are outermost.
-fn fit_at(picture: &Raster<[f32; 3]>, rough: &Circle) -> Option<Rim> {
-    let to_outermost = fit_to(picture, rough, true);
-    let to_all = fit_to(picture, rough, false);
+fn fit_at(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64) -> Option<Rim> {
+    let to_outermost = fit_to(picture, rough, band, true);
+    let to_all = fit_to(picture, rough, band, false);
     match (to_outermost, to_all) {
         (Some(a), Some(b)) if b.evidence() > 1.1 * a.evidence() => Some(b),
         (a, b) => a.or(b),
     }
 }
 
-/// First within a wide band, then within one as narrow as the rim is sharp.
-fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, outermost: bool) -> Option<Rim> {
+/// First within a wide tolerance, `band` at most, then within one as narrow as the rim is sharp.
+fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64, outermost: bool) -> Option<Rim> {
     let mut circle = *rough;
-    // The coarser picture knew the rim to a pixel or two of this one.
-    let mut tolerance = (2.0 * widest_tolerance(&circle)).min(0.3 * circle.radius_px / REACH);
+    let mut tolerance = (2.0 * widest_tolerance(&circle))
+        .min(0.3 * circle.radius_px / REACH)
+        .min(band);
     for _ in 0..5 {
         let rays = crossings(picture, &circle, REACH * tolerance);
         let places: Vec<DVec2> = (rays.iter())
-            .flat_map(|ray| &ray[if outermost { ray.len().saturating_sub(1) } else { 0 }..])
+            .flat_map(|ray| {
+                &ray[if outermost {
+                    ray.len().saturating_sub(1)
+                } else {
+                    0
+                }..]
+            })
             .map(|crossing| crossing.place)
             .collect();
         let (better, deviation) = circle.agreed(&places, 2.0 * tolerance)?;
@@ -140,7 +158,10 @@ pub(super) fn measured(picture: &Raster<[f32; 3]>, circle: &Circle, tolerance: f
         .collect();
     let raw = on_rim.len() as f64 / (rays.len() as f64).max(1.0);
     let framed = rays.len() as f64 / ray_count(circle) as f64;
-    let squares: f64 = on_rim.iter().map(|c| circle.distance(c.place).powi(2)).sum();
+    let squares: f64 = on_rim
+        .iter()
+        .map(|c| circle.distance(c.place).powi(2))
+        .sum();
     let mut contrasts: Vec<f64> = on_rim.iter().map(|c| c.contrast).collect();
     contrasts.sort_by(f64::total_cmp);
     Rim {
@@ -169,10 +190,12 @@ fn crossings(picture: &Raster<[f32; 3]>, circle: &Circle, reach: f64) -> Vec<Vec
         .filter(|&i| {
             let towards = DVec2::from_angle(TAU * i as f64 / rays as f64);
             // Half a pixel of the frame's border shows no edge.
-            [circle.radius_px - reach, circle.radius_px + reach].iter().all(|&r| {
-                let p = circle.center() + r * towards;
-                p.cmpge(DVec2::splat(0.5)).all() && p.cmple(bounds - 0.5).all()
-            })
+            [circle.radius_px - reach, circle.radius_px + reach]
+                .iter()
+                .all(|&r| {
+                    let p = circle.center() + r * towards;
+                    p.cmpge(DVec2::splat(0.5)).all() && p.cmple(bounds - 0.5).all()
+                })
         })
         .map(|i| edges_on_ray(picture, circle, reach, i, rays))
         .collect()
@@ -190,7 +213,7 @@ fn edges_on_ray(
     // samples are means along the circle, which keeps faint rims above the noise.
     let spacing = TAU / rays as f64;
     let width = spacing + 1.0 / circle.radius_px;
-    let side_by_side = (width * circle.radius_px).round().max(1.0) as usize;
+    let side_by_side = (width * circle.radius_px).round().clamp(1.0, MOST_SAMPLES) as usize;
     // Room for the filter's tails at both ends.
     let tail = (3.0 * BLUR * SAMPLES) as usize;
     let half = (reach * SAMPLES).ceil() as usize + tail;
@@ -233,19 +256,27 @@ fn edges_on_ray(
             let offset = (light as f64 + shift.clamp(-0.5, 0.5) - half as f64) / SAMPLES;
             Some(Crossing {
                 place: circle.center() + (circle.radius_px + offset) * towards,
-                contrast: encoded[peak] * BLUR * TAU.sqrt(),
+                // The height of a step with this slope, as a mean over the three channels.
+                contrast: encoded[peak] * BLUR * TAU.sqrt() / 3f64.sqrt(),
             })
         })
         .collect()
 }
 
 /// Encoded values at a place (bilinear between pixel centres, the border repeated), and the light of
-/// the four pixels likewise.
+/// the four pixels likewise: about the square of its code, which is near enough to any camera's curve
+/// as only the middle of an edge a pixel or two wide is sought.
 fn sample(picture: &Raster<[f32; 3]>, place: DVec2) -> ([f32; 3], [f32; 3]) {
     let inside = |v: f64, n: usize| (v - 0.5).clamp(0.0, (n - 1) as f64);
-    let (x, y) = (inside(place.x, picture.width), inside(place.y, picture.height));
+    let (x, y) = (
+        inside(place.x, picture.width),
+        inside(place.y, picture.height),
+    );
     let (x0, y0) = (x as usize, y as usize);
-    let (x1, y1) = ((x0 + 1).min(picture.width - 1), (y0 + 1).min(picture.height - 1));
+    let (x1, y1) = (
+        (x0 + 1).min(picture.width - 1),
+        (y0 + 1).min(picture.height - 1),
+    );
     let (fx, fy) = ((x - x0 as f64) as f32, (y - y0 as f64) as f32);
     let corners = [
         (picture.at(x0, y0), (1.0 - fx) * (1.0 - fy)),
@@ -257,7 +288,7 @@ fn sample(picture: &Raster<[f32; 3]>, place: DVec2) -> ([f32; 3], [f32; 3]) {
     for (pixel, weight) in corners {
         for c in 0..3 {
             encoded[c] += weight * pixel[c];
-            linear[c] += weight * pixel[c].powf(GAMMA);
+            linear[c] += weight * pixel[c] * pixel[c];
         }
     }
     (encoded, linear)
@@ -272,7 +303,8 @@ fn steepness(profile: &[[f64; 3]]) -> Vec<f64> {
             let mut slope = [0.0; 3];
             for step in -reach..=reach {
                 let t = step as f64 / SAMPLES;
-                let weight = t * (-0.5 * (t / BLUR).powi(2)).exp() / (TAU.sqrt() * BLUR.powi(3) * SAMPLES);
+                let weight =
+                    t * (-0.5 * (t / BLUR).powi(2)).exp() / (TAU.sqrt() * BLUR.powi(3) * SAMPLES);
                 let value = profile[(k + step).clamp(0, last) as usize];
                 (slope.iter_mut().zip(value)).for_each(|(s, v)| *s += weight * v);
             }

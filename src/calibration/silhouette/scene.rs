@@ -24,7 +24,7 @@ pub struct Scene {
     pub around: Around,
     /// A pole under the ball.
     pub pole: bool,
-    /// Direction of a lamp far brighter than white, if any.
+    /// Direction of a lamp far brighter than white, if any: the ball shows it, the camera is shaded from it.
     pub lamp: Option<DVec3>,
     /// Light from everywhere, so that the ball is not black.
     pub ambient: f64,
@@ -37,7 +37,9 @@ pub struct Scene {
 
 /// A number in [0, 1) for every input (splitmix64).
 pub fn random(seed: u64, index: u64) -> f64 {
-    let mut z = seed.wrapping_add(index.wrapping_mul(0x9e37_79b9_7f4a_7c15)).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = seed
+        .wrapping_add(index.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+        .wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
@@ -54,7 +56,9 @@ impl Scene {
         let mut picture = Raster::from_fn(width, height, |x, y| {
             let corner = DVec2::new(x as f64, y as f64);
             // Sixty-four rays where the rim is, four elsewhere.
-            let is_rim = self.ball.is_some_and(|b| b.distance(corner + 0.5).abs() < 1.5);
+            let is_rim = self
+                .ball
+                .is_some_and(|b| b.distance(corner + 0.5).abs() < 1.5);
             let n = if is_rim { 8 } else { 2 };
             let mut sum = DVec3::ZERO;
             for i in 0..n * n {
@@ -80,7 +84,12 @@ impl Scene {
     fn add_glare(&self, picture: &mut Raster<DVec3>) {
         let bright: Vec<(DVec2, DVec3)> = (0..picture.pixels.len())
             .filter(|&i| picture.pixels[i].max_element() > 4.0)
-            .map(|i| (DVec2::new((i % picture.width) as f64, (i / picture.width) as f64), picture.pixels[i]))
+            .map(|i| {
+                (
+                    DVec2::new((i % picture.width) as f64, (i / picture.width) as f64),
+                    picture.pixels[i],
+                )
+            })
             .collect();
         let step = bright.len().div_ceil(24).max(1);
         let width = picture.width;
@@ -107,7 +116,10 @@ impl Scene {
         let inside = along * along - distance * distance + 1.0;
         if self.ball.is_some() && inside > 0.0 {
             let hit = camera - ray * (along + inside.sqrt());
-            return DVec3::from(REFLECTIVITY) * self.environment(ray.reflect(hit));
+            let mirrored = ray.reflect(hit);
+            let is_lamp = self.lamp.is_some_and(|lamp| mirrored.dot(lamp) > 0.996);
+            let lamp = DVec3::new(40.0, 38.0, 34.0) * f64::from(is_lamp);
+            return DVec3::from(REFLECTIVITY) * (lamp + self.environment(mirrored));
         }
         let u = off / slope;
         if self.pole && u.y > 0.0 && u.x.abs() < 0.12 {
@@ -120,11 +132,17 @@ impl Scene {
             for thing in 0..14u64 {
                 let r = |k: u64| random(self.seed, 1000 + 10 * thing + k);
                 let (x, y) = (r(0) * self.size.0 as f64, r(1) * self.size.1 as f64);
-                let scale = ball.radius_px.min(0.25 * self.size.0.min(self.size.1) as f64);
+                let scale = ball
+                    .radius_px
+                    .min(0.25 * self.size.0.min(self.size.1) as f64);
                 let (w, h) = ((0.1 + 0.7 * r(2)) * scale, (0.1 + 0.7 * r(3)) * scale);
                 let d = (at - DVec2::new(x, y)).abs();
                 let is_disc = thing % 5 == 0;
-                let hit = if is_disc { d.length() < 0.6 * w } else { d.x < w && d.y < h };
+                let hit = if is_disc {
+                    d.length() < 0.6 * w
+                } else {
+                    d.x < w && d.y < h
+                };
                 if hit {
                     return DVec3::new(r(4), r(5), r(6)).powf(2.2) * 0.9;
                 }
@@ -136,9 +154,6 @@ impl Scene {
     /// Light from a direction.
     fn environment(&self, d: DVec3) -> DVec3 {
         let mut light = DVec3::splat(self.ambient);
-        if let Some(lamp) = self.lamp {
-            light += DVec3::new(40.0, 38.0, 34.0) * f64::from(d.dot(lamp) > 0.996);
-        }
         if self.around == Around::Dark {
             return light;
         }
@@ -153,8 +168,12 @@ impl Scene {
         for panel in 0..7u64 {
             let p = |k: u64| random(self.seed, 600 + 10 * panel + k);
             let turn = (azimuth - std::f64::consts::TAU * p(0)).sin().abs();
-            if turn < 0.1 + 0.2 * p(1) && (height - 1.4 * (p(2) - 0.5)).abs() < 0.1 + 0.2 * p(3) && azimuth.cos() > -0.8 {
-                light = DVec3::splat(self.ambient) + DVec3::new(p(4), p(5), p(6)) * if panel < 2 { 3.0 } else { 0.6 };
+            if turn < 0.1 + 0.2 * p(1)
+                && (height - 1.4 * (p(2) - 0.5)).abs() < 0.1 + 0.2 * p(3)
+                && azimuth.cos() > -0.8
+            {
+                light = DVec3::splat(self.ambient)
+                    + DVec3::new(p(4), p(5), p(6)) * if panel < 2 { 3.0 } else { 0.6 };
             }
         }
         light

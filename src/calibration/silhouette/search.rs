@@ -38,7 +38,11 @@ const CHANCE: f64 = 0.125;
 
 /// The circles of radii within `radii` pixels that stand out, best first; those about `near` only
 /// where it is given: a circle and how far from it (as a share of its radius) centres may lie.
-pub(super) fn circles(edges: &Edges, radii: Range<f32>, near: Option<(Circle, f64)>) -> Vec<Circle> {
+pub(super) fn circles(
+    edges: &Edges,
+    radii: Range<f32>,
+    near: Option<(Circle, f64)>,
+) -> Vec<Circle> {
     let bands: Vec<Range<f32>> = std::iter::successors(Some(radii.start), |r| Some(r * BAND))
         .take_while(|&r| r < radii.end)
         .map(|r| r..(r * BAND).min(radii.end))
@@ -78,7 +82,9 @@ pub(super) fn same_circle(a: &Circle, b: &Circle) -> bool {
 
 /// The places where most edges' normals of a band's length end.
 fn centers(edges: &Edges, band: &Range<f32>) -> Vec<Vec2> {
-    let margin = (MARGIN * edges.width.max(edges.height) as f32).min(band.end).ceil();
+    let margin = (MARGIN * edges.width.max(edges.height) as f32)
+        .min(band.end)
+        .ceil();
     // Votes spread with the radius, as the edges' directions are known to a few degrees: larger
     // circles need fewer cells and fewer steps.
     let cell = (0.04 * band.start).max(1.0);
@@ -118,7 +124,8 @@ fn centers(edges: &Edges, band: &Range<f32>) -> Vec<Vec2> {
     let mut peaks: Vec<usize> = Vec::new();
     for i in order {
         let clear = |&&j: &&usize| {
-            (i % columns).abs_diff(j % columns) <= apart && (i / columns).abs_diff(j / columns) <= apart
+            (i % columns).abs_diff(j % columns) <= apart
+                && (i / columns).abs_diff(j / columns) <= apart
         };
         if peaks.iter().find(clear).is_none() {
             peaks.push(i);
@@ -161,7 +168,8 @@ fn about(edges: &Edges, center: Vec2, band: &Range<f32>) -> Vec<Candidate> {
     for edge in &edges.list {
         let offset = edge.place - center;
         let distance = offset.length();
-        if distance >= least && distance < most && offset.dot(edge.across).abs() > facing * distance {
+        if distance >= least && distance < most && offset.dot(edge.across).abs() > facing * distance
+        {
             // A circle's edges grow with its radius.
             histogram[((distance - least) / step) as usize + 1] += edge.weight / distance;
         }
@@ -245,7 +253,8 @@ fn evidence(edges: &Edges, circle: &Circle) -> f64 {
     let places = along(edges, circle, 1.0);
     let agreeing = places.iter().flatten().count();
     let tests = 3.0 * (edges.width.max(edges.height) as f64).ln();
-    0.5 * places.len() as f64 * divergence(agreeing as f64 / places.len().max(1) as f64, CHANCE) - tests
+    0.5 * places.len() as f64 * divergence(agreeing as f64 / places.len().max(1) as f64, CHANCE)
+        - tests
 }
 
 /// How unlikely a share of `share` is per trial where `chance` is expected (Kullback and Leibler's
