@@ -1,6 +1,6 @@
 //! The demo: the whole way on a shoot of the virtual stage, with no data and no download.
 
-use crate::calibration::{Calibration, calibrate};
+use crate::calibration::{CalibrateSettings, Calibration, calibrate};
 use crate::error::Result;
 use crate::evaluation::{EvaluateReport, EvaluateSettings, Method, Truth, evaluate};
 use crate::export::relight::{RelightReport, RelightSettings, relight};
@@ -49,7 +49,7 @@ pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
         };
         write_shoot(&shoot, &settings, progress)?;
     }
-    let project = if root.join("project.toml").exists() {
+    let mut project = if root.join("project.toml").exists() {
         Project::open(&root)?
     } else {
         import(
@@ -63,7 +63,7 @@ pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
         )?
     };
     if !project.calibration_path().exists() {
-        calibrate(&project, progress)?.save(&project)?;
+        calibrate(&mut project, &CalibrateSettings::default(), progress)?.save(&project)?;
     }
     if !project.checkpoint_path().join("checkpoint.toml").exists() {
         install(DEMO_STARTER, &project.checkpoint_path())?;

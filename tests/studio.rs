@@ -1,9 +1,9 @@
 //! The real window, driven headless: what a person does, and what they then see.
 
-#[path = "studio/clay.rs"]
-mod clay;
 #[path = "studio/calibrating.rs"]
 mod calibrating;
+#[path = "studio/clay.rs"]
+mod clay;
 
 use afterlight::Error;
 use afterlight::compositor::Field;

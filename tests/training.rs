@@ -1,6 +1,6 @@
 //! Training as a whole, on a shoot small enough for seconds.
 
-use afterlight::calibration::{Calibration, calibrate};
+use afterlight::calibration::{CalibrateSettings, Calibration, calibrate};
 use afterlight::footage::{Frame, ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
 use afterlight::progress::{Control, Progress, Report};
@@ -34,14 +34,19 @@ fn shoot(folder: &Path) {
 
 fn project(folder: &Path, name: &str) -> (Project, Calibration) {
     let settings = ImportSettings { size: 16, seed: 5 };
-    let project = import(
+    let mut project = import(
         &folder.join(name),
         &folder.join("shoot"),
         &settings,
         &Progress::silent(),
     )
     .unwrap();
-    let calibration = calibrate(&project, &Progress::silent()).unwrap();
+    let calibration = calibrate(
+        &mut project,
+        &CalibrateSettings::default(),
+        &Progress::silent(),
+    )
+    .unwrap();
     calibration.save(&project).unwrap();
     (project, calibration)
 }

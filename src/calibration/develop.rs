@@ -1,8 +1,8 @@
 //! From photographs of a mirror ball on disk to a light probe on disk.
 
 use super::light_probe::{
-    BallCamera, BallView, ClippedLight, Exposure, Photograph, TwoBallsSettings, light_probe,
-    merge, merge_balls,
+    BallCamera, BallView, ClippedLight, Exposure, Photograph, TwoBallsSettings, light_probe, merge,
+    merge_balls,
 };
 use super::silhouette::{self, Circle, Photographs, Silhouette};
 use crate::error::{Error, Result};
@@ -120,7 +120,12 @@ pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
     };
     let panorama = match &settings.second {
         None => {
-            let probe = light_probe(&first.photograph, &first.view, settings.clipped, panorama_size)?;
+            let probe = light_probe(
+                &first.photograph,
+                &first.view,
+                settings.clipped,
+                panorama_size,
+            )?;
             report.blind_share = probe.blind_share;
             report.filled_share = probe.filled_share;
             report.clipped_pixels = vec![probe.clipped_pixels];
@@ -176,7 +181,11 @@ impl Ball {
             return Err(Error::unexpected(
                 "the mirror ball's photographs",
                 "one photograph, or a bracket with an exposure in stops for each",
-                format!("{} photographs, {} exposures", paths.len(), pictures.stops.len()),
+                format!(
+                    "{} photographs, {} exposures",
+                    paths.len(),
+                    pictures.stops.len()
+                ),
                 "Give the exposures in the order of the photographs, such as --stops 0,-2,-4",
             ));
         }
@@ -227,8 +236,14 @@ impl Ball {
 /// EXR and Radiance HDR are linear; everything else is as the camera encoded it.
 fn photograph(path: &Path, response: &DualGamma) -> Result<Photograph> {
     let extension = path.extension().unwrap_or_default();
-    if ["exr", "hdr"].iter().any(|known| extension.eq_ignore_ascii_case(known)) {
+    if ["exr", "hdr"]
+        .iter()
+        .any(|known| extension.eq_ignore_ascii_case(known))
+    {
         return Ok(Photograph::from_linear(file::read_linear(path)?, None));
     }
-    Ok(Photograph::from_encoded(&file::read_encoded(path)?, response))
+    Ok(Photograph::from_encoded(
+        &file::read_encoded(path)?,
+        response,
+    ))
 }

@@ -8,6 +8,7 @@ mod footprint;
 pub mod gamma;
 mod least_squares;
 pub mod light_probe;
+mod minimum;
 pub mod mirror_ball;
 pub mod probe;
 pub mod rig_check;
@@ -184,7 +185,10 @@ fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Resu
     // The first is the interview's ball.
     let paths = &project.probe_paths()[1..];
     for same in rig_check::same_pictures(paths)? {
-        let names: Vec<&str> = same.iter().map(|&lamp| rig.lamps[lamp].name.as_str()).collect();
+        let names: Vec<&str> = same
+            .iter()
+            .map(|&lamp| rig.lamps[lamp].name.as_str())
+            .collect();
         sentences.push(format!(
             "the mirror balls of {} are one and the same picture. Give each lamp its own photograph",
             names.join(", ")
@@ -203,7 +207,10 @@ pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> R
     let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
         let probes = Probes::load(project, progress)?;
         let lamps = probes.lamps(&project.settings.shoot.lamps, &PROVISIONAL);
-        let usable = lamps.iter().enumerate().filter(|(_, lamp)| lamp.is_usable());
+        let usable = lamps
+            .iter()
+            .enumerate()
+            .filter(|(_, lamp)| lamp.is_usable());
         usable.map(|(i, lamp)| (i, lamp.direction)).unzip()
     } else {
         shoot.lamp_layout.iter().copied().enumerate().unzip()
@@ -213,9 +220,15 @@ pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> R
         *index = places[*index];
     }
     let shoot = &mut project.settings.shoot;
-    shoot.lamps = (subset.indices.iter()).map(|&i| shoot.lamps[i].clone()).collect();
+    shoot.lamps = (subset.indices.iter())
+        .map(|&i| shoot.lamps[i].clone())
+        .collect();
     if !shoot.lamp_layout.is_empty() {
-        shoot.lamp_layout = subset.indices.iter().map(|&i| shoot.lamp_layout[i]).collect();
+        shoot.lamp_layout = subset
+            .indices
+            .iter()
+            .map(|&i| shoot.lamp_layout[i])
+            .collect();
     }
     project.save()?;
     Ok(subset)

@@ -50,9 +50,8 @@ impl Trial {
 
     /// Another by these differences of γ1, γ2 and the exposure, within their bounds.
     pub fn nudged(self, [gamma1, gamma2, exposure]: [f32; 3]) -> Self {
-        let within = |value: f32, bounds: RangeInclusive<f32>| {
-            value.clamp(*bounds.start(), *bounds.end())
-        };
+        let within =
+            |value: f32, bounds: RangeInclusive<f32>| value.clamp(*bounds.start(), *bounds.end());
         Self {
             response: DualGamma {
                 gamma1: within(self.response.gamma1 + gamma1, DualGamma::BOUNDS),

@@ -144,8 +144,13 @@ fn angles_deg(rig: &Rig, truth: &[Vec3]) -> Vec<f32> {
 fn a_shoot_of_known_making_is_recovered() {
     for (gamma1, gamma2) in [(2.5, 1.9), (2.0, 2.3)] {
         let folder = tempfile::tempdir().unwrap();
-        let project = small_shoot(folder.path(), &DualGamma { gamma1, gamma2 });
-        let found = calibrate(&project, &Progress::silent()).unwrap();
+        let mut project = small_shoot(folder.path(), &DualGamma { gamma1, gamma2 });
+        let found = calibrate(
+            &mut project,
+            &CalibrateSettings::default(),
+            &Progress::silent(),
+        )
+        .unwrap();
         println!(
             "γ ({gamma1}, {gamma2}): {:?} ± {:?}, exposure {}",
             found.response, found.gamma_deviation, found.exposure
@@ -246,9 +251,13 @@ fn a_calibration_that_holds_no_numbers_is_refused() {
 #[test]
 fn a_shoot_without_poses_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let error = calibrate(&small_project(folder.path()), &Progress::silent())
-        .unwrap_err()
-        .to_string();
+    let error = calibrate(
+        &mut small_project(folder.path()),
+        &CalibrateSettings::default(),
+        &Progress::silent(),
+    )
+    .unwrap_err()
+    .to_string();
     assert!(error.contains("at least one of poses"), "{error}");
 }
 
@@ -434,11 +443,16 @@ fn judge(
 
 #[test]
 fn the_shared_shoot_is_calibrated() {
-    let Some((project, _home, truth, directions)) = shared_shoot("probes") else {
+    let Some((mut project, _home, truth, directions)) = shared_shoot("probes") else {
         return;
     };
     let start = std::time::Instant::now();
-    let found = calibrate(&project, &Progress::silent()).unwrap();
+    let found = calibrate(
+        &mut project,
+        &CalibrateSettings::default(),
+        &Progress::silent(),
+    )
+    .unwrap();
     println!("calibrated in {:.1} s", start.elapsed().as_secs_f32());
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 0.5 && weight <= 0.02 && gamma.iter().all(|g| g.abs() <= 0.1));
@@ -472,7 +486,12 @@ fn a_changed_exposure_of_the_shared_shoot_is_found() {
         file::write_png(&path, &response.encode(&brighter)).unwrap();
     }
     project.settings.shoot.folder = "brighter".into();
-    let found = calibrate(&project, &Progress::silent()).unwrap();
+    let found = calibrate(
+        &mut project,
+        &CalibrateSettings::default(),
+        &Progress::silent(),
+    )
+    .unwrap();
     let off = [
         found.response.gamma1 - response.gamma1,
         found.response.gamma2 - response.gamma2,
@@ -493,10 +512,15 @@ fn a_changed_exposure_of_the_shared_shoot_is_found() {
 
 #[test]
 fn clipped_balls_are_counted_and_leave_directions_trusted() {
-    let Some((project, _home, truth, directions)) = shared_shoot("probes_hot") else {
+    let Some((mut project, _home, truth, directions)) = shared_shoot("probes_hot") else {
         return;
     };
-    let found = calibrate(&project, &Progress::silent()).unwrap();
+    let found = calibrate(
+        &mut project,
+        &CalibrateSettings::default(),
+        &Progress::silent(),
+    )
+    .unwrap();
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 2.5 && weight <= 0.05 && gamma.iter().all(|g| g.abs() <= 0.15));
     assert!(found.clipped_pixels > 1000 && found.rig.lamps.iter().all(|lamp| lamp.clipped > 0.5));

@@ -114,10 +114,20 @@ struct ProbeArgs {
     #[arg(long, value_name = "FILE", num_args = 1..)]
     second: Vec<PathBuf>,
     /// Exposures of those photographs in stops.
-    #[arg(long, value_delimiter = ',', allow_negative_numbers = true, requires = "second")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        requires = "second"
+    )]
     second_stops: Vec<f32>,
     /// How far the second camera stands to the right of the first, seen from the ball.
-    #[arg(long, value_name = "DEG", default_value_t = 90.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 90.0,
+        allow_negative_numbers = true
+    )]
     second_angle: f32,
     /// The camera's field of view across the whole picture's width; from far away where nothing is said.
     #[arg(long, value_name = "DEG", group = "lens")]
@@ -138,7 +148,12 @@ struct ProbeArgs {
     #[arg(long)]
     estimate_clipped: bool,
     /// Turn what is written: positive moves it to camera-right in front.
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     yaw: f32,
     /// How the sphere is laid out.
     #[arg(long, value_enum, default_value = "lat-long")]

@@ -10,11 +10,11 @@ use super::panels::{
 };
 use super::state::{State, Workspace};
 use super::{keys, theme};
+use crate::calibration::{CalibrateSettings, Circle, Trial};
 use crate::gpu::DeviceChoice;
 use crate::project::Project;
 use crate::scene::Scene;
 use crate::training::{Preset, TrainSettings};
-use crate::calibration::{CalibrateSettings, Circle, Trial};
 use crate::worker::{
     Ask, Blocked, Event, GammaView, Job, Latest, Library, Need, ProbeStudy, Relit, Source, Study,
     StudyAsk, Worker,

@@ -133,7 +133,10 @@ impl Job {
                 let subset = lamps
                     .map(|count| calibration::keep_lamps(&mut project, count, progress))
                     .transpose()?;
-                Ok(Outcome::Imported(ImportReport::of(&project, subset.as_ref())))
+                Ok(Outcome::Imported(ImportReport::of(
+                    &project,
+                    subset.as_ref(),
+                )))
             }
             Self::Develop { settings } => develop(&settings).map(Outcome::Developed),
             Self::Calibrate { project, settings } => {
@@ -287,9 +290,16 @@ fn developed(report: &DevelopReport) -> String {
         100.0 * report.blind_share,
         100.0 * report.filled_share
     );
-    let estimated = report.estimated_energy_share.iter().copied().fold(0.0, f32::max);
+    let estimated = report
+        .estimated_energy_share
+        .iter()
+        .copied()
+        .fold(0.0, f32::max);
     if estimated > 0.0 {
-        text += &format!("; {:.1} % was estimated for clipped lamps", 100.0 * estimated);
+        text += &format!(
+            "; {:.1} % was estimated for clipped lamps",
+            100.0 * estimated
+        );
     }
     if let (Some(ratio), Some(stops)) = (report.exposure_ratio, report.disagreement_stops) {
         text += &format!(

@@ -247,7 +247,11 @@ impl Desk {
         let calibration = Calibration::load(&project).ok();
         let response = calibration.as_ref().map_or(PROVISIONAL, |c| c.response);
         let photograph = photograph.filter(|&lamp| lamp < shoot.lamps.len());
-        if self.photograph.as_ref().is_none_or(|(read, _)| *read != photograph) {
+        if self
+            .photograph
+            .as_ref()
+            .is_none_or(|(read, _)| *read != photograph)
+        {
             let path = photograph.map_or_else(
                 || project.interview_probe_path(),
                 |lamp| project.lamp_probe_path(lamp),
@@ -255,11 +259,13 @@ impl Desk {
             self.photograph = Some((photograph, file::read_encoded(&path)?));
         }
         if self.found.is_none() {
-            self.found = Some(
-                find_circle(&project, &progress).map_err(|e| e.to_string()),
-            );
+            self.found = Some(find_circle(&project, &progress).map_err(|e| e.to_string()));
         }
-        if self.lamps.as_ref().is_none_or(|(within, _)| *within != circle) {
+        if self
+            .lamps
+            .as_ref()
+            .is_none_or(|(within, _)| *within != circle)
+        {
             let lamps = Probes::load(&project, &progress)?.lamps(&shoot.lamps, &response);
             self.lamps = Some((circle, lamps));
         }
@@ -292,7 +298,10 @@ impl Desk {
                 }
                 Err(sentence) => Err(sentence.clone()),
             },
-            found: found.as_ref().map(|(_, found)| *found).map_err(Clone::clone),
+            found: found
+                .as_ref()
+                .map(|(_, found)| *found)
+                .map_err(Clone::clone),
             panorama: Thumbnail::of(&probe.panorama),
             clipped_pixels: probe.clipped_pixels,
             clipped_at,
@@ -335,7 +344,9 @@ impl Desk {
             deviation: exemplars.deviation,
             frame,
             pose: project.settings.shoot.poses[0].clone(),
-            interview: (self.frame.as_ref()).map(|(_, shown)| shown.clone()).unwrap_or_default(),
+            interview: (self.frame.as_ref())
+                .map(|(_, shown)| shown.clone())
+                .unwrap_or_default(),
             relit: shown(&study.relit(&response, trial.exposure, &weights)),
             interview_histogram: *study.interview_histogram(),
             relit_histogram: study.relit_histogram(&response, trial.exposure, &weights),
@@ -390,6 +401,10 @@ fn shown(encoded: &Encoded) -> Thumbnail {
     let reduce = |side: usize| (side * PICTURE_PX.min(longer) / longer).max(1);
     let (width, height) = (reduce(width), reduce(height));
     let small = resize_area(&encoded.0, width, height);
-    let rgb = small.pixels.iter().flat_map(|p| p.map(byte_from_unit)).collect();
+    let rgb = small
+        .pixels
+        .iter()
+        .flat_map(|p| p.map(byte_from_unit))
+        .collect();
     Thumbnail { width, height, rgb }
 }

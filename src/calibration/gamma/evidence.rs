@@ -54,6 +54,7 @@ impl Evidence {
     pub(in crate::calibration) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
         let name = |names: &[String], i: usize| names.get(i).cloned().unwrap_or_default();
         Self {
+            by_hand: false,
             comparison: fit.comparison,
             same_poses: fit
                 .same_poses

@@ -20,13 +20,13 @@ mod subject;
 mod surface;
 mod twin;
 
-use super::code::Table;
 use super::Trial;
+use super::code::Table;
+use super::minimum::{self, Search};
 use super::probe::Probes;
 use crate::error::{Error, Result};
 use crate::imaging::{DualGamma, Response};
 use crate::progress::Progress;
-use bobyqa::{Bobyqa, Config};
 use objective::{Objective, Seen, gamma_prior};
 use serde::{Deserialize, Serialize};
 
@@ -118,8 +118,12 @@ pub(super) fn by_hand(subject: &Subject, probes: &Probes, trial: &Trial) -> Gamm
         residual,
         ball_residual,
         deviation: [0.0; 3],
+        changed_exposure: 0.0,
+        other_exposure: trial.exposure,
+        other_response: trial.response,
         extent: objective.extent(),
         same_poses: vec![],
+        better_curve: None,
     }
 }
 
@@ -317,31 +321,19 @@ fn bounds() -> (f64, f64) {
     (f64::from(*bounds.start()), f64::from(*bounds.end()))
 }
 
-/// The bottom near `start` of a cost over two exponents, and its height (Powell's BOBYQA, 2009: it
-/// needs no gradient, stays within [`DualGamma::BOUNDS`] and asks for few of the costly comparisons).
+/// The bottom near `start` of a cost over two exponents, within [`DualGamma::BOUNDS`], and its height.
 fn minimise(cost: impl Fn([f64; 2]) -> f64, start: [f64; 2]) -> Result<([f64; 2], f64)> {
     let (low, high) = bounds();
-    let mut config = Config::new(2);
-    // From half the distance of the grid's places to a tenth of what any picture can tell.
-    (config.rho_begin, config.rho_end) = (0.2, 5e-4);
-    config.max_fun = 120;
-    let fault = |status: bobyqa::Status| {
-        Error::unexpected(
-            "the fit of the camera's response",
-            "a search that starts",
-            format!("{status:?}"),
-            "Please report this: it is a fault of the program",
-        )
+    let search = Search {
+        start,
+        low: [low; 2],
+        high: [high; 2],
+        // From half the distance of the grid's places to a tenth of what any picture can tell.
+        first_step: 0.2,
+        last_step: 5e-4,
+        evaluations: 120,
     };
-    let mut solver = Bobyqa::new(2, config).map_err(fault)?;
-    let mut place = start;
-    let found = solver.minimize(
-        |x| cost([x[0], x[1]]),
-        &mut place,
-        &[low, low],
-        &[high, high],
-    );
-    Ok((place, found.f))
+    minimum::minimise(cost, &search)
 }
 
 #[cfg(test)]

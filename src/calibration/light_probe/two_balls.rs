@@ -5,7 +5,7 @@
 //! pixels grow long. What one misses the other shows in its well-resolved part when the cameras are
 //! about a right angle apart.
 
-use super::super::simplex;
+use super::super::minimum::{Search, minimise};
 use super::{Ball, BallView, ClippedLight, Photograph, filled};
 use crate::error::{Error, Result};
 use crate::imaging::Image;
@@ -229,13 +229,15 @@ impl Overlap<'_> {
     fn refined(&self, given: Quat) -> Quat {
         let turned =
             |[x, y, z]: [f64; 3]| DQuat::from_scaled_axis(DVec3::new(x, y, z)).as_quat() * given;
+        // More than any that can be reached: the search wants numbers.
+        const BEYOND: f64 = 2.0;
         let cost = |offset: [f64; 3]| {
             if DVec3::from_array(offset).length() > f64::from(FARTHEST_DEG).to_radians() {
-                return f64::INFINITY;
+                return BEYOND;
             }
             let mut differences = self.differences(turned(offset));
             let Some(ratio) = weighted_median(&mut differences) else {
-                return f64::INFINITY;
+                return BEYOND;
             };
             // Differences of more than a stop are other things, not an inexact rotation.
             let (mut sum, mut weights) = (0.0f64, 0.0f64);
@@ -247,12 +249,19 @@ impl Overlap<'_> {
         };
         let start = cost([0.0; 3]);
         let step = 2.0f64.to_radians();
-        let (offset, best) = simplex::minimise(cost, [0.0; 3], [step; 3], 150);
-        // Noise alone always finds a little.
-        if best < 0.98 * start {
-            turned(offset)
-        } else {
-            given
+        let farthest = f64::from(FARTHEST_DEG).to_radians();
+        let search = Search {
+            start: [0.0; 3],
+            low: [-farthest; 3],
+            high: [farthest; 3],
+            first_step: step,
+            last_step: 1e-3 * step,
+            evaluations: 150,
+        };
+        match minimise(cost, &search) {
+            // Noise alone always finds a little.
+            Ok((offset, best)) if best < 0.98 * start => turned(offset),
+            _ => given,
         }
     }
 }

@@ -2,7 +2,9 @@
 
 use crate::light::latlong::uv_from_direction;
 use crate::studio::theme;
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2};
+use egui::{
+    Align2, Color32, FontId, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2,
+};
 use glam::{Quat, Vec3};
 
 /// A mark reaches this far from its point, for the eye and for the hand.
@@ -38,7 +40,7 @@ impl Default for DomeView {
 
 /// A mark at a point of the window.
 pub fn mark_ui(painter: &Painter, at: Pos2, mark: &Mark, faint: bool) {
-    let strength = if faint || mark.doubtful { 0.45 } else { 1.0 };
+    let strength: f32 = if faint || mark.doubtful { 0.45 } else { 1.0 };
     let fill = if mark.chosen {
         theme::ACCENT
     } else {
@@ -52,7 +54,13 @@ pub fn mark_ui(painter: &Painter, at: Pos2, mark: &Mark, faint: bool) {
     painter.circle(at, MARK_RADIUS, fill, Stroke::new(1.0, color));
     let number = mark.number.to_string();
     let size = if number.len() < 3 { 9.0 } else { 7.0 };
-    painter.text(at, Align2::CENTER_CENTER, number, FontId::proportional(size), color);
+    painter.text(
+        at,
+        Align2::CENTER_CENTER,
+        number,
+        FontId::proportional(size),
+        color,
+    );
 }
 
 /// Marks on a lat-long panorama drawn in `rect`; the one that was clicked.
@@ -91,7 +99,12 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
         (center + radius * vec2(seen.x, -seen.y), seen.z)
     };
     let painter = ui.painter();
-    painter.circle(center, radius, theme::WELL, Stroke::new(1.0, Color32::from_gray(70)));
+    painter.circle(
+        center,
+        radius,
+        theme::WELL,
+        Stroke::new(1.0, Color32::from_gray(70)),
+    );
     let line = |direction: &dyn Fn(f32) -> Vec3| {
         let points: Vec<(Pos2, f32)> = (0..=72)
             .map(|i| place(direction(i as f32 / 72.0 * std::f32::consts::TAU)))
@@ -110,7 +123,13 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
         let (at, depth) = place(direction);
         let color = theme::QUIET.gamma_multiply(if depth >= 0.0 { 1.0 } else { 0.4 });
         painter.circle_filled(at, 2.0, color);
-        painter.text(at + vec2(0.0, -3.0), Align2::CENTER_BOTTOM, name, FontId::proportional(10.0), color);
+        painter.text(
+            at + vec2(0.0, -3.0),
+            Align2::CENTER_BOTTOM,
+            name,
+            FontId::proportional(10.0),
+            color,
+        );
     }
     let seen: Vec<(Pos2, f32)> = marks.iter().map(|mark| place(mark.direction)).collect();
     let places: Vec<Pos2> = seen.iter().map(|(at, _)| *at).collect();
@@ -131,7 +150,9 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
 
 /// The number of the mark under a click.
 pub fn clicked(response: &Response, marks: &[Mark], places: &[Pos2]) -> Option<usize> {
-    let at = response.interact_pointer_pos().filter(|_| response.clicked())?;
+    let at = response
+        .interact_pointer_pos()
+        .filter(|_| response.clicked())?;
     marks
         .iter()
         .zip(places)
@@ -142,7 +163,10 @@ pub fn clicked(response: &Response, marks: &[Mark], places: &[Pos2]) -> Option<u
 }
 
 /// Marks with their places, the chosen one last, so that nothing covers it.
-pub fn in_order<'a>(marks: &'a [Mark], places: &'a [Pos2]) -> impl Iterator<Item = (&'a Mark, Pos2)> {
+pub fn in_order<'a>(
+    marks: &'a [Mark],
+    places: &'a [Pos2],
+) -> impl Iterator<Item = (&'a Mark, Pos2)> {
     let all = move || marks.iter().zip(places.iter().copied());
     all()
         .filter(|(mark, _)| !mark.chosen)

@@ -13,12 +13,28 @@ impl TabsPanel {
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         ui.horizontal_centered(|ui| {
             for (workspace, name, hint) in [
-                (Workspace::Probe, "Probe", "The mirror ball and the lamps that it shows. Key: Ctrl+1"),
-                (Workspace::Gamma, "Gamma", "The camera's response. Key: Ctrl+2"),
-                (Workspace::Relight, "Relight", "The relit picture and its light. Key: Ctrl+3"),
+                (
+                    Workspace::Probe,
+                    "Probe",
+                    "The mirror ball and the lamps that it shows. Key: Ctrl+1",
+                ),
+                (
+                    Workspace::Gamma,
+                    "Gamma",
+                    "The camera's response. Key: Ctrl+2",
+                ),
+                (
+                    Workspace::Relight,
+                    "Relight",
+                    "The relit picture and its light. Key: Ctrl+3",
+                ),
             ] {
                 let tab = Button::selectable(sight.state.workspace == workspace, name);
-                if ui.add(tab.min_size(vec2(84.0, 24.0))).on_hover_text(hint).clicked() {
+                if ui
+                    .add(tab.min_size(vec2(84.0, 24.0)))
+                    .on_hover_text(hint)
+                    .clicked()
+                {
                     out.push(Command::Workspace(workspace));
                 }
             }

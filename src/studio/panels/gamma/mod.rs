@@ -3,14 +3,17 @@
 
 mod plots;
 
+use crate::calibration::Trial;
 use crate::imaging::DualGamma;
 use crate::studio::command::Command;
 use crate::studio::panel::Sight;
 use crate::studio::panels::{notice_ui, number_ui};
-use crate::calibration::Trial;
 use crate::studio::theme::{self, GAP};
 use crate::worker::GammaView;
-use egui::{Align2, Button, Color32, FontId, Pos2, Rect, RichText, Sense, Stroke, TextureHandle, Ui, Vec2, pos2, vec2};
+use egui::{
+    Align2, Button, Color32, FontId, Pos2, Rect, RichText, Sense, Stroke, TextureHandle, Ui, Vec2,
+    pos2, vec2,
+};
 use std::sync::Arc;
 
 /// The textures of the view that is shown.
@@ -49,29 +52,51 @@ impl GammaPanel {
         let room = (rect.size() - Vec2::splat(6.0 * GAP)).max(Vec2::splat(1.0));
         let place = Rect::from_center_size(rect.center(), picture * (room / picture).min_elem());
         let response = ui.interact(rect, ui.scope_id().with("wipe"), Sense::click_and_drag());
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit exemplar"));
+        response.widget_info(|| {
+            egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit exemplar")
+        });
         let wipe = sight.state.wipe.clamp(0.0, 1.0);
         let line = place.left() + wipe * place.width();
         let painter = ui.painter().with_clip_rect(rect);
         for (texture, from, to) in [(&shown.interview, 0.0, wipe), (&shown.relit, wipe, 1.0)] {
             let part = Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0));
             let window = |x: f32| place.left() + x * place.width();
-            let target = Rect::from_min_max(pos2(window(from), place.top()), pos2(window(to), place.bottom()));
+            let target = Rect::from_min_max(
+                pos2(window(from), place.top()),
+                pos2(window(to), place.bottom()),
+            );
             painter.image(texture.id(), target, part, Color32::WHITE);
         }
         painter.vline(line, place.y_range(), Stroke::new(1.0, theme::ACCENT));
         painter.circle_filled(pos2(line, place.center().y), 5.0, theme::ACCENT);
         let caption = |at: Pos2, align: Align2, text: String| {
-            let galley = ui.painter().layout_no_wrap(text, FontId::proportional(13.0), theme::TEXT);
+            let galley = ui
+                .painter()
+                .layout_no_wrap(text, FontId::proportional(13.0), theme::TEXT);
             let text = align.anchor_size(at, galley.size());
-            ui.painter().rect_filled(text.expand2(vec2(6.0, 3.0)), 3.0, Color32::from_black_alpha(170));
+            ui.painter().rect_filled(
+                text.expand2(vec2(6.0, 3.0)),
+                3.0,
+                Color32::from_black_alpha(170),
+            );
             ui.painter().galley(text.min, galley, theme::TEXT);
         };
         let view = &shown.view;
-        caption(place.left_top() + vec2(12.0, 10.0), Align2::LEFT_TOP, format!("interview, frame {}", view.frame));
+        caption(
+            place.left_top() + vec2(12.0, 10.0),
+            Align2::LEFT_TOP,
+            format!("interview, frame {}", view.frame),
+        );
         let right = place.right_top() + vec2(-12.0, 10.0);
-        caption(right, Align2::RIGHT_TOP, format!("{}, relit as the interview", view.pose));
-        if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged() || response.clicked()) {
+        caption(
+            right,
+            Align2::RIGHT_TOP,
+            format!("{}, relit as the interview", view.pose),
+        );
+        if let Some(at) = response
+            .interact_pointer_pos()
+            .filter(|_| response.dragged() || response.clicked())
+        {
             out.push(Command::Wipe((at.x - place.left()) / place.width()));
         }
         response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
@@ -103,7 +128,12 @@ impl GammaPanel {
         }
         buttons_ui(ui, sight, &view, out);
         figures_ui(ui, &view);
-        plots::histograms_ui(ui, width, ui.available_height().clamp(90.0, 240.0) - GAP, &view);
+        plots::histograms_ui(
+            ui,
+            width,
+            ui.available_height().clamp(90.0, 240.0) - GAP,
+            &view,
+        );
     }
 
     fn upload(&mut self, ui: &Ui, sight: &Sight) {
@@ -111,14 +141,22 @@ impl GammaPanel {
             self.shown = None;
             return;
         };
-        if self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.view, view)) {
+        if self
+            .shown
+            .as_ref()
+            .is_some_and(|shown| Arc::ptr_eq(&shown.view, view))
+        {
             return;
         }
         let load = |name: &str, picture: egui::ColorImage| {
-            ui.ctx().load_texture(name, picture, egui::TextureOptions::LINEAR)
+            ui.ctx()
+                .load_texture(name, picture, egui::TextureOptions::LINEAR)
         };
         let texture = |name: &str, picture: &crate::worker::Thumbnail| {
-            load(name, egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb))
+            load(
+                name,
+                egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb),
+            )
         };
         let surface = match self.shown.take() {
             Some(old) if Arc::ptr_eq(&old.view.surface, &view.surface) => old.surface,
@@ -136,24 +174,34 @@ impl GammaPanel {
 fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
     let reset = || Command::Try(None);
     let DualGamma { gamma1, gamma2 } = &mut wanted.response;
-    egui::Grid::new("sliders").num_columns(3).spacing([GAP, 4.0]).show(ui, |ui| {
-        for (name, value, range, digits) in [
-            ("γ1, dark", gamma1, DualGamma::BOUNDS, 3),
-            ("γ2, bright", gamma2, DualGamma::BOUNDS, 3),
-            ("Exposure", &mut wanted.exposure, Trial::EXPOSURES, 3),
-        ] {
-            let field = egui::DragValue::new(value).speed(0.002).range(range.clone()).fixed_decimals(digits);
-            number_ui(ui, name, field, 72.0, out, reset);
-            ui.spacing_mut().slider_width = ui.available_width() - 4.0;
-            ui.add(egui::Slider::new(value, range).show_value(false));
-            ui.end_row();
-        }
-    });
+    egui::Grid::new("sliders")
+        .num_columns(3)
+        .spacing([GAP, 4.0])
+        .show(ui, |ui| {
+            for (name, value, range, digits) in [
+                ("γ1, dark", gamma1, DualGamma::BOUNDS, 3),
+                ("γ2, bright", gamma2, DualGamma::BOUNDS, 3),
+                ("Exposure", &mut wanted.exposure, Trial::EXPOSURES, 3),
+            ] {
+                let field = egui::DragValue::new(value)
+                    .speed(0.002)
+                    .range(range.clone())
+                    .fixed_decimals(digits);
+                number_ui(ui, name, field, 72.0, out, reset);
+                ui.spacing_mut().slider_width = ui.available_width() - 4.0;
+                ui.add(egui::Slider::new(value, range).show_value(false));
+                ui.end_row();
+            }
+        });
 }
 
 fn buttons_ui(ui: &mut Ui, sight: &Sight, view: &GammaView, out: &mut Vec<Command>) {
     let idle = sight.news.work.is_none();
-    let tried = sight.state.look.trial.is_some_and(|trial| trial != view.calibrated);
+    let tried = sight
+        .state
+        .look
+        .trial
+        .is_some_and(|trial| trial != view.calibrated);
     ui.horizontal(|ui| {
         let fit = Button::new("Fit").fill(theme::ACCENT_DIM);
         if ui

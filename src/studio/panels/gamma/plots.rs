@@ -1,11 +1,14 @@
 //! The plots of the response: the curve with its asymptotes, the loss surface, the histograms.
 
-use crate::studio::theme;
 use crate::calibration::Trial;
-use crate::imaging::DualGamma;
 use crate::calibration::gamma::Surface;
+use crate::imaging::DualGamma;
+use crate::studio::theme;
 use crate::worker::GammaView;
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, TextureId, Ui, Vec2, pos2, vec2};
+use egui::{
+    Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, TextureId, Ui, Vec2, pos2,
+    vec2,
+};
 
 const RED: Color32 = Color32::from_rgb(224, 96, 84);
 const GREEN: Color32 = Color32::from_rgb(108, 190, 104);
@@ -20,7 +23,12 @@ pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Response curve"));
     let painter = ui.painter();
     frame_ui(painter, rect, "encoded", "linear");
-    let place = |x: f32, y: f32| pos2(rect.left() + x * rect.width(), rect.bottom() - y * rect.height());
+    let place = |x: f32, y: f32| {
+        pos2(
+            rect.left() + x * rect.width(),
+            rect.bottom() - y * rect.height(),
+        )
+    };
     let curve = |value: &dyn Fn(f32) -> f32| -> Vec<Pos2> {
         (0..=STEPS)
             .map(|i| i as f32 / STEPS as f32)
@@ -30,13 +38,21 @@ pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial
     let DualGamma { gamma1, gamma2 } = trial.response;
     for gamma in [gamma1, gamma2] {
         let points = curve(&|x| x.powf(gamma));
-        painter.extend(Shape::dashed_line(&points, Stroke::new(1.0, QUIET_LINE), 4.0, 3.0));
+        painter.extend(Shape::dashed_line(
+            &points,
+            Stroke::new(1.0, QUIET_LINE),
+            4.0,
+            3.0,
+        ));
     }
     if let Some(calibrated) = calibrated.filter(|c| *c != trial) {
         let points = curve(&|x| calibrated.response.decode_value(x));
         painter.line(points, Stroke::new(1.0, theme::TEXT));
     }
-    painter.line(curve(&|x| trial.response.decode_value(x)), Stroke::new(2.0, theme::ACCENT));
+    painter.line(
+        curve(&|x| trial.response.decode_value(x)),
+        Stroke::new(2.0, theme::ACCENT),
+    );
     response.on_hover_text(format!(
         "I′ = (1 − I)·I^γ1 + I·I^γ2. Near black it follows I^{gamma1:.2}, near white I^{gamma2:.2} (dashed). \
          White is the calibration's own where another is tried."
@@ -44,7 +60,12 @@ pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial
 }
 
 /// The fit's cost over γ1 (to the right) and γ2 (upward); a place that was clicked or dragged to.
-pub fn surface_ui(ui: &mut Ui, side: f32, view: &GammaView, texture: TextureId) -> Option<[f32; 2]> {
+pub fn surface_ui(
+    ui: &mut Ui,
+    side: f32,
+    view: &GammaView,
+    texture: TextureId,
+) -> Option<[f32; 2]> {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Loss surface"));
     let painter = ui.painter();
@@ -54,20 +75,39 @@ pub fn surface_ui(ui: &mut Ui, side: f32, view: &GammaView, texture: TextureId) 
     let range = *DualGamma::BOUNDS.start()..=*DualGamma::BOUNDS.end();
     let span = range.end() - range.start();
     let place = |[gamma1, gamma2]: [f32; 2]| {
-        let (x, y) = ((gamma1 - range.start()) / span, (gamma2 - range.start()) / span);
-        pos2(rect.left() + x * rect.width(), rect.bottom() - y * rect.height())
+        let (x, y) = (
+            (gamma1 - range.start()) / span,
+            (gamma2 - range.start()) / span,
+        );
+        pos2(
+            rect.left() + x * rect.width(),
+            rect.bottom() - y * rect.height(),
+        )
     };
     let [gamma1, gamma2, _] = view.surface.optimum;
-    painter.circle_stroke(place([gamma1, gamma2]), 4.0, Stroke::new(1.5, Color32::WHITE));
+    painter.circle_stroke(
+        place([gamma1, gamma2]),
+        4.0,
+        Stroke::new(1.5, Color32::WHITE),
+    );
     let at = place([view.trial.response.gamma1, view.trial.response.gamma2]);
     for direction in [vec2(1.0, 0.0), vec2(0.0, 1.0)] {
-        painter.line_segment([at - 7.0 * direction, at + 7.0 * direction], Stroke::new(1.5, theme::ACCENT));
+        painter.line_segment(
+            [at - 7.0 * direction, at + 7.0 * direction],
+            Stroke::new(1.5, theme::ACCENT),
+        );
     }
     let touched = response.dragged() || response.clicked();
-    let to = response.interact_pointer_pos().filter(|_| touched).map(|at| {
-        let (x, y) = ((at.x - rect.left()) / rect.width(), (rect.bottom() - at.y) / rect.height());
-        [x, y].map(|v| range.start() + v.clamp(0.0, 1.0) * span)
-    });
+    let to = response
+        .interact_pointer_pos()
+        .filter(|_| touched)
+        .map(|at| {
+            let (x, y) = (
+                (at.x - rect.left()) / rect.width(),
+                (rect.bottom() - at.y) / rect.height(),
+            );
+            [x, y].map(|v| range.start() + v.clamp(0.0, 1.0) * span)
+        });
     response.on_hover_text("How far each pair of exponents is from the pictures: dark is near. The ring is the best, the cross is what is tried; drag it.");
     to
 }
@@ -105,14 +145,21 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
         );
         let painter = ui.painter();
         painter.rect_filled(band, 0.0, theme::WELL);
-        let sets = [&view.interview_histogram, &view.before_histogram, &view.relit_histogram];
+        let sets = [
+            &view.interview_histogram,
+            &view.before_histogram,
+            &view.relit_histogram,
+        ];
         let shares = sets.map(|set| smooth(&set[channel]));
         // What is clipped stands far above all else and would press it flat.
         let inner = shares.iter().flat_map(|share| &share[2..254]);
         let most = inner.copied().fold(1e-6, f32::max);
         let place = |code: usize, share: f32| {
             let y = (share / most).min(1.0) * (band.height() - 2.0);
-            pos2(band.left() + (code as f32 + 0.5) / 256.0 * band.width(), band.bottom() - y)
+            pos2(
+                band.left() + (code as f32 + 0.5) / 256.0 * band.width(),
+                band.bottom() - y,
+            )
         };
         let [interview, before, after] = shares;
         for (code, share) in interview.iter().enumerate() {
@@ -121,7 +168,14 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
             painter.line_segment([pos2(to.x, band.bottom()), to], stroke);
         }
         let line = |shares: &[f32], stroke: Stroke| {
-            painter.line(shares.iter().enumerate().map(|(code, s)| place(code, *s)).collect(), stroke);
+            painter.line(
+                shares
+                    .iter()
+                    .enumerate()
+                    .map(|(code, s)| place(code, *s))
+                    .collect(),
+                stroke,
+            );
         };
         line(&before, Stroke::new(1.0, QUIET_LINE));
         line(&after, Stroke::new(1.5, color));
@@ -151,6 +205,18 @@ fn frame_ui(painter: &Painter, rect: Rect, to_right: &str, upward: &str) {
     painter.rect_stroke(rect, 0.0, stroke, egui::StrokeKind::Inside);
     let font = || FontId::proportional(11.0);
     let color = theme::QUIET;
-    painter.text(rect.right_bottom() - vec2(4.0, 3.0), Align2::RIGHT_BOTTOM, to_right, font(), color);
-    painter.text(rect.left_top() + vec2(4.0, 3.0), Align2::LEFT_TOP, upward, font(), color);
+    painter.text(
+        rect.right_bottom() - vec2(4.0, 3.0),
+        Align2::RIGHT_BOTTOM,
+        to_right,
+        font(),
+        color,
+    );
+    painter.text(
+        rect.left_top() + vec2(4.0, 3.0),
+        Align2::LEFT_TOP,
+        upward,
+        font(),
+        color,
+    );
 }

@@ -83,9 +83,6 @@ impl ProbePanel {
             ui.vertical(|ui| figures_ui(ui, sight, &study));
         });
         self.circle_ui(ui, sight, &study, out);
-        for sentence in &study.sentences {
-            ui.label(RichText::new(sentence).color(theme::ACCENT).size(13.0));
-        }
         chosen = chosen.or(lamps_ui(ui, &study, sight.state.photograph));
         if let Some(lamp) = chosen {
             out.push(Command::Photograph(Some(lamp)));
@@ -93,7 +90,13 @@ impl ProbePanel {
     }
 
     /// The silhouette in numbers, and the ways to set it.
-    fn circle_ui(&mut self, ui: &mut Ui, sight: &Sight, study: &ProbeStudy, out: &mut Vec<Command>) {
+    fn circle_ui(
+        &mut self,
+        ui: &mut Ui,
+        sight: &Sight,
+        study: &ProbeStudy,
+        out: &mut Vec<Command>,
+    ) {
         let circle = sight.state.look.circle.unwrap_or(study.circle);
         let mut changed = circle;
         let reset = || Command::Circle(None);
@@ -155,12 +158,17 @@ impl ProbePanel {
             self.shown = None;
             return;
         };
-        if self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.study, study)) {
+        if self
+            .shown
+            .as_ref()
+            .is_some_and(|shown| Arc::ptr_eq(&shown.study, study))
+        {
             return;
         }
         let texture = |name: &str, picture: &crate::worker::Thumbnail| {
             let picture = egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
-            ui.ctx().load_texture(name, picture, egui::TextureOptions::LINEAR)
+            ui.ctx()
+                .load_texture(name, picture, egui::TextureOptions::LINEAR)
         };
         self.shown = Some(Shown {
             study: study.clone(),
@@ -211,58 +219,112 @@ fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy) {
     ui.spacing_mut().interact_size.y = 0.0;
     let rim = match (&study.rim, sight.state.look.circle) {
         (Ok(rim), _) if rim.rim_share > 0.0 => {
-            format!("{:.2} px, {:.0} % seen", rim.residual_px, 100.0 * rim.rim_share)
+            format!(
+                "{:.2} px, {:.0} % seen",
+                rim.residual_px,
+                100.0 * rim.rim_share
+            )
         }
         (Ok(_), _) => "no rim there".to_owned(),
         (Err(_), _) => "not measured".to_owned(),
     };
     let rows = [
-        ("Rim's residual", rim, "Root-mean-square distance of the rim from the circle, and how much of it was seen"),
-        ("Clipped here", format!("{} pixels", study.clipped_pixels), "Their light is only known to be at least so much; marked in magenta"),
-        ("Not shown", format!("{:.1} % of the sphere", 100.0 * study.blind_share), "Behind the ball, and beyond the photograph"),
-        ("Filled in", format!("{:.1} % of the light", 100.0 * study.filled_share), "Energy that was put where the ball shows nothing"),
-        ("Lamps", study.lamps.len().to_string(), "Numbered as their files are"),
+        (
+            "Rim's residual",
+            rim,
+            "Root-mean-square distance of the rim from the circle, and how much of it was seen",
+        ),
+        (
+            "Clipped here",
+            format!("{} pixels", study.clipped_pixels),
+            "Their light is only known to be at least so much; marked in magenta",
+        ),
+        (
+            "Not shown",
+            format!("{:.1} % of the sphere", 100.0 * study.blind_share),
+            "Behind the ball, and beyond the photograph",
+        ),
+        (
+            "Filled in",
+            format!("{:.1} % of the light", 100.0 * study.filled_share),
+            "Energy that was put where the ball shows nothing",
+        ),
+        (
+            "Lamps",
+            study.lamps.len().to_string(),
+            "Numbered as their files are",
+        ),
     ];
-    egui::Grid::new("figures").num_columns(1).spacing([GAP, 1.0]).show(ui, |ui| {
-        for (name, value, hint) in rows {
-            ui.label(RichText::new(name).size(12.0).color(theme::QUIET)).on_hover_text(hint);
-            ui.end_row();
-            ui.label(RichText::new(value).size(13.0)).on_hover_text(hint);
-            ui.end_row();
-        }
-    });
+    egui::Grid::new("figures")
+        .num_columns(1)
+        .spacing([GAP, 1.0])
+        .show(ui, |ui| {
+            for (name, value, hint) in rows {
+                ui.label(RichText::new(name).size(12.0).color(theme::QUIET))
+                    .on_hover_text(hint);
+                ui.end_row();
+                ui.label(RichText::new(value).size(13.0))
+                    .on_hover_text(hint);
+                ui.end_row();
+            }
+        });
 }
 
 /// The lamps as a table; the one that was clicked.
 fn lamps_ui(ui: &mut Ui, study: &ProbeStudy, chosen: Option<usize>) -> Option<usize> {
     let mut hit = None;
-    row_ui(ui, ["Lamp", "Azimuth", "Elevation", "Energy", "Confidence"], false, theme::QUIET);
+    row_ui(
+        ui,
+        ["Lamp", "Azimuth", "Elevation", "Energy", "Confidence"],
+        false,
+        theme::QUIET,
+    );
     let brightest = (study.lamps.iter())
         .map(|seen| luminance(seen))
         .fold(f32::MIN_POSITIVE, f32::max);
-    egui::ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, study.lamps.len(), |ui, rows| {
-        ui.spacing_mut().item_spacing.y = 0.0;
-        for (number, seen) in study.lamps.iter().enumerate().skip(rows.start).take(rows.len()) {
-            let lamp = &seen.lamp;
-            let direction = lamp.direction;
-            let cells = [
-                lamp.name.clone(),
-                format!("{:.1}°", direction.x.atan2(-direction.z).to_degrees()),
-                format!("{:.1}°", direction.y.clamp(-1.0, 1.0).asin().to_degrees()),
-                format!("{:.1} %", 100.0 * luminance(seen) / brightest),
-                format!("{:.0} %", 100.0 * lamp.confidence),
-            ];
-            let color = if lamp.confidence < 0.5 { theme::ACCENT } else { theme::TEXT };
-            let response = row_ui(ui, cells.each_ref().map(String::as_str), chosen == Some(number), color);
-            let hint = format!(
-                "energy {:.3?} in red, green and blue; spread {:.1}°",
-                lamp.energy, lamp.spread_deg
-            );
-            if response.on_hover_text(hint).clicked() {
-                hit = Some(number);
+    egui::ScrollArea::vertical().auto_shrink(false).show_rows(
+        ui,
+        ROW,
+        study.lamps.len(),
+        |ui, rows| {
+            ui.spacing_mut().item_spacing.y = 0.0;
+            for (number, seen) in study
+                .lamps
+                .iter()
+                .enumerate()
+                .skip(rows.start)
+                .take(rows.len())
+            {
+                let lamp = &seen.lamp;
+                let direction = lamp.direction;
+                let cells = [
+                    lamp.name.clone(),
+                    format!("{:.1}°", direction.x.atan2(-direction.z).to_degrees()),
+                    format!("{:.1}°", direction.y.clamp(-1.0, 1.0).asin().to_degrees()),
+                    format!("{:.1} %", 100.0 * luminance(seen) / brightest),
+                    format!("{:.0} %", 100.0 * lamp.confidence),
+                ];
+                let color = if lamp.confidence < 0.5 {
+                    theme::ACCENT
+                } else {
+                    theme::TEXT
+                };
+                let response = row_ui(
+                    ui,
+                    cells.each_ref().map(String::as_str),
+                    chosen == Some(number),
+                    color,
+                );
+                let hint = format!(
+                    "energy {:.3?} in red, green and blue; spread {:.1}°",
+                    lamp.energy, lamp.spread_deg
+                );
+                if response.on_hover_text(hint).clicked() {
+                    hit = Some(number);
+                }
             }
-        }
-    });
+        },
+    );
     hit
 }
 
@@ -275,7 +337,8 @@ fn row_ui(ui: &mut Ui, cells: [&str; 5], chosen: bool, color: Color32) -> egui::
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, cells[0]));
     if chosen || response.hovered() {
         let gray = if chosen { 68 } else { 52 };
-        ui.painter().rect_filled(rect, 2.0, Color32::from_gray(gray));
+        ui.painter()
+            .rect_filled(rect, 2.0, Color32::from_gray(gray));
     }
     let mut left = rect.left() + 4.0;
     for (i, cell) in cells.into_iter().enumerate() {

@@ -7,7 +7,8 @@ use crate::studio::panel::Sight;
 use crate::studio::theme::{self, GAP};
 use crate::worker::ProbeStudy;
 use egui::{
-    Color32, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2, pos2, vec2,
+    Color32, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2,
+    pos2, vec2,
 };
 
 /// A handle is taken within this many points.
@@ -95,11 +96,19 @@ impl Photograph {
             }
         }
         let circle = sight.state.look.circle.unwrap_or(study.circle);
-        let response = ui.interact(rect, ui.scope_id().with("photograph"), Sense::click_and_drag());
+        let response = ui.interact(
+            rect,
+            ui.scope_id().with("photograph"),
+            Sense::click_and_drag(),
+        );
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Mirror ball"));
         self.gestures(ui, &response, rect, placement, circle, out);
         let places: Vec<Pos2> = (study.lamps.iter())
-            .map(|lamp| lamp.on_ball.map_or(pos2(-1e6, -1e6), |[x, y]| placement.point([f64::from(x), f64::from(y)])))
+            .map(|lamp| {
+                lamp.on_ball.map_or(pos2(-1e6, -1e6), |[x, y]| {
+                    placement.point([f64::from(x), f64::from(y)])
+                })
+            })
             .collect();
         for (mark, at) in sphere::in_order(marks, &places) {
             sphere::mark_ui(&painter, at, mark, false);
@@ -146,9 +155,11 @@ impl Photograph {
                 }
             }
         }
-        if let (Some(points), true, Some(at)) =
-            (&mut self.points, response.clicked(), response.interact_pointer_pos())
-        {
+        if let (Some(points), true, Some(at)) = (
+            &mut self.points,
+            response.clicked(),
+            response.interact_pointer_pos(),
+        ) {
             points.push(placement.pixel(at));
             if let [a, b, c] = points[..] {
                 match Circle::through([a, b, c]) {
@@ -167,7 +178,11 @@ impl Photograph {
             out.push(Command::Pan(response.drag_delta().into()));
         }
         if response.dragged_by(PointerButton::Primary) {
-            let fine = if ui.input(|i| i.modifiers.shift) { 0.1 } else { 1.0 };
+            let fine = if ui.input(|i| i.modifiers.shift) {
+                0.1
+            } else {
+                1.0
+            };
             let delta = response.drag_delta();
             let pixels = |points: f32| f64::from(fine * points / placement.points_per_pixel);
             match self.held {
@@ -213,9 +228,15 @@ impl Photograph {
             let window = |at: Pos2| loupe.min + (at - shown.min) * scale;
             let to = Rect::from_min_max(window(part.min), window(part.max));
             let uv = |at: Pos2| (at.to_vec2() / size).to_pos2();
-            painter.image(picture, to, Rect::from_min_max(uv(part.min), uv(part.max)), Color32::WHITE);
+            painter.image(
+                picture,
+                to,
+                Rect::from_min_max(uv(part.min), uv(part.max)),
+                Color32::WHITE,
+            );
         }
-        let center = loupe.center() - Vec2::angled(self.looked_at) * circle.radius_px as f32 * scale;
+        let center =
+            loupe.center() - Vec2::angled(self.looked_at) * circle.radius_px as f32 * scale;
         painter.circle_stroke(
             center,
             circle.radius_px as f32 * scale,
@@ -251,13 +272,17 @@ fn grip(placement: Placement, circle: Circle, at: Pos2) -> Held {
 }
 
 fn circle_ui(painter: &egui::Painter, placement: Placement, circle: Circle) {
-    let (center, radius) = (placement.point(circle.center_px), placement.length(circle.radius_px));
+    let (center, radius) = (
+        placement.point(circle.center_px),
+        placement.length(circle.radius_px),
+    );
     let stroke = Stroke::new(1.5, theme::ACCENT);
     painter.circle_stroke(center, radius, stroke);
     for direction in [vec2(1.0, 0.0), vec2(0.0, 1.0)] {
         painter.line_segment([center - 6.0 * direction, center + 6.0 * direction], stroke);
         for end in [-1.0, 1.0] {
-            let handle = Rect::from_center_size(center + end * radius * direction, Vec2::splat(8.0));
+            let handle =
+                Rect::from_center_size(center + end * radius * direction, Vec2::splat(8.0));
             painter.rect(
                 handle,
                 1.0,
