@@ -306,6 +306,7 @@ fn small_calibration() -> Calibration {
         blind_share: 0.02,
         filled_energy: 0.0,
         clipped_pixels: 0,
+        rig_findings: vec![],
         gamma_evidence: gamma::Evidence::default(),
         rig: Rig {
             lamps: vec![Lamp {
@@ -321,7 +322,7 @@ fn small_calibration() -> Calibration {
 }
 
 /// The shared shoot of a real head scan, rendered by other software; `None` where it is not here.
-fn shared_shoot(
+pub(super) fn shared_shoot(
     probes: &str,
 ) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
     let folder =

@@ -387,6 +387,8 @@ mod tests {
             gamma_deviation: [0.0; 2],
             blind_share: 0.0,
             clipped_pixels: 0,
+            gamma_evidence: Default::default(),
+            rig_findings: vec![],
             filled_energy: 0.0,
             rig: Rig::default(),
         };

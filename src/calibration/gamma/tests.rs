@@ -87,6 +87,7 @@ impl Making {
                     ball,
                     dome_radius_m: None,
                     environments: vec![],
+                    lamp_layout: vec![],
                 },
             },
         }
@@ -347,6 +348,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                 },
                 dome_radius_m: Some(number(&manifest["dome_radius_m"])),
                 environments: vec![],
+                lamp_layout: vec![],
             },
         },
     };
