@@ -2,10 +2,11 @@
 //!
 //! All balls of a shoot were photographed by one fixed camera, so their photographs are averaged
 //! first ([`Photographs`]): what one of them hides in the dark, another shows. In the average, reduced
-//! to a few hundred pixels, circles are searched (`edges`, `search`); the best are then measured along
-//! rays at the full size (`rim`), where the circle that most of the rim agrees on is fitted
-//! (`circle`). A circle that too little of a rim supports is not returned.
+//! to a few hundred pixels, circles are searched (`candidates`, `edges`, `search`); the best are then
+//! measured along rays at the full size (`rim`), where the circle that most of the rim agrees on is
+//! fitted (`circle`). A circle that too little of a rim supports is not returned.
 
+mod candidates;
 mod circle;
 mod edges;
 mod photographs;
@@ -20,9 +21,7 @@ pub use circle::Circle;
 pub use photographs::Photographs;
 
 use crate::error::{Error, Result};
-use crate::imaging::Raster;
-use edges::Edges;
-use glam::DVec2;
+use candidates::{anywhere, distinct, nearby, pyramid};
 use rim::Rim;
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +42,33 @@ pub struct Silhouette {
     pub contrast: f64,
 }
 
+impl Silhouette {
+    /// What the person should look at before trusting the circle, as a sentence; `None` when the rim was
+    /// seen well all around. To this search anything round is a ball, and the crown of a head may be the
+    /// visible part of one: such parts are warned of.
+    pub fn warning(&self) -> Option<String> {
+        let seen = self.rim_share / self.framed_share.max(1e-9);
+        let seen_percent = 100.0 * seen;
+        let cut_percent = 100.0 * (1.0 - self.framed_share);
+        if seen < TRUSTED_RIM {
+            return Some(format!(
+                "only {seen_percent:.0} % of the mirror ball's rim stand out from the background: look whether \
+                 the circle is the ball's outline"
+            ));
+        }
+        (self.framed_share < WHOLE).then(|| {
+            format!(
+                "the frame cuts {cut_percent:.0} % of the mirror ball's rim off: lamps that only that part \
+                 shows are missing"
+            )
+        })
+    }
+}
+
+/// With less of the rim within the photographs, a person should look at the circle.
+const TRUSTED_RIM: f64 = 0.6;
+/// With less of the rim within the photographs, the ball is cut; a ray or two may end at the frame.
+const WHOLE: f64 = 0.98;
 /// A ball of fewer pixels shows directions too coarsely: a pixel would span over five degrees.
 pub const LEAST_RADIUS_PX: f64 = 10.0;
 /// Of the part of the circumference that the photographs hold, this share must show a rim.
@@ -58,20 +84,6 @@ const BLUNT_PX: f64 = 0.2;
 /// … and this share of the radius, as of a ball 10° off the optical axis, whose outline is an ellipse;
 /// round things grown or made by hand are worse.
 const OUT_OF_ROUND: f64 = 0.006;
-/// The picture that is searched for large circles has at most this many pixels on its longer side.
-const COARSE_PX: usize = 320;
-/// Small circles are searched in pictures of up to this many.
-const FINE_PX: usize = 1280;
-/// Circles that are looked at more closely.
-const PROMISING: usize = 5;
-/// Radius in pixels at which the rim and reflections close to it are told apart well enough.
-const AMPLE_PX: f64 = 110.0;
-/// Least radius in pixels of a searched picture that shows a circle well; below, the next finer
-/// picture is searched.
-const WELL_SHOWN_PX: f32 = 10.0;
-/// Least radius that is searched at all, so that a ball too small is recognised as such.
-const BARELY_SHOWN_PX: f32 = 4.0;
-
 /// Finds the ball's silhouette.
 ///
 /// # Errors
@@ -82,7 +94,7 @@ pub fn find(photographs: &Photographs) -> Result<Silhouette> {
     let pyramid = pyramid(photographs.average());
     let rims = anywhere(&pyramid);
     let place = &photographs.place();
-    let Some(best) = outermost(&rims) else {
+    let Some(best) = outermost(&rims, photographs) else {
         if let Some(small) = rims.first().filter(|rim| rim.share > CLEAR_RIM) {
             large_enough(&small.circle, place)?;
         }
@@ -115,17 +127,20 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
     check_by_hand(photographs, rough)?;
     let pyramid = pyramid(photographs.average());
     let rims = distinct(nearby(&pyramid, rough, 0.2));
-    let best = rims.iter().find(|rim| is_ball(rim)).ok_or_else(|| {
-        Error::unexpected(
-            photographs.place(),
-            format!(
-                "a rim near the circle about {:.1}, {:.1} with radius {:.1} pixels",
-                rough.center_px[0], rough.center_px[1], rough.radius_px
-            ),
-            "none",
-            "Place the circle closer to the ball's outline, or keep it as it is",
-        )
-    })?;
+    let best = rims
+        .iter()
+        .find(|rim| is_ball(rim, photographs))
+        .ok_or_else(|| {
+            Error::unexpected(
+                photographs.place(),
+                format!(
+                    "a rim near the circle about {:.1}, {:.1} with radius {:.1} pixels",
+                    rough.center_px[0], rough.center_px[1], rough.radius_px
+                ),
+                "none",
+                "Place the circle closer to the ball's outline, or keep it as it is",
+            )
+        })?;
     Ok(best.into())
 }
 
@@ -187,140 +202,19 @@ fn large_enough(circle: &Circle, place: &str) -> Result<()> {
     ))
 }
 
-fn is_ball(rim: &Rim) -> bool {
-    rim.share_within_frame() >= LEAST_RIM
+fn is_ball(rim: &Rim, photographs: &Photographs) -> bool {
+    rim.contrast >= photographs.faintest_step()
+        && rim.share_within_frame() >= LEAST_RIM
         && rim.share >= LEAST_ARC
         && rim.evidence() >= LEAST_EVIDENCE
         && rim.residual <= BLUNT_PX + OUT_OF_ROUND * rim.circle.radius_px
 }
 
-/// A rim and by what it is preferred to others.
-type Ranked = (Rim, f64);
-
-/// Circles with a rim, found anywhere, best first.
-fn anywhere(pyramid: &[Raster<[f32; 3]>]) -> Vec<Rim> {
-    let mut found = Vec::new();
-    let coarsest = pyramid.len() - 1;
-    for (level, picture) in pyramid.iter().enumerate().rev() {
-        let longer = picture.width.max(picture.height);
-        if level != coarsest && longer > FINE_PX {
-            break;
-        }
-        let is_finest = level == 0 || 2 * longer > FINE_PX;
-        let least = if is_finest {
-            BARELY_SHOWN_PX
-        } else {
-            WELL_SHOWN_PX
-        };
-        let most = if level == coarsest {
-            0.75 * longer as f32
-        } else {
-            2.2 * WELL_SHOWN_PX
-        };
-        let edges = Edges::find(picture);
-        let circles = search::circles(&edges, least..most, None);
-        found.extend(measured(pyramid, &edges, &circles, level, DVec2::ZERO));
-    }
-    // What is taken for one edge in a small picture may be two in a larger one: the rim, and a
-    // reflection close to it.
-    let promising = distinct(found.clone());
-    for rim in promising.iter().take(PROMISING) {
-        found.extend(nearby(pyramid, &rim.circle, 0.1));
-    }
-    distinct(found)
-}
-
-/// Circles with a rim near a given one: centres and radii off by up to `share` of the radius.
-fn nearby(pyramid: &[Raster<[f32; 3]>], circle: &Circle, share: f64) -> Vec<Ranked> {
-    let finest_needed = (circle.radius_px / AMPLE_PX).log2().ceil().max(0.0) as usize;
-    let level = finest_needed.min(pyramid.len() - 1);
-    let picture = &pyramid[level];
-    let local = circle.scaled(1.0 / (1 << level) as f64);
-    // The part of the picture that can hold the circle.
-    let reach = DVec2::splat((1.0 + 2.5 * share) * local.radius_px + 4.0);
-    let size = DVec2::new(picture.width as f64, picture.height as f64);
-    let from = (local.center() - reach).floor().clamp(DVec2::ZERO, size);
-    let to = (local.center() + reach).ceil().clamp(DVec2::ZERO, size);
-    let part = Raster::from_fn(
-        (to.x - from.x) as usize,
-        (to.y - from.y) as usize,
-        |x, y| picture.at(x + from.x as usize, y + from.y as usize),
-    );
-    if part.width < 8 || part.height < 8 {
-        return Vec::new();
-    }
-    let edges = Edges::find(&part);
-    let here = Circle {
-        center_px: (local.center() - from).to_array(),
-        ..local
-    };
-    let radii = (1.0 - share) * local.radius_px..(1.0 + 1.2 * share) * local.radius_px;
-    let circles = search::circles(
-        &edges,
-        radii.start as f32..radii.end as f32,
-        Some((here, share)),
-    );
-    measured(pyramid, &edges, &circles, level, from)
-}
-
-/// The rims of `circles`, which were found among `edges` of the picture at `level` from place `from` on.
-fn measured(
-    pyramid: &[Raster<[f32; 3]>],
-    edges: &Edges,
-    circles: &[Circle],
-    level: usize,
-    from: DVec2,
-) -> Vec<Ranked> {
-    let scale = (1 << level) as f64;
-    let moved = |circle: &Circle, by: DVec2| Circle {
-        center_px: (circle.center() + by).to_array(),
-        ..*circle
-    };
-    circles
-        .iter()
-        .filter_map(|circle| {
-            let rim = rim::fit(pyramid, &moved(circle, from).scaled(scale), level)?;
-            let rank = rank(&rim, edges, &moved(&rim.circle.scaled(1.0 / scale), -from));
-            Some((rim, rank))
-        })
-        .collect()
-}
-
-/// Best first, each circle once.
-fn distinct(mut found: Vec<Ranked>) -> Vec<Rim> {
-    found.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let mut rims: Vec<Rim> = Vec::new();
-    for (rim, _) in found {
-        if !rims
-            .iter()
-            .any(|r| search::same_circle(&r.circle, &rim.circle))
-        {
-            rims.push(rim);
-        }
-    }
-    rims
-}
-
-/// By what a circle is preferred to others: the evidence for its rim, lessened for steps as faint as
-/// those between codes (whose contours in a lamp's glare are circles too), and up to doubled where there
-/// are clear edges within, as a mirror shows and a grey ball or a disc does not.
-fn rank(rim: &Rim, edges: &Edges, circle: &Circle) -> f64 {
-    /// About two codes of eight bits.
-    const FAINT: f64 = 0.0087;
-    /// Edges per pixel: a few windows' worth in a ball of 30 pixels.
-    const BUSY: f64 = 0.03;
-    let within = 0.85 * circle.radius_px;
-    let clear = (edges.list.iter())
-        .filter(|e| e.weight > 0.5 && e.place.as_dvec2().distance(circle.center()) < within)
-        .count();
-    let density = clear as f64 / (std::f64::consts::PI * within * within);
-    rim.evidence() * rim.contrast / (rim.contrast + FAINT) * (1.0 + (density / BUSY).min(1.0))
-}
-
 /// The best of `rims` (best first) that can be a ball; where that is a ring within a larger circle,
 /// as reflections about the camera's axis are, the outermost.
-fn outermost(rims: &[Rim]) -> Option<&Rim> {
-    let mut balls = (rims.iter()).filter(|r| is_ball(r) && r.circle.radius_px >= LEAST_RADIUS_PX);
+fn outermost<'a>(rims: &'a [Rim], photographs: &Photographs) -> Option<&'a Rim> {
+    let mut balls = (rims.iter())
+        .filter(|rim| is_ball(rim, photographs) && rim.circle.radius_px >= LEAST_RADIUS_PX);
     let mut best = balls.next()?;
     for rim in balls {
         let (inner, outer) = (&best.circle, &rim.circle);
@@ -334,40 +228,4 @@ fn outermost(rims: &[Rim]) -> Option<&Rim> {
         }
     }
     Some(best)
-}
-
-/// The picture, and halves of it until its longer side is at most [`COARSE_PX`].
-fn pyramid(picture: &Raster<[f32; 3]>) -> Vec<Raster<[f32; 3]>> {
-    let mut levels = vec![picture.clone()];
-    while let Some(last) = levels.last().filter(|l| l.width.max(l.height) > COARSE_PX) {
-        let half = halved(last);
-        levels.push(half);
-    }
-    levels
-}
-
-/// Means of 2×2 pixels; an odd last row or column is left out, so that places scale by exactly two.
-fn halved(picture: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
-    use rayon::prelude::*;
-    let (width, height) = ((picture.width / 2).max(1), (picture.height / 2).max(1));
-    let below = |i: usize, n: usize| (2 * i + 1).min(n - 1);
-    let pixels = (0..height)
-        .into_par_iter()
-        .flat_map_iter(|y| {
-            (0..width).map(move |x| {
-                let four = [
-                    picture.at(2 * x, 2 * y),
-                    picture.at(below(x, picture.width), 2 * y),
-                    picture.at(2 * x, below(y, picture.height)),
-                    picture.at(below(x, picture.width), below(y, picture.height)),
-                ];
-                [0, 1, 2].map(|c| 0.25 * four.iter().map(|p| p[c]).sum::<f32>())
-            })
-        })
-        .collect();
-    Raster {
-        width,
-        height,
-        pixels,
-    }
 }

@@ -125,6 +125,13 @@ impl Photographs {
         }
     }
 
+    /// The least change of the average that can be a rim: two thirds of a code of eight bits (what a
+    /// measured edge keeps of a whole code), less where noise in many photographs carries smaller ones.
+    /// Fainter steps are contours of smooth light, in which one channel's code changes before the others'.
+    pub(super) fn faintest_step(&self) -> f64 {
+        2.0 / 3.0 / 255.0 / (self.count as f64).sqrt()
+    }
+
     /// Refuses what shows nothing.
     pub(super) fn check_exposure(&self) -> Result<()> {
         let values = || self.average.pixels.iter().flatten().copied();

@@ -6,6 +6,7 @@ use crate::imaging::Raster;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 /// What was measured of a circle's rim.
 #[derive(Clone, Copy, Debug)]
@@ -68,14 +69,18 @@ struct Crossing {
     contrast: f64,
 }
 
-/// Fits the circle to the rim near `rough`: from the picture at place `start` of the `pyramid` (full size
-/// first, each half of the one before) up to the full size, or to the finest size at which the rim still
-/// stands out of the noise. `None` when nothing is there.
-pub(super) fn fit(pyramid: &[Raster<[f32; 3]>], rough: &Circle, start: usize) -> Option<Rim> {
+/// Fits the circle to the rim near `rough` (both in pixels of the full size): from the smallest of the
+/// pictures `levels` of the `pyramid` (full size first, each half of the one before) to the largest, or
+/// to the largest in which the rim still stands out of the noise. `None` when nothing is there.
+pub(super) fn fit(
+    pyramid: &[Raster<[f32; 3]>],
+    rough: &Circle,
+    levels: RangeInclusive<usize>,
+) -> Option<Rim> {
     let mut best: Option<Rim> = None;
     let mut circle = *rough;
     let mut band = f64::INFINITY;
-    for level in (0..=start.min(pyramid.len() - 1)).rev() {
+    for level in levels.rev() {
         let scale = (1 << level) as f64;
         let local = circle.scaled(1.0 / scale);
         let Some(rim) = fit_at(&pyramid[level], &local, band) else {
@@ -189,12 +194,12 @@ fn crossings(picture: &Raster<[f32; 3]>, circle: &Circle, reach: f64) -> Vec<Vec
         .with_min_len(16)
         .filter(|&i| {
             let towards = DVec2::from_angle(TAU * i as f64 / rays as f64);
-            // Half a pixel of the frame's border shows no edge.
-            [circle.radius_px - reach, circle.radius_px + reach]
+            // An edge shows if a pixel on either side of it does; farther out the border is repeated.
+            [circle.radius_px - 1.0, circle.radius_px + 1.0]
                 .iter()
                 .all(|&r| {
                     let p = circle.center() + r * towards;
-                    p.cmpge(DVec2::splat(0.5)).all() && p.cmple(bounds - 0.5).all()
+                    p.cmpge(DVec2::ZERO).all() && p.cmple(bounds).all()
                 })
         })
         .map(|i| edges_on_ray(picture, circle, reach, i, rays))
