@@ -45,7 +45,9 @@ pub enum StudyAsk {
 /// What the mirror balls show.
 #[derive(Clone, Debug)]
 pub struct ProbeStudy {
-    /// The photograph, reduced, in the camera's codes.
+    /// Which photograph: under this lamp, or the interview's light.
+    pub photograph: Option<usize>,
+    /// It, reduced, in the camera's codes.
     pub picture: Thumbnail,
     /// Width and height of the photograph itself.
     pub size: (usize, usize),
@@ -288,6 +290,7 @@ impl Desk {
             .collect();
         let on_ball = |lamp: &Lamp| view.place(lamp.direction, size);
         Ok(ProbeStudy {
+            photograph,
             picture: shown(encoded),
             size,
             circle,

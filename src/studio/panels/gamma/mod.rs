@@ -42,6 +42,11 @@ impl GammaPanel {
                     ui.heading("The response cannot be shown");
                     ui.add_space(GAP);
                     ui.label(sentence);
+                    ui.add_space(GAP);
+                    let idle = sight.news.work.is_none();
+                    if ui.add_enabled(idle, Button::new("Calibrate")).clicked() {
+                        out.push(Command::Calibrate);
+                    }
                 }
                 _ => {
                     ui.heading("Reading the exemplars and the interview");
@@ -189,7 +194,8 @@ fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
                     .fixed_decimals(digits);
                 number_ui(ui, name, field, 72.0, out, reset);
                 ui.spacing_mut().slider_width = ui.available_width() - 4.0;
-                ui.add(egui::Slider::new(value, range).show_value(false));
+                let slider = ui.add(egui::Slider::new(value, range).show_value(false));
+                slider.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, name));
                 ui.end_row();
             }
         });

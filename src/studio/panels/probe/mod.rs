@@ -4,6 +4,7 @@ mod photograph;
 
 use super::sphere::{self, DomeView, Mark};
 use crate::calibration::Circle;
+use crate::calibration::silhouette::Silhouette;
 use crate::studio::command::Command;
 use crate::studio::panel::Sight;
 use crate::studio::panels::number_ui;
@@ -18,7 +19,7 @@ const DOME_SIDE: f32 = 168.0;
 /// Height of a lamp's row.
 const ROW: f32 = 20.0;
 /// The table's columns end at these shares of its width.
-const COLUMNS: [f32; 5] = [0.29, 0.43, 0.60, 0.81, 1.0];
+const COLUMNS: [f32; 5] = [0.28, 0.43, 0.61, 0.77, 1.0];
 
 /// The textures of the study that is shown.
 struct Shown {
@@ -148,8 +149,9 @@ impl ProbePanel {
                 out.push(Command::Calibrate);
             }
         });
-        if let Some(refused) = &self.photograph.refused {
-            ui.label(RichText::new(refused).color(theme::ACCENT).size(13.0));
+        let doubt = study.rim.as_ref().ok().and_then(Silhouette::warning);
+        for sentence in self.photograph.refused.iter().chain(&doubt) {
+            ui.label(RichText::new(sentence).color(theme::ACCENT).size(13.0));
         }
     }
 
@@ -195,9 +197,9 @@ fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy, out: &mut Vec<
             let lamp = lamp.and_then(|lamp| study.lamps.get(lamp));
             lamp.map_or("interview", |seen| seen.lamp.name.as_str())
         };
-        ui.label("Photograph");
+        let label = ui.label("Photograph");
         let shown = sight.state.photograph;
-        egui::ComboBox::from_id_salt("photograph")
+        let list = egui::ComboBox::from_id_salt("photograph")
             .selected_text(name(shown))
             .width(120.0)
             .show_ui(ui, |ui| {
@@ -207,7 +209,11 @@ fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy, out: &mut Vec<
                     }
                 }
             });
-        for (text, step, hint) in [("◀", -1, "Key: Page Up"), ("▶", 1, "Key: Page Down")] {
+        list.response.labelled_by(label.id);
+        for (text, step, hint) in [
+            ("Previous", -1, "Key: Page Up"),
+            ("Next", 1, "Key: Page Down"),
+        ] {
             if ui.button(text).on_hover_text(hint).clicked() {
                 out.push(Command::StepPhotograph(step));
             }

@@ -183,7 +183,11 @@ impl Photograph {
             } else {
                 1.0
             };
-            let delta = response.drag_delta();
+            // A drag is known for one only after some points, which count too.
+            let whole = response
+                .total_drag_delta()
+                .filter(|_| response.drag_started());
+            let delta = whole.unwrap_or(response.drag_delta());
             let pixels = |points: f32| f64::from(fine * points / placement.points_per_pixel);
             match self.held {
                 Some(Held::Center) => out.push(Command::NudgeCircle {
@@ -235,13 +239,14 @@ impl Photograph {
                 Color32::WHITE,
             );
         }
-        let center =
-            loupe.center() - Vec2::angled(self.looked_at) * circle.radius_px as f32 * scale;
-        painter.circle_stroke(
-            center,
-            circle.radius_px as f32 * scale,
-            Stroke::new(1.0, theme::ACCENT),
-        );
+        // A circle of this size would be drawn with corners: an arc of it is drawn by points instead.
+        let radius = circle.radius_px as f32 * scale;
+        let center = loupe.center() - Vec2::angled(self.looked_at) * radius;
+        let reach = (side / radius).min(std::f32::consts::PI);
+        let arc = (-24..=24)
+            .map(|i| center + Vec2::angled(self.looked_at + reach * i as f32 / 24.0) * radius)
+            .collect();
+        painter.line(arc, Stroke::new(1.0, theme::ACCENT));
         ui.painter().rect_stroke(
             loupe,
             0.0,
