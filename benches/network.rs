@@ -11,15 +11,14 @@ use afterlight::reflectance::{
     Formulation, Normalization, Precision, Statistics, UNet, UNetConfig,
 };
 use afterlight::training::Adam;
-use burn::module::{Module, ModuleVisitor, Param};
+use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
-use burn::store::{ModuleSnapshot, ModuleStore, SafetensorsStore, bridge};
-use burn::tensor::{Device, Distribution, FloatDType, Tensor, TensorData};
+use burn::tensor::{Distribution, FloatDType, Tensor};
 use clap::{Parser, ValueEnum};
 use serde_json::{Value, json};
 use std::error::Error;
 use std::io::{BufRead, BufReader, Lines, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
 

@@ -47,7 +47,7 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     let untrained = !project.checkpoint_path().exists();
     let need = untrained.then_some(Need::Network);
     let predictor = Predictor::open(project, &compute.device).map_err(blocked(need))?;
-    let pass = RelightPass::beside(&compute).map(Arc::new);
+    let pass = RelightPass::beside(compute).map(Arc::new);
     let (project, response) = (project.clone(), calibration.response);
     Ok(Source {
         rig: calibration.rig,

@@ -286,7 +286,7 @@ fn lamps_ui(ui: &mut Ui, study: &ProbeStudy, chosen: Option<usize>) -> Option<us
         theme::QUIET,
     );
     let brightest = (study.lamps.iter())
-        .map(|seen| luminance(seen))
+        .map(luminance)
         .fold(f32::MIN_POSITIVE, f32::max);
     egui::ScrollArea::vertical().auto_shrink(false).show_rows(
         ui,
