@@ -22,7 +22,7 @@ pub struct Subset {
 /// Chooses `count` lamps of a rig with the given unit directions, as evenly as it can be: every direction
 /// that the rig covers should have a chosen lamp near it, and no two chosen lamps should be close. A first
 /// choice takes the farthest lamp from those chosen, again and again (Gonzalez 1985). Then chosen lamps are
-/// swapped for others as long as that lowers the [`Cost`]; the best swap is found as in FasterPAM
+/// swapped for others as long as that lowers the cost; the best swap is found as in FasterPAM
 /// (Schubert and Rousseeuw 2021). Of several such choices, with other first lamps, the most even one is
 /// returned. The same input gives the same choice.
 ///
