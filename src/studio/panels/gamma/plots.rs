@@ -204,7 +204,12 @@ fn frame_ui(painter: &Painter, rect: Rect, to_right: &str, upward: &str) {
     let stroke = Stroke::new(1.0, Color32::from_gray(70));
     painter.rect_stroke(rect, 0.0, stroke, egui::StrokeKind::Inside);
     let font = || FontId::proportional(11.0);
-    let color = theme::QUIET;
+    // The surface is light where its corners are.
+    let color = if to_right == "encoded" {
+        theme::QUIET
+    } else {
+        Color32::from_gray(40)
+    };
     painter.text(
         rect.right_bottom() - vec2(4.0, 3.0),
         Align2::RIGHT_BOTTOM,
