@@ -3,6 +3,7 @@
 use crate::studio::command::Command;
 use crate::studio::news::Work;
 use crate::studio::panel::Sight;
+use crate::studio::state::Workspace;
 use crate::studio::theme::{self, GAP};
 use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
 use std::time::{Duration, Instant};
@@ -19,9 +20,10 @@ const HEIGHT: f32 = 24.0;
 pub struct JobPanel;
 
 impl JobPanel {
-    /// Whether there is anything to show: where pictures cannot be made, the viewport shows it.
+    /// Whether there is anything to show: where relit pictures cannot be made, the viewport shows it.
     pub fn is_needed(sight: &Sight) -> bool {
-        sight.is_live() && (sight.news.work.is_some() || sight.news.said.is_some())
+        let viewport = sight.state.workspace == Workspace::Relight && !sight.is_live();
+        !viewport && (sight.news.work.is_some() || sight.news.said.is_some())
     }
 
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
