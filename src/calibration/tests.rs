@@ -249,6 +249,33 @@ fn a_calibration_that_holds_no_numbers_is_refused() {
 }
 
 #[test]
+fn a_calibration_that_fails_leaves_the_project_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let response = DualGamma::new(2.2, 2.2).unwrap();
+    let mut project = small_shoot(folder.path(), &response);
+    let before = project.clone();
+    let black = Encoded(Raster::filled(96, 96, [0.0; 3]));
+    for path in project.probe_paths() {
+        file::write_png(&path, &black).unwrap();
+    }
+    let settings = CalibrateSettings {
+        find_circle: true,
+        ..CalibrateSettings::default()
+    };
+    let error = calibrate(&mut project, &settings, &Progress::silent()).unwrap_err();
+    assert!(error.to_string().contains("interview.png"), "{error}");
+    // A circle that is good, and then a ball that cannot be read.
+    std::fs::write(project.lamp_probe_path(2), b"no picture").unwrap();
+    let settings = CalibrateSettings {
+        circle: Some(Circle::new([40.0, 41.0], 30.0).unwrap()),
+        ..CalibrateSettings::default()
+    };
+    let error = calibrate(&mut project, &settings, &Progress::silent()).unwrap_err();
+    assert!(error.to_string().contains("olat_02.png"), "{error}");
+    assert_eq!(project, before);
+}
+
+#[test]
 fn a_shoot_without_poses_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let error = calibrate(

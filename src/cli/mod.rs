@@ -2,28 +2,28 @@
 //! progress bar on stderr, and prints its figures: sentences, or with `--json` one object.
 
 mod console;
+mod parse;
+mod probe;
+mod train;
 
-use crate::calibration::develop::{BallPictures, DevelopSettings, Lens};
 use crate::calibration::gamma::Comparison;
-use crate::calibration::light_probe::{BallCamera, ClippedLight};
 use crate::calibration::{CalibrateSettings, Circle, Trial};
 use crate::error::Result;
-use crate::evaluation::{EvaluateSettings, Method, Truth};
+use crate::evaluation::{EvaluateSettings, Method};
 use crate::export::relight::RelightSettings;
 use crate::footage::ImportSettings;
 use crate::gpu::DeviceChoice;
-use crate::imaging::DualGamma;
-use crate::light::Mapping;
 use crate::project::Project;
-use crate::reflectance::Precision;
 use crate::scene::Background;
 use crate::studio;
-use crate::training::{Preset, TrainSettings};
 use crate::virtual_stage::StageSettings;
 use crate::worker::Job;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
+use parse::{parse_circle, parse_count, parse_range, parse_trial};
+use probe::ProbeArgs;
 use std::path::PathBuf;
+use train::TrainArgs;
 
 /// Relight filmed interviews after filming.
 ///
@@ -95,79 +95,6 @@ struct ImportArgs {
     output: OutputArgs,
 }
 
-/// Make a light probe, a panorama of the light, from photographs of a mirror ball.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Example: afterlight probe ball_0.png ball_2.png ball_4.png --stops 0,-2,-4 --fov 20 --to light.exr"
-)]
-struct ProbeArgs {
-    /// The ball's photograph, or a bracket of several. EXR and HDR are linear, others as --gamma says.
-    #[arg(required = true)]
-    photographs: Vec<PathBuf>,
-    /// Exposures of the photographs in stops, in their order.
-    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
-    stops: Vec<f32>,
-    /// The ball's centre and radius in pixels; it is looked for where this is left out.
-    #[arg(long, value_name = "X,Y,RADIUS", value_parser = parse_circle)]
-    circle: Option<Circle>,
-    /// The same ball from another side, to fill in what the first hides.
-    #[arg(long, value_name = "FILE", num_args = 1..)]
-    second: Vec<PathBuf>,
-    /// Exposures of those photographs in stops.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        allow_negative_numbers = true,
-        requires = "second"
-    )]
-    second_stops: Vec<f32>,
-    /// How far the second camera stands to the right of the first, seen from the ball.
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 90.0,
-        allow_negative_numbers = true
-    )]
-    second_angle: f32,
-    /// The camera's field of view across the whole picture's width; from far away where nothing is said.
-    #[arg(long, value_name = "DEG", group = "lens")]
-    fov: Option<f64>,
-    /// The camera's focal length in pixels.
-    #[arg(long, value_name = "PIXELS", group = "lens")]
-    focal_length: Option<f64>,
-    /// The camera's distance from the ball's centre in radii of the ball.
-    #[arg(long, value_name = "RADII", group = "lens")]
-    distance: Option<f64>,
-    /// The camera's response as two exponents.
-    #[arg(long, value_name = "G1,G2", default_value = "2.2,2.2", value_parser = parse_gamma)]
-    gamma: DualGamma,
-    /// The part of the light that the ball reflects, in red, green and blue.
-    #[arg(long, value_name = "R,G,B", default_value = "1,1,1", value_parser = parse_rgb)]
-    reflectivity: [f32; 3],
-    /// Estimate the light that was clipped from what surrounds it; otherwise it is only counted.
-    #[arg(long)]
-    estimate_clipped: bool,
-    /// Turn what is written: positive moves it to camera-right in front.
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    yaw: f32,
-    /// How the sphere is laid out.
-    #[arg(long, value_enum, default_value = "lat-long")]
-    mapping: Mapping,
-    /// Rows of the picture.
-    #[arg(long, default_value_t = 512)]
-    height: usize,
-    /// The EXR to write.
-    #[arg(long, value_name = "FILE.exr")]
-    to: PathBuf,
-    #[command(flatten)]
-    output: OutputArgs,
-}
-
 /// Find lamps, interview light and camera response from the mirror balls and the pictures.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight calibrate interview --json")]
@@ -186,58 +113,6 @@ struct CalibrateArgs {
     /// Take this response of the camera, and an exposure of the interview, in place of fitting them.
     #[arg(long, value_name = "G1,G2[,EXPOSURE]", value_parser = parse_trial, conflicts_with = "comparison")]
     gamma: Option<Trial>,
-    #[command(flatten)]
-    output: OutputArgs,
-}
-
-/// Train the project's network, or go on training it. Ctrl-C stops it and keeps the checkpoint.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Example: afterlight train interview --preset quick --exclude-frames 5,14,25,36"
-)]
-struct TrainArgs {
-    /// The project's folder.
-    project: PathBuf,
-    /// Where the settings start from.
-    #[arg(long, value_enum, default_value = "quick")]
-    preset: Preset,
-    /// How exactly convolutions multiply on a CPU.
-    #[arg(long, value_enum)]
-    precision: Option<Precision>,
-    /// End after this many minutes of training, earlier runs counted in.
-    #[arg(long, conflicts_with = "epochs")]
-    minutes: Option<f64>,
-    /// End after this many epochs, earlier runs counted in.
-    #[arg(long)]
-    epochs: Option<u32>,
-    /// Compare pictures by the features of the network in this file, in place of the built-in ones:
-    /// torchvision's VGG-16, VGG-19 or SqueezeNet 1.1 as .safetensors or .pth.
-    #[arg(long, value_name = "FILE")]
-    features: Option<PathBuf>,
-    /// Compare the OLATs of this many lamps a step, drawn anew each time; all where this is left out.
-    #[arg(long, value_name = "K", value_parser = parse_count)]
-    lamps_per_step: Option<usize>,
-    /// Exemplar steps from one with the rendering loss to the next; those between compute only the lamps
-    /// that they compare.
-    #[arg(long, value_name = "STEPS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-    rendering_every: u64,
-    /// Change any other setting of the preset, such as width=32; can be given several times.
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
-    /// Interview frames that training must not see, such as 5,14,25,36.
-    #[arg(long, value_delimiter = ',')]
-    exclude_frames: Vec<usize>,
-    /// Keep the frames of this truth out of training, so that they can judge it.
-    #[arg(long, value_name = "DIR")]
-    exclude_truth: Option<PathBuf>,
-    /// A pose, from 0, that training must not see and that judges it: the best network there predicts.
-    #[arg(long, value_name = "POSE")]
-    hold_out: Option<usize>,
-    /// Start over instead of going on from the checkpoint.
-    #[arg(long)]
-    fresh: bool,
-    #[command(flatten)]
-    device: DeviceArgs,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -497,81 +372,6 @@ fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {
     studio::run(project, device)
 }
 
-impl ProbeArgs {
-    fn job(&self) -> Job {
-        let camera = match (self.fov, self.focal_length, self.distance) {
-            (Some(degrees), ..) => Lens::FieldOfView(degrees),
-            (_, Some(px), _) => Lens::Camera(BallCamera::FocalLength { px }),
-            (.., Some(ball_radii)) => Lens::Camera(BallCamera::Distance { ball_radii }),
-            _ => Lens::Camera(BallCamera::Far),
-        };
-        let second = BallPictures {
-            photographs: self.second.clone(),
-            stops: self.second_stops.clone(),
-            circle: None,
-        };
-        Job::Develop {
-            settings: Box::new(DevelopSettings {
-                ball: BallPictures {
-                    photographs: self.photographs.clone(),
-                    stops: self.stops.clone(),
-                    circle: self.circle,
-                },
-                second: (!self.second.is_empty()).then_some((second, self.second_angle)),
-                lens: camera,
-                response: self.gamma,
-                reflectivity: self.reflectivity,
-                clipped: if self.estimate_clipped {
-                    ClippedLight::Estimate
-                } else {
-                    ClippedLight::Keep
-                },
-                yaw_deg: self.yaw,
-                mapping: self.mapping,
-                height: self.height,
-                to: self.to.clone(),
-            }),
-        }
-    }
-}
-
-impl TrainArgs {
-    fn job(&self) -> Result<Job> {
-        let mut config = self.preset.config();
-        if let Some(precision) = self.precision {
-            config.precision = precision;
-        }
-        if self.minutes.is_some() {
-            config.minutes = self.minutes;
-        }
-        if let Some(epochs) = self.epochs {
-            config.epochs = epochs;
-            config.minutes = None;
-        }
-        config.features.clone_from(&self.features);
-        config.lamps_per_step = self.lamps_per_step;
-        config.rendering_every = self.rendering_every;
-        self.set
-            .iter()
-            .try_for_each(|setting| config.set(setting))?;
-        let mut exclude_frames = self.exclude_frames.clone();
-        if let Some(truth) = &self.exclude_truth {
-            exclude_frames.extend(Truth::open(&Project::open(&self.project)?, truth)?.frames);
-        }
-        let settings = TrainSettings {
-            config,
-            exclude_frames,
-            hold_out: self.hold_out,
-            fresh: self.fresh,
-            device: self.device.device,
-        };
-        Ok(Job::Train {
-            project: self.project.clone(),
-            settings,
-        })
-    }
-}
-
 impl RelightArgs {
     fn job(&self) -> Job {
         let settings = RelightSettings {
@@ -592,63 +392,5 @@ impl RelightArgs {
             project: self.project.clone(),
             settings,
         }
-    }
-}
-
-/// Numbers between commas, as many as `names` has.
-fn parse_numbers<const N: usize>(text: &str, names: &str) -> std::result::Result<[f64; N], String> {
-    let refuse = || format!("{text:?} is not {names}");
-    let numbers = text
-        .split(',')
-        .map(|number| number.trim().parse())
-        .collect::<std::result::Result<Vec<f64>, _>>()
-        .map_err(|_| refuse())?;
-    numbers.try_into().map_err(|_| refuse())
-}
-
-fn parse_circle(text: &str) -> std::result::Result<Circle, String> {
-    let [x, y, radius] = parse_numbers(text, "X,Y,RADIUS in pixels")?;
-    Circle::new([x, y], radius).map_err(|e| e.to_string())
-}
-
-fn parse_gamma(text: &str) -> std::result::Result<DualGamma, String> {
-    let [gamma1, gamma2] = parse_numbers(text, "two exponents such as 2.6,2.1")?;
-    DualGamma::new(gamma1 as f32, gamma2 as f32).map_err(|e| e.to_string())
-}
-
-fn parse_trial(text: &str) -> std::result::Result<Trial, String> {
-    let full = if text.matches(',').count() == 1 {
-        format!("{text},1")
-    } else {
-        text.to_owned()
-    };
-    let [gamma1, gamma2, exposure] = parse_numbers(&full, "G1,G2 or G1,G2,EXPOSURE")?;
-    Trial::new(gamma1 as f32, gamma2 as f32, exposure as f32).map_err(|e| e.to_string())
-}
-
-fn parse_rgb(text: &str) -> std::result::Result<[f32; 3], String> {
-    let rgb: [f64; 3] = parse_numbers(text, "R,G,B such as 0.6,0.6,0.6")?;
-    Ok(rgb.map(|v| v as f32))
-}
-
-fn parse_count(text: &str) -> std::result::Result<usize, String> {
-    match text.parse() {
-        Ok(0) => Err("at least one lamp has to count".to_owned()),
-        parsed => parsed.map_err(|e| format!("{text:?} is no count: {e}")),
-    }
-}
-
-fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
-    let (from, to) = text.split_once('-').unwrap_or((text, text));
-    let number = |s: &str| {
-        s.trim()
-            .parse::<usize>()
-            .map_err(|e| format!("{s:?} is no frame number: {e}"))
-    };
-    let (from, to) = (number(from)?, number(to)?);
-    if from <= to {
-        Ok((from, to))
-    } else {
-        Err(format!("{from} comes after {to}"))
     }
 }

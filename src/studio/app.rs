@@ -9,16 +9,14 @@ use super::panels::{
     ViewportPanel,
 };
 use super::state::{State, Workspace};
+use super::studies::Studies;
 use super::{keys, theme};
-use crate::calibration::{CalibrateSettings, Circle, Trial};
+use crate::calibration::{CalibrateSettings, Circle};
 use crate::gpu::DeviceChoice;
 use crate::project::Project;
 use crate::scene::Scene;
 use crate::training::{Preset, TrainSettings};
-use crate::worker::{
-    Ask, Blocked, Event, GammaView, Job, Latest, Library, Need, ProbeStudy, Relit, Source, Study,
-    StudyAsk, Worker,
-};
+use crate::worker::{Ask, Blocked, Event, Job, Latest, Library, Need, Relit, Source, Worker};
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -40,13 +38,7 @@ pub struct StudioApp {
     relit: Option<Arc<Relit>>,
     /// What the worker was asked for last, with the place of the environment in the list.
     asked: Option<(Scene, usize)>,
-    /// The thread that looks at the calibration, once it was needed, and what it was asked last.
-    study: Option<Study>,
-    studied: Option<StudyAsk>,
-    /// How often the calibration may have changed.
-    calibrations: u64,
-    probe_study: Option<Result<Arc<ProbeStudy>, String>>,
-    gamma_view: Option<Result<Arc<GammaView>, String>>,
+    studies: Studies,
     /// When the next frame is due while playing, in the window's seconds.
     due: f64,
     /// What a dialog brought.
@@ -109,11 +101,7 @@ impl StudioApp {
             news: News::new(Phase::NoProject),
             relit: None,
             asked: None,
-            study: None,
-            studied: None,
-            calibrations: 0,
-            probe_study: None,
-            gamma_view: None,
+            studies: Studies::default(),
             due: 0.0,
             chosen: Arc::new(Latest::new(wake)),
             viewport: ViewportPanel::default(),
@@ -147,14 +135,9 @@ impl StudioApp {
         self.relit.as_ref()
     }
 
-    /// What the mirror balls show, once that was looked at.
-    pub fn probe_study(&self) -> Option<&Result<Arc<ProbeStudy>, String>> {
-        self.probe_study.as_ref()
-    }
-
-    /// How the tried response does, once that was looked at.
-    pub fn gamma_view(&self) -> Option<&Result<Arc<GammaView>, String>> {
-        self.gamma_view.as_ref()
+    /// What was found out about the calibration.
+    pub fn studies(&self) -> &Studies {
+        &self.studies
     }
 
     /// The list of environments.
@@ -172,8 +155,7 @@ impl StudioApp {
         self.state = State::new(shoot.frames.len(), shoot.frame_rate);
         self.news = News::new(Phase::Opening);
         (self.relit, self.asked) = (None, None);
-        (self.study, self.studied) = (None, None);
-        (self.probe_study, self.gamma_view) = (None, None);
+        self.studies = Studies::default();
         self.environments.clear();
         let named: Vec<_> = shoot
             .environments
@@ -212,16 +194,13 @@ impl StudioApp {
                 }
                 if matches!(event, Event::Finished { .. }) {
                     // The job may have calibrated.
-                    self.calibrations += 1;
+                    self.studies.renew();
                 }
                 self.news.hear(event);
             }
             self.relit = worker.relit().or(self.relit.take());
         }
-        if let Some(study) = &self.study {
-            self.probe_study = study.probe().or(self.probe_study.take());
-            self.gamma_view = study.gamma().or(self.gamma_view.take());
-        }
+        self.studies.hear();
         for (path, read) in self.library.loaded() {
             let panorama = match read {
                 Ok(panorama) => {
@@ -264,46 +243,6 @@ impl StudioApp {
             });
             self.asked = Some(wanted);
         }
-    }
-
-    /// Asks for what the workspace shows of the calibration, where that is another than before.
-    fn study(&mut self) {
-        let Some(project) = &self.project else {
-            return;
-        };
-        let (look, calibrations) = (&self.state.look, self.calibrations);
-        let wanted = match self.state.workspace {
-            Workspace::Relight => return,
-            Workspace::Probe => StudyAsk::Probe {
-                calibrations,
-                photograph: self.state.photograph,
-                circle: look.circle,
-            },
-            Workspace::Gamma => StudyAsk::Gamma {
-                calibrations,
-                frame: self.state.frame,
-                trial: look.trial,
-            },
-        };
-        if self.studied.as_ref() != Some(&wanted) {
-            let wake = self.wake();
-            let study = self
-                .study
-                .get_or_insert_with(|| Study::start(project.root.clone(), wake));
-            study.ask(wanted.clone());
-            self.studied = Some(wanted);
-        }
-    }
-
-    /// The silhouette and the response that are shown, set by hand or not.
-    fn circle(&self) -> Option<Circle> {
-        let known = || Some(self.probe_study.as_ref()?.as_ref().ok()?.circle);
-        self.state.look.circle.or_else(known)
-    }
-
-    fn trial(&self) -> Option<Trial> {
-        let known = || Some(self.gamma_view.as_ref()?.as_ref().ok()?.calibrated);
-        self.state.look.trial.or_else(known)
     }
 
     /// Goes on to the next frame when it is due and the present one has been seen.
@@ -371,7 +310,7 @@ impl StudioApp {
                 if let Some(Circle {
                     center_px: [x, y],
                     radius_px,
-                }) = self.circle()
+                }) = self.studies.circle(&self.state)
                 {
                     let moved = Circle::new([x + by[0], y + by[1]], radius_px + radius).ok();
                     self.state.nudge(&command, |look| {
@@ -380,7 +319,7 @@ impl StudioApp {
                 }
             }
             Command::NudgeTrial(by) => {
-                if let Some(trial) = self.trial() {
+                if let Some(trial) = self.studies.trial(&self.state) {
                     self.state
                         .nudge(&command, |look| look.trial = Some(trial.nudged(by)));
                 }
@@ -395,10 +334,8 @@ impl StudioApp {
                     (shown.rem_euclid(lamps as isize + 1) as usize).checked_sub(1);
             }
             Command::FindCircle => {
-                if let Some(Ok(study)) = &self.probe_study
-                    && let Ok(found) = &study.found
-                {
-                    self.apply(Command::Circle(Some(found.circle)));
+                if let Some(found) = self.studies.found() {
+                    self.apply(Command::Circle(Some(found)));
                 }
             }
             Command::Calibrate => self.calibrate(),
@@ -532,8 +469,8 @@ impl eframe::App for StudioApp {
             news: &self.news,
             environments: &self.environments,
             relit: self.relit.as_ref(),
-            probe: self.probe_study.as_ref(),
-            gamma: self.gamma_view.as_ref(),
+            probe: self.studies.probe.as_ref(),
+            gamma: self.studies.gamma.as_ref(),
         };
         let workspace = sight.state.workspace;
         if sight.state.panels && sight.project.is_some() {
@@ -600,6 +537,9 @@ impl eframe::App for StudioApp {
         }
         self.play();
         self.ask();
-        self.study();
+        if let Some(project) = &self.project {
+            let wake = self.wake();
+            self.studies.ask(project, &self.state, wake);
+        }
     }
 }

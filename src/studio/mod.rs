@@ -8,6 +8,7 @@ mod news;
 mod panel;
 mod panels;
 mod state;
+mod studies;
 mod theme;
 
 pub use app::StudioApp;
@@ -15,6 +16,7 @@ pub use command::Command;
 pub use news::{News, Phase, Work};
 pub use panel::{Entry, Reading};
 pub use state::{Look, State, View, Workspace};
+pub use studies::Studies;
 
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceChoice, Gpu, device_descriptor};

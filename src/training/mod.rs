@@ -13,9 +13,11 @@ mod judge;
 pub mod loss;
 #[cfg(test)]
 mod parity_tests;
+mod run;
 pub mod schedule;
 mod trainer;
 
 pub use adam::Adam;
 pub use config::{Preset, TrainingConfig};
-pub use trainer::{TrainReport, TrainSettings, Trainer, train};
+pub use run::train;
+pub use trainer::{TrainReport, TrainSettings, Trainer};

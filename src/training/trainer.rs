@@ -1,4 +1,4 @@
-//! The training loop: one lesson a step, both losses, checkpoints as it goes.
+//! The trainer: a network, its optimiser and its pictures, and one lesson a step.
 
 use super::adam::Adam;
 use super::config::TrainingConfig;
@@ -6,11 +6,12 @@ use super::data::{Look, TrainingData};
 use super::features::{Features, rows};
 use super::judge::Attempt;
 use super::loss::Criterion;
+use super::run::LOOK_STEPS;
 use super::schedule::{self, Schedule};
 use super::{augment, average, gradient};
 use crate::calibration::Calibration;
 use crate::error::{Error, Result};
-use crate::gpu::{ComputeDevice, DeviceChoice};
+use crate::gpu::DeviceChoice;
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingState};
@@ -18,20 +19,11 @@ use crate::reflectance::kernels::{Comparison, LossSettings};
 use crate::reflectance::predictor::check_fits;
 use crate::reflectance::render::{encode, light};
 use crate::reflectance::{UNet, UNetConfig};
-use crate::turn;
 use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor};
 use serde::Serialize;
-use std::fs::OpenOptions;
-use std::io::{BufWriter, Write};
 use std::path::PathBuf;
-use std::time::Instant;
-
-/// Steps between two looks at the network from outside: each costs a prediction or two.
-const LOOK_STEPS: u64 = 100;
-/// This many steps in a row that are not finite end a run.
-const MOST_BAD_STEPS: u32 = 3;
 
 /// What a person asks of a run.
 #[derive(Clone, Debug)]
@@ -89,14 +81,14 @@ pub struct StepReport {
 /// A network in training.
 pub struct Trainer {
     config: TrainingConfig,
-    schedule: Schedule,
-    data: TrainingData,
+    pub(super) schedule: Schedule,
+    pub(super) data: TrainingData,
     criterion: Criterion,
-    info: CheckpointInfo,
+    pub(super) info: CheckpointInfo,
     /// On the autodiff device.
     live: UNet,
     /// On the plain device.
-    average: UNet,
+    pub(super) average: UNet,
     /// The network that predicts, where a pose is held out: the average as it was when it did best.
     best: Option<UNet>,
     hold_out: Option<usize>,
@@ -323,7 +315,7 @@ impl Trainer {
     }
 
     /// What pictures are compared by, in words.
-    fn features(&self) -> String {
+    pub(super) fn features(&self) -> String {
         match (&self.criterion.features, &self.config.features) {
             (Some(features), Some(path)) => {
                 format!("{} from {}", features.architecture().name(), path.display())
@@ -394,270 +386,5 @@ impl Trainer {
             self.network(),
             &state,
         )
-    }
-}
-
-/// Trains the project's network until the schedule or the time is over or a stop is asked for; in
-/// each case the checkpoint is written. Every step's losses go to `training.csv`.
-///
-/// # Errors
-/// When pictures cannot be read, the checkpoint cannot be written, or three steps in a row are not
-/// finite: then the last good checkpoint stays.
-pub fn train(
-    project: &Project,
-    calibration: &Calibration,
-    settings: &TrainSettings,
-    progress: &Progress,
-) -> Result<TrainReport> {
-    let compute = ComputeDevice::choose(settings.device);
-    progress.say(format!("The network runs on the {}", compute.description));
-    let mut trainer = Trainer::new(project, calibration, settings, &compute.device, progress)?;
-    progress.say(format!(
-        "The network: {}; the pictures take {} MB more",
-        trainer.info.network.cost(),
-        trainer.data.bytes() / 1_000_000
-    ));
-    progress.say(format!("Pictures are compared by {}", trainer.features()));
-    let fresh = trainer.info.step == 0;
-    let mut log = Log::open(project.root.join("training.csv"), STEPS_HEADER, fresh)?;
-    let judgements = project.root.join("held_out.csv");
-    let mut judgements = settings
-        .hold_out
-        .map(|_| Log::open(judgements, "step,seconds,decibels", fresh))
-        .transpose()?;
-    let first_step = trainer.info.step;
-    let config = &settings.config;
-    let limit = config.minutes.map(|minutes| minutes * 60.0);
-    let mut saved = Instant::now();
-    let (mut bad, mut skipped) = (0, 0);
-    let mut recent = Recent::default();
-    let (mut dead, names) = (DeadLamps::default(), &project.settings.shoot.lamps);
-    loop {
-        let by_time = limit.map_or(0.0, |limit| trainer.info.seconds / limit);
-        let steps = trainer.schedule.steps();
-        let by_step = trainer.info.step as f64 / steps.max(1) as f64;
-        let done = by_time.max(by_step).min(1.0);
-        if done >= 1.0 || progress.cancelled() {
-            break;
-        }
-        if progress.paused() {
-            trainer.save(project)?;
-            log.flush()?;
-            progress.say(format!("Paused after step {}", trainer.info.step));
-            progress.wait_while_paused();
-            saved = Instant::now();
-            continue;
-        }
-        // Seconds count while the network learns: not while it waits for its turn or for a person.
-        let turn = turn::DEVICE.take();
-        let began = Instant::now();
-        let report = trainer.step(done);
-        trainer.info.seconds += began.elapsed().as_secs_f64();
-        drop(turn);
-        log.write(&trainer.info, &report)?;
-        if report.taken {
-            bad = 0;
-            recent.add(&report);
-        } else {
-            bad += 1;
-            skipped += 1;
-            progress.say(format!(
-                "Step {} was not finite and has been skipped",
-                trainer.info.step
-            ));
-            if bad == MOST_BAD_STEPS {
-                return Err(Error::unexpected(
-                    "training",
-                    "finite losses",
-                    format!("{bad} steps in a row that are not"),
-                    "The last checkpoint is kept. Check the pictures for blown or empty exemplars",
-                ));
-            }
-        }
-        progress.step(
-            "training",
-            (done * 1000.0) as u64,
-            1000,
-            recent.note(trainer.info.step),
-        );
-        if trainer.info.step.is_multiple_of(LOOK_STEPS) {
-            recent.judge(&mut trainer, &mut judgements)?;
-            if dead.look(trainer.dead_lamps().unwrap_or_default()) {
-                progress.say(dead.warning(names));
-            }
-        }
-        if saved.elapsed().as_secs_f64() >= config.checkpoint_seconds {
-            trainer.save(project)?;
-            log.flush()?;
-            progress.saved();
-            saved = Instant::now();
-        }
-    }
-    recent.judge(&mut trainer, &mut judgements)?;
-    trainer.save(project)?;
-    progress.saved();
-    log.flush()?;
-    judgements.iter_mut().try_for_each(Log::flush)?;
-    progress.step("training", 1000, 1000, recent.note(trainer.info.step));
-    if progress.cancelled() {
-        progress.say(format!(
-            "Stopped after {} steps; the checkpoint is kept, and training goes on from it",
-            trainer.info.step - first_step
-        ));
-    } else if trainer.info.step == first_step {
-        progress.say(
-            "The run was complete before: ask for more with --minutes or --epochs, or start over with --fresh",
-        );
-    }
-    Ok(TrainReport {
-        steps: trainer.info.step,
-        seconds: trainer.info.seconds,
-        device: compute.description,
-        features: trainer.features(),
-        parameters: trainer.average.num_params(),
-        loss_rec: recent.reconstruction.unwrap_or(f32::NAN),
-        loss_render: recent.rendering.unwrap_or(f32::NAN),
-        skipped_steps: skipped,
-        held_out: trainer.info.held_out,
-        dead_lamps: dead.names(names),
-    })
-}
-
-/// Lamps whose outputs have stopped learning.
-#[derive(Default)]
-struct DeadLamps {
-    /// Those of the last look.
-    seen: Vec<usize>,
-    /// Those of the last two: one look may meet a lamp on its way.
-    sure: Vec<usize>,
-}
-
-impl DeadLamps {
-    /// Takes in what a look found; whether there is something new to say.
-    fn look(&mut self, found: Vec<usize>) -> bool {
-        let mut sure = found.clone();
-        sure.retain(|lamp| self.seen.contains(lamp));
-        self.seen = found;
-        let new = sure.iter().any(|lamp| !self.sure.contains(lamp));
-        self.sure = sure;
-        new
-    }
-
-    fn names(&self, lamps: &[String]) -> Vec<String> {
-        self.sure.iter().map(|&lamp| lamps[lamp].clone()).collect()
-    }
-
-    fn warning(&self, lamps: &[String]) -> String {
-        format!(
-            "Dead output: {} of {} lamps ({}) are stuck at black or white and hardly learn any more. Stop, and \
-             start over with --fresh and a lower rate, such as --set learning-rate=3e-4",
-            self.sure.len(),
-            lamps.len(),
-            self.names(lamps).join(", ")
-        )
-    }
-}
-
-/// Losses smoothed over about twenty steps.
-#[derive(Default)]
-struct Recent {
-    reconstruction: Option<f32>,
-    rendering: Option<f32>,
-    held_out: Option<f32>,
-}
-
-impl Recent {
-    /// Judges by the pose that was held out, where one was.
-    fn judge(&mut self, trainer: &mut Trainer, log: &mut Option<Log>) -> Result<()> {
-        let Some(decibels) = trainer.judge() else {
-            return Ok(());
-        };
-        self.held_out = Some(decibels);
-        let info = trainer.info();
-        log.iter_mut()
-            .try_for_each(|log| log.line(&format!("{},{:.3},{decibels}", info.step, info.seconds)))
-    }
-
-    fn add(&mut self, report: &StepReport) {
-        let smooth =
-            |old: Option<f32>, new: f32| Some(old.map_or(new, |old| 0.95 * old + 0.05 * new));
-        if let Some(rendering) = report.rendering {
-            self.rendering = smooth(self.rendering, rendering);
-        }
-        if let Some(reconstruction) = report.reconstruction {
-            self.reconstruction = smooth(self.reconstruction, reconstruction);
-        }
-    }
-
-    fn note(&self, step: u64) -> String {
-        let show = |loss: Option<f32>| loss.map_or("–".to_owned(), |l| format!("{l:.4}"));
-        let mut note = format!(
-            "step {step}, OLATs {}, relit {}",
-            show(self.reconstruction),
-            show(self.rendering)
-        );
-        if let Some(decibels) = self.held_out {
-            note += &format!(", unseen pose {decibels:.2} dB");
-        }
-        note
-    }
-}
-
-/// The columns of `training.csv`, which has a line for each step.
-const STEPS_HEADER: &str = "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken";
-
-/// A table of text beside the project.
-struct Log {
-    path: PathBuf,
-    out: BufWriter<std::fs::File>,
-}
-
-impl Log {
-    fn open(path: PathBuf, header: &str, fresh: bool) -> Result<Self> {
-        let fail = |e: std::io::Error| {
-            Error::file("write", &path, e, "Check that the folder can be written")
-        };
-        let mut options = OpenOptions::new();
-        options
-            .create(true)
-            .write(true)
-            .append(!fresh)
-            .truncate(fresh);
-        let file = options.open(&path).map_err(fail)?;
-        let empty = file.metadata().map_err(fail)?.len() == 0;
-        let mut log = Self {
-            out: BufWriter::new(file),
-            path,
-        };
-        if empty {
-            log.line(header)?;
-        }
-        Ok(log)
-    }
-
-    fn write(&mut self, info: &CheckpointInfo, report: &StepReport) -> Result<()> {
-        let show = |loss: Option<f32>| loss.map_or(String::new(), |l| l.to_string());
-        self.line(&format!(
-            "{},{:.3},{},{},{:e},{},{}",
-            info.step,
-            info.seconds,
-            show(report.reconstruction),
-            show(report.rendering),
-            report.learning_rate,
-            report.gradient_norm,
-            report.taken
-        ))
-    }
-
-    fn line(&mut self, line: &str) -> Result<()> {
-        writeln!(self.out, "{line}").map_err(|e| self.failure(&e))
-    }
-
-    fn flush(&mut self) -> Result<()> {
-        self.out.flush().map_err(|e| self.failure(&e))
-    }
-
-    fn failure(&self, cause: &std::io::Error) -> Error {
-        Error::file("write", &self.path, cause, "Check that the disk has room")
     }
 }

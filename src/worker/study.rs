@@ -325,14 +325,16 @@ impl Desk {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let project = Project::open(&self.root)?;
-        if self.frame.as_ref().is_none_or(|(read, _)| *read != frame) {
-            let encoded = file::read_encoded(&project.frame_path(frame))?;
-            self.frame = Some((frame, shown(&encoded)));
-        }
+        // A shoot without frames or poses is refused here.
         let exemplars = match self.exemplars.take() {
             Some(exemplars) => exemplars,
             None => Exemplars::read(&project, &progress)?,
         };
+        let frame = frame.min(project.settings.shoot.frames.len() - 1);
+        if self.frame.as_ref().is_none_or(|(read, _)| *read != frame) {
+            let encoded = file::read_encoded(&project.frame_path(frame))?;
+            self.frame = Some((frame, shown(&encoded)));
+        }
         let exemplars = self.exemplars.insert(exemplars);
         let Exemplars {
             study, calibrated, ..

@@ -42,18 +42,18 @@ fn opened(project: &Project) -> Window {
 }
 
 fn study(window: &Window) -> Arc<ProbeStudy> {
-    window.state().probe_study().unwrap().clone().unwrap()
+    window.state().studies().probe.clone().unwrap().unwrap()
 }
 
 fn view(window: &Window) -> Arc<GammaView> {
-    window.state().gamma_view().unwrap().clone().unwrap()
+    window.state().studies().gamma.clone().unwrap().unwrap()
 }
 
 /// Waits until what is shown belongs to the circle that was set.
 fn until_studied(window: &mut Window) {
     window.run_steps(2);
     until(window, "mirror ball", |app| {
-        let study = app.probe_study().and_then(|s| s.as_ref().ok());
+        let study = app.studies().probe.as_ref().and_then(|s| s.as_ref().ok());
         study.is_some_and(|s| {
             let state = app.state();
             (state.look.circle.unwrap_or(s.kept), state.photograph) == (s.circle, s.photograph)
@@ -66,7 +66,7 @@ fn until_studied(window: &mut Window) {
 fn until_tried(window: &mut Window) {
     window.run_steps(2);
     until(window, "relit exemplar", |app| {
-        let view = app.gamma_view().and_then(|v| v.as_ref().ok());
+        let view = app.studies().gamma.as_ref().and_then(|v| v.as_ref().ok());
         view.is_some_and(|v| app.state().look.trial.unwrap_or(v.calibrated) == v.trial)
     });
     window.run_steps(2);
@@ -177,7 +177,7 @@ fn keys_alone_set_the_circle_and_show_each_lamp() {
     window.key_press(Key::PageDown);
     window.run_steps(2);
     until(&mut window, "lamp's ball", |app| {
-        let study = app.probe_study().and_then(|s| s.as_ref().ok());
+        let study = app.studies().probe.as_ref().and_then(|s| s.as_ref().ok());
         study.is_some_and(|s| s.picture != interview)
     });
     assert_eq!(window.state().state().photograph, Some(0));
@@ -286,7 +286,7 @@ fn what_keeps_a_workspace_empty_is_said_there() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
     window.run_steps(2);
     until(&mut window, "reason", |app| {
-        matches!(app.gamma_view(), Some(Err(_)))
+        matches!(app.studies().gamma.as_ref(), Some(Err(_)))
     });
     window.run_steps(2);
     window.get_by_label_contains("afterlight calibrate");
@@ -294,7 +294,7 @@ fn what_keeps_a_workspace_empty_is_said_there() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     window.run_steps(2);
     until(&mut window, "reason", |app| {
-        matches!(app.probe_study(), Some(Err(_)))
+        matches!(app.studies().probe.as_ref(), Some(Err(_)))
     });
     window.run_steps(2);
     window.get_by_label_contains("interview.png");

@@ -1,0 +1,124 @@
+//! `afterlight probe`.
+
+use super::OutputArgs;
+use super::parse::{parse_circle, parse_gamma, parse_rgb};
+use crate::calibration::Circle;
+use crate::calibration::develop::{BallPictures, DevelopSettings, Lens};
+use crate::calibration::light_probe::{BallCamera, ClippedLight};
+use crate::imaging::DualGamma;
+use crate::light::Mapping;
+use crate::worker::Job;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Make a light probe, a panorama of the light, from photographs of a mirror ball.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: afterlight probe ball_0.png ball_2.png ball_4.png --stops 0,-2,-4 --fov 20 --to light.exr"
+)]
+pub struct ProbeArgs {
+    /// The ball's photograph, or a bracket of several. EXR and HDR are linear, others as --gamma says.
+    #[arg(required = true)]
+    photographs: Vec<PathBuf>,
+    /// Exposures of the photographs in stops, in their order.
+    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
+    stops: Vec<f32>,
+    /// The ball's centre and radius in pixels; it is looked for where this is left out.
+    #[arg(long, value_name = "X,Y,RADIUS", value_parser = parse_circle)]
+    circle: Option<Circle>,
+    /// The same ball from another side, to fill in what the first hides.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    second: Vec<PathBuf>,
+    /// Exposures of those photographs in stops.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        requires = "second"
+    )]
+    second_stops: Vec<f32>,
+    /// How far the second camera stands to the right of the first, seen from the ball.
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 90.0,
+        allow_negative_numbers = true
+    )]
+    second_angle: f32,
+    /// The camera's field of view across the whole picture's width; from far away where nothing is said.
+    #[arg(long, value_name = "DEG", group = "lens")]
+    fov: Option<f64>,
+    /// The camera's focal length in pixels.
+    #[arg(long, value_name = "PIXELS", group = "lens")]
+    focal_length: Option<f64>,
+    /// The camera's distance from the ball's centre in radii of the ball.
+    #[arg(long, value_name = "RADII", group = "lens")]
+    distance: Option<f64>,
+    /// The camera's response as two exponents.
+    #[arg(long, value_name = "G1,G2", default_value = "2.2,2.2", value_parser = parse_gamma)]
+    gamma: DualGamma,
+    /// The part of the light that the ball reflects, in red, green and blue.
+    #[arg(long, value_name = "R,G,B", default_value = "1,1,1", value_parser = parse_rgb)]
+    reflectivity: [f32; 3],
+    /// Estimate the light that was clipped from what surrounds it; otherwise it is only counted.
+    #[arg(long)]
+    estimate_clipped: bool,
+    /// Turn what is written: positive moves it to camera-right in front.
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    yaw: f32,
+    /// How the sphere is laid out.
+    #[arg(long, value_enum, default_value = "lat-long")]
+    mapping: Mapping,
+    /// Rows of the picture.
+    #[arg(long, default_value_t = 512)]
+    height: usize,
+    /// The EXR to write.
+    #[arg(long, value_name = "FILE.exr")]
+    to: PathBuf,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+impl ProbeArgs {
+    /// The job that was asked for.
+    pub fn job(&self) -> Job {
+        let camera = match (self.fov, self.focal_length, self.distance) {
+            (Some(degrees), ..) => Lens::FieldOfView(degrees),
+            (_, Some(px), _) => Lens::Camera(BallCamera::FocalLength { px }),
+            (.., Some(ball_radii)) => Lens::Camera(BallCamera::Distance { ball_radii }),
+            _ => Lens::Camera(BallCamera::Far),
+        };
+        let second = BallPictures {
+            photographs: self.second.clone(),
+            stops: self.second_stops.clone(),
+            circle: None,
+        };
+        Job::Develop {
+            settings: Box::new(DevelopSettings {
+                ball: BallPictures {
+                    photographs: self.photographs.clone(),
+                    stops: self.stops.clone(),
+                    circle: self.circle,
+                },
+                second: (!self.second.is_empty()).then_some((second, self.second_angle)),
+                lens: camera,
+                response: self.gamma,
+                reflectivity: self.reflectivity,
+                clipped: if self.estimate_clipped {
+                    ClippedLight::Estimate
+                } else {
+                    ClippedLight::Keep
+                },
+                yaw_deg: self.yaw,
+                mapping: self.mapping,
+                height: self.height,
+                to: self.to.clone(),
+            }),
+        }
+    }
+}
