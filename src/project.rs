@@ -51,8 +51,13 @@ pub struct Shoot {
     pub frame_rate: f64,
     /// Names of the pose folders under `exemplars/`: `pose00` …
     pub poses: Vec<String>,
-    /// Names of the OLATs without extension, the same in every pose and among the probes: `olat_00` …
+    /// Names of the OLATs that the network learns, without extension, the same in every pose and among the
+    /// probes: `olat_00` …
     pub lamps: Vec<String>,
+    /// Names of the other OLATs, where the network learns only some: they light the interview too, so the
+    /// calibration needs them. Lamps are numbered through, these after `lamps`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub other_lamps: Vec<String>,
     /// Names of the interview frames without extension: `frame_000` …
     pub frames: Vec<String>,
     /// How the mirror balls were photographed.
@@ -62,7 +67,7 @@ pub struct Shoot {
     /// Environments that belong to the shoot.
     pub environments: Vec<NamedEnvironment>,
     /// Where whoever built the dome says that each lamp is, as unit directions from the subject in the
-    /// order of `lamps`; empty where the shoot does not say. Nothing is computed from it: it is what the
+    /// order of [`Shoot::all_lamps`]; empty where the shoot does not say. Nothing is computed from it: it is what the
     /// measured rig is checked against.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lamp_layout: Vec<Vec3>,
@@ -87,6 +92,22 @@ pub struct NamedEnvironment {
     pub name: String,
     /// Relative to the shoot's folder.
     pub file: PathBuf,
+}
+
+impl Shoot {
+    /// The names of all lamps: those that the network learns, then the others.
+    pub fn all_lamps(&self) -> impl ExactSizeIterator<Item = &String> + Clone {
+        let count = self.lamps.len() + self.other_lamps.len();
+        (0..count).map(|lamp| self.lamp(lamp))
+    }
+
+    /// The name of lamp number `lamp` of all.
+    ///
+    /// # Panics
+    /// When there is no such lamp.
+    pub fn lamp(&self, lamp: usize) -> &String {
+        (self.lamps.get(lamp)).unwrap_or_else(|| &self.other_lamps[lamp - self.lamps.len()])
+    }
 }
 
 impl Project {
@@ -137,12 +158,13 @@ impl Project {
         self.root.join(&self.settings.shoot.folder).join(inside)
     }
 
-    /// The photograph of pose `pose` under lamp `lamp` alone.
+    /// The photograph of pose `pose` under lamp `lamp` of all alone.
     pub fn olat_path(&self, pose: usize, lamp: usize) -> PathBuf {
         let shoot = &self.settings.shoot;
         self.shoot_path(format!(
             "exemplars/{}/{}.png",
-            shoot.poses[pose], shoot.lamps[lamp]
+            shoot.poses[pose],
+            shoot.lamp(lamp)
         ))
     }
 
@@ -175,14 +197,14 @@ impl Project {
         self.shoot_path("probes/interview.png")
     }
 
-    /// The mirror ball under lamp `lamp` alone.
+    /// The mirror ball under lamp `lamp` of all alone.
     pub fn lamp_probe_path(&self, lamp: usize) -> PathBuf {
-        self.shoot_path(format!("probes/{}.png", self.settings.shoot.lamps[lamp]))
+        self.shoot_path(format!("probes/{}.png", self.settings.shoot.lamp(lamp)))
     }
 
     /// All mirror balls: the interview's, then the lamps'.
     pub fn probe_paths(&self) -> Vec<PathBuf> {
-        let lamps = 0..self.settings.shoot.lamps.len();
+        let lamps = 0..self.settings.shoot.all_lamps().len();
         std::iter::once(self.interview_probe_path())
             .chain(lamps.map(|lamp| self.lamp_probe_path(lamp)))
             .collect()

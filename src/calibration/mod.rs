@@ -50,8 +50,11 @@ pub struct Calibration {
     /// Factor between the OLAT session and the interview that the mirror balls do not explain:
     /// interview = exposure · Σ interview_weights_i · OLAT_i.
     pub exposure: f32,
-    /// For each lamp and channel, its share in the interview's light.
+    /// For each lamp of all and each channel, its share in the interview's light.
     pub interview_weights: Vec<[f32; 3]>,
+    /// How the learnt lamps alone come nearest to the interview's light, where there are others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stand_in: Option<StandIn>,
     /// Share of the interview probe's energy from where no lamp is.
     pub uncovered_energy: f32,
     /// Relative residual of the interview probe after the fit, 0 when lamps explain all of it.
@@ -70,9 +73,19 @@ pub struct Calibration {
     /// What is wrong with the lamps, a sentence each.
     #[serde(default)]
     pub rig_findings: Vec<String>,
-    /// The lamps.
+    /// The lamps that the network learns.
     #[serde(flatten)]
     pub rig: Rig,
+}
+
+/// The interview's light by the lamps that the network learns alone, where others lit it too.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StandIn {
+    /// For each learnt lamp and channel, its share: the sum of the poses' OLATs under these is nearest,
+    /// by least squares of linear light, to their sum under all of [`Calibration::interview_weights`].
+    pub weights: Vec<[f32; 3]>,
+    /// Root-mean-square difference of the two sums, relative to that of the sum under all.
+    pub residual: f32,
 }
 
 /// Refuses a shoot that lacks poses, lamps or frames.
@@ -159,11 +172,16 @@ fn calibrate_within(
     }
     let table = Table::new(&fit.response);
     let interview = probes.fit(&table);
-    let (rig, filled_energy) = probes.rig(&shoot.lamps, &table);
+    let (mut rig, filled_energy) = probes.rig(shoot.all_lamps(), &table);
+    let rig_findings = rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?;
+    rig.lamps.truncate(shoot.lamps.len());
+    let has_others = !shoot.other_lamps.is_empty();
     Ok(Calibration {
         response: fit.response,
         gamma_deviation: [fit.deviation[0], fit.deviation[1]],
         exposure: fit.exposure,
+        stand_in: has_others
+            .then(|| subject.stand_in(&table, &interview.weights, shoot.lamps.len())),
         interview_weights: interview.weights,
         uncovered_energy: interview.uncovered,
         probe_residual: interview.residual,
@@ -172,7 +190,7 @@ fn calibrate_within(
         clipped_pixels: probes.clipped_pixels() + probes.clipped_interview_pixels(),
         filled_energy,
         gamma_evidence: evidence,
-        rig_findings: rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?,
+        rig_findings,
         rig,
     })
 }
@@ -197,8 +215,8 @@ fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Resu
     Ok(sentences)
 }
 
-/// Keeps `count` lamps of the project's, evenly distributed, in memory and on disk. Lamps that the
-/// balls do not show are not chosen.
+/// Chooses `count` lamps of the project's, evenly distributed, for the network to learn, in memory and on
+/// disk. The others go on to serve the calibration. Lamps that the balls do not show are not chosen.
 ///
 /// # Errors
 /// When there are not so many, or the balls cannot be read.
@@ -206,7 +224,7 @@ pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> R
     let shoot = &mut project.settings.shoot;
     let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
         let probes = Probes::load(project, progress)?;
-        let lamps = probes.lamps(&project.settings.shoot.lamps, &PROVISIONAL);
+        let lamps = probes.lamps(project.settings.shoot.all_lamps(), &PROVISIONAL);
         let usable = lamps
             .iter()
             .enumerate()
@@ -220,15 +238,13 @@ pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> R
         *index = places[*index];
     }
     let shoot = &mut project.settings.shoot;
-    shoot.lamps = (subset.indices.iter())
-        .map(|&i| shoot.lamps[i].clone())
-        .collect();
+    let mut order = subset.indices.clone();
+    order.extend((0..shoot.all_lamps().len()).filter(|i| !subset.indices.contains(i)));
+    let mut names: Vec<String> = order.iter().map(|&i| shoot.lamp(i).clone()).collect();
+    shoot.other_lamps = names.split_off(count);
+    shoot.lamps = names;
     if !shoot.lamp_layout.is_empty() {
-        shoot.lamp_layout = subset
-            .indices
-            .iter()
-            .map(|&i| shoot.lamp_layout[i])
-            .collect();
+        shoot.lamp_layout = order.iter().map(|&i| shoot.lamp_layout[i]).collect();
     }
     project.save()?;
     Ok(subset)
@@ -250,12 +266,23 @@ impl Calibration {
         let refuse = |expected: String, found: String| {
             Err(Error::unexpected(path.display(), expected, found, REMEDY))
         };
-        let lamps = &project.settings.shoot.lamps;
+        let shoot = &project.settings.shoot;
+        let (lamps, all) = (&shoot.lamps, shoot.all_lamps().len());
         let (found, weights) = (&calibration.rig.lamps, &calibration.interview_weights);
-        if found.len() != lamps.len() || weights.len() != lamps.len() {
+        if found.len() != lamps.len() || weights.len() != all {
             return refuse(
-                format!("{} lamps", lamps.len()),
+                format!("{} lamps, and {all} weights in the interview", lamps.len()),
                 format!("{} lamps and {} weights", found.len(), weights.len()),
+            );
+        }
+        let stand_in = calibration
+            .stand_in
+            .as_ref()
+            .map_or(&[][..], |s| &s.weights);
+        if stand_in.len() != if all > lamps.len() { lamps.len() } else { 0 } {
+            return refuse(
+                "weights of the learnt lamps alone, where there are others".into(),
+                format!("{} of them", stand_in.len()),
             );
         }
         if let Some((name, lamp)) = lamps
@@ -266,7 +293,7 @@ impl Calibration {
             return refuse(format!("lamp {name}"), format!("lamp {}", lamp.name));
         }
         let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
-        let sound = weights.iter().flatten().all(is_light)
+        let sound = weights.iter().chain(stand_in).flatten().all(is_light)
             && is_light(&calibration.exposure)
             && found
                 .iter()
@@ -285,6 +312,28 @@ impl Calibration {
         save_toml(&project.calibration_path(), self)
     }
 
+    /// The weights of all lamps in the interview's light at the interview's exposure:
+    /// interview = Σ interview_light_i · OLAT_i.
+    pub fn interview_light(&self) -> Vec<[f32; 3]> {
+        self.exposed(&self.interview_weights)
+    }
+
+    /// The same by the lamps that the network learns alone: equal where there are no others, else as near
+    /// as they come.
+    pub fn learnt_light(&self) -> Vec<[f32; 3]> {
+        self.exposed(match &self.stand_in {
+            Some(stand_in) => &stand_in.weights,
+            None => &self.interview_weights,
+        })
+    }
+
+    fn exposed(&self, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        weights
+            .iter()
+            .map(|weight| weight.map(|w| w * self.exposure))
+            .collect()
+    }
+
     /// What the person should know before trusting the calibration, a sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -300,6 +349,13 @@ impl Calibration {
             warnings.push(format!(
                 "the lamps explain the interview's mirror ball only to {:.0} %: was it lit by other lamps?",
                 100.0 * (1.0 - self.probe_residual)
+            ));
+        }
+        if let Some(stand_in) = self.stand_in.as_ref().filter(|s| s.residual > 0.1) {
+            warnings.push(format!(
+                "the lamps that the network learns come only within {:.0} % of the interview's light, which all \
+                 lamps made: its self-supervised phase will learn a little of that. Choose more lamps",
+                100.0 * stand_in.residual
             ));
         }
         warnings.extend(

@@ -82,8 +82,8 @@ impl Probes {
         let on_ball = |picture: &[Code]| -> Vec<Code> {
             ball.pixels.iter().map(|p| picture[p.index]).collect()
         };
-        let total = shoot.lamps.len() as u64;
-        let footprints = (0..shoot.lamps.len())
+        let total = shoot.all_lamps().len();
+        let footprints = (0..total)
             .into_par_iter()
             .map(|lamp| {
                 progress.check("nothing was changed")?;
@@ -100,8 +100,8 @@ impl Probes {
                 progress.step(
                     "mirror balls",
                     lamp as u64 + 1,
-                    total,
-                    shoot.lamps[lamp].clone(),
+                    total as u64,
+                    shoot.lamp(lamp).clone(),
                 );
                 Ok(Footprint::find(&on_ball(&codes(&picture)), &provisional))
             })
@@ -186,13 +186,21 @@ impl Probes {
             .count()
     }
 
-    /// The lamps under a response.
-    pub fn lamps(&self, names: &[String], response: &DualGamma) -> Vec<Lamp> {
+    /// The lamps under a response; `names` are those of all.
+    pub fn lamps<'a>(
+        &self,
+        names: impl Iterator<Item = &'a String>,
+        response: &DualGamma,
+    ) -> Vec<Lamp> {
         self.rig(names, &Table::new(response)).0.lamps
     }
 
     /// The lamps under a response, and the share of their energy that the ball hides and was filled in.
-    pub(super) fn rig(&self, names: &[String], table: &Table) -> (Rig, f32) {
+    pub(super) fn rig<'a>(
+        &self,
+        names: impl Iterator<Item = &'a String>,
+        table: &Table,
+    ) -> (Rig, f32) {
         let mut lamps: Vec<Lamp> = self
             .footprints
             .iter()

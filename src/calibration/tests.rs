@@ -1,5 +1,6 @@
 use super::*;
-use crate::imaging::{Encoded, Image, Mask, file};
+use crate::footage::{Exemplar, Frame};
+use crate::imaging::{Encoded, Image, Mask, Raster, file};
 use crate::light::Lamp;
 use crate::project::{Ball, Settings, Shoot};
 use glam::Vec3;
@@ -42,6 +43,7 @@ fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             frame_rate: 25.0,
             poses: names("pose", 4),
             lamps: names("olat_", lamps.len()),
+            other_lamps: vec![],
             frames: names("frame_", 4),
             ball,
             dome_radius_m: None,
@@ -179,6 +181,70 @@ fn a_shoot_of_known_making_is_recovered() {
 }
 
 #[test]
+fn lamps_that_the_network_does_not_learn_serve_the_calibration() {
+    let folder = tempfile::tempdir().unwrap();
+    let response = DualGamma {
+        gamma1: 2.5,
+        gamma2: 1.9,
+    };
+    let mut project = small_shoot(folder.path(), &response);
+    let layout: Vec<Vec3> = dome().iter().map(|(direction, _)| *direction).collect();
+    project.settings.shoot.lamp_layout = layout.clone();
+    let silent = Progress::silent();
+    let all = calibrate(&mut project, &CalibrateSettings::default(), &silent).unwrap();
+    let learnt = dome().len() / 2;
+    let subset = keep_lamps(&mut project, learnt, &silent).unwrap();
+    assert_eq!(Project::open(folder.path()).unwrap(), project);
+    let error = Calibration::load(&project).unwrap_err().to_string();
+    assert!(error.contains("afterlight calibrate"), "{error}");
+    let found = calibrate(&mut project, &CalibrateSettings::default(), &silent).unwrap();
+    // Sums go over the lamps in another order, so that the fits differ a little.
+    let near = |a: f32, b: f32| (a - b).abs() < 0.02;
+    assert!(near(found.response.gamma1, all.response.gamma1));
+    assert!(near(found.response.gamma2, all.response.gamma2));
+    assert!(near(found.exposure, all.exposure));
+    assert_eq!(found.rig.lamps.len(), learnt);
+    assert_eq!(found.interview_weights.len(), dome().len());
+    for (lamp, &before) in found.rig.lamps.iter().zip(&subset.indices) {
+        assert_eq!(lamp.name, all.rig.lamps[before].name);
+        assert!(lamp.direction.angle_between(layout[before]).to_degrees() < 1.0);
+    }
+    let turned = project.settings.shoot.lamp_layout[learnt];
+    assert!(!subset.indices.iter().any(|&i| layout[i] == turned));
+    // Half the lamps do as much light as all, and come near it.
+    let stand_in = found.stand_in.as_ref().unwrap();
+    assert!(
+        stand_in.residual > 0.0 && stand_in.residual < 0.3,
+        "{}",
+        stand_in.residual
+    );
+    let exemplar = Exemplar::load(&project, &found.response, 0).unwrap();
+    let light = found.interview_light();
+    let look = exemplar
+        .relit_by_all(&project, &found.response, &light)
+        .unwrap();
+    let near = exemplar.relit(&found.learnt_light());
+    let frame = Frame::load(&project, &found.response, 0).unwrap().plate;
+    let [frame, look, near] = [&frame, &look, &near].map(|image| {
+        let pixels = image.pixels.iter().zip(&exemplar.mask.pixels);
+        let inside = pixels
+            .filter(|(_, mask)| **mask > 0.99)
+            .map(|(pixel, _)| pixel[1]);
+        inside.clone().sum::<f32>() / inside.count() as f32
+    });
+    assert!((look / frame - 1.0).abs() < 0.03, "{look} is not {frame}");
+    assert!((near / look - 1.0).abs() < 0.1, "{near} is not {look}");
+    found.save(&project).unwrap();
+    assert_eq!(Calibration::load(&project).unwrap(), found);
+    let cut = Calibration {
+        stand_in: None,
+        ..found
+    };
+    cut.save(&project).unwrap();
+    assert!(Calibration::load(&project).is_err());
+}
+
+#[test]
 fn a_calibration_of_other_lamps_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut project = small_project(folder.path());
@@ -294,6 +360,7 @@ fn small_project(root: &Path) -> Project {
         frame_rate: 25.0,
         poses: vec![],
         lamps: vec!["olat_00".into()],
+        other_lamps: vec![],
         frames: vec![],
         ball: Ball {
             center_px: [8.0; 2],
@@ -327,6 +394,7 @@ fn small_calibration() -> Calibration {
         gamma_deviation: [0.05; 2],
         exposure: 1.0,
         interview_weights: vec![[0.5; 3]],
+        stand_in: None,
         uncovered_energy: 0.0,
         probe_residual: 0.0,
         gamma_residual: 0.0,
@@ -378,6 +446,7 @@ pub(super) fn shared_shoot(
             frame_rate: 25.0,
             poses: names("pose", 2, &manifest["exemplar_poses"]),
             lamps: names("olat_", 2, &manifest["olat_conditions"]),
+            other_lamps: vec![],
             frames: names("frame_", 3, &manifest["frames"]),
             ball: Ball {
                 center_px: [

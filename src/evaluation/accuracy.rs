@@ -244,23 +244,19 @@ struct Pose {
 
 impl Pose {
     fn load_all(project: &Project, calibration: &Calibration) -> Result<Vec<Self>> {
-        let weights: Vec<[f32; 3]> = calibration
-            .interview_weights
-            .iter()
-            .map(|w| w.map(|v| v * calibration.exposure))
-            .collect();
+        let light = calibration.interview_light();
         let exemplars = Exemplar::load_all(project, &calibration.response)?;
-        Ok(exemplars
+        exemplars
             .into_iter()
             .map(|exemplar| {
-                let interview = exemplar.relit(&weights);
-                Self {
+                let interview = exemplar.relit_by_all(project, &calibration.response, &light)?;
+                Ok(Self {
                     look: look(&interview, &exemplar.mask),
                     interview,
                     exemplar,
-                }
+                })
             })
-            .collect())
+            .collect()
     }
 
     /// OLATs times frame / pose, both under the interview's light. The offset, a thousandth of white,
@@ -381,6 +377,7 @@ mod tests {
             },
             exposure: 1.0,
             interview_weights: facts.weights_linear_interview_per_olat,
+            stand_in: None,
             uncovered_energy: 0.0,
             probe_residual: 0.0,
             gamma_residual: 0.0,

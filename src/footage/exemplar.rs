@@ -11,7 +11,7 @@ use rayon::prelude::*;
 pub struct Exemplar {
     /// Its number in the project, from 0.
     pub pose: usize,
-    /// One linear picture per lamp, in the OLAT session's units.
+    /// One linear picture for each lamp that the network learns, in the OLAT session's units.
     pub olats: Vec<Image>,
     /// The subject's coverage.
     pub mask: Mask,
@@ -39,16 +39,50 @@ impl Exemplar {
             .collect()
     }
 
-    /// The pose as a sum of its lamps: Σ weights_i · OLAT_i.
+    /// The pose as a sum of its lamps: Σ weights_i · OLAT_i over the lamps that the network learns.
     pub fn relit(&self, weights: &[[f32; 3]]) -> Image {
         let mut sum = Image::filled(self.mask.width, self.mask.height, [0.0; 3]);
-        for (olat, weight) in self.olats.iter().zip(weights) {
-            for (out, pixel) in sum.pixels.iter_mut().zip(&olat.pixels) {
-                for c in 0..3 {
-                    out[c] += weight[c] * pixel[c];
-                }
-            }
+        for (olat, &weight) in self.olats.iter().zip(weights) {
+            add(&mut sum, olat, weight);
         }
         sum
+    }
+
+    /// The pose as a sum of all lamps of the shoot, of which `weights` has one each. Reads the OLATs of
+    /// those that the network does not learn, linearised by `response`, a few at a time.
+    ///
+    /// # Errors
+    /// When one of them cannot be read.
+    pub fn relit_by_all(
+        &self,
+        project: &Project,
+        response: &DualGamma,
+        weights: &[[f32; 3]],
+    ) -> Result<Image> {
+        const AT_A_TIME: usize = 16;
+        let mut sum = self.relit(weights);
+        let others: Vec<usize> = (self.olats.len()..weights.len()).collect();
+        for some in others.chunks(AT_A_TIME) {
+            let olats = some
+                .par_iter()
+                .map(|&lamp| {
+                    let path = project.olat_path(self.pose, lamp);
+                    load_linear(&path, response, project.settings.size)
+                })
+                .collect::<Result<Vec<_>>>()?;
+            for (olat, &lamp) in olats.iter().zip(some) {
+                add(&mut sum, olat, weights[lamp]);
+            }
+        }
+        Ok(sum)
+    }
+}
+
+/// `sum` += `weight` · `olat`.
+fn add(sum: &mut Image, olat: &Image, weight: [f32; 3]) {
+    for (out, pixel) in sum.pixels.iter_mut().zip(&olat.pixels) {
+        for c in 0..3 {
+            out[c] += weight[c] * pixel[c];
+        }
     }
 }

@@ -185,6 +185,7 @@ pub fn import(
                     .unwrap_or(24.0),
                 poses,
                 lamps,
+                other_lamps: vec![],
                 frames,
                 ball,
                 dome_radius_m: manifest.dome_radius_m,

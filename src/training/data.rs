@@ -39,7 +39,8 @@ pub struct TrainingData {
     pub frames: Vec<Look>,
     /// The project's numbers of `frames`.
     pub frame_numbers: Vec<usize>,
-    /// Weights of the lamps in the interview's light, exposure included, `[lamps, 3, 1, 1]`.
+    /// Weights of the lamps in the interview's light, exposure included, `[lamps, 3, 1, 1]`:
+    /// [`Calibration::learnt_light`].
     pub weights: Tensor<4>,
     /// The sigmoid's 1 in linear units (of the ratio, where that is learnt).
     pub scale: f32,
@@ -64,11 +65,7 @@ impl TrainingData {
         device: &Device,
         progress: &Progress,
     ) -> Result<Self> {
-        let weights: Vec<[f32; 3]> = calibration
-            .interview_weights
-            .iter()
-            .map(|w| w.map(|v| v * calibration.exposure))
-            .collect();
+        let interview_light = calibration.interview_light();
         let poses = project.settings.shoot.poses.len();
         if let Some(pose) = held_out
             && (pose >= poses || poses < 2)
@@ -86,7 +83,7 @@ impl TrainingData {
             progress.check("nothing was trained yet")?;
             progress.step("reading exemplars", pose as u64, poses as u64, "");
             let exemplar = Exemplar::load(project, &calibration.response, pose)?;
-            let look = exemplar.relit(&weights);
+            let look = exemplar.relit_by_all(project, &calibration.response, &interview_light)?;
             // What is held out decides nothing.
             let samples = (held_out != Some(pose)).then(|| sample_subject(&exemplar, &look));
             for (level, interview) in samples.into_iter().flatten() {
@@ -141,7 +138,7 @@ impl TrainingData {
                 .map(|f| Look::new(&f.plate, &f.mask, device))
                 .collect(),
             frame_numbers,
-            weights: tensor_from_weights(&weights, device),
+            weights: tensor_from_weights(&calibration.learnt_light(), device),
             scale,
             olat_gain,
             mean_output: mean as f32 / scale,

@@ -248,7 +248,7 @@ impl Desk {
         let shoot = &project.settings.shoot;
         let calibration = Calibration::load(&project).ok();
         let response = calibration.as_ref().map_or(PROVISIONAL, |c| c.response);
-        let photograph = photograph.filter(|&lamp| lamp < shoot.lamps.len());
+        let photograph = photograph.filter(|&lamp| lamp < shoot.all_lamps().len());
         if self
             .photograph
             .as_ref()
@@ -268,7 +268,7 @@ impl Desk {
             .as_ref()
             .is_none_or(|(within, _)| *within != circle)
         {
-            let lamps = Probes::load(&project, &progress)?.lamps(&shoot.lamps, &response);
+            let lamps = Probes::load(&project, &progress)?.lamps(shoot.all_lamps(), &response);
             self.lamps = Some((circle, lamps));
         }
         let (Some((_, encoded)), Some(found), Some((_, lamps))) =

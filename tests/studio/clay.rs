@@ -109,6 +109,7 @@ pub fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
                 frame_rate: 4.0,
                 poses: vec!["pose00".to_owned()],
                 lamps: rig().lamps.iter().map(|l| l.name.clone()).collect(),
+                other_lamps: vec![],
                 frames: (0..FRAMES).map(|i| format!("frame_{i:03}")).collect(),
                 ball: Ball {
                     center_px: [32.0; 2],

@@ -160,7 +160,7 @@ impl PosePicture {
         let mask = file::read_mask(&mask_path)?;
         let size = project.settings.size;
         let places = picked(mask.size(), size);
-        let lamps = shoot.lamps.len();
+        let lamps = shoot.all_lamps().len();
         let olats = (0..lamps)
             .into_par_iter()
             .map(|lamp| sample(&project.olat_path(pose, lamp), &mask, &mask_path, &places))

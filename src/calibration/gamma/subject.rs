@@ -1,6 +1,8 @@
 //! The subject's pixels in the poses and in the interview, as codes.
 
+use super::super::StandIn;
 use super::super::code::{Code, STEPS, Table, codes};
+use super::super::least_squares::NormalEquations;
 use super::super::probe::Probes;
 use super::GAMMA_PRIOR;
 use super::twin::{Candidate, Twin};
@@ -53,7 +55,7 @@ impl Subject {
         });
         let weights = &probes.fit(provisional).weights;
         let shoot = &project.settings.shoot;
-        let lamps = shoot.lamps.len();
+        let lamps = shoot.all_lamps().len();
         let mut poses = Vec::new();
         let mut candidates = Vec::new();
         for (pose, name) in shoot.poses.iter().enumerate() {
@@ -169,6 +171,51 @@ impl Subject {
                 (pose, twin, twin.mismatch_under(&relit, table))
             })
             .collect()
+    }
+
+    /// The sum of the first `learnt` lamps that is nearest to the sum of all under `weights`, in linear
+    /// light over all poses' pixels, per channel.
+    pub fn stand_in(&self, table: &Table, weights: &[[f32; 3]], learnt: usize) -> StandIn {
+        let pixels = || (self.poses.iter()).flat_map(|pose| pose.codes.chunks_exact(self.lamps));
+        let mut stand_in = StandIn {
+            weights: vec![[0.0; 3]; learnt],
+            residual: 0.0,
+        };
+        let solved: Vec<Vec<f64>> = (0..3usize)
+            .into_par_iter()
+            .map(|c| {
+                let mut equations = NormalEquations::new(learnt);
+                for codes in pixels() {
+                    let light = |lamp: usize| f64::from(table.light(codes[lamp][c]));
+                    let whole =
+                        (0..self.lamps).map(|lamp| f64::from(weights[lamp][c]) * light(lamp));
+                    let terms: Vec<(usize, f64)> = (0..learnt)
+                        .map(|lamp| (lamp, light(lamp)))
+                        .filter(|(_, light)| *light != 0.0)
+                        .collect();
+                    equations.add(&terms, whole.sum());
+                }
+                equations.solve()
+            })
+            .collect();
+        for (lamp, weight) in stand_in.weights.iter_mut().enumerate() {
+            *weight = [0, 1, 2].map(|c| solved[c][lamp] as f32);
+        }
+        let (mut off, mut all) = (0.0, 0.0);
+        for codes in pixels() {
+            let (whole, part) = (
+                sum(codes, table, weights),
+                sum(codes, table, &stand_in.weights),
+            );
+            for (whole, part) in whole.into_iter().zip(part) {
+                off += f64::from(whole - part).powi(2);
+                all += f64::from(whole).powi(2);
+            }
+        }
+        if all > 0.0 {
+            stand_in.residual = (off / all).sqrt() as f32;
+        }
+        stand_in
     }
 
     /// The relit pixels of all poses.

@@ -83,6 +83,7 @@ impl Making {
                     frame_rate: 25.0,
                     poses: names("pose", 4),
                     lamps: names("olat_", dome().len()),
+                    other_lamps: vec![],
                     frames: names("frame_", 4),
                     ball,
                     dome_radius_m: None,
@@ -339,6 +340,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                 frame_rate: 24.0,
                 poses: (0..6).map(|i| format!("pose{i:02}")).collect(),
                 lamps: (0..10).map(|i| format!("olat_{i:02}")).collect(),
+                other_lamps: vec![],
                 frames: ["frame_000", "pose00", "pose03"].map(String::from).into(),
                 ball: Ball {
                     center_px: [0, 1].map(|i: usize| number(&ball["ball_center_px"][i])),

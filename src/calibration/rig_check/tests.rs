@@ -318,7 +318,7 @@ fn the_shared_shoot_has_a_proper_rig() {
         gamma1: gamma("g1"),
         gamma2: gamma("g2"),
     });
-    let (mut rig, _) = probes.rig(&project.settings.shoot.lamps, &table);
+    let (mut rig, _) = probes.rig(project.settings.shoot.all_lamps(), &table);
     let cone = probes.ball().blind_half_angle_deg;
     let found = check(&rig, cone, &layout);
     println!("{found:#?}");
