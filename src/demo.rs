@@ -7,6 +7,7 @@ use crate::export::relight::{RelightReport, RelightSettings, relight};
 use crate::footage::{ImportSettings, import};
 use crate::gpu::DeviceChoice;
 use crate::imaging::file::write_beside;
+use crate::light::weights::Weighting;
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::checkpoint::{DEMO_STARTER, install};
@@ -93,6 +94,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
         let settings = EvaluateSettings {
             truth: shoot.clone(),
             method,
+            weighting: Weighting::default(),
             table: None,
             sheet,
             worst: None,
@@ -113,6 +115,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
         &project,
         &RelightSettings {
             environment: environment.unwrap_or_default(),
+            weighting: Weighting::default(),
             yaw_deg: 0.0,
             turntable: true,
             frames: None,
@@ -143,11 +146,10 @@ impl DemoReport {
     fn text(&self, calibration: &Calibration) -> String {
         let mut text = format!(
             "# Afterlight demo\n\n\
-             Camera response: γ1 = {:.2}, γ2 = {:.2}. Lamps found: {}.\n\n\
+             Camera response: {}. Lamps found: {}.\n\n\
              Training went on for {:.0} s to step {}; the network ran on the {}.\n\n\
              | environment | network, dB | ratio image, dB |\n|---|---:|---:|\n",
-            calibration.response.gamma1,
-            calibration.response.gamma2,
+            calibration.response,
             calibration.rig.lamps.len(),
             self.training.seconds,
             self.training.steps,

@@ -257,3 +257,216 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         "{missing}"
     );
 }
+
+/// Every file under a folder, with what it holds.
+fn contents(folder: &Path) -> std::collections::BTreeMap<std::path::PathBuf, Vec<u8>> {
+    let mut all = std::collections::BTreeMap::new();
+    for entry in std::fs::read_dir(folder).unwrap().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            all.extend(contents(&path));
+        } else {
+            all.insert(path.clone(), std::fs::read(path).unwrap());
+        }
+    }
+    all
+}
+
+/// Rewrites a picture.
+fn repaint(path: &Path, change: impl Fn(image::RgbImage) -> image::RgbImage) {
+    let picture = image::open(path).unwrap().into_rgb8();
+    change(picture).save(path).unwrap();
+}
+
+#[test]
+fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let stage = [
+        "stage", "shoot", "--size", "64", "--frames", "2", "--lamps", "12", "--json",
+    ];
+    succeed(at, &stage);
+    succeed(
+        at,
+        &[
+            "import", "film", "--shoot", "shoot", "--size", "32", "--json",
+        ],
+    );
+    succeed(at, &["calibrate", "film", "--json"]);
+    let (project, shoot) = (contents(&at.join("film")), contents(&at.join("shoot")));
+    let balls: Vec<_> = shoot
+        .keys()
+        .filter(|path| path.parent().unwrap().ends_with("probes"))
+        .collect();
+    let all_balls = |level: u8| {
+        for path in &balls {
+            repaint(path, |picture| {
+                image::RgbImage::from_pixel(
+                    picture.width(),
+                    picture.height(),
+                    image::Rgb([level; 3]),
+                )
+            });
+        }
+    };
+    let olat = at.join("shoot/exemplars/pose01/olat_03.png");
+    let ball = at.join("shoot/probes/olat_03.png");
+    let smaller =
+        |path: &Path| repaint(path, |picture| image::imageops::thumbnail(&picture, 16, 16));
+    type Fault<'a> = &'a dyn Fn();
+    let cases: [(&str, Fault, &[&str], [&str; 2]); 11] = [
+        (
+            "black balls",
+            &|| all_balls(0),
+            &[],
+            ["interview.png", "expose them"],
+        ),
+        (
+            "black balls, looked for",
+            &|| all_balls(0),
+            &["--find-ball"],
+            ["interview.png", "more light"],
+        ),
+        (
+            "clipped balls",
+            &|| all_balls(255),
+            &[],
+            ["interview.png", "clipped to white"],
+        ),
+        (
+            "clipped balls, looked for",
+            &|| all_balls(255),
+            &["--find-ball"],
+            ["interview.png", "denser filter"],
+        ),
+        (
+            "no ball",
+            &|| {
+                for path in &balls {
+                    repaint(path, |picture| image::imageops::fast_blur(&picture, 20.0));
+                }
+            },
+            &["--find-ball"],
+            ["interview.png", "give the circle by hand"],
+        ),
+        (
+            "five pixels",
+            &|| (),
+            &["--circle", "32,32,5"],
+            ["interview.png", "nearer"],
+        ),
+        (
+            "a ball's size",
+            &|| smaller(&ball),
+            &[],
+            ["probes/olat_03.png", "uncropped"],
+        ),
+        (
+            "an OLAT's size",
+            &|| smaller(&olat),
+            &[],
+            ["pose01/olat_03.png", "matte"],
+        ),
+        (
+            "no OLAT",
+            &|| std::fs::remove_file(&olat).unwrap(),
+            &[],
+            ["pose01/olat_03.png", "Check"],
+        ),
+        (
+            "no ball's photograph",
+            &|| std::fs::remove_file(&ball).unwrap(),
+            &[],
+            ["probes/olat_03.png", "Check"],
+        ),
+        (
+            "a black subject",
+            &|| {
+                for path in shoot
+                    .keys()
+                    .filter(|path| path.to_string_lossy().contains("exemplars"))
+                {
+                    repaint(path, |picture| {
+                        image::RgbImage::new(picture.width(), picture.height())
+                    });
+                }
+            },
+            &[],
+            ["exemplars", "exposure"],
+        ),
+    ];
+    for (what, fault, options, words) in cases {
+        fault();
+        let mut arguments = vec!["calibrate", "film"];
+        arguments.extend(options);
+        let sentence = fail(at, &arguments);
+        println!("{what}: {sentence}");
+        assert!(
+            words.iter().all(|word| sentence.contains(word)),
+            "{what}: {sentence}"
+        );
+        assert_eq!(contents(&at.join("film")), project, "{what}");
+        for (path, bytes) in &shoot {
+            std::fs::write(path, bytes).unwrap();
+        }
+    }
+    // A NaN in a linear photograph is mended and counted.
+    let mut light = image::Rgb32FImage::from_fn(64, 64, |x, y| {
+        let r = (x as f32 - 31.5).hypot(y as f32 - 31.5);
+        image::Rgb(
+            [if r < 24.0 {
+                0.4 + 0.01 * x as f32
+            } else {
+                0.02
+            }; 3],
+        )
+    });
+    light.put_pixel(30, 30, image::Rgb([f32::NAN, 1.0, 1.0]));
+    light.save(at.join("ball.exr")).unwrap();
+    let probe = [
+        "probe",
+        "ball.exr",
+        "--circle",
+        "32,32,24",
+        "--to",
+        "light.exr",
+        "--json",
+    ];
+    assert_eq!(succeed(at, &probe)["repaired_pixels"][0], 1);
+}
+
+#[test]
+fn swapped_olats_are_named_by_the_layout() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let stage = [
+        "stage", "shoot", "--size", "64", "--frames", "2", "--lamps", "12", "--json",
+    ];
+    succeed(at, &stage);
+    let probes = at.join("shoot/probes");
+    let mut folders = vec![probes];
+    for entry in std::fs::read_dir(at.join("shoot/exemplars"))
+        .unwrap()
+        .flatten()
+    {
+        folders.push(entry.path());
+    }
+    for folder in folders {
+        let [a, b, between] = ["olat_03.png", "olat_07.png", "x"].map(|name| folder.join(name));
+        std::fs::rename(&a, &between).unwrap();
+        std::fs::rename(&b, &a).unwrap();
+        std::fs::rename(&between, &b).unwrap();
+    }
+    succeed(
+        at,
+        &[
+            "import", "film", "--shoot", "shoot", "--size", "32", "--json",
+        ],
+    );
+    let found = succeed(at, &["calibrate", "film", "--json"]);
+    let findings = found["rig_findings"].to_string();
+    assert!(
+        findings.contains("olat_03") && findings.contains("olat_07"),
+        "{findings}"
+    );
+}

@@ -6,7 +6,7 @@ use super::light_probe::{
 };
 use super::silhouette::{self, Circle, Photographs, Silhouette};
 use crate::error::{Error, Result};
-use crate::imaging::{DualGamma, Image, file};
+use crate::imaging::{Image, Response, file};
 use crate::light::Mapping;
 use crate::light::mapping::convert_turned;
 use glam::Quat;
@@ -44,7 +44,7 @@ pub struct DevelopSettings {
     pub second: Option<(BallPictures, f32)>,
     pub lens: Lens,
     /// The camera's response, for pictures that are not linear.
-    pub response: DualGamma,
+    pub response: Response,
     /// The part of the light that the ball reflects, per channel.
     pub reflectivity: [f32; 3],
     pub clipped: ClippedLight,
@@ -234,7 +234,7 @@ impl Ball {
 }
 
 /// EXR and Radiance HDR are linear; everything else is as the camera encoded it.
-fn photograph(path: &Path, response: &DualGamma) -> Result<Photograph> {
+fn photograph(path: &Path, response: &Response) -> Result<Photograph> {
     let extension = path.extension().unwrap_or_default();
     if ["exr", "hdr"]
         .iter()

@@ -20,32 +20,30 @@ pub use settings::{CalibrateSettings, Trial};
 pub use silhouette::Circle;
 
 use crate::error::{Error, Result};
-use crate::imaging::DualGamma;
+use crate::imaging::Response;
 use crate::light::Rig;
 use crate::light::subset::{self, Subset};
 use crate::progress::Progress;
 use crate::project::{Project, save_toml};
 use code::Table;
-use gamma::{Evidence, Subject};
+use gamma::{Evidence, Found, Subject};
 use glam::Vec3;
 use probe::Probes;
 use serde::{Deserialize, Serialize};
 use silhouette::Photographs;
+use std::path::PathBuf;
 
 /// The response by which balls are looked at before there is a fit: what is far above the darkness is
 /// so under any.
-pub const PROVISIONAL: DualGamma = DualGamma {
-    gamma1: 2.2,
-    gamma2: 2.2,
-};
+pub const PROVISIONAL: Response = Response::Power(2.2);
 
 /// Everything the calibration found, as kept in `calibration.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// The camera's response: encoded → linear.
     #[serde(flatten)]
-    pub response: DualGamma,
-    /// Standard deviations of γ1 and γ2: in about nineteen of twenty shoots, the truth is within two.
+    pub response: Response,
+    /// Standard deviations of γ1 and γ2, 0 where they were not fitted: in about nineteen of twenty shoots, the truth is within two.
     pub gamma_deviation: [f32; 2],
     /// Factor between the OLAT session and the interview that the mirror balls do not explain:
     /// interview = exposure · Σ interview_weights_i · OLAT_i.
@@ -159,37 +157,36 @@ fn calibrate_within(
     let shoot = &project.settings.shoot;
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
-    let fit = match &settings.trial {
-        Some(trial) => gamma::by_hand(&subject, &probes, trial),
-        None => gamma::fit(&subject, &probes, settings.comparison, progress)?.fit,
+    let found = match &settings.trial {
+        Some(trial) => Found::by_hand(&subject, &probes, trial),
+        None => {
+            let fitted = gamma::fit(&subject, &probes, settings.comparison, progress)?;
+            Found::fitted(&fitted.fit, shoot)
+        }
     };
-    let evidence = Evidence {
-        by_hand: settings.trial.is_some(),
-        ..Evidence::new(&fit, shoot)
-    };
-    if let Some(sentence) = evidence.same_poses_sentence() {
+    if let Some(sentence) = found.evidence.same_poses_sentence() {
         progress.say(sentence);
     }
-    let table = Table::new(&fit.response);
+    let table = Table::of(&found.response);
     let interview = probes.fit(&table);
     let (mut rig, filled_energy) = probes.rig(shoot.all_lamps(), &table);
     let rig_findings = rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?;
     rig.lamps.truncate(shoot.lamps.len());
     let has_others = !shoot.other_lamps.is_empty();
     Ok(Calibration {
-        response: fit.response,
-        gamma_deviation: [fit.deviation[0], fit.deviation[1]],
-        exposure: fit.exposure,
+        response: found.response,
+        gamma_deviation: found.deviation,
+        exposure: found.exposure,
         stand_in: has_others
             .then(|| subject.stand_in(&table, &interview.weights, shoot.lamps.len())),
         interview_weights: interview.weights,
         uncovered_energy: interview.uncovered,
         probe_residual: interview.residual,
-        gamma_residual: fit.residual,
+        gamma_residual: found.residual,
         blind_share: probes.ball().blind_share,
         clipped_pixels: probes.clipped_pixels() + probes.clipped_interview_pixels(),
         filled_energy,
-        gamma_evidence: evidence,
+        gamma_evidence: found.evidence,
         rig_findings,
         rig,
     })
@@ -210,6 +207,22 @@ fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Resu
         sentences.push(format!(
             "the mirror balls of {} are one and the same picture. Give each lamp its own photograph",
             names.join(", ")
+        ));
+    }
+    let shoot = &project.settings.shoot;
+    let mut olats = std::collections::BTreeMap::<Vec<usize>, Vec<&str>>::new();
+    for (pose, name) in shoot.poses.iter().enumerate() {
+        let lamps = 0..shoot.all_lamps().len();
+        let paths: Vec<PathBuf> = lamps.map(|lamp| project.olat_path(pose, lamp)).collect();
+        for same in rig_check::same_pictures(&paths)? {
+            olats.entry(same).or_default().push(name);
+        }
+    }
+    for (same, poses) in olats {
+        sentences.push(format!(
+            "{} of {} are one and the same picture. Give each lamp its own OLAT, or leave these lamps out",
+            same.iter().map(|&lamp| shoot.lamp(lamp).as_str()).collect::<Vec<_>>().join(", "),
+            poses.join(", ")
         ));
     }
     Ok(sentences)
@@ -262,7 +275,6 @@ impl Calibration {
             std::fs::read_to_string(&path).map_err(|e| Error::file("open", &path, e, REMEDY))?;
         let calibration: Self =
             toml::from_str(&text).map_err(|e| Error::file("read", &path, e.message(), REMEDY))?;
-        DualGamma::new(calibration.response.gamma1, calibration.response.gamma2)?;
         let refuse = |expected: String, found: String| {
             Err(Error::unexpected(path.display(), expected, found, REMEDY))
         };

@@ -1,13 +1,15 @@
 //! The mirror balls of a shoot: one under each lamp, one under the interview's light. All were taken
 //! by one camera at one exposure, so that pixel for pixel the interview's ball is a sum of the lamps'.
 
+use super::PROVISIONAL;
 use super::blind_cone::uncover;
 use super::code::{Code, STEPS, Table, codes};
 use super::footprint::Footprint;
 use super::least_squares::NormalEquations;
 use super::mirror_ball::MirrorBall;
+use super::silhouette::LEAST_RADIUS_PX;
 use crate::error::{Error, Result};
-use crate::imaging::{DualGamma, color::luminance, file};
+use crate::imaging::{Response, color::luminance, file};
 use crate::light::{Lamp, Rig};
 use crate::progress::Progress;
 use crate::project::Project;
@@ -69,16 +71,22 @@ impl Probes {
     /// Reads the shoot's balls.
     ///
     /// # Errors
-    /// When a photograph cannot be read, differs in size from the others, or does not show the ball.
+    /// When a photograph cannot be read, differs in size from the others, or does not show the ball; when
+    /// the ball is too small to tell lamps apart, or its photographs show no lamp, or light alone.
     pub fn load(project: &Project, progress: &Progress) -> Result<Self> {
         let shoot = &project.settings.shoot;
         let interview = file::read_encoded(&project.interview_probe_path())?;
         let size = interview.0.size();
         let ball = MirrorBall::new(&shoot.ball, shoot.dome_radius_m, size)?;
-        let provisional = Table::new(&DualGamma {
-            gamma1: 2.2,
-            gamma2: 2.2,
-        });
+        let provisional = Table::of(&PROVISIONAL);
+        if f64::from(shoot.ball.radius_px) < LEAST_RADIUS_PX {
+            return Err(Error::unexpected(
+                project.interview_probe_path().display(),
+                format!("a mirror ball of at least {LEAST_RADIUS_PX} pixels in radius"),
+                format!("one of {:.1} pixels", shoot.ball.radius_px),
+                "Give the ball's circle, or photograph it from nearer or through a longer lens",
+            ));
+        }
         let on_ball = |picture: &[Code]| -> Vec<Code> {
             ball.pixels.iter().map(|p| picture[p.index]).collect()
         };
@@ -106,10 +114,40 @@ impl Probes {
                 Ok(Footprint::find(&on_ball(&codes(&picture)), &provisional))
             })
             .collect::<Result<Vec<_>>>()?;
+        let interview = on_ball(&codes(&interview));
+        let is_clipped = |code: &&Code| Footprint::is_clipped(code);
+        let clipped = interview.iter().filter(is_clipped).count();
+        let found = if 10 * clipped > 9 * interview.len() {
+            Some((
+                project.interview_probe_path(),
+                "a ball that is clipped to white",
+            ))
+        } else if interview.iter().all(|code| *code == [0; 3]) {
+            Some((project.interview_probe_path(), "a ball that is black"))
+        } else if footprints
+            .iter()
+            .all(|footprint| footprint.pixels.is_empty())
+        {
+            Some((
+                project.lamp_probe_path(0),
+                "none there, nor in any other lamp's photograph",
+            ))
+        } else {
+            None
+        };
+        if let Some((path, found)) = found {
+            return Err(Error::unexpected(
+                path.display(),
+                "images of lamps on a mirror ball",
+                found,
+                "Check that these are the mirror ball's photographs, and expose them so that lamps are bright and \
+                 the rest is dark",
+            ));
+        }
         Ok(Self::compare(
             ball.clone(),
             footprints,
-            on_ball(&codes(&interview)),
+            interview,
             &provisional,
         ))
     }
@@ -190,9 +228,9 @@ impl Probes {
     pub fn lamps<'a>(
         &self,
         names: impl Iterator<Item = &'a String>,
-        response: &DualGamma,
+        response: &Response,
     ) -> Vec<Lamp> {
-        self.rig(names, &Table::new(response)).0.lamps
+        self.rig(names, &Table::of(response)).0.lamps
     }
 
     /// The lamps under a response, and the share of their energy that the ball hides and was filled in.

@@ -3,7 +3,7 @@
 use super::gamma::Comparison;
 use super::silhouette::Circle;
 use crate::error::{Error, Result};
-use crate::imaging::DualGamma;
+use crate::imaging::{DualGamma, Response};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
@@ -23,7 +23,7 @@ pub struct CalibrateSettings {
 /// A response of the camera to be tried by hand, and the interview's exposure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
-    pub response: DualGamma,
+    pub response: Response,
     pub exposure: f32,
 }
 
@@ -34,9 +34,8 @@ impl Trial {
     /// A trial.
     ///
     /// # Errors
-    /// When the exponents make no response, or the exposure is not within [`Self::EXPOSURES`].
-    pub fn new(gamma1: f32, gamma2: f32, exposure: f32) -> Result<Self> {
-        let response = DualGamma::new(gamma1, gamma2)?;
+    /// When the exposure is not within [`Self::EXPOSURES`].
+    pub fn new(response: Response, exposure: f32) -> Result<Self> {
         if Self::EXPOSURES.contains(&exposure) {
             return Ok(Self { response, exposure });
         }
@@ -48,14 +47,21 @@ impl Trial {
         ))
     }
 
-    /// Another by these differences of γ1, γ2 and the exposure, within their bounds.
+    /// Another by these differences of γ1, γ2 and the exposure, within their bounds. A power follows γ1; a
+    /// standard curve stays.
     pub fn nudged(self, [gamma1, gamma2, exposure]: [f32; 3]) -> Self {
         let within =
             |value: f32, bounds: RangeInclusive<f32>| value.clamp(*bounds.start(), *bounds.end());
         Self {
-            response: DualGamma {
-                gamma1: within(self.response.gamma1 + gamma1, DualGamma::BOUNDS),
-                gamma2: within(self.response.gamma2 + gamma2, DualGamma::BOUNDS),
+            response: match self.response {
+                Response::Dual(curve) => Response::Dual(DualGamma {
+                    gamma1: within(curve.gamma1 + gamma1, DualGamma::BOUNDS),
+                    gamma2: within(curve.gamma2 + gamma2, DualGamma::BOUNDS),
+                }),
+                Response::Power(gamma) => {
+                    Response::Power(within(gamma + gamma1, DualGamma::BOUNDS))
+                }
+                standard => standard,
             },
             exposure: within(self.exposure + exposure, Self::EXPOSURES),
         }

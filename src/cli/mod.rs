@@ -13,6 +13,7 @@ use crate::evaluation::{EvaluateSettings, Method};
 use crate::export::relight::RelightSettings;
 use crate::footage::ImportSettings;
 use crate::gpu::DeviceChoice;
+use crate::light::weights::Weighting;
 use crate::project::Project;
 use crate::scene::Background;
 use crate::studio;
@@ -110,8 +111,9 @@ struct CalibrateArgs {
     /// What of exemplars and interview is compared; pixels where a frame shows a pose, if this is left out.
     #[arg(long, value_enum)]
     comparison: Option<Comparison>,
-    /// Take this response of the camera, and an exposure of the interview, in place of fitting them.
-    #[arg(long, value_name = "G1,G2[,EXPOSURE]", value_parser = parse_trial, conflicts_with = "comparison")]
+    /// Take this response of the camera, two exponents, srgb, rec709 or linear, and an exposure of the
+    /// interview, in place of fitting them.
+    #[arg(long, value_name = "RESPONSE[,EXPOSURE]", value_parser = parse_trial, conflicts_with = "comparison")]
     gamma: Option<Trial>,
     #[command(flatten)]
     output: OutputArgs,
@@ -128,6 +130,9 @@ struct RelightArgs {
     /// A lat-long EXR or HDR file, or the name of one of the shoot's own environments.
     #[arg(long)]
     environment: PathBuf,
+    /// How it is given to the lamps.
+    #[arg(long, value_enum, default_value_t)]
+    weights: Weighting,
     /// Turn the environment: positive moves it to camera-right in front.
     #[arg(
         long,
@@ -169,6 +174,9 @@ struct EvaluateArgs {
     /// What predicts.
     #[arg(long, value_enum, default_value = "network")]
     with: Method,
+    /// How an environment is given to the lamps.
+    #[arg(long, value_enum, default_value_t)]
+    weights: Weighting,
     /// Also measure all methods and write their table into this Markdown file, in the shoot's section.
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
@@ -317,6 +325,7 @@ impl Cli {
                     project,
                     truth,
                     with,
+                    weights,
                     table,
                     sheet,
                     worst,
@@ -326,6 +335,7 @@ impl Cli {
                 let settings = EvaluateSettings {
                     truth,
                     method: with,
+                    weighting: weights,
                     table,
                     sheet,
                     worst,
@@ -376,6 +386,7 @@ impl RelightArgs {
     fn job(&self) -> Job {
         let settings = RelightSettings {
             environment: self.environment.clone(),
+            weighting: self.weights,
             yaw_deg: self.yaw,
             turntable: self.turntable,
             frames: self.frames,

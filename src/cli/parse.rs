@@ -1,7 +1,7 @@
 //! Values of options that are more than a word or a number.
 
 use crate::calibration::{Circle, Trial};
-use crate::imaging::DualGamma;
+use crate::imaging::{DualGamma, Response};
 
 /// Numbers between commas, as many as `names` has.
 fn parse_numbers<const N: usize>(text: &str, names: &str) -> std::result::Result<[f64; N], String> {
@@ -19,19 +19,40 @@ pub fn parse_circle(text: &str) -> std::result::Result<Circle, String> {
     Circle::new([x, y], radius).map_err(|e| e.to_string())
 }
 
-pub fn parse_gamma(text: &str) -> std::result::Result<DualGamma, String> {
-    let [gamma1, gamma2] = parse_numbers(text, "two exponents such as 2.6,2.1")?;
-    DualGamma::new(gamma1 as f32, gamma2 as f32).map_err(|e| e.to_string())
+/// The standard curve of this name.
+fn standard(text: &str) -> Option<Response> {
+    [Response::Srgb, Response::Rec709, Response::Linear]
+        .into_iter()
+        .find(|curve| {
+            curve
+                .name()
+                .replace([' ', '.'], "")
+                .eq_ignore_ascii_case(text.trim())
+        })
 }
 
+pub fn parse_response(text: &str) -> std::result::Result<Response, String> {
+    if let Some(curve) = standard(text) {
+        return Ok(curve);
+    }
+    let names = "srgb, rec709, linear, or two exponents such as 2.6,2.1";
+    let [gamma1, gamma2] = parse_numbers(text, names)?;
+    let curve = DualGamma::new(gamma1 as f32, gamma2 as f32).map_err(|e| e.to_string())?;
+    Ok(curve.into())
+}
+
+/// A response and, after another comma, an exposure.
 pub fn parse_trial(text: &str) -> std::result::Result<Trial, String> {
-    let full = if text.matches(',').count() == 1 {
-        format!("{text},1")
-    } else {
-        text.to_owned()
+    let numbers_of_response = match text.split(',').next().and_then(standard) {
+        Some(_) => 1,
+        None => 2,
     };
-    let [gamma1, gamma2, exposure] = parse_numbers(&full, "G1,G2 or G1,G2,EXPOSURE")?;
-    Trial::new(gamma1 as f32, gamma2 as f32, exposure as f32).map_err(|e| e.to_string())
+    let (response, exposure) = match text.match_indices(',').nth(numbers_of_response - 1) {
+        Some((comma, _)) => (&text[..comma], &text[comma + 1..]),
+        None => (text, "1"),
+    };
+    let [exposure] = parse_numbers(exposure, "an exposure such as 1.1")?;
+    Trial::new(parse_response(response)?, exposure as f32).map_err(|e| e.to_string())
 }
 
 pub fn parse_rgb(text: &str) -> std::result::Result<[f32; 3], String> {
@@ -58,5 +79,43 @@ pub fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
         Ok((from, to))
     } else {
         Err(format!("{from} comes after {to}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_response_is_a_name_or_exponents_and_an_exposure_may_follow() {
+        let dual = Response::Dual(DualGamma {
+            gamma1: 2.5,
+            gamma2: 1.75,
+        });
+        for (text, response, exposure) in [
+            ("2.5,1.75", dual, 1.0),
+            ("2.5, 1.75, 1.25", dual, 1.25),
+            ("srgb", Response::Srgb, 1.0),
+            ("Rec709,0.5", Response::Rec709, 0.5),
+            ("linear", Response::Linear, 1.0),
+        ] {
+            assert_eq!(
+                parse_trial(text),
+                Ok(Trial { response, exposure }),
+                "{text}"
+            );
+        }
+        for text in [
+            "",
+            "2.5",
+            "log",
+            "srgb,",
+            "srgb,9",
+            "9,9",
+            "2.5,1.75,1,1",
+            "nan,2",
+        ] {
+            assert!(parse_trial(text).is_err(), "{text}");
+        }
     }
 }

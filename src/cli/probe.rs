@@ -1,11 +1,11 @@
 //! `afterlight probe`.
 
 use super::OutputArgs;
-use super::parse::{parse_circle, parse_gamma, parse_rgb};
+use super::parse::{parse_circle, parse_response, parse_rgb};
 use crate::calibration::Circle;
 use crate::calibration::develop::{BallPictures, DevelopSettings, Lens};
 use crate::calibration::light_probe::{BallCamera, ClippedLight};
-use crate::imaging::DualGamma;
+use crate::imaging::Response;
 use crate::light::Mapping;
 use crate::worker::Job;
 use clap::Args;
@@ -54,9 +54,9 @@ pub struct ProbeArgs {
     /// The camera's distance from the ball's centre in radii of the ball.
     #[arg(long, value_name = "RADII", group = "lens")]
     distance: Option<f64>,
-    /// The camera's response as two exponents.
-    #[arg(long, value_name = "G1,G2", default_value = "2.2,2.2", value_parser = parse_gamma)]
-    gamma: DualGamma,
+    /// The camera's response: two exponents, srgb, rec709 or linear.
+    #[arg(long, value_name = "RESPONSE", default_value = "2.2,2.2", value_parser = parse_response)]
+    gamma: Response,
     /// The part of the light that the ball reflects, in red, green and blue.
     #[arg(long, value_name = "R,G,B", default_value = "1,1,1", value_parser = parse_rgb)]
     reflectivity: [f32; 3],

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::footage::{Exemplar, Frame};
 use crate::imaging::{Image, Mask};
 use crate::light::Environment;
-use crate::light::weights::Partition;
+use crate::light::weights::{Partition, Weighting};
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::ReflectanceField;
@@ -87,11 +87,12 @@ pub fn score(
     project: &Project,
     calibration: &Calibration,
     truth: &Truth,
+    weighting: Weighting,
     method: Method,
     predict: &mut dyn FnMut(&Frame) -> Result<ReflectanceField>,
     progress: &Progress,
 ) -> Result<Scores> {
-    let partition = Partition::soft(&calibration.rig, Partition::WIDTH);
+    let partition = Partition::of(weighting, &calibration.rig);
     let weights = truth
         .environments
         .iter()
@@ -338,7 +339,7 @@ fn check_lamps(field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<()> {
 mod tests {
     use super::*;
     use crate::footage::{ImportSettings, import};
-    use crate::imaging::DualGamma;
+    use crate::imaging::{DualGamma, Response};
     use crate::light::Rig;
     use std::path::Path;
 
@@ -371,10 +372,10 @@ mod tests {
         let settings = ImportSettings { size: 128, seed: 0 };
         let project = import(folder.path(), &shoot, &settings, &Progress::silent()).unwrap();
         let calibration = Calibration {
-            response: DualGamma {
+            response: Response::Dual(DualGamma {
                 gamma1: facts.g1,
                 gamma2: facts.g2,
-            },
+            }),
             exposure: 1.0,
             interview_weights: facts.weights_linear_interview_per_olat,
             stand_in: None,

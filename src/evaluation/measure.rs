@@ -9,6 +9,7 @@ use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::imaging::file::{write_beside, write_png};
 use crate::imaging::{Encoded, Image, Mask, color::luminance};
+use crate::light::weights::Weighting;
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::Predictor;
@@ -23,6 +24,8 @@ pub struct EvaluateSettings {
     /// A folder with truth, see [`Truth::open`].
     pub truth: PathBuf,
     pub method: Method,
+    /// How an environment is given to the lamps.
+    pub weighting: Weighting,
     /// A Markdown file whose section for this shoot is written anew, with all methods.
     pub table: Option<PathBuf>,
     /// A contact sheet of predicted beside true OLATs.
@@ -74,6 +77,7 @@ pub fn evaluate(
             project,
             &calibration,
             &truth,
+            settings.weighting,
             method,
             &mut predict,
             progress,

@@ -10,8 +10,8 @@ use crate::error::{Error, Result};
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::imaging::Image;
-use crate::light::Environment;
-use crate::light::weights::Partition;
+use crate::light::weights::{Partition, Weighting};
+use crate::light::{Environment, YawTable};
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::Predictor;
@@ -26,6 +26,8 @@ use std::time::Instant;
 pub struct RelightSettings {
     /// A panorama's file, or the name of one of the shoot's environments.
     pub environment: PathBuf,
+    /// How it is given to the lamps.
+    pub weighting: Weighting,
     /// Yaw in degrees, of the first frame.
     pub yaw_deg: f32,
     /// Turns the environment once around over the frames.
@@ -76,8 +78,8 @@ pub fn relight(
     progress.say(format!("The network runs on the {}", compute.description));
     let predictor = Predictor::open(project, &compute.device)?;
     let pass = RelightPass::beside(&compute).map(Arc::new);
-    let partition = Partition::soft(&calibration.rig, Partition::WIDTH);
-    let reduced = environment.reduced(Partition::WIDTH);
+    let partition = Partition::of(settings.weighting, &calibration.rig);
+    let yaws = YawTable::new(&partition, &environment);
     let frame_rate = project.settings.shoot.frame_rate;
     let size = project.settings.size;
     let mut clip = match &destination {
@@ -113,7 +115,7 @@ pub fn relight(
         let field = Field::predicted(predictor.predict_on_device(&frame)?, pass.as_ref())?;
         let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         let start = Instant::now();
-        let weights = partition.weights(&reduced, scene.yaw_deg);
+        let weights = yaws.at(scene.yaw_deg);
         let weights_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         uncovered_energy = weights.uncovered;
         // One level for the whole clip, or it would flicker.

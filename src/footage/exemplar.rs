@@ -2,7 +2,7 @@
 
 use super::frame::{load_linear, load_mask};
 use crate::error::Result;
-use crate::imaging::{DualGamma, Image, Mask};
+use crate::imaging::{Image, Mask, Response};
 use crate::project::Project;
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ pub struct Exemplar {
 
 impl Exemplar {
     /// Reads pose `pose` of the project, linearised by `response`.
-    pub fn load(project: &Project, response: &DualGamma, pose: usize) -> Result<Self> {
+    pub fn load(project: &Project, response: &Response, pose: usize) -> Result<Self> {
         let size = project.settings.size;
         let olats = (0..project.settings.shoot.lamps.len())
             .into_par_iter()
@@ -33,7 +33,7 @@ impl Exemplar {
     }
 
     /// Reads every pose of the project.
-    pub fn load_all(project: &Project, response: &DualGamma) -> Result<Vec<Self>> {
+    pub fn load_all(project: &Project, response: &Response) -> Result<Vec<Self>> {
         (0..project.settings.shoot.poses.len())
             .map(|p| Self::load(project, response, p))
             .collect()
@@ -56,7 +56,7 @@ impl Exemplar {
     pub fn relit_by_all(
         &self,
         project: &Project,
-        response: &DualGamma,
+        response: &Response,
         weights: &[[f32; 3]],
     ) -> Result<Image> {
         const AT_A_TIME: usize = 16;

@@ -1,7 +1,7 @@
 //! One frame of the interview.
 
 use crate::error::{Error, Result};
-use crate::imaging::{DualGamma, Image, Mask, file, resample::resize_area};
+use crate::imaging::{Image, Mask, Response, file, resample::resize_area};
 use crate::project::Project;
 use std::path::Path;
 
@@ -21,7 +21,7 @@ impl Frame {
     ///
     /// # Errors
     /// When the frame does not exist, or a file cannot be read or has another shape than its matte.
-    pub fn load(project: &Project, response: &DualGamma, index: usize) -> Result<Self> {
+    pub fn load(project: &Project, response: &Response, index: usize) -> Result<Self> {
         let frames = project.settings.shoot.frames.len();
         if index >= frames {
             return Err(Error::unexpected(
@@ -41,7 +41,7 @@ impl Frame {
 }
 
 /// Reads an encoded picture, linearises it and averages it down to `size × size` in linear light.
-pub(super) fn load_linear(path: &Path, response: &DualGamma, size: usize) -> Result<Image> {
+pub(super) fn load_linear(path: &Path, response: &Response, size: usize) -> Result<Image> {
     let linear = response.decode(&file::read_encoded(path)?);
     Ok(resize_area(&linear, size, size))
 }

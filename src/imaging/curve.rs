@@ -3,10 +3,14 @@
 use super::color::unit;
 use super::raster::{Encoded, Image};
 use super::response::{DualGamma, decode_with, map_values};
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// A camera's response: encoded values in `[0, 1]` ↔ linear ones in `[0, 1]`. Every curve runs from
 /// 0 to 1 and never falls. Values outside `[0, 1]` are clipped, NaN gives 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "Stored", try_from = "Stored")]
 pub enum Response {
     /// The fitted curve of two exponents.
     Dual(DualGamma),
@@ -35,6 +39,15 @@ impl Response {
             Self::Srgb => "sRGB",
             Self::Rec709 => "Rec. 709",
             Self::Linear => "linear",
+        }
+    }
+
+    /// γ1 and γ2 of the dual gamma that the curve is; `None` where it is none.
+    pub fn exponents(&self) -> Option<[f32; 2]> {
+        match *self {
+            Self::Dual(DualGamma { gamma1, gamma2 }) => Some([gamma1, gamma2]),
+            Self::Power(gamma) => Some([gamma; 2]),
+            _ => None,
         }
     }
 
@@ -98,6 +111,78 @@ impl Response {
 impl From<DualGamma> for Response {
     fn from(curve: DualGamma) -> Self {
         Self::Dual(curve)
+    }
+}
+
+/// The curve with its exponents, as a sentence holds it.
+impl fmt::Display for Response {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Dual(curve) => write!(f, "γ1 = {:.3}, γ2 = {:.3}", curve.gamma1, curve.gamma2),
+            Self::Power(gamma) => write!(f, "γ = {gamma:.3}"),
+            _ => f.write_str(self.name()),
+        }
+    }
+}
+
+/// A response in a file: a standard curve by name, else a dual gamma by its exponents, of which those of
+/// a power are equal.
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    curve: Option<Standard>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gamma1: Option<f32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gamma2: Option<f32>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Standard {
+    Power,
+    Srgb,
+    Rec709,
+    Linear,
+}
+
+impl From<Response> for Stored {
+    fn from(response: Response) -> Self {
+        let [gamma1, gamma2] = response
+            .exponents()
+            .map_or([None; 2], |exponents| exponents.map(Some));
+        let curve = match response {
+            Response::Dual(_) => None,
+            Response::Power(_) => Some(Standard::Power),
+            Response::Srgb => Some(Standard::Srgb),
+            Response::Rec709 => Some(Standard::Rec709),
+            Response::Linear => Some(Standard::Linear),
+        };
+        Self {
+            curve,
+            gamma1,
+            gamma2,
+        }
+    }
+}
+
+impl TryFrom<Stored> for Response {
+    type Error = Error;
+
+    fn try_from(stored: Stored) -> Result<Self, Error> {
+        let dual = || {
+            DualGamma::new(
+                stored.gamma1.unwrap_or(f32::NAN),
+                stored.gamma2.unwrap_or(f32::NAN),
+            )
+        };
+        Ok(match stored.curve {
+            None => Self::Dual(dual()?),
+            Some(Standard::Power) => Self::Power(dual()?.gamma1),
+            Some(Standard::Srgb) => Self::Srgb,
+            Some(Standard::Rec709) => Self::Rec709,
+            Some(Standard::Linear) => Self::Linear,
+        })
     }
 }
 
@@ -192,6 +277,32 @@ mod tests {
             let x = i as f32 / 1000.0;
             let known = crate::imaging::color::linear_from_srgb(x);
             assert!((Response::Srgb.decode_value(x) - known).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_file_keeps_every_curve_and_refuses_what_is_none() {
+        #[derive(PartialEq, Debug, Serialize, Deserialize)]
+        struct File {
+            #[serde(flatten)]
+            response: Response,
+            other: f32,
+        }
+        for response in all() {
+            let file = File {
+                response,
+                other: 1.0,
+            };
+            let text = toml::to_string(&file).unwrap();
+            assert_eq!(toml::from_str::<File>(&text).unwrap(), file, "{text}");
+        }
+        for text in [
+            "",
+            "gamma1 = 2.0",
+            "gamma1 = nan\ngamma2 = 2.0",
+            "curve = \"log\"",
+        ] {
+            assert!(toml::from_str::<File>(&format!("other = 1.0\n{text}")).is_err());
         }
     }
 

@@ -23,8 +23,26 @@ use glam::DVec3;
 use hull::Hull;
 use nodes::Nodes;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 pub use turned::rotation;
+
+/// Which [`Partition`] gives an environment to the lamps.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Weighting {
+    /// All from a direction to the nearest lamp.
+    Cells,
+    /// To the three lamps around a direction.
+    Smooth,
+    /// To the nearest lamp, and near a border to both.
+    Soft,
+    /// The sum of lamps that is nearest to the environment.
+    #[default]
+    Fit,
+}
 
 /// An environment in terms of a rig.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,13 +51,6 @@ pub struct LightWeights {
     pub per_lamp: Vec<[f32; 3]>,
     /// Share of the environment's luminance energy that comes from where the rig has no lamp, 0 to 1.
     pub uncovered: f32,
-}
-
-impl LightWeights {
-    /// Weights by [`Partition::soft`]. Where many yaws are asked for, make the partition once.
-    pub fn soft(environment: &Environment, rig: &Rig, yaw_deg: f32) -> Self {
-        Partition::soft(rig, Partition::WIDTH).weights(environment, yaw_deg)
-    }
 }
 
 /// Which lamps stand for which direction, for every texel of a panorama.
@@ -77,11 +88,22 @@ pub(super) struct Gathered {
 }
 
 impl Partition {
+    /// The partition of a kind, at [`Self::WIDTH`].
+    pub fn of(weighting: Weighting, rig: &Rig) -> Self {
+        let kind = match weighting {
+            Weighting::Cells => Self::cells,
+            Weighting::Smooth => Self::smooth,
+            Weighting::Soft => Self::soft,
+            Weighting::Fit => Self::fit,
+        };
+        kind(rig, Self::WIDTH)
+    }
+
     /// Columns of the panorama that weights are computed at: 1.4° a texel, a tenth of the spacing of 100
     /// lamps, and small enough for a turn of the environment to cost well under a millisecond.
     pub const WIDTH: usize = 256;
 
-    /// The default. Spherical Voronoi cells whose borders are soft: a lamp at angle θ from a texel gets a
+    /// Spherical Voronoi cells whose borders are soft: a lamp at angle θ from a texel gets a
     /// share ∝ exp(−(θ² − θ₀²) / 2σ²), where θ₀ is the nearest lamp's angle and σ a fifth of the lamps'
     /// spacing. A small light goes to one bank of lamps, as in [`Self::cells`], and moves on continuously
     /// as it turns, as in [`Self::smooth`], which spreads it over three banks.
@@ -134,7 +156,7 @@ impl Partition {
         })
     }
 
-    /// Non-negative least squares of the environment by the lamps' footprints, per channel, both blurred
+    /// The default. Non-negative least squares of the environment by the lamps' footprints, per channel, both blurred
     /// to the rig's spacing, among the solutions that keep the environment's energy: so a light in a gap
     /// of the rig is not lost. A footprint is a round blur of the lamp's spread about its direction. Unlike
     /// the other kinds it is not linear in the environment, only in its brightness.

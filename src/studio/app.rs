@@ -328,7 +328,7 @@ impl StudioApp {
                 let lamps = self
                     .project
                     .as_ref()
-                    .map_or(0, |p| p.settings.shoot.lamps.len());
+                    .map_or(0, |p| p.settings.shoot.all_lamps().len());
                 let shown = self.state.photograph.map_or(0, |lamp| lamp + 1) as isize + step;
                 self.state.photograph =
                     (shown.rem_euclid(lamps as isize + 1) as usize).checked_sub(1);

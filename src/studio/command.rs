@@ -41,6 +41,8 @@ pub enum Command {
     Photograph(Option<usize>),
     /// Show the photograph this many places further; the interview's stands before the lamps'.
     StepPhotograph(isize),
+    /// Relight this exemplar as the interview.
+    Pose(usize),
     /// Where the line stands that wipes between two pictures: 0 left, 1 right.
     Wipe(f32),
     /// Put that line to the right, to the left or into the middle, in turn.

@@ -58,6 +58,8 @@ pub struct State {
     pub workspace: Workspace,
     /// The lamp whose mirror ball is shown; none is the interview's.
     pub photograph: Option<usize>,
+    /// The exemplar that is relit as the interview.
+    pub pose: usize,
     /// Where the wipe between two pictures stands: 0 left, 1 right.
     pub wipe: f32,
     /// Shown frame, from 0.
@@ -94,6 +96,7 @@ impl State {
             },
             workspace: Workspace::default(),
             photograph: None,
+            pose: 0,
             wipe: 0.5,
             frame: 0,
             frames,
@@ -159,6 +162,7 @@ impl State {
                 self.view = FITTED;
             }
             Command::Photograph(lamp) => self.photograph = lamp,
+            Command::Pose(pose) => self.pose = pose,
             Command::Wipe(at) if at.is_finite() => self.wipe = at.clamp(0.0, 1.0),
             Command::StepWipe => {
                 self.wipe = match self.wipe {

@@ -52,6 +52,7 @@ impl Studies {
             Workspace::Gamma => StudyAsk::Gamma {
                 calibrations,
                 frame: state.frame,
+                pose: state.pose,
                 trial: state.look.trial,
             },
         };

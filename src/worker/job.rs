@@ -202,11 +202,10 @@ impl Outcome {
             Self::Imported(found) => imported(found),
             Self::Developed(report) => developed(report),
             Self::Calibrated(found) => format!(
-                "{} lamps found; camera response γ1 = {:.3}, γ2 = {:.3}, exposure {:.3}; {:.1} % of the \
+                "{} lamps found; camera response {}, exposure {:.3}; {:.1} % of the \
                  interview's light comes from where no lamp is",
                 found.rig.lamps.len(),
-                found.response.gamma1,
-                found.response.gamma2,
+                found.response,
                 found.exposure,
                 100.0 * found.uncovered_energy
             ),

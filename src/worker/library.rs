@@ -123,14 +123,15 @@ impl Thumbnail {
     /// Columns of a thumbnail: sharp in a panel of 240 points on a screen of two pixels a point.
     const WIDTH: usize = 480;
 
+    /// A panorama of a photograph's light, as bright as the photograph: 1 is white, and noise stays dark.
+    pub fn as_exposed(light: &Image) -> Self {
+        Self::encoded(&Self::reduced(light), |pixel| pixel)
+    }
+
     /// A panorama at a glance: its log-average luminance at middle grey, highlights rolled off
     /// (Reinhard et al., SIGGRAPH 2002, equations 1 to 4).
     pub fn of(radiance: &Image) -> Self {
-        let (width, height) = (
-            Self::WIDTH.min(radiance.width),
-            (Self::WIDTH / 2).min(radiance.height),
-        );
-        let small = resize_area(radiance, width, height);
+        let small = Self::reduced(radiance);
         // Black texels say nothing about exposure; they would pull the average to nothing.
         let lit: Vec<f32> = small
             .pixels
@@ -141,16 +142,28 @@ impl Thumbnail {
         let log_sum: f64 = lit.iter().map(|&y| f64::from(y).ln()).sum();
         let average = (log_sum / lit.len().max(1) as f64).exp() as f32;
         let white = lit.iter().copied().fold(0.0, f32::max) * 0.18 / average;
-        let rgb = small
-            .pixels
-            .iter()
-            .flat_map(|&pixel| {
-                let y = luminance(pixel) * 0.18 / average;
-                let shown = (1.0 + y / (white * white).max(1.0)) / (1.0 + y) * 0.18 / average;
-                pixel.map(|v| byte_from_unit(srgb_from_linear(v * shown)))
-            })
-            .collect();
-        Self { width, height, rgb }
+        Self::encoded(&small, |pixel| {
+            let y = luminance(pixel) * 0.18 / average;
+            let shown = (1.0 + y / (white * white).max(1.0)) / (1.0 + y) * 0.18 / average;
+            pixel.map(|v| v * shown)
+        })
+    }
+
+    fn reduced(radiance: &Image) -> Image {
+        let (width, height) = (
+            Self::WIDTH.min(radiance.width),
+            (Self::WIDTH / 2).min(radiance.height),
+        );
+        resize_area(radiance, width, height)
+    }
+
+    fn encoded(small: &Image, shown: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
+        let codes = |pixel: &[f32; 3]| shown(*pixel).map(|v| byte_from_unit(srgb_from_linear(v)));
+        Self {
+            width: small.width,
+            height: small.height,
+            rgb: small.pixels.iter().flat_map(codes).collect(),
+        }
     }
 }
 

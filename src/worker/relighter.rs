@@ -10,8 +10,8 @@ use crate::compositor::{CameraView, Ingredients, Levels, PassReport, Upstream, c
 use crate::error::Result;
 use crate::imaging::Image;
 use crate::imaging::color::byte_from_unit;
-use crate::light::weights::Partition;
-use crate::light::{Environment, LightWeights, Rig};
+use crate::light::weights::{Partition, Weighting};
+use crate::light::{Environment, LightWeights, Rig, YawTable};
 use crate::progress::Control;
 use crate::scene::{Output, Scene};
 use std::collections::HashSet;
@@ -66,8 +66,8 @@ pub(super) struct Relighter<Tell> {
 /// What the thread knows of the light.
 struct Light {
     environment: Arc<Environment>,
-    /// The environment at the partition's size: a turn then costs well under a millisecond.
-    reduced: Environment,
+    /// Its weights at every yaw: a turn is a look-up.
+    yaws: YawTable,
     levels: Levels,
     yaw_deg: f32,
     weights: LightWeights,
@@ -203,7 +203,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
 impl Stage {
     fn new(rig: Arc<Rig>) -> Self {
         Self {
-            partition: Partition::soft(&rig, Partition::WIDTH),
+            partition: Partition::of(Weighting::default(), &rig),
             rig,
             reference: None,
             light: None,
@@ -228,13 +228,13 @@ impl Stage {
             Some(light) if at_hand => light,
             Some(light) => Light {
                 yaw_deg,
-                weights: self.partition.weights(&light.reduced, yaw_deg),
+                weights: light.yaws.at(yaw_deg),
                 ..light
             },
             None => {
                 let reference = self.reference.get_or_insert_with(|| shown.clone());
-                let reduced = environment.reduced(Partition::WIDTH);
-                let (width, height) = reduced.radiance.size();
+                let yaws = YawTable::new(&self.partition, environment);
+                let (width, height) = (Partition::WIDTH, Partition::WIDTH / 2);
                 let even =
                     Environment::from_radiance("even", Image::filled(width, height, [1.0; 3]));
                 let even = self.partition.weights(&even, 0.0);
@@ -243,8 +243,8 @@ impl Stage {
                     environment: environment.clone(),
                     levels: Levels::balanced(environment, &even, field, mask)?,
                     yaw_deg,
-                    weights: self.partition.weights(&reduced, yaw_deg),
-                    reduced,
+                    weights: yaws.at(yaw_deg),
+                    yaws,
                 }
             }
         };

@@ -11,7 +11,7 @@ use crate::calibration::{Calibration, PROVISIONAL, Trial};
 use crate::error::{Error, Result};
 use crate::imaging::color::byte_from_unit;
 use crate::imaging::resample::resize_area;
-use crate::imaging::{Encoded, Response, file};
+use crate::imaging::{Encoded, file};
 use crate::light::Lamp;
 use crate::progress::{Control, Progress};
 use crate::project::Project;
@@ -34,10 +34,11 @@ pub enum StudyAsk {
         photograph: Option<usize>,
         circle: Option<Circle>,
     },
-    /// The first pose relit as an interview frame, by a response and an exposure, or the calibration's own.
+    /// A pose relit as an interview frame, by a response and an exposure, or the calibration's own.
     Gamma {
         calibrations: u64,
         frame: usize,
+        pose: usize,
         trial: Option<Trial>,
     },
 }
@@ -57,7 +58,9 @@ pub struct ProbeStudy {
     /// How well a rim is seen there; the circle that the photographs show. Sentences where there is none.
     pub rim: std::result::Result<Silhouette, String>,
     pub found: std::result::Result<Silhouette, String>,
-    /// The photograph's light as a lat-long panorama.
+    /// What the calibration found wrong with the lamps, a sentence each.
+    pub findings: Vec<String>,
+    /// The photograph's light as a lat-long panorama, as bright as the photograph.
     pub panorama: Thumbnail,
     /// Ball pixels with a clipped channel: how many, and where their centres are in the photograph.
     pub clipped_pixels: usize,
@@ -85,9 +88,11 @@ pub struct GammaView {
     pub calibrated: Trial,
     /// Standard deviations of the calibration's γ1 and γ2.
     pub deviation: [f32; 2],
-    /// Number of the interview's frame, and the pose's name.
+    /// Number of the interview's frame.
     pub frame: usize,
-    pub pose: String,
+    /// The names of all poses, and which is relit.
+    pub poses: Vec<String>,
+    pub pose: usize,
     /// The frame and the relit pose, in the camera's codes.
     pub interview: Thumbnail,
     pub relit: Thumbnail,
@@ -140,10 +145,11 @@ impl Study {
                     Some(StudyAsk::Gamma {
                         calibrations,
                         frame,
+                        pose,
                         trial,
                     }) => {
                         desk.renew(calibrations);
-                        let answer = desk.gamma(frame, trial);
+                        let answer = desk.gamma(frame, pose, trial);
                         to_gamma.put(answer.map(Arc::new).map_err(|e| e.to_string()));
                     }
                     None if rung.recv().is_err() => break,
@@ -204,6 +210,8 @@ struct Desk {
 /// What trials of a response go by.
 struct Exemplars {
     study: GammaStudy,
+    /// The pose that `study` shows.
+    pose: usize,
     calibrated: Trial,
     deviation: [f32; 2],
     before: Histogram,
@@ -305,7 +313,8 @@ impl Desk {
                 .as_ref()
                 .map(|(_, found)| *found)
                 .map_err(Clone::clone),
-            panorama: Thumbnail::of(&probe.panorama),
+            findings: calibration.map_or_else(Vec::new, |c| c.rig_findings),
+            panorama: Thumbnail::as_exposed(&probe.panorama),
             clipped_pixels: probe.clipped_pixels,
             clipped_at,
             blind_share: probe.blind_share,
@@ -321,7 +330,7 @@ impl Desk {
 }
 
 impl Desk {
-    fn gamma(&mut self, frame: usize, trial: Option<Trial>) -> Result<GammaView> {
+    fn gamma(&mut self, frame: usize, pose: usize, trial: Option<Trial>) -> Result<GammaView> {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let project = Project::open(&self.root)?;
@@ -336,11 +345,19 @@ impl Desk {
             self.frame = Some((frame, shown(&encoded)));
         }
         let exemplars = self.exemplars.insert(exemplars);
+        let pose = pose.min(project.settings.shoot.poses.len() - 1);
+        if exemplars.pose != pose {
+            exemplars.study.show_pose(&project, pose)?;
+            exemplars.pose = pose;
+        }
         let Exemplars {
-            study, calibrated, ..
+            study,
+            pose: shown_pose,
+            calibrated,
+            ..
         } = &*exemplars;
         let trial = trial.unwrap_or(*calibrated);
-        let response = Response::Dual(trial.response);
+        let response = trial.response;
         let weights = study.weights(&response);
         let [subject_distance, ball_distance] = study.distances(&response, trial.exposure);
         Ok(GammaView {
@@ -348,7 +365,8 @@ impl Desk {
             calibrated: *calibrated,
             deviation: exemplars.deviation,
             frame,
-            pose: project.settings.shoot.poses[0].clone(),
+            poses: project.settings.shoot.poses.clone(),
+            pose: *shown_pose,
             interview: (self.frame.as_ref())
                 .map(|(_, shown)| shown.clone())
                 .unwrap_or_default(),
@@ -376,7 +394,7 @@ impl Exemplars {
                 fitted.compare(progress)?,
             )
         };
-        let plain = Response::Power(PROVISIONAL.gamma1);
+        let plain = PROVISIONAL;
         let before = study.relit_histogram(&plain, 1.0, &study.weights(&plain));
         Ok(Self {
             calibrated: Trial {
@@ -385,6 +403,7 @@ impl Exemplars {
             },
             deviation: calibration.gamma_deviation,
             before,
+            pose: 0,
             surface: Arc::new(surface),
             curves: Arc::new(curves),
             study,

@@ -4,11 +4,13 @@ use super::{Window, drag, snapshot, until, window};
 use afterlight::calibration::{self, CalibrateSettings, Calibration};
 use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
+use afterlight::imaging::Response;
 use afterlight::progress::Progress;
 use afterlight::project::Project;
 use afterlight::studio::StudioApp;
 use afterlight::virtual_stage::{StageSettings, write_shoot};
 use afterlight::worker::{GammaView, ProbeStudy};
+use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
@@ -67,7 +69,9 @@ fn until_tried(window: &mut Window) {
     window.run_steps(2);
     until(window, "relit exemplar", |app| {
         let view = app.studies().gamma.as_ref().and_then(|v| v.as_ref().ok());
-        view.is_some_and(|v| app.state().look.trial.unwrap_or(v.calibrated) == v.trial)
+        view.is_some_and(|v| {
+            app.state().look.trial.unwrap_or(v.calibrated) == v.trial && app.state().pose == v.pose
+        })
     });
     window.run_steps(2);
 }
@@ -209,8 +213,10 @@ fn a_response_is_tried_wiped_and_kept() {
     window.key_press_modifiers(Modifiers::SHIFT, Key::ArrowUp);
     until_tried(&mut window);
     let tried = view(&window);
-    let gamma1 = tried.trial.response.gamma1 - first.calibrated.response.gamma1;
-    let gamma2 = tried.trial.response.gamma2 - first.calibrated.response.gamma2;
+    let gamma1 = tried.trial.response.exponents().unwrap()[0]
+        - first.calibrated.response.exponents().unwrap()[0];
+    let gamma2 = tried.trial.response.exponents().unwrap()[1]
+        - first.calibrated.response.exponents().unwrap()[1];
     assert!(
         (gamma1 - 0.02).abs() < 1e-4 && (gamma2 - 0.001).abs() < 1e-4,
         "{gamma1}, {gamma2}"
@@ -228,7 +234,11 @@ fn a_response_is_tried_wiped_and_kept() {
     );
     until_tried(&mut window);
     let worse = view(&window);
-    assert!(worse.trial.response.gamma1 > 3.0, "{:?}", worse.trial);
+    assert!(
+        worse.trial.response.exponents().unwrap()[0] > 3.0,
+        "{:?}",
+        worse.trial
+    );
     assert_ne!(worse.relit, first.relit);
     assert!(
         worse.subject_distance.hypot(worse.ball_distance)
@@ -251,6 +261,22 @@ fn a_response_is_tried_wiped_and_kept() {
     window.get_by_label("Reset").click();
     until_tried(&mut window);
     assert_eq!(view(&window).trial, first.calibrated);
+
+    let choose = |window: &mut Window, list: &str, entry: &str| {
+        window.get_by_role_and_label(Role::ComboBox, list).click();
+        window.run_steps(4);
+        window.get_by_label_contains(entry).click();
+        until_tried(window);
+    };
+    choose(&mut window, "Exemplar", "pose01");
+    assert_eq!(view(&window).pose, 1);
+    assert_ne!(view(&window).relit.rgb, first.relit.rgb);
+    choose(&mut window, "Curve", "sRGB:");
+    assert_eq!(view(&window).trial.response, Response::Srgb);
+    assert!(view(&window).ball_distance > first.ball_distance);
+    window.get_by_label("Reset").click();
+    until_tried(&mut window);
+
     window.key_press(Key::ArrowLeft);
     until_tried(&mut window);
     let wanted = view(&window).trial;

@@ -1,6 +1,6 @@
 //! How well other curves would do in place of the dual gamma.
 
-use super::{Fitted, bounds};
+use super::{CHANGED, Fitted, LEFT_ALONE, bounds};
 use crate::error::Result;
 use crate::imaging::Response;
 use crate::progress::Progress;
@@ -48,17 +48,36 @@ const BETTER: f32 = -10.0;
 
 impl Fitted<'_> {
     /// The standard curve that explains the pictures better than the fit does, where there is one.
-    pub(super) fn better_curve(&self) -> Option<Response> {
-        let cost = |response: &Response| {
-            let seen = self.objective.see_response(response);
-            self.objective.stand(&seen).cost
-        };
-        let fit = cost(&Response::Dual(self.fit.response));
+    pub(super) fn better_curve(&self) -> Option<CurveFit> {
+        let least = self.curve(Response::Dual(self.fit.response), 2, 0.0).1;
         let standards = [Response::Srgb, Response::Rec709, Response::Linear];
-        let costs = standards.map(|response| (response, (cost(&response) - fit) as f32));
-        let best = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        best.filter(|(_, evidence)| *evidence < BETTER)
-            .map(|(response, _)| response)
+        let curves = standards.map(|response| self.curve(response, 0, least).0);
+        let best = curves
+            .into_iter()
+            .min_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        best.filter(|curve| curve.evidence < BETTER)
+    }
+
+    /// How a curve does beside one of this cost, and its own cost. The exposure is that of the more
+    /// probable case, which need not be that of the fit: a wrong curve makes an exposure seem changed.
+    fn curve(&self, response: Response, parameters: usize, least: f64) -> (CurveFit, f64) {
+        let seen = self.objective.see_response(&response);
+        let [alone, changed] =
+            [LEFT_ALONE, CHANGED].map(|prior| self.objective.stand_under(prior, &seen));
+        let standing = if changed.cost < alone.cost {
+            changed
+        } else {
+            alone
+        };
+        let fit = CurveFit {
+            response,
+            parameters,
+            exposure: standing.log_exposure.exp() as f32,
+            evidence: (standing.cost - least) as f32,
+            subject: standing.subject as f32,
+            ball: standing.ball as f32,
+        };
+        (fit, standing.cost)
     }
 
     /// The dual gamma first, then a fitted power, sRGB, Rec. 709 and linear.
@@ -77,20 +96,11 @@ impl Fitted<'_> {
         let mut least = 0.0;
         for (response, parameters) in curves {
             progress.check("nothing was changed")?;
-            let standing = self
-                .objective
-                .stand(&self.objective.see_response(&response));
+            let (mut fit, cost) = self.curve(response, parameters, least);
             if fits.is_empty() {
-                least = standing.cost;
+                (least, fit.evidence) = (cost, 0.0);
             }
-            fits.push(CurveFit {
-                response,
-                parameters,
-                exposure: standing.log_exposure.exp() as f32,
-                evidence: (standing.cost - least) as f32,
-                subject: standing.subject as f32,
-                ball: standing.ball as f32,
-            });
+            fits.push(fit);
         }
         Ok(fits)
     }

@@ -71,7 +71,9 @@ impl Evidence {
             darkest: fit.extent[0],
             brightest: fit.extent[1],
             ball_residual: fit.ball_residual,
-            better_curve: fit.better_curve.map(|curve| curve.name().to_owned()),
+            better_curve: fit
+                .better_curve
+                .map(|curve| curve.response.name().to_owned()),
         }
     }
 
@@ -136,8 +138,8 @@ impl Evidence {
         if let Some(curve) = &self.better_curve {
             // What the fit made of such pictures needs no further comment.
             return vec![format!(
-                "the camera encodes as {curve} does, which no dual gamma comes near: the fitted response is wrong. \
-                 Convert all pictures of the shoot from {curve} to a plain power such as 2.2, and import them again"
+                "the camera encodes as {curve} does, which no dual gamma comes near: its response was taken to be \
+                 that. Fit a dual gamma by hand where you know better"
             )];
         }
         let is_other =

@@ -27,6 +27,7 @@ use super::probe::Probes;
 use crate::error::{Error, Result};
 use crate::imaging::{DualGamma, Response};
 use crate::progress::Progress;
+use crate::project::Shoot;
 use objective::{Objective, Seen, gamma_prior};
 use serde::{Deserialize, Serialize};
 
@@ -96,7 +97,64 @@ pub struct GammaFit {
     /// Poses that a frame shows, beside the frame: the project's numbers of both.
     pub same_poses: Vec<[usize; 2]>,
     /// A standard curve that is no dual gamma and explains the pictures better.
-    pub better_curve: Option<Response>,
+    pub better_curve: Option<CurveFit>,
+}
+
+/// The response that a calibration goes by: fitted, the standard curve that beats the fit, or a person's.
+pub(super) struct Found {
+    pub response: Response,
+    /// Standard deviations of γ1 and γ2; 0 where the response was not fitted.
+    pub deviation: [f32; 2],
+    pub exposure: f32,
+    /// Root-mean-square encoded distance of the quantiles, or of the pixels.
+    pub residual: f32,
+    pub evidence: Evidence,
+}
+
+impl Found {
+    /// What a fit found.
+    pub fn fitted(fit: &GammaFit, shoot: &Shoot) -> Self {
+        let evidence = Evidence::new(fit, shoot);
+        match &fit.better_curve {
+            None => Self {
+                response: fit.response.into(),
+                deviation: [fit.deviation[0], fit.deviation[1]],
+                exposure: fit.exposure,
+                residual: fit.residual,
+                evidence,
+            },
+            Some(curve) => Self {
+                response: curve.response,
+                deviation: [0.0; 2],
+                exposure: curve.exposure,
+                residual: curve.subject,
+                evidence: Evidence {
+                    ball_residual: curve.ball,
+                    ..evidence
+                },
+            },
+        }
+    }
+
+    /// What a person set.
+    pub fn by_hand(subject: &Subject, probes: &Probes, trial: &Trial) -> Self {
+        let objective = Objective::new(subject, probes, vec![]);
+        let [residual, ball_residual] = objective.distances(&trial.response, trial.exposure);
+        let [darkest, brightest] = objective.extent();
+        Self {
+            response: trial.response,
+            deviation: [0.0; 2],
+            exposure: trial.exposure,
+            residual,
+            evidence: Evidence {
+                by_hand: true,
+                darkest,
+                brightest,
+                ball_residual,
+                ..Evidence::default()
+            },
+        }
+    }
 }
 
 /// A fit beside the comparison that it was made by, to ask for more: [`Fitted::surface`] and
@@ -105,26 +163,6 @@ pub struct Fitted<'a> {
     objective: Objective<'a>,
     /// The fit.
     pub fit: GammaFit,
-}
-
-/// What would have been found, had the fit found what a person set.
-pub(super) fn by_hand(subject: &Subject, probes: &Probes, trial: &Trial) -> GammaFit {
-    let objective = Objective::new(subject, probes, vec![]);
-    let [residual, ball_residual] = objective.distances(&trial.response.into(), trial.exposure);
-    GammaFit {
-        response: trial.response,
-        exposure: trial.exposure,
-        comparison: Comparison::Distribution,
-        residual,
-        ball_residual,
-        deviation: [0.0; 3],
-        changed_exposure: 0.0,
-        other_exposure: trial.exposure,
-        other_response: trial.response,
-        extent: objective.extent(),
-        same_poses: vec![],
-        better_curve: None,
-    }
 }
 
 /// Fits γ1, γ2 and the exposure: by what the caller wants compared, or by pixels where a frame shows a

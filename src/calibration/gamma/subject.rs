@@ -1,7 +1,7 @@
 //! The subject's pixels in the poses and in the interview, as codes.
 
 use super::super::StandIn;
-use super::super::code::{Code, STEPS, Table, codes};
+use super::super::code::{CLIPPED, Code, STEPS, Table, codes};
 use super::super::least_squares::NormalEquations;
 use super::super::probe::Probes;
 use super::GAMMA_PRIOR;
@@ -48,6 +48,10 @@ pub(in crate::calibration) struct Subject {
 impl Subject {
     /// Reads every pose and some frames at their own size: averaging encoded pixels would be wrong.
     /// The probes' weights under a plausible response find the frame that is nearest to each pose.
+    ///
+    /// # Errors
+    /// When a file cannot be read or does not fit its matte, a stop was asked for, or the mattes show no
+    /// subject, or one that is black or clipped everywhere.
     pub fn load(project: &Project, probes: &Probes, progress: &Progress) -> Result<Self> {
         let provisional = &Table::new(&DualGamma {
             gamma1: GAMMA_PRIOR.0 as f32,
@@ -126,6 +130,35 @@ impl Subject {
                     "a subject: pixels of coverage above 0.98",
                     "none",
                     "Check the mattes; white is the subject",
+                ));
+            }
+        }
+        let subject_of = |pictures: &mut dyn Iterator<Item = &Code>| {
+            let (mut all, mut lit, mut open) = (0, false, 0);
+            for code in pictures {
+                all += 1;
+                lit |= *code != [0; 3];
+                open += usize::from(code.iter().all(|&c| c < CLIPPED));
+            }
+            match (lit, 10 * open < all) {
+                (false, _) => Some("a subject that is black everywhere"),
+                (_, true) => Some("a subject that is clipped to white"),
+                _ => None,
+            }
+        };
+        for (what, found) in [
+            (
+                "exemplars",
+                subject_of(&mut poses.iter().flat_map(|pose| &pose.codes)),
+            ),
+            ("interview", subject_of(&mut frames.iter().flatten())),
+        ] {
+            if let Some(found) = found {
+                return Err(Error::unexpected(
+                    project.shoot_path(what).display(),
+                    "pictures with light on the subject, and short of clipping",
+                    found,
+                    "Check that the pictures and the mattes belong together, and their exposure",
                 ));
             }
         }

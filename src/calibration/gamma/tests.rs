@@ -432,8 +432,17 @@ fn a_camera_of_another_curve_is_noticed() {
             },
             None,
         );
-        assert_eq!(fit.better_curve, Some(response));
+        assert_eq!(fit.better_curve.map(|curve| curve.response), Some(response));
         assert!(warnings(&fit)[0].contains(response.name()));
+        // It is what the calibration goes by.
+        let shoot = Making::default()
+            .project(Path::new("nowhere"))
+            .settings
+            .shoot;
+        let found = Found::fitted(&fit, &shoot);
+        assert_eq!((found.response, found.deviation), (response, [0.0; 2]));
+        // Two of the deviations (0.03 to 0.04) that dual gammas of such small shoots have.
+        assert!((found.exposure - 1.0).abs() < 0.08, "{}", found.exposure);
     }
 }
 

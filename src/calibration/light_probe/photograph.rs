@@ -1,7 +1,7 @@
 //! A photograph as light, with what is known of each pixel's certainty.
 
 use super::super::code::{CLIPPED, STEPS};
-use crate::imaging::{DualGamma, Encoded, Image, Raster};
+use crate::imaging::{Encoded, Image, Raster, Response};
 use crate::light::Environment;
 
 /// Electrons of a pixel at the clipping level, as small sensors hold them. They scale the photon noise,
@@ -26,7 +26,7 @@ pub struct Photograph {
 impl Photograph {
     /// A camera's encoded photograph. The last 8-bit code is clipped, and light is uncertain by one such
     /// code.
-    pub fn from_encoded(picture: &Encoded, response: &DualGamma) -> Self {
+    pub fn from_encoded(picture: &Encoded, response: &Response) -> Self {
         let white = f32::from(CLIPPED) / f32::from(STEPS);
         let step = |code: f32| {
             let (low, high) = ((code - 1.0 / 255.0).max(0.0), (code + 1.0 / 255.0).min(1.0));

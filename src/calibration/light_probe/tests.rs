@@ -1,6 +1,6 @@
 use super::picture::photographed;
 use super::*;
-use crate::imaging::DualGamma;
+use crate::imaging::{DualGamma, Response};
 use crate::light::{Environment, latlong};
 use crate::project;
 use glam::{DVec3, Quat};
@@ -282,7 +282,7 @@ fn the_shared_stages_ball_shows_a_lamp_where_it_is() {
     let bank = &manifest["bank_directions"][5];
     let bank = DVec3::from_array([0, 1, 2].map(|i| bank[i].as_f64().unwrap())).normalize();
     let picture = crate::imaging::file::read_encoded(&path).unwrap();
-    let response = DualGamma::new(2.2, 2.2).unwrap();
+    let response = Response::Power(2.2);
     let view = BallView {
         surroundings_radii: Some(4.0 / 0.075),
         radius_px: 256.0 / 2.2,

@@ -44,7 +44,8 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Compa
     let seen: Vec<usize> = (0..lamps.len())
         .filter(|&i| lamps[i].is_usable() && lamps[i].confidence >= 0.5)
         .collect();
-    let tolerance = tolerance(layout);
+    let spacings = spacings(layout);
+    let tolerance = tolerance(super::median(spacings.iter().copied()));
     let plain = Alignment::find(lamps, layout, &seen, tolerance);
     let flipped: Vec<Vec3> = layout.iter().map(|d| d.with_x(-d.x)).collect();
     let mirrored = Alignment::find(lamps, &flipped, &seen, tolerance);
@@ -70,7 +71,7 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Compa
     let displaced: Vec<usize> = seen
         .iter()
         .copied()
-        .filter(|&i| off(i, i) > tolerance && !twins.contains(&i))
+        .filter(|&i| off(i, i) > tolerance.min(self::tolerance(spacings[i])) && !twins.contains(&i))
         .collect();
     let free: Vec<usize> = (0..lamps.len())
         .filter(|i| displaced.contains(i) || !seen.contains(i) || twins.contains(i))
@@ -92,16 +93,21 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Compa
     }
 }
 
-/// How far in radians a lamp may be from its place: a third of the layout's spacing, so that it is clearly
-/// nearer to its own than to the next; at least 2°, what a small ball's pixels allow, and at most 12°.
-fn tolerance(layout: &[Vec3]) -> f32 {
-    let nearest = layout.iter().enumerate().map(|(i, a)| {
+/// How far in radians a lamp may be from its place, the next being `spacing` away: a third of that, so that
+/// it is clearly nearer to its own; at least 2°, what a small ball's pixels allow, and at most 12°.
+fn tolerance(spacing: f32) -> f32 {
+    (spacing / 3.0).clamp(2f32.to_radians(), 12f32.to_radians())
+}
+
+/// For each place the angle in radians to the next.
+fn spacings(layout: &[Vec3]) -> Vec<f32> {
+    let nearest = |(i, a): (usize, &Vec3)| {
         let others = layout.iter().enumerate().filter(|(j, _)| *j != i);
         others
             .map(|(_, b)| a.angle_between(*b))
             .fold(std::f32::consts::PI, f32::min)
-    });
-    (super::median(nearest) / 3.0).clamp(2f32.to_radians(), 12f32.to_radians())
+    };
+    layout.iter().enumerate().map(nearest).collect()
 }
 
 /// Where names tell nothing: is each lamp where some lamp should be?
@@ -126,7 +132,7 @@ fn without_names(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32
     Outcome::Foreign(super::median(seen.iter().map(|&i| off(i, i))).to_degrees())
 }
 
-/// A turn of the layout and how many lamps it brings to their places.
+/// A turn of the layout and how many lamps it brings near their places.
 struct Alignment {
     rotation: Quat,
     matches: usize,
@@ -139,12 +145,15 @@ impl Alignment {
         /// Pairs tried: of lamps half of which are wrong, a quarter of the pairs are right.
         const PAIRS: usize = 400;
         let n = seen.len();
+        // A lamp counts by how near it is (MSAC, Torr and Zisserman 2000): by numbers alone, many that are
+        // near by chance would beat fewer that fit.
         let judge = |rotation: Quat| {
             let off = seen
                 .iter()
                 .map(|&i| lamps[i].direction.angle_between(rotation * layout[i]));
             let near: Vec<f32> = off.filter(|off| *off <= tolerance).collect();
-            (near.len(), near.iter().sum::<f32>())
+            let score: f32 = near.iter().map(|off| 1.0 - (off / tolerance).powi(2)).sum();
+            (score, near.len())
         };
         let mut best = (Quat::IDENTITY, judge(Quat::IDENTITY));
         let pairs = (1..n).flat_map(|step| (0..n).map(move |i| (i, (i + step) % n)));
@@ -159,19 +168,18 @@ impl Alignment {
             if let (Some(measured), Some(planned)) = frames {
                 let rotation = Quat::from_mat3(&(measured * planned.transpose())).normalize();
                 let score = judge(rotation);
-                if score.0 > best.1.0 || (score.0 == best.1.0 && score.1 < best.1.1) {
+                if score.0 > best.1.0 {
                     best = (rotation, score);
                 }
             }
         }
         let rotation = refine(lamps, layout, seen, tolerance, best.0);
-        let matches = judge(rotation).0;
-        if matches < best.1.0 {
-            return Self {
-                rotation: best.0,
-                matches: best.1.0,
-            };
-        }
+        let refined = judge(rotation);
+        let (rotation, (_, matches)) = if refined.0 < best.1.0 {
+            best
+        } else {
+            (rotation, refined)
+        };
         Self { rotation, matches }
     }
 }

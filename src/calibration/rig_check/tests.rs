@@ -124,7 +124,7 @@ proptest! {
         order[missed..].rotate_left(1);
         let places: Vec<Vec3> = order.iter().map(|&i| layout[i]).collect();
         let found = check(&measured(&places, &mut random), CONE_DEG, &turned(&layout, turn));
-        prop_assert_eq!(found.len(), 1);
+        prop_assert_eq!(found.len(), 1, "{:?}", found);
         prop_assert_eq!((found[0].fault, found[0].lamps.len()), (Fault::Swapped, n - missed));
     }
 
@@ -133,7 +133,7 @@ proptest! {
         prop_assume!(layout.len() >= 16);
         let flipped: Vec<Vec3> = layout.iter().map(|d| d.with_x(-d.x)).collect();
         let found = check(&measured(&layout, &mut random), CONE_DEG, &flipped);
-        prop_assert_eq!(found.len(), 1);
+        prop_assert_eq!(found.len(), 1, "{:?}", found);
         prop_assert!(found[0].fault == Fault::WrongLayout && found[0].sentence.contains("mirror"), "{:?}", found);
     }
 
@@ -142,7 +142,7 @@ proptest! {
         prop_assume!(layout.len() >= 16);
         let other = self::layout(layout.len(), false, &mut Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1));
         let found = check(&measured(&layout, &mut random), CONE_DEG, &turned(&other, turn));
-        prop_assert_eq!(found.len(), 1);
+        prop_assert_eq!(found.len(), 1, "{:?}", found);
         prop_assert_eq!(found[0].fault, Fault::WrongLayout);
     }
 
@@ -153,7 +153,7 @@ proptest! {
         let rig = measured(&layout, &mut random);
         let reversed: Vec<Vec3> = layout.iter().rev().copied().collect();
         let found = check(&rig, CONE_DEG, &reversed);
-        prop_assert_eq!(found.len(), 1);
+        prop_assert_eq!(found.len(), 1, "{:?}", found);
         prop_assert_eq!(found[0].fault, Fault::Swapped);
         prop_assert!(found[0].lamps.len() >= n - 1);
     }

@@ -154,6 +154,10 @@ pub(in crate::light) fn assert_sound(
     }
 }
 
+fn soft(environment: &Environment, rig: &Rig, yaw_deg: f32) -> LightWeights {
+    Partition::soft(rig, Partition::WIDTH).weights(environment, yaw_deg)
+}
+
 #[test]
 fn energy_is_kept_by_every_rig() {
     for (name, rig) in rigs() {
@@ -316,14 +320,14 @@ fn light_from_below_is_uncovered_by_lamps_above() {
         });
         Environment::from_radiance("half", image)
     };
-    assert!(LightWeights::soft(&half(true), &rig, 10.0).uncovered > 0.95);
-    assert!(LightWeights::soft(&half(false), &rig, 10.0).uncovered < 0.05);
+    assert!(soft(&half(true), &rig, 10.0).uncovered > 0.95);
+    assert!(soft(&half(false), &rig, 10.0).uncovered < 0.05);
 }
 
 #[test]
 fn one_lamp_takes_everything_and_covers_nothing() {
     let rig = rig(&[Vec3::Y]);
-    let weights = LightWeights::soft(&speckled(4), &rig, 12.0);
+    let weights = soft(&speckled(4), &rig, 12.0);
     assert_sound("one", &weights, &rig, &speckled(4));
     assert_eq!(weights.uncovered, 1.0);
 }
@@ -340,7 +344,7 @@ fn lamps_in_one_direction_share_equally() {
             })
             .collect(),
     };
-    let weights = LightWeights::soft(&speckled(4), &rig, 0.0).per_lamp;
+    let weights = soft(&speckled(4), &rig, 0.0).per_lamp;
     assert!(weights.iter().all(|w| *w == weights[0]));
 }
 
@@ -351,7 +355,7 @@ fn a_lamp_that_was_not_seen_gets_nothing() {
     rig.lamps[8].confidence = 0.0;
     rig.lamps[9].direction = Vec3::NAN;
     let environment = speckled(5);
-    let weights = LightWeights::soft(&environment, &rig, 45.0);
+    let weights = soft(&environment, &rig, 45.0);
     assert_sound("unseen", &weights, &rig, &environment);
     assert!(weights.per_lamp[7..10].iter().all(|w| *w == [0.0; 3]));
 }
@@ -360,13 +364,13 @@ fn a_lamp_that_was_not_seen_gets_nothing() {
 fn no_light_and_no_lamps_give_zeros() {
     let black = Environment::from_radiance("black", Image::filled(64, 32, [0.0; 3]));
     for (name, rig) in rigs() {
-        let weights = LightWeights::soft(&black, &rig, 30.0);
+        let weights = soft(&black, &rig, 30.0);
         assert!(
             weights.per_lamp.iter().all(|w| *w == [0.0; 3]) && weights.uncovered == 0.0,
             "{name}"
         );
     }
-    let nothing = LightWeights::soft(&speckled(1), &Rig::default(), 30.0);
+    let nothing = soft(&speckled(1), &Rig::default(), 30.0);
     assert_eq!(
         nothing,
         LightWeights {

@@ -13,7 +13,7 @@ fn scene() -> Image {
 }
 
 /// What an 8-bit camera with noise records of light at some exposure.
-fn shot(light: &Image, stops: f32, response: &DualGamma, seed: u32) -> Photograph {
+fn shot(light: &Image, stops: f32, response: &Response, seed: u32) -> Photograph {
     let mut seed = seed.wrapping_mul(2_654_435_761).wrapping_add(1);
     let exposed = light.map(|p| p.map(|v| v * stops.exp2()));
     let Encoded(codes) = response.encode(&exposed);
@@ -27,8 +27,8 @@ fn shot(light: &Image, stops: f32, response: &DualGamma, seed: u32) -> Photograp
     Photograph::from_encoded(&Encoded(rounded), response)
 }
 
-fn response() -> DualGamma {
-    DualGamma::new(2.4, 2.1).unwrap()
+fn response() -> Response {
+    DualGamma::new(2.4, 2.1).unwrap().into()
 }
 
 fn merged(photographs: &[Photograph], stops: &[f32]) -> crate::error::Result<Bracket> {

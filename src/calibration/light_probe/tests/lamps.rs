@@ -122,7 +122,7 @@ fn the_shared_stages_hot_lamps_are_too_sharp_to_be_estimated() {
     let truth: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(stage.join("truth.json")).unwrap()).unwrap();
     let gamma = |key: &str| truth[key].as_f64().unwrap() as f32;
-    let response = DualGamma::new(gamma("g1"), gamma("g2")).unwrap();
+    let response = Response::from(DualGamma::new(gamma("g1"), gamma("g2")).unwrap());
     let view = BallView {
         radius_px: 256.0 / 2.2,
         ..near_ball()

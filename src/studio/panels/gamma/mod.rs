@@ -4,7 +4,7 @@
 mod plots;
 
 use crate::calibration::Trial;
-use crate::imaging::DualGamma;
+use crate::imaging::{DualGamma, Response};
 use crate::studio::command::Command;
 use crate::studio::panel::Sight;
 use crate::studio::panels::{notice_ui, number_ui};
@@ -96,7 +96,7 @@ impl GammaPanel {
         caption(
             right,
             Align2::RIGHT_TOP,
-            format!("{}, relit as the interview", view.pose),
+            format!("{}, relit as the interview", view.poses[view.pose]),
         );
         if let Some(at) = response
             .interact_pointer_pos()
@@ -123,10 +123,11 @@ impl GammaPanel {
         ui.horizontal_top(|ui| {
             plots::curve_ui(ui, side, &trial, Some(&view.calibrated));
             if let Some([gamma1, gamma2]) = plots::surface_ui(ui, side, &view, shown.surface.id()) {
-                wanted.response = DualGamma { gamma1, gamma2 };
+                wanted.response = DualGamma { gamma1, gamma2 }.into();
             }
         });
         ui.add_space(2.0);
+        choices_ui(ui, sight, &view, &mut wanted, out);
         sliders_ui(ui, &mut wanted, out);
         if wanted != trial {
             out.push(Command::Try(Some(wanted)));
@@ -176,22 +177,76 @@ impl GammaPanel {
     }
 }
 
+/// Which exemplar is relit, and by what kind of curve.
+fn choices_ui(
+    ui: &mut Ui,
+    sight: &Sight,
+    view: &GammaView,
+    wanted: &mut Trial,
+    out: &mut Vec<Command>,
+) {
+    ui.horizontal(|ui| {
+        let label = ui.label("Exemplar");
+        let name = |pose: usize| view.poses.get(pose).map_or("", String::as_str);
+        let list = egui::ComboBox::from_id_salt("exemplar")
+            .selected_text(name(sight.state.pose))
+            .width(84.0)
+            .show_ui(ui, |ui| {
+                for pose in 0..view.poses.len() {
+                    if ui
+                        .selectable_label(pose == sight.state.pose, name(pose))
+                        .clicked()
+                    {
+                        out.push(Command::Pose(pose));
+                    }
+                }
+            });
+        list.response.labelled_by(label.id);
+        ui.add_space(GAP);
+        let label = ui.label("Curve");
+        let list = egui::ComboBox::from_id_salt("curve")
+            .selected_text(wanted.response.name())
+            .width(104.0)
+            .show_ui(ui, |ui| {
+                for curve in view.curves.iter() {
+                    let name = curve.response.name();
+                    let off = format!("{name}: {:.1} codes off on the balls", 255.0 * curve.ball);
+                    let is_chosen = name == wanted.response.name();
+                    if ui.selectable_label(is_chosen, off).clicked() && !is_chosen {
+                        *wanted = Trial {
+                            response: curve.response,
+                            exposure: curve.exposure,
+                        }
+                        .nudged([0.0; 3]);
+                    }
+                }
+            });
+        list.response.labelled_by(label.id);
+    });
+}
+
 fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
     let reset = || Command::Try(None);
-    let DualGamma { gamma1, gamma2 } = &mut wanted.response;
+    let exponents = match &mut wanted.response {
+        Response::Dual(DualGamma { gamma1, gamma2 }) => {
+            vec![("γ1, dark", gamma1), ("γ2, bright", gamma2)]
+        }
+        Response::Power(gamma) => vec![("γ", gamma)],
+        _ => vec![],
+    };
+    let exponents = exponents
+        .into_iter()
+        .map(|(name, value)| (name, value, DualGamma::BOUNDS));
+    let exposure = ("Exposure", &mut wanted.exposure, Trial::EXPOSURES);
     egui::Grid::new("sliders")
         .num_columns(3)
         .spacing([GAP, 4.0])
         .show(ui, |ui| {
-            for (name, value, range, digits) in [
-                ("γ1, dark", gamma1, DualGamma::BOUNDS, 3),
-                ("γ2, bright", gamma2, DualGamma::BOUNDS, 3),
-                ("Exposure", &mut wanted.exposure, Trial::EXPOSURES, 3),
-            ] {
+            for (name, value, range) in exponents.chain([exposure]) {
                 let field = egui::DragValue::new(value)
                     .speed(0.002)
                     .range(range.clone())
-                    .fixed_decimals(digits);
+                    .fixed_decimals(3);
                 number_ui(ui, name, field, 72.0, out, reset);
                 ui.spacing_mut().slider_width = ui.available_width() - 4.0;
                 let slider = ui.add(egui::Slider::new(value, range).show_value(false));
@@ -233,10 +288,15 @@ fn buttons_ui(ui: &mut Ui, sight: &Sight, view: &GammaView, out: &mut Vec<Comman
 
 fn figures_ui(ui: &mut Ui, view: &GammaView) {
     let quiet = |text: String| RichText::new(text).size(13.0).color(theme::QUIET);
-    let [d1, d2] = view.deviation;
+    let response = match (view.calibrated.response, view.deviation) {
+        (Response::Dual(DualGamma { gamma1, gamma2 }), [d1, d2]) if d1 > 0.0 && d2 > 0.0 => {
+            format!("γ1 {gamma1:.3} ± {d1:.3}, γ2 {gamma2:.3} ± {d2:.3}")
+        }
+        (response, _) => response.to_string(),
+    };
     ui.label(quiet(format!(
-        "Calibrated: γ1 {:.3} ± {d1:.3}, γ2 {:.3} ± {d2:.3}, exposure {:.3}",
-        view.calibrated.response.gamma1, view.calibrated.response.gamma2, view.calibrated.exposure
+        "Calibrated: {response}, exposure {:.3}",
+        view.calibrated.exposure
     )));
     let others: Vec<String> = (view.curves.iter().skip(1))
         .map(|curve| format!("{} {:.1}", curve.response.name(), 255.0 * curve.ball))

@@ -2,7 +2,7 @@
 
 use crate::calibration::Trial;
 use crate::calibration::gamma::Surface;
-use crate::imaging::DualGamma;
+use crate::imaging::{DualGamma, Response};
 use crate::studio::theme;
 use crate::worker::GammaView;
 use egui::{
@@ -35,8 +35,11 @@ pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial
             .map(|x| place(x, value(x)))
             .collect()
     };
-    let DualGamma { gamma1, gamma2 } = trial.response;
-    for gamma in [gamma1, gamma2] {
+    let dual = match trial.response {
+        Response::Dual(curve) => Some([curve.gamma1, curve.gamma2]),
+        _ => None,
+    };
+    for gamma in dual.into_iter().flatten() {
         let points = curve(&|x| x.powf(gamma));
         painter.extend(Shape::dashed_line(
             &points,
@@ -53,9 +56,14 @@ pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial
         curve(&|x| trial.response.decode_value(x)),
         Stroke::new(2.0, theme::ACCENT),
     );
+    let what = match dual {
+        Some([gamma1, gamma2]) => format!(
+            "I′ = (1 − I)·I^γ1 + I·I^γ2. Near black it follows I^{gamma1:.2}, near white I^{gamma2:.2} (dashed)."
+        ),
+        None => format!("The curve of {}.", trial.response),
+    };
     response.on_hover_text(format!(
-        "I′ = (1 − I)·I^γ1 + I·I^γ2. Near black it follows I^{gamma1:.2}, near white I^{gamma2:.2} (dashed). \
-         White is the calibration's own where another is tried."
+        "{what} White is the calibration's own where another is tried."
     ));
 }
 
@@ -90,12 +98,13 @@ pub fn surface_ui(
         4.0,
         Stroke::new(1.5, Color32::WHITE),
     );
-    let at = place([view.trial.response.gamma1, view.trial.response.gamma2]);
-    for direction in [vec2(1.0, 0.0), vec2(0.0, 1.0)] {
-        painter.line_segment(
-            [at - 7.0 * direction, at + 7.0 * direction],
-            Stroke::new(1.5, theme::ACCENT),
-        );
+    if let Some(at) = view.trial.response.exponents().map(place) {
+        for direction in [vec2(1.0, 0.0), vec2(0.0, 1.0)] {
+            painter.line_segment(
+                [at - 7.0 * direction, at + 7.0 * direction],
+                Stroke::new(1.5, theme::ACCENT),
+            );
+        }
     }
     let touched = response.dragged() || response.clicked();
     let to = response

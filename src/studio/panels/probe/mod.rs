@@ -84,6 +84,7 @@ impl ProbePanel {
             ui.vertical(|ui| figures_ui(ui, sight, &study));
         });
         self.circle_ui(ui, sight, &study, out);
+        findings_ui(ui, &study);
         chosen = chosen.or(lamps_ui(ui, &study, sight.state.photograph));
         if let Some(lamp) = chosen {
             out.push(Command::Photograph(Some(lamp)));
@@ -272,6 +273,24 @@ fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy) {
                 ui.label(RichText::new(value).size(13.0))
                     .on_hover_text(hint);
                 ui.end_row();
+            }
+        });
+}
+
+/// What is wrong with the lamps, where anything is.
+fn findings_ui(ui: &mut Ui, study: &ProbeStudy) {
+    /// Three lines; more can be scrolled to.
+    const HEIGHT: f32 = 50.0;
+    if study.findings.is_empty() {
+        return;
+    }
+    egui::ScrollArea::vertical()
+        .id_salt("findings")
+        .max_height(HEIGHT)
+        .auto_shrink([false, true])
+        .show(ui, |ui| {
+            for sentence in &study.findings {
+                ui.label(RichText::new(sentence).size(12.0).color(theme::ACCENT));
             }
         });
 }
