@@ -4,13 +4,17 @@
 pub mod environment;
 pub mod latlong;
 pub mod mapping;
+mod patch;
+pub mod placed;
 pub mod rig;
 pub mod subset;
 pub mod weights;
+pub mod white;
 pub mod yaw_table;
 
 pub use environment::Environment;
 pub use mapping::Mapping;
+pub use placed::PlacedLight;
 pub use rig::{Lamp, Rig};
 pub use weights::LightWeights;
 pub use yaw_table::YawTable;
