@@ -1,6 +1,7 @@
 //! Light from all directions: lat-long panoramas, environments, the rig of lamps and the weights
 //! that give an environment's energy to lamps.
 
+pub mod built_in;
 pub mod environment;
 pub mod latlong;
 pub mod mapping;
