@@ -5,6 +5,7 @@ pub mod built_in;
 pub mod environment;
 pub mod latlong;
 pub mod mapping;
+pub mod panorama;
 mod patch;
 pub mod placed;
 pub mod rig;
