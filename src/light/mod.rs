@@ -1,8 +1,11 @@
 //! Light from all directions: lat-long panoramas, environments, the rig of lamps and the weights
 //! that give an environment's energy to lamps.
 
+pub mod brightest;
 pub mod built_in;
+pub mod conventions;
 pub mod environment;
+pub mod keyframes;
 pub mod latlong;
 pub mod mapping;
 pub mod panorama;

@@ -578,9 +578,8 @@ fn a_light_probe_is_unwrapped_when_asked() {
             // Pixels whose middle lies beyond a disc's rim show what is just within it.
             let shown = (0..10).find_map(|step| {
                 let pull = 1.0 - 0.01 * f64::from(step);
-                let place = |p: usize, size: usize| {
-                    0.5 + pull * ((p as f64 + 0.5) / size as f64 - 0.5)
-                };
+                let place =
+                    |p: usize, size: usize| 0.5 + pull * ((p as f64 + 0.5) / size as f64 - 0.5);
                 mapping.direction(place(x, size.0), place(y, size.1))
             });
             shown.map_or([9.0; 3], |d| sky(d.as_vec3()))
