@@ -3,6 +3,7 @@
 
 use super::Environment;
 use super::patch::{Outline, Patch};
+use crate::imaging::Image;
 use serde::{Deserialize, Serialize};
 
 /// The outer part of a soft light over which it falls to nothing.
@@ -23,7 +24,7 @@ pub enum Kind {
 
 /// A light placed by hand.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default)]
 pub struct PlacedLight {
     pub kind: Kind,
     /// Azimuth in degrees, any number of turns: 0 is behind the subject in the middle of the panorama, +90
@@ -81,6 +82,12 @@ impl PlacedLight {
         glam::Vec3::new(cos_pitch * sin_yaw, sin_pitch, -cos_pitch * cos_yaw)
     }
 
+    /// Adds the light to a panorama, whose energy grows by [`Self::energy`] to the rounding of its texels,
+    /// at any size: weights need no more than a small panorama.
+    pub fn add_to(&self, panorama: &mut Image) {
+        self.patch().add(panorama, self.energy());
+    }
+
     fn patch(&self) -> Patch {
         let radius = f64::from(self.radius_deg.max(0.0)).to_radians();
         let (outline, softness) = match self.kind {
@@ -97,12 +104,11 @@ impl PlacedLight {
     }
 }
 
-/// The environment with lights added. Its energy grows by [`PlacedLight::energy`] of each to the rounding of
-/// its texels, at any size. Without a light that shines the texels stay as they are.
+/// The environment with lights added. Without a light that shines its texels stay as they are.
 pub fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> Environment {
     let mut lit = environment.clone();
     for light in lights {
-        light.patch().add(&mut lit.radiance, light.energy());
+        light.add_to(&mut lit.radiance);
     }
     lit
 }
@@ -110,7 +116,6 @@ pub fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> Environ
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Image;
     use crate::light::{Lamp, LightWeights, Rig};
     use proptest::prelude::*;
 
