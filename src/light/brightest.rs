@@ -11,8 +11,9 @@ use crate::imaging::color::luminance;
 use glam::{DVec3, Quat, Vec3};
 use rayon::prelude::*;
 
-/// Columns at most at which areas are looked for: 0.35° a texel, smaller than a sun with its glow.
-const WIDTH: usize = 1024;
+/// Columns at most at which areas are looked for: 0.7° a texel. Lamps are many degrees apart, and a finer
+/// panorama would show the rays of a star about the sun one by one.
+const WIDTH: usize = 512;
 /// A peak stands out where the saddle towards a higher one is below its share of this.
 const SADDLE: f32 = 0.5;
 /// An area ends where the luminance is below this share of its peak.

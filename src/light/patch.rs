@@ -67,16 +67,15 @@ impl Patch {
             Some((from, (count.max(1) as usize).min(width)))
         };
         let (from, count) = columns.unwrap_or((0, width));
+        let turns: Vec<(f64, f64)> = (0..count * across)
+            .map(|i| {
+                let column = (from * across as i64) as f64 + i as f64 + 0.5;
+                (TAU * (column / (width * across) as f64 - 0.5)).sin_cos()
+            })
+            .collect();
         let parts: Vec<Vec<f64>> = (first..last)
             .into_par_iter()
-            .map(|y| {
-                (0..count)
-                    .map(|i| {
-                        let x = (from + i as i64).rem_euclid(width as i64) as usize;
-                        seen.within((x, y), (width, height), across)
-                    })
-                    .collect()
-            })
+            .map(|y| seen.row(y, height, &turns, across, width))
             .collect();
         let total: f64 = parts.iter().flatten().sum();
         if total <= 0.0 {
@@ -108,6 +107,10 @@ struct Seen {
     softness: f64,
     /// No part of the patch is farther from its middle.
     reach: f64,
+    /// Of a disc's radius, and of the part of it where it is as bright as in the middle.
+    cosines: (f64, f64),
+    /// Of half a rectangle's width and height.
+    tangents: (f64, f64),
 }
 
 impl Seen {
@@ -115,15 +118,19 @@ impl Seen {
     fn new(patch: &Patch, least: f64) -> Self {
         let (sin_phi, cos_phi) = patch.azimuth.sin_cos();
         let (sin_up, cos_up) = patch.elevation.sin_cos();
+        let softness = patch.softness.clamp(0.0, 1.0);
+        let (mut cosines, mut tangents) = ((0.0, 0.0), (0.0, 0.0));
         let (outline, reach) = match patch.outline {
             Outline::Disc(radius) => {
                 let radius = radius.clamp(least.min(PI), PI);
+                cosines = (radius.cos(), (radius * (1.0 - softness)).cos());
                 (Outline::Disc(radius), radius)
             }
             Outline::Rectangle(width, height) => {
                 let side = |half: f64| half.clamp(least.min(WIDEST), WIDEST);
                 let (width, height) = (side(width), side(height));
-                let reach = width.tan().hypot(height.tan()).atan();
+                tangents = (width.tan(), height.tan());
+                let reach = tangents.0.hypot(tangents.1).atan();
                 (Outline::Rectangle(width, height), reach)
             }
         };
@@ -132,49 +139,74 @@ impl Seen {
             right: DVec3::new(cos_phi, 0.0, sin_phi),
             up: DVec3::new(-sin_up * sin_phi, cos_up, sin_up * cos_phi),
             outline,
-            softness: patch.softness.clamp(0.0, 1.0),
+            softness,
             reach,
+            cosines,
+            tangents,
         }
     }
 
     /// How bright the patch is in a unit direction, 0 to 1.
     fn level(&self, direction: DVec3) -> f64 {
-        let edge = |t: f64| match t {
+        let ahead = direction.dot(self.middle);
+        let (x, y) = (direction.dot(self.right), direction.dot(self.up));
+        match self.outline {
+            Outline::Disc(radius) => {
+                // Most samples lie clear of the edge, where no angle is needed.
+                if ahead < self.cosines.0 {
+                    return 0.0;
+                }
+                if ahead > self.cosines.1 {
+                    return 1.0;
+                }
+                // atan2 keeps its digits for discs as small as the sun's.
+                self.edge(x.hypot(y).atan2(ahead) / radius)
+            }
+            Outline::Rectangle(..) if ahead <= 0.0 => 0.0,
+            Outline::Rectangle(width, height) => {
+                if x.abs() > self.tangents.0 * ahead || y.abs() > self.tangents.1 * ahead {
+                    return 0.0;
+                }
+                self.edge(x.abs().atan2(ahead) / width) * self.edge(y.abs().atan2(ahead) / height)
+            }
+        }
+    }
+
+    /// How bright it is at a place from its middle, 0, to its edge, 1.
+    fn edge(&self, t: f64) -> f64 {
+        match t {
             t if t >= 1.0 => 0.0,
             t if t <= 1.0 - self.softness => 1.0,
             t => {
                 let t = (1.0 - t) / self.softness;
                 t * t * (3.0 - 2.0 * t)
             }
-        };
-        let ahead = direction.dot(self.middle);
-        let (x, y) = (direction.dot(self.right), direction.dot(self.up));
-        match self.outline {
-            // atan2 keeps its digits for discs as small as the sun's.
-            Outline::Disc(radius) => edge(x.hypot(y).atan2(ahead) / radius),
-            Outline::Rectangle(..) if ahead <= 0.0 => 0.0,
-            Outline::Rectangle(width, height) => {
-                edge(x.atan2(ahead).abs() / width) * edge(y.atan2(ahead).abs() / height)
-            }
         }
     }
 
-    /// ∫ level dω over a texel.
-    fn within(&self, (x, y): (usize, usize), (width, height): (usize, usize), n: usize) -> f64 {
-        let mut sum = 0.0;
-        for j in 0..n {
-            let row = y * n + j;
-            let theta = PI * (row as f64 + 0.5) / (height * n) as f64;
+    /// ∫ level dω over each texel of a row, by the sines and cosines of its samples' azimuths.
+    fn row(
+        &self,
+        y: usize,
+        height: usize,
+        turns: &[(f64, f64)],
+        across: usize,
+        width: usize,
+    ) -> Vec<f64> {
+        let mut sums = vec![0.0; turns.len() / across];
+        for row in y * across..(y + 1) * across {
+            let theta = PI * (row as f64 + 0.5) / (height * across) as f64;
             let (sin_theta, cos_theta) = theta.sin_cos();
-            let solid_angle = texel_solid_angle(row, width * n, height * n);
-            for i in 0..n {
-                let phi = TAU * (((x * n + i) as f64 + 0.5) / (width * n) as f64 - 0.5);
-                let (sin_phi, cos_phi) = phi.sin_cos();
-                let direction = DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
-                sum += solid_angle * self.level(direction);
+            let solid_angle = texel_solid_angle(row, width * across, height * across);
+            for (sum, turns) in sums.iter_mut().zip(turns.chunks_exact(across)) {
+                for (sin_phi, cos_phi) in turns {
+                    let direction =
+                        DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
+                    *sum += solid_angle * self.level(direction);
+                }
             }
         }
-        sum
+        sums
     }
 }
 

@@ -21,7 +21,7 @@ const SUN_KLX: f64 = 133.1;
 
 /// The sun behind the camera's left shoulder.
 pub fn clear(width: usize) -> Image {
-    ClearSky::new(2.5, -130f64.to_radians(), 40f64.to_radians()).panorama(width)
+    ClearSky::new(2.2, -130f64.to_radians(), 40f64.to_radians()).panorama(width)
 }
 
 /// The sun low, ahead and to the right.
@@ -131,12 +131,16 @@ impl ClearSky {
     /// Preetham's luminance in kcd/m², x and y of the sky in a direction above the horizon.
     fn luminance_xy(&self, direction: DVec3) -> [f64; 3] {
         // angle_between loses digits close to the sun, where the sky is steepest.
-        let gamma = direction
-            .cross(self.sun)
-            .length()
-            .atan2(direction.dot(self.sun));
-        self.parts
-            .map(|(scale, parameters)| scale * perez(parameters, direction.y, gamma))
+        let cross = direction.cross(self.sun).length();
+        let gamma = cross.atan2(direction.dot(self.sun));
+        let [level, x, y] = self.parts;
+        // Below 8° the fit of the colours turns pink, which no clear sky does: they stay as they are there.
+        let above_haze = direction.y.max(0.14);
+        [
+            level.0 * perez(level.1, direction.y, gamma),
+            x.0 * perez(x.1, above_haze, gamma),
+            y.0 * perez(y.1, above_haze, gamma),
+        ]
     }
 
     fn radiance(&self, direction: DVec3) -> Vec3 {
@@ -227,7 +231,7 @@ fn zenith(turbidity: f64, theta: f64) -> [f64; 3] {
 /// The distribution of Perez, Seals and Michalsky (1993) for a direction of cosine `cos_theta` from the zenith and
 /// the angle `gamma` from the sun.
 fn perez([a, b, c, d, e]: [f64; 5], cos_theta: f64, gamma: f64) -> f64 {
-    // Within 2° of the horizon the fit turns pink, which no clear sky does.
+    // At the horizon itself it divides by 0.
     let gradation = 1.0 + a * (b / cos_theta.max(0.035)).exp();
     gradation * (1.0 + c * (d * gamma).exp() + e * gamma.cos().powi(2))
 }

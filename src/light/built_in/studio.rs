@@ -130,14 +130,10 @@ fn studio(width: usize, room: &Room, boxes: &[Softbox]) -> Image {
             let energy = lamp.light.to_array().map(|v| share * f64::from(v));
             patch.add(&mut image, energy);
         };
-        // A sixth of the light comes from the bulb's glow in the middle of the cloth.
         let cloth = Outline::Rectangle(radians(half_width), radians(half_height));
+        // A sixth of the light is the bulb's glow, brightest in the middle of the cloth.
         add(cloth, 0.06, 5.0 / 6.0);
-        add(
-            Outline::Disc(radians(half_width.min(half_height))),
-            1.0,
-            1.0 / 6.0,
-        );
+        add(cloth, 1.0, 1.0 / 6.0);
     }
     image
 }
