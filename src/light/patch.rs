@@ -233,7 +233,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_patch_has_its_energy_wherever_it_is(
-            azimuth in -7.0f64..7.0, elevation in -1.5708f64..1.5708, outline in any_outline(),
+            azimuth in -7.0f64..7.0, elevation in -FRAC_PI_2..FRAC_PI_2, outline in any_outline(),
             softness in 0.0f64..1.0, w in 1usize..90, h in 1usize..60,
         ) {
             let patch = Patch { azimuth, elevation, outline, softness };
@@ -245,7 +245,7 @@ mod tests {
 
         #[test]
         fn the_light_comes_from_where_the_patch_is(
-            azimuth in -3.2f64..3.2, elevation in -1.5708f64..1.5708, square in any::<bool>(),
+            azimuth in -3.2f64..3.2, elevation in -FRAC_PI_2..FRAC_PI_2, square in any::<bool>(),
         ) {
             let outline = if square { Outline::Rectangle(0.2, 0.2) } else { Outline::Disc(0.2) };
             let image = drawn(Patch { azimuth, elevation, outline, softness: 0.3 }, (256, 128));

@@ -103,14 +103,14 @@ impl Canvas {
             for (y, down) in row.targets() {
                 for (x, across) in column.targets() {
                     let (at, share) = (y * width + x, down * across);
-                    for c in 0..3 {
-                        if texel[c] < f32::INFINITY {
-                            self.image.pixels[at][c] += share * texel[c];
-                            *brightest = brightest.max(texel[c]);
+                    for (c, value) in texel.into_iter().enumerate() {
+                        if value < f32::INFINITY {
+                            self.image.pixels[at][c] += share * value;
+                            *brightest = brightest.max(value);
                         } else {
-                            infinite
-                                .get_or_insert_with(|| Image::filled(width, height, [0.0; 3]))
-                                .pixels[at][c] += share;
+                            let shares = infinite
+                                .get_or_insert_with(|| Image::filled(width, height, [0.0; 3]));
+                            shares.pixels[at][c] += share;
                         }
                     }
                 }

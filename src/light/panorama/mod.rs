@@ -97,7 +97,7 @@ impl Job<'_> {
     fn canvas(&mut self, size: (usize, usize)) -> Result<(Canvas, usize)> {
         let (width, height) = size;
         self.size = size;
-        let texels = width.checked_mul(height).unwrap_or(usize::MAX);
+        let texels = width.saturating_mul(height);
         if texels == 0 || texels > 1 << 32 || width.max(height) > 1 << 20 {
             return Err(Error::unexpected(
                 self.path.display(),
