@@ -1,8 +1,18 @@
-//! Colour: luminance and the sRGB transfer function.
+//! Colour: luminance, the sRGB transfer function and CIE XYZ.
 
 /// Relative luminance of linear Rec.709 RGB (ITU-R BT.709).
 pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// Linear Rec.709 RGB of CIE XYZ relative to D65 (the matrix of IEC 61966-2-1). Colours outside the
+/// primaries' triangle have negative channels.
+pub fn linear_from_xyz([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [
+        3.240_97 * x - 1.537_383_2 * y - 0.498_610_76 * z,
+        -0.969_243_65 * x + 1.875_967_5 * y + 0.041_555_06 * z,
+        0.055_630_08 * x - 0.203_976_96 * y + 1.056_971_5 * z,
+    ]
 }
 
 /// `x` within `[0, 1]`; NaN becomes 0, where `f32::clamp` would pass it on.
@@ -54,6 +64,13 @@ mod tests {
             let x = i as f32 / 1000.0;
             assert!((linear_from_srgb(srgb_from_linear(x)) - x).abs() < 1e-5);
         }
+    }
+
+    #[test]
+    fn the_white_of_xyz_is_white() {
+        let white = linear_from_xyz([0.950_455_9, 1.0, 1.089_057_8]);
+        assert!(white.iter().all(|v| (v - 1.0).abs() < 1e-4), "{white:?}");
+        assert!((luminance(linear_from_xyz([0.3, 0.7, 0.2])) - 0.7).abs() < 1e-3);
     }
 
     #[test]

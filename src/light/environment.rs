@@ -1,13 +1,14 @@
 //! An environment: radiance from every direction as a lat-long panorama.
 
 use super::latlong::{texel_solid_angle, uv_from_direction};
+use super::panorama;
 use crate::error::Result;
-use crate::imaging::{Image, file, resample::resize_area};
+use crate::imaging::{Image, resample::resize_area};
 use glam::Vec3;
 use std::path::Path;
 
 /// The largest finite half float: what stands for infinity in a panorama without finite light.
-const HALF_MAX: f32 = 65504.0;
+pub(super) const HALF_MAX: f32 = 65504.0;
 
 /// A lat-long panorama of radiance, cleaned of values that are not light.
 #[derive(Clone, Debug)]
@@ -21,16 +22,12 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Reads an EXR or Radiance HDR panorama of any size.
+    /// Reads a panorama file as [`panorama::read`] does by default.
     ///
     /// # Errors
-    /// When the file cannot be read.
+    /// When the file cannot be read or is no panorama.
     pub fn load(path: &Path) -> Result<Self> {
-        let name = path
-            .file_stem()
-            .unwrap_or(path.as_os_str())
-            .to_string_lossy();
-        Ok(Self::from_radiance(name, file::read_linear(path)?))
+        Ok(panorama::read(path, &panorama::Reading::default())?.environment)
     }
 
     /// A panorama that is in memory. Values that are not light are repaired and counted:
@@ -159,7 +156,7 @@ impl Environment {
 
 /// cos θ_top − cos θ_bottom of a band between two rows of a panorama `rows` high; see
 /// [`texel_solid_angle`].
-fn band(top: f64, bottom: f64, rows: usize) -> f64 {
+pub(super) fn band(top: f64, bottom: f64, rows: usize) -> f64 {
     let step = std::f64::consts::PI / rows as f64;
     (0.5 * (top + bottom) * step).sin() * (0.5 * (bottom - top) * step).sin()
 }

@@ -1,16 +1,25 @@
 //! Light from all directions: lat-long panoramas, environments, the rig of lamps and the weights
 //! that give an environment's energy to lamps.
 
+pub mod brightest;
+pub mod built_in;
+pub mod conventions;
 pub mod environment;
+pub mod keyframes;
 pub mod latlong;
 pub mod mapping;
+pub mod panorama;
+mod patch;
+pub mod placed;
 pub mod rig;
 pub mod subset;
 pub mod weights;
+pub mod white;
 pub mod yaw_table;
 
 pub use environment::Environment;
 pub use mapping::Mapping;
+pub use placed::PlacedLight;
 pub use rig::{Lamp, Rig};
 pub use weights::LightWeights;
 pub use yaw_table::YawTable;

@@ -1,6 +1,7 @@
 //! Solid shapes as signed distances in metres: negative inside, positive outside. The primitives and
 //! blends are those of I. Quilez, "Distance functions" and "Smooth minimum".
 
+pub use crate::light::built_in::pattern::{noise, ramp};
 use glam::{Vec2, Vec3};
 
 /// A ball about the origin.
@@ -56,38 +57,4 @@ pub fn cut(a: f32, b: f32, k: f32) -> f32 {
 /// What both shapes share, with an edge rounded over about `k` metres.
 pub fn common(a: f32, b: f32, k: f32) -> f32 {
     -join(-a, -b, k)
-}
-
-/// 0 below `from`, 1 above `to`, smooth between.
-pub fn ramp(from: f32, to: f32, x: f32) -> f32 {
-    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
-/// Smooth noise in `[−1, 1]` with features one unit wide, the same for the same place always.
-pub fn noise(p: Vec3) -> f32 {
-    let cell = p.floor();
-    let f = p - cell;
-    let f = f * f * (Vec3::splat(3.0) - 2.0 * f);
-    let corner = |x: f32, y: f32, z: f32| lattice(cell + Vec3::new(x, y, z));
-    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-    let layer = |z: f32| {
-        let low = mix(corner(0.0, 0.0, z), corner(1.0, 0.0, z), f.x);
-        let high = mix(corner(0.0, 1.0, z), corner(1.0, 1.0, z), f.x);
-        mix(low, high, f.y)
-    };
-    mix(layer(0.0), layer(1.0), f.z)
-}
-
-/// A value in `[−1, 1]` for a point of the integer lattice (an integer hash after C. Wellons).
-fn lattice(p: Vec3) -> f32 {
-    let fold = |h: u32, v: f32| {
-        (h ^ (v as i32 as u32))
-            .wrapping_mul(0x85eb_ca6b)
-            .rotate_left(13)
-    };
-    let mut h = fold(fold(fold(0x9e37_79b9, p.x), p.y), p.z);
-    h = (h ^ (h >> 16)).wrapping_mul(0x7feb_352d);
-    h = (h ^ (h >> 15)).wrapping_mul(0x846c_a68b);
-    (h ^ (h >> 16)) as f32 / u32::MAX as f32 * 2.0 - 1.0
 }

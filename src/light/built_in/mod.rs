@@ -1,0 +1,124 @@
+//! Environments made by our own code: there is always something to relight with, before any file is at hand.
+//!
+//! Each is a panorama of relative radiance in the frame of [`super::latlong`], the same on every machine.
+//! Skies are in thousands of candela per square metre, with the sun that belongs to them. In the studios
+//! white that faces the key light has radiance 1.
+
+mod courtyard;
+mod nave;
+pub(crate) mod pattern;
+mod sky;
+mod studio;
+
+use super::latlong::direction_from_uv;
+use crate::imaging::{Image, Raster};
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// An environment of our own.
+#[derive(Clone, Copy, Debug)]
+pub struct BuiltIn {
+    /// What settings and files call it: lower case, with hyphens.
+    pub name: &'static str,
+    /// What people call it.
+    pub title: &'static str,
+    /// What there is to see, in a sentence.
+    pub describe: &'static str,
+    /// The panorama at `width × width / 2` texels (at least two by one). Its energy does not depend on the
+    /// width by more than 1 %, from 256 columns up: lights are drawn with theirs, and only what they
+    /// shine on is found by rays. The nave's stained panes, thinner than a texel, take it to 3 %.
+    pub make: fn(width: usize) -> Image,
+}
+
+/// All of them, in the order of a list to choose from.
+pub fn all() -> Vec<&'static BuiltIn> {
+    ALL.iter().collect()
+}
+
+/// The one of that [`BuiltIn::name`].
+pub fn named(name: &str) -> Option<&'static BuiltIn> {
+    ALL.iter().find(|environment| environment.name == name)
+}
+
+static ALL: [BuiltIn; 8] = [
+    BuiltIn {
+        name: "three-point",
+        title: "Three-point studio",
+        describe: "A warm key from camera-left, a neutral fill at a quarter of it, a rim from behind, \
+                   before grey paper.",
+        make: studio::three_point,
+    },
+    BuiltIn {
+        name: "clamshell",
+        title: "Clamshell studio",
+        describe: "A large box above the camera and a weaker one below it, for beauty, before bright paper.",
+        make: studio::clamshell,
+    },
+    BuiltIn {
+        name: "side-light",
+        title: "Side light",
+        describe: "One tall box from camera-left and a cool edge from behind, in a black room.",
+        make: studio::side_light,
+    },
+    BuiltIn {
+        name: "clear-sky",
+        title: "Clear sky",
+        describe: "The sun 40° above the horizon behind the camera's left shoulder, in a clear blue sky \
+                   over an open plain.",
+        make: sky::clear,
+    },
+    BuiltIn {
+        name: "low-sun",
+        title: "Low sun",
+        describe: "The sun 8° above the horizon, ahead and to the right: a warm edge against a deep sky.",
+        make: sky::low_sun,
+    },
+    BuiltIn {
+        name: "overcast",
+        title: "Overcast sky",
+        describe: "A closed cover of cloud, three times as bright above as at the horizon.",
+        make: sky::overcast,
+    },
+    BuiltIn {
+        name: "courtyard",
+        title: "Courtyard",
+        describe: "A sunny courtyard with arcades; the sun stands behind the camera's right shoulder.",
+        make: courtyard::courtyard,
+    },
+    BuiltIn {
+        name: "nave",
+        title: "Nave",
+        describe: "A church nave with stained windows, the sun behind those at camera-left, and candles.",
+        make: nave::nave,
+    },
+];
+
+/// A panorama by the mean of a square of rays in each texel.
+fn panorama(width: usize, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Image {
+    let width = width.max(2);
+    let height = width / 2;
+    // Window panes need several rays in large texels; two smooth the edges in small ones.
+    let rays = (2560 / width).clamp(2, 5);
+    let pixels = (0..width * height)
+        .into_par_iter()
+        .map(|i| {
+            let mut sum = Vec3::ZERO;
+            for ray in 0..rays * rays {
+                let u =
+                    ((i % width) as f32 + ((ray % rays) as f32 + 0.5) / rays as f32) / width as f32;
+                let v = ((i / width) as f32 + ((ray / rays) as f32 + 0.5) / rays as f32)
+                    / height as f32;
+                sum += radiance(direction_from_uv(u, v));
+            }
+            (sum / (rays * rays) as f32).to_array()
+        })
+        .collect();
+    Raster {
+        width,
+        height,
+        pixels,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,223 @@
+//! What a panorama is painted on while it is read: texels of any order come in, their averages by solid
+//! angle stay.
+
+use super::Environment;
+use crate::imaging::Image;
+use crate::light::environment::{HALF_MAX, band};
+
+/// A panorama in the making.
+pub(super) struct Canvas {
+    image: Image,
+    /// Where a panorama is averaged down: where its columns and rows go. Otherwise texels are kept as they
+    /// are, and [`Environment::from_radiance`] repairs them.
+    shrink: Option<Shrink>,
+    /// Per row how much of it has been painted, 0 to 1 for a whole one.
+    painted: Vec<f32>,
+    /// Whether rows that nothing is painted on get the mean of the nearest that has been: a strip about the
+    /// horizon then goes on above and below. Otherwise they are black.
+    pub extend: bool,
+}
+
+struct Shrink {
+    columns: Vec<Part>,
+    rows: Vec<Part>,
+    /// For each texel and channel the share of it that is infinite, once there is one.
+    infinite: Option<Image>,
+    brightest: f32,
+    repaired: usize,
+}
+
+/// Where a column or row goes: into a target and, with the rest, into the next.
+#[derive(Clone, Copy)]
+struct Part {
+    target: usize,
+    share: f32,
+    next: f32,
+}
+
+impl Canvas {
+    /// A canvas for a picture that is kept whole.
+    pub fn whole((width, height): (usize, usize)) -> Self {
+        Self {
+            image: Image::filled(width, height, [0.0; 3]),
+            shrink: None,
+            painted: vec![0.0; height],
+            extend: false,
+        }
+    }
+
+    /// A canvas for a lat-long that is averaged down to `most` columns where it has more.
+    pub fn lat_long((width, height): (usize, usize), most: usize) -> Self {
+        if width <= most {
+            return Self::whole((width, height));
+        }
+        let rows = ((height as f64 * most as f64 / width as f64).round() as usize).max(1);
+        let shrink = Shrink {
+            columns: parts(width, most, |from, to| to - from),
+            rows: parts(height, rows, |from, to| band(from, to, height)),
+            infinite: None,
+            brightest: 0.0,
+            repaired: 0,
+        };
+        Self {
+            shrink: Some(shrink),
+            ..Self::whole((most, rows))
+        }
+    }
+
+    /// Paints a run of texels of row `y` from column `x` on. What lies outside does not count.
+    pub fn paint(&mut self, x: usize, y: usize, run: &[[f32; 3]]) {
+        let Some(shrink) = &mut self.shrink else {
+            let (width, height) = self.image.size();
+            if y < height && x < width {
+                let run = &run[..run.len().min(width - x)];
+                self.image.pixels[y * width + x..][..run.len()].copy_from_slice(run);
+                self.painted[y] += run.len() as f32 / width as f32;
+            }
+            return;
+        };
+        let Shrink {
+            columns,
+            rows,
+            infinite,
+            brightest,
+            repaired,
+        } = shrink;
+        let Some(&row) = rows.get(y) else {
+            return;
+        };
+        let (width, height) = self.image.size();
+        let count = columns.len();
+        let columns = columns.get(x..).unwrap_or(&[]);
+        let shown = run.len().min(columns.len()) as f32 / count as f32;
+        for (target, share) in row.targets() {
+            self.painted[target] += share * shown;
+        }
+        for (i, (&texel, column)) in run.iter().zip(columns).enumerate() {
+            let texel = if texel.iter().all(|v| v.is_finite() && *v >= 0.0) {
+                texel
+            } else {
+                *repaired += 1;
+                repair(texel, &run[i.saturating_sub(1)..(i + 2).min(run.len())])
+            };
+            for (y, down) in row.targets() {
+                for (x, across) in column.targets() {
+                    let (at, share) = (y * width + x, down * across);
+                    for (c, value) in texel.into_iter().enumerate() {
+                        if value < f32::INFINITY {
+                            self.image.pixels[at][c] += share * value;
+                            *brightest = brightest.max(value);
+                        } else {
+                            let shares = infinite
+                                .get_or_insert_with(|| Image::filled(width, height, [0.0; 3]));
+                            shares.pixels[at][c] += share;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The environment, repaired.
+    pub fn finish(mut self, name: &str) -> Environment {
+        let mut repaired = 0;
+        if let Some(shrink) = self.shrink.take() {
+            repaired = shrink.repaired;
+            let brightest = match shrink.brightest {
+                0.0 => HALF_MAX,
+                value => value,
+            };
+            let shares = shrink.infinite.iter().flat_map(|shares| &shares.pixels);
+            for (pixel, shares) in self.image.pixels.iter_mut().zip(shares) {
+                for (value, share) in pixel.iter_mut().zip(shares) {
+                    *value += share * brightest;
+                }
+            }
+        }
+        let mut environment = Environment::from_radiance(name, self.image);
+        environment.repaired_texels += repaired;
+        if self.extend {
+            extend(&mut environment.radiance, &self.painted);
+        }
+        environment
+    }
+}
+
+/// Goes on above and below the rows that have been painted, with the means of the first and the last.
+fn extend(image: &mut Image, painted: &[f32]) {
+    let width = image.width;
+    let is_painted = |share: &f32| *share > 1e-3;
+    let first = painted.iter().position(is_painted).unwrap_or(0);
+    let last = painted.iter().rposition(is_painted).unwrap_or(0);
+    for y in [first, last] {
+        let row = &mut image.pixels[y * width..][..width];
+        // The strip's edge runs through it.
+        if painted[y] < 0.999 {
+            row.iter_mut()
+                .flatten()
+                .for_each(|value| *value /= painted[y].max(1e-3));
+        }
+        let mean: [f32; 3] = std::array::from_fn(|c| {
+            (row.iter().map(|p| f64::from(p[c])).sum::<f64>() / width as f64) as f32
+        });
+        if y == first {
+            image.pixels[..first * width].fill(mean);
+        }
+        if y == last {
+            image.pixels[(last + 1) * width..].fill(mean);
+        }
+        if first == last {
+            break;
+        }
+    }
+}
+
+/// A texel as light, with +∞ left for the end: NaN is the mean of the neighbours that are light, and what is
+/// negative 0.
+fn repair(texel: [f32; 3], around: &[[f32; 3]]) -> [f32; 3] {
+    std::array::from_fn(|c| {
+        if !texel[c].is_nan() {
+            return texel[c].max(0.0);
+        }
+        let light = around
+            .iter()
+            .map(|p| p[c])
+            .filter(|v| v.is_finite() && *v >= 0.0);
+        let (sum, count) = light.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+        if count > 0.0 { sum / count } else { 0.0 }
+    })
+}
+
+impl Part {
+    /// Targets with shares.
+    fn targets(self) -> impl Iterator<Item = (usize, f32)> {
+        let both = [(self.target, self.share), (self.target + 1, self.next)];
+        both.into_iter().filter(|(_, share)| *share > 0.0)
+    }
+}
+
+/// Where each of `source` columns or rows goes in `target`, at most as many. `measure` is the extent from
+/// one place to another, in units of the source; the shares that a target gets add up to 1.
+fn parts(source: usize, target: usize, measure: impl Fn(f64, f64) -> f64) -> Vec<Part> {
+    let ratio = source as f64 / target as f64;
+    (0..source)
+        .map(|s| {
+            let (from, to) = (s as f64, s as f64 + 1.0);
+            let first = ((from / ratio) as usize).min(target - 1);
+            let share = |t: usize| {
+                let (start, end) = (t as f64 * ratio, (t + 1) as f64 * ratio);
+                let (from, to) = (from.max(start), to.min(end));
+                if t < target && to - from > 1e-9 {
+                    (measure(from, to) / measure(start, end)) as f32
+                } else {
+                    0.0
+                }
+            };
+            Part {
+                target: first,
+                share: share(first),
+                next: share(first + 1),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,290 @@
+//! Lights placed by hand: a lamp where the person wants one, drawn into the panorama, so that all weights
+//! and the background see it as they see the rest.
+
+use super::Environment;
+use super::patch::{Outline, Patch};
+use crate::imaging::Image;
+use serde::{Deserialize, Serialize};
+
+/// The outer part of a soft light over which it falls to nothing.
+const SOFTNESS: f64 = 0.3;
+
+/// What a placed light looks like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// As small as the panorama shows: a texel.
+    Point,
+    /// A disc with a sharp edge: a bulb, a sun.
+    Disc,
+    /// A square with a soft edge: a softbox.
+    #[default]
+    Area,
+}
+
+/// A light placed by hand.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct PlacedLight {
+    pub kind: Kind,
+    /// Azimuth in degrees, any number of turns: 0 is behind the subject in the middle of the panorama, +90
+    /// camera-right, −90 camera-left, ±180 the camera. A yaw of the environment adds to it.
+    pub yaw_deg: f32,
+    /// Elevation above the horizon in degrees, −90 to 90.
+    pub pitch_deg: f32,
+    /// The radius of a disc and half the side of an area in degrees, as the subject sees them; discs end at
+    /// 180, areas at 85. A point has none.
+    pub radius_deg: f32,
+    /// Linear Rec. 709 colour; [`super::white::gains`] has those of temperatures. Negative channels count
+    /// as 0.
+    pub color: [f32; 3],
+    /// The light's energy: ∫ L dω is `intensity · color` per channel, whatever the size. A white matt
+    /// surface that faces the light gets radiance `intensity / π` from it.
+    pub intensity: f32,
+    /// Whether it shines.
+    pub enabled: bool,
+}
+
+impl Default for PlacedLight {
+    /// A neutral softbox of 25° at 45° to the camera's left and above, with which white facing it is 1.
+    fn default() -> Self {
+        Self {
+            kind: Kind::Area,
+            yaw_deg: -135.0,
+            pitch_deg: 45.0,
+            radius_deg: 12.5,
+            color: [1.0; 3],
+            intensity: std::f32::consts::PI,
+            enabled: true,
+        }
+    }
+}
+
+impl PlacedLight {
+    /// ∫ L dω per channel: 0 for lights that are off or whose numbers are not finite.
+    pub fn energy(&self) -> [f64; 3] {
+        let numbers = [self.yaw_deg, self.pitch_deg, self.radius_deg];
+        if !self.enabled || !numbers.iter().all(|v| v.is_finite()) {
+            return [0.0; 3];
+        }
+        self.color.map(|channel| {
+            let energy = f64::from(channel) * f64::from(self.intensity);
+            // Beyond what a texel holds it is no light.
+            let is_light = energy > 0.0 && energy < f64::from(f32::MAX) * 1e-9;
+            if is_light { energy } else { 0.0 }
+        })
+    }
+
+    /// The unit direction from the subject towards the light.
+    pub fn direction(&self) -> glam::Vec3 {
+        let (sin_yaw, cos_yaw) = self.yaw_deg.to_radians().sin_cos();
+        let (sin_pitch, cos_pitch) = self.pitch_deg.clamp(-90.0, 90.0).to_radians().sin_cos();
+        glam::Vec3::new(cos_pitch * sin_yaw, sin_pitch, -cos_pitch * cos_yaw)
+    }
+
+    /// Adds the light to a panorama, whose energy grows by [`Self::energy`] to the rounding of its texels,
+    /// at any size: weights need no more than a small panorama.
+    pub fn add_to(&self, panorama: &mut Image) {
+        self.patch().add(panorama, self.energy());
+    }
+
+    fn patch(&self) -> Patch {
+        let radius = f64::from(self.radius_deg.max(0.0)).to_radians();
+        let (outline, softness) = match self.kind {
+            Kind::Point => (Outline::Disc(0.0), SOFTNESS),
+            Kind::Disc => (Outline::Disc(radius), 0.0),
+            Kind::Area => (Outline::Rectangle(radius, radius), SOFTNESS),
+        };
+        Patch {
+            azimuth: f64::from(self.yaw_deg % 360.0).to_radians(),
+            elevation: f64::from(self.pitch_deg.clamp(-90.0, 90.0)).to_radians(),
+            outline,
+            softness,
+        }
+    }
+}
+
+/// The environment with lights added. Without a light that shines its texels stay as they are.
+pub fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> Environment {
+    let mut lit = environment.clone();
+    for light in lights {
+        light.add_to(&mut lit.radiance);
+    }
+    lit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::{Lamp, LightWeights, Rig};
+    use proptest::prelude::*;
+
+    fn sky(width: usize, height: usize) -> Environment {
+        let image = Image::from_fn(width, height, |x, y| {
+            [0.2 + (x % 7) as f32 * 0.1, 0.5, 0.1 + (y % 5) as f32 * 0.2]
+        });
+        Environment::from_radiance("sky", image)
+    }
+
+    fn any_light() -> impl Strategy<Value = PlacedLight> {
+        (
+            0usize..3,
+            -800f32..800.0,
+            -90f32..90.0,
+            0f32..120.0,
+            0.001f32..1e5,
+        )
+            .prop_map(
+                |(kind, yaw_deg, pitch_deg, radius_deg, intensity)| PlacedLight {
+                    kind: [Kind::Point, Kind::Disc, Kind::Area][kind],
+                    yaw_deg,
+                    pitch_deg,
+                    radius_deg,
+                    color: [1.0, 0.5, 0.0],
+                    intensity,
+                    enabled: true,
+                },
+            )
+    }
+
+    proptest! {
+        #[test]
+        fn a_light_adds_its_energy_at_any_size(light in any_light(), w in 1usize..200, h in 1usize..100) {
+            let before = sky(w, h);
+            let after = with_lights(&before, std::slice::from_ref(&light));
+            let energies = before.energy().into_iter().zip(after.energy()).zip(light.energy());
+            for ((before, after), light) in energies {
+                // Values of 32 bits: of the sum, 6 · 10⁻⁸.
+                prop_assert!((after - before - light).abs() <= 1e-5 * light + 1e-6 * before);
+            }
+        }
+
+        #[test]
+        fn a_light_file_round_trips(light in any_light()) {
+            let text = toml::to_string(&light).unwrap();
+            prop_assert_eq!(toml::from_str::<PlacedLight>(&text).unwrap(), light);
+        }
+    }
+
+    #[test]
+    fn lights_at_the_poles_and_on_the_seam_have_their_energy() {
+        let black = Environment::from_radiance("", Image::filled(512, 256, [0.0; 3]));
+        for kind in [Kind::Point, Kind::Disc, Kind::Area] {
+            for (yaw_deg, pitch_deg) in [
+                (0.0, 90.0),
+                (33.0, -90.0),
+                (180.0, 0.0),
+                (-180.0, 20.0),
+                (539.9, 89.9),
+            ] {
+                let light = PlacedLight {
+                    kind,
+                    yaw_deg,
+                    pitch_deg,
+                    ..PlacedLight::default()
+                };
+                let [energy, ..] = with_lights(&black, std::slice::from_ref(&light)).energy();
+                let wanted = std::f64::consts::PI;
+                assert!((energy / wanted - 1.0).abs() < 1e-6, "{light:?}: {energy}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_light_in_front_of_a_lamp_is_that_lamp() {
+        let lamp = |name: &str, light: &PlacedLight| Lamp {
+            name: name.into(),
+            direction: light.direction(),
+            energy: [2.0; 3],
+            spread_deg: 5.0,
+            confidence: 1.0,
+            clipped: 0.0,
+        };
+        let at = |yaw_deg, pitch_deg| PlacedLight {
+            kind: Kind::Disc,
+            yaw_deg,
+            pitch_deg,
+            radius_deg: 2.0,
+            ..PlacedLight::default()
+        };
+        let spots = [
+            at(-135.0, 30.0),
+            at(120.0, 10.0),
+            at(0.0, 60.0),
+            at(30.0, -50.0),
+        ];
+        let rig = Rig {
+            lamps: spots.iter().map(|spot| lamp("lamp", spot)).collect(),
+        };
+        let black = Environment::from_radiance("", Image::filled(256, 128, [0.0; 3]));
+        for (i, spot) in spots.iter().enumerate() {
+            let lit = with_lights(&black, std::slice::from_ref(spot));
+            for (j, weights) in LightWeights::soft(&lit, &rig, 0.0)
+                .per_lamp
+                .iter()
+                .enumerate()
+            {
+                let wanted = if i == j {
+                    0.5 * std::f32::consts::PI
+                } else {
+                    0.0
+                };
+                assert!(
+                    (weights[0] - wanted).abs() < 1e-3,
+                    "lamp {j} under spot {i}: {weights:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn lights_that_are_off_or_no_light_change_nothing() {
+        let before = sky(64, 32);
+        let standard = PlacedLight::default;
+        let lights = [
+            PlacedLight {
+                enabled: false,
+                ..standard()
+            },
+            PlacedLight {
+                intensity: f32::NAN,
+                ..standard()
+            },
+            PlacedLight {
+                intensity: -1.0,
+                ..standard()
+            },
+            PlacedLight {
+                intensity: f32::INFINITY,
+                ..standard()
+            },
+            PlacedLight {
+                yaw_deg: f32::NAN,
+                ..standard()
+            },
+            PlacedLight {
+                pitch_deg: f32::INFINITY,
+                ..standard()
+            },
+            PlacedLight {
+                color: [f32::NAN, -1.0, 0.0],
+                ..standard()
+            },
+        ];
+        assert_eq!(with_lights(&before, &lights).radiance, before.radiance);
+    }
+
+    #[test]
+    fn a_light_grows_softer_and_not_brighter() {
+        let black = Environment::from_radiance("", Image::filled(512, 256, [0.0; 3]));
+        let brightest = |radius_deg| {
+            let light = PlacedLight {
+                radius_deg,
+                ..PlacedLight::default()
+            };
+            let lit = with_lights(&black, &[light]);
+            lit.radiance.pixels.iter().map(|p| p[0]).fold(0.0, f32::max)
+        };
+        assert!(brightest(5.0) > 3.5 * brightest(10.0) && brightest(10.0) > 3.5 * brightest(20.0));
+    }
+}
