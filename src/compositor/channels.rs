@@ -1,9 +1,14 @@
 //! Pass `channels`: one channel of the display's codes in grey, or the coverage.
 
+use super::curve::Curve;
 use crate::imaging::color::{linear_from_srgb, luminance, srgb_from_linear};
 use crate::imaging::{Encoded, Mask};
 use crate::scene::Channel;
 use rayon::prelude::*;
+use std::sync::LazyLock;
+
+static LIGHT: LazyLock<Curve> = LazyLock::new(|| Curve::new(linear_from_srgb));
+static CODE: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
 
 /// Replaces codes by the grey of one channel. Luminance is that of the codes' light. `alpha` has the
 /// picture's size.
@@ -14,7 +19,7 @@ pub fn channels(codes: &mut Encoded, alpha: &Mask, channel: Channel) {
             Channel::Red => pixel[0],
             Channel::Green => pixel[1],
             Channel::Blue => pixel[2],
-            Channel::Luminance => srgb_from_linear(luminance(pixel.map(linear_from_srgb))),
+            Channel::Luminance => CODE.at(luminance(pixel.map(|v| LIGHT.at(v)))),
             Channel::Alpha => alpha,
         };
         *pixel = [grey; 3];

@@ -36,9 +36,12 @@ pub fn glare(picture: &mut Image, amount: f32, white: f32) {
 /// The largest value of a picture's channels that is a number, 0 for an empty one.
 pub fn brightest(picture: &Image) -> f32 {
     let rows = picture.pixels.par_chunks(4096);
+    let larger = |m: f32, v: f32| if v > m && v < f32::INFINITY { v } else { m };
     let largest = |row: &[[f32; 3]]| {
-        let finite = row.iter().flatten().filter(|v| v.is_finite());
-        finite.fold(0f32, |m, &v| m.max(v))
+        let most = row.iter().fold([0f32; 3], |m, p| {
+            std::array::from_fn(|c| larger(m[c], p[c]))
+        });
+        most.into_iter().fold(0.0, f32::max)
     };
     rows.map(largest).reduce(|| 0.0, f32::max)
 }

@@ -162,20 +162,25 @@ pub fn grain(
     let pixels = codes.0.pixels.par_iter_mut().enumerate();
     pixels.with_min_len(4096).for_each(|(i, pixel)| {
         let (covered, alpha) = (mask.pixels[i], alpha.pixels[i]);
+        let place = place(i, frame);
         for (c, code) in pixel.iter_mut().enumerate() {
             let inside = subject.at(*code, c);
             let outside = behind.at(*code, c);
             let deviation = alpha * (outside + covered * (inside - outside));
-            *code = (*code + deviation * normal(i as u32, c as u32, frame as u32)).clamp(0.0, 1.0);
+            *code = (*code + deviation * normal(place, c)).clamp(0.0, 1.0);
         }
     });
 }
 
-/// A number of mean 0 and deviation 1 that follows from a place: the sum of the four bytes of a hash,
-/// which is near enough to a normal one and the same on every device.
-pub(super) fn normal(pixel: u32, channel: u32, frame: u32) -> f32 {
-    let bits = hash(hash(hash(frame) ^ pixel) ^ channel);
-    let bytes = bits.to_le_bytes().map(u32::from);
+/// A hash of a pixel in a frame.
+fn place(pixel: usize, frame: usize) -> u32 {
+    hash(hash(frame as u32) ^ pixel as u32)
+}
+
+/// A number of mean 0 and deviation 1 for a channel of a place: the sum of the four bytes of a hash, which
+/// is near enough to a normal one and the same on every device.
+fn normal(place: u32, channel: usize) -> f32 {
+    let bytes = hash(place ^ channel as u32).to_le_bytes().map(u32::from);
     let sum: u32 = bytes.iter().sum();
     // Four even draws from 0 to 255 have the mean 510 and the variance 4 · (256² − 1) / 12.
     (sum as f32 - 510.0) / 147.8
@@ -199,7 +204,7 @@ mod tests {
             let code = 0.1 + 0.8 * x as f32 / size as f32;
             let edge = if y % 40 < 2 { 0.1 } else { 0.0 };
             std::array::from_fn(|c| {
-                code + edge + deviation * code * normal((y * size + x) as u32, c as u32, 99)
+                code + edge + deviation * code * normal(place(y * size + x, 99), c)
             })
         }))
     }

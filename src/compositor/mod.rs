@@ -8,6 +8,7 @@ mod background;
 mod background_blur;
 mod channels;
 mod compose;
+mod curve;
 mod despill;
 mod difference;
 mod false_color;

@@ -182,7 +182,7 @@ impl<'a> Stage<'a> {
         let mut reused = false;
         match this.pass {
             // The subject is laid over its background here, whether light wraps around it or not.
-            Pass::LightWrap => reused = self.lay(this),
+            Pass::LightWrap => reused = self.lay(this, key_of(Pass::BackgroundBlur)),
             _ if !this.run => (),
             Pass::Predict => done.ms = self.of.upstream.predict_ms,
             Pass::Weights => done.ms = self.of.upstream.weights_ms,
@@ -308,8 +308,12 @@ impl<'a> Stage<'a> {
     }
 
     /// Wraps light around the subject where the plan says so, and lays it over what is behind it.
-    fn lay(&mut self, this: &PlannedPass) -> bool {
+    /// `behind_key` stands for what is behind it.
+    fn lay(&mut self, this: &PlannedPass, behind_key: u64) -> bool {
         let of = self.of;
+        if let Some(behind) = self.behind.clone() {
+            self.keep(|r| &mut r.behind, behind_key, behind);
+        }
         if !self.laid
             && let Some(laid) = self.found(|r| &mut r.laid, this.key)
         {

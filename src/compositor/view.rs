@@ -1,9 +1,11 @@
 //! Pass `view`: linear light becomes codes of an sRGB display.
 
+use super::curve::Curve;
 use super::reference;
 use crate::imaging::{Encoded, Image, Raster, color::srgb_from_linear, color::unit};
 use crate::scene::ViewTransform;
 use rayon::prelude::*;
+use std::sync::LazyLock;
 
 /// AgX (Troy Sobotka) in Benjamin Wrensch's minimal form
 /// (<https://iolite-engine.com/blog_posts/minimal_agx_implementation>): linear Rec. 709 towards grey.
@@ -63,22 +65,29 @@ pub fn code(pixel: [f32; 3], transform: ViewTransform) -> [f32; 3] {
     }
 }
 
-/// Light that the curves below can take: what they do to larger values cannot be seen.
+/// The curve of film between the matrices, codes of a display of γ 2.2 by light.
+static FILMIC: LazyLock<Curve> = LazyLock::new(|| {
+    let [darkest, brightest] = AGX_STOPS;
+    Curve::new(|light| {
+        let stops = light.max(1e-10).log2().clamp(darkest, brightest);
+        let x = (stops - darkest) / (brightest - darkest);
+        // Wrensch's polynomial through AgX's default contrast curve.
+        let [x2, x3, x4] = [x * x, x * x * x, x * x * x * x];
+        15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x3 + 0.4298 * x2 + 0.1191 * x
+            - 0.002_32
+    })
+});
+
+static SRGB: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
+
+/// Light that the curves can take: what they do to larger values cannot be seen.
 fn light(pixel: [f32; 3]) -> [f32; 3] {
     pixel.map(|v| v.max(0.0).min(65504.0))
 }
 
 fn filmic(pixel: [f32; 3]) -> [f32; 3] {
-    let [darkest, brightest] = AGX_STOPS;
-    let curve = times(&AGX_INSET, light(pixel)).map(|v| {
-        let stops = v.max(1e-10).log2().clamp(darkest, brightest);
-        let x = (stops - darkest) / (brightest - darkest);
-        // Wrensch's polynomial through AgX's default contrast curve, codes of a display of γ 2.2.
-        let [x2, x3, x4] = [x * x, x * x * x, x * x * x * x];
-        15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x3 + 0.4298 * x2 + 0.1191 * x
-            - 0.002_32
-    });
-    times(&AGX_OUTSET, curve).map(unit)
+    let codes = times(&AGX_INSET, light(pixel)).map(|v| FILMIC.at(v));
+    times(&AGX_OUTSET, codes).map(unit)
 }
 
 fn aces(pixel: [f32; 3]) -> [f32; 3] {
@@ -87,7 +96,7 @@ fn aces(pixel: [f32; 3]) -> [f32; 3] {
         let above = v * (v + 0.024_578_6) - 0.000_090_537;
         above / (v * (0.983_729 * v + 0.432_951) + 0.238_081)
     });
-    times(&ACES_OUTPUT, curve).map(srgb_from_linear)
+    times(&ACES_OUTPUT, curve).map(|v| SRGB.at(v))
 }
 
 fn times(matrix: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
