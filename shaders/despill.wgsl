@@ -6,10 +6,6 @@ struct Params {
     // 1 is green, 2 is blue.
     channel: u32,
     amount: f32,
-    // The channel over the mean of the other two that is natural for the subject.
-    natural: f32,
-    unused_a: f32,
-    unused_b: vec2<f32>,
 }
 
 @group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
@@ -23,15 +19,12 @@ fn despill(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = id.y * params.size.x + id.x;
-    // The red of `second` is how much a pixel belongs to the rim.
-    let rim = second[i].r;
+    // `second` is how much a pixel belongs to the rim, and the green and blue over the mean of the other
+    // two that are natural there.
+    let guide = second[i];
     var pixel = first[i];
-    if params.channel == 1u {
-        let limit = params.natural * 0.5 * (pixel.r + pixel.b);
-        pixel.g -= params.amount * rim * max(pixel.g - limit, 0.0);
-    } else {
-        let limit = params.natural * 0.5 * (pixel.r + pixel.g);
-        pixel.b -= params.amount * rim * max(pixel.b - limit, 0.0);
-    }
+    let others = 0.5 * (pixel.r + select(pixel.g, pixel.b, params.channel == 1u));
+    let surplus = max(pixel[params.channel] - guide[params.channel] * others, 0.0);
+    pixel[params.channel] -= params.amount * guide.r * surplus;
     result[i] = pixel;
 }

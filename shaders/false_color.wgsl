@@ -4,7 +4,7 @@
 struct Params {
     size: vec2<u32>,
     unused: vec2<u32>,
-    // Red, green, blue and the stops from middle grey that a zone ends below; a negative red is grey.
+    // Red, green, blue and the luminance that a zone ends below; a negative red is grey.
     zones: array<vec4<f32>, 8>,
     clipped: vec4<f32>,
 }
@@ -20,13 +20,12 @@ fn false_color(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let i = id.y * params.size.x + id.x;
     let y = dot(first[i].rgb, vec3<f32>(0.2126, 0.7152, 0.0722));
-    let stops = log2(max(y, 1e-10) / 0.18);
     let x = clamp(y, 0.0, 1.0);
     let grey = select(1.055 * pow(x, 1.0 / 2.4) - 0.055, 12.92 * x, x <= 0.0031308);
     var color = params.clipped.rgb;
     for (var zone = 8u; zone > 0u; zone--) {
         let at = params.zones[zone - 1u];
-        if stops < at.w {
+        if max(y, 0.0) < at.w {
             color = select(at.rgb, vec3<f32>(grey), at.r < 0.0);
         }
     }

@@ -28,6 +28,9 @@ pub fn background_blur(picture: &mut Image, radius: f32) {
 
 /// Four values a pixel, blurred by a disc of `radius` pixels.
 pub(super) fn defocused(picture: Rgba, radius: f32) -> Rgba {
+    if picture.pixels.is_empty() {
+        return picture;
+    }
     if radius < LARGEST_RADIUS || picture.pixels.len() <= 1 {
         return disc(&picture, radius);
     }

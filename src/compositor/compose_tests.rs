@@ -312,7 +312,7 @@ fn a_little_of_what_calls_for_an_effect_stays_within_the_stated_bounds() {
             let green = (i / plane) % 3 == 1;
             *value *= 1.0007
                 * if green {
-                    1.0 + 0.004 * rim.pixels[i % plane]
+                    1.0 + 0.055 * rim.pixels[i % plane]
                 } else {
                     1.0
                 };

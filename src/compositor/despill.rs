@@ -1,16 +1,23 @@
 //! Pass `despill`: takes out the green or blue that a coloured screen has thrown onto the subject's rim.
-//! A pixel's green is limited to what the mean of its red and blue allows (the "average" rule of
-//! keyers, after Vlahos, US patent 4 100 569), times what is natural for this subject: the same ratio in
-//! its middle, so that green light and green clothes are no spill.
+//! A pixel's green is limited to a share of the mean of its red and blue (the "average" rule of keyers,
+//! after Vlahos, US patent 4 100 569). That share is what is natural there: the same ratio a little
+//! further inside the subject, so that skin loses all of it while green light and green clothes are no
+//! spill.
 
 use super::background_blur::defocused;
-use super::pyramid::Rgba;
+use super::pyramid::{Rgba, rgba};
 use crate::imaging::{Image, Mask, color::luminance};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// How far spill reaches inwards from the matte's edge, as a share of the picture's height.
 const REACH: f32 = 1.0 / 48.0;
+
+/// How far inside the natural colour is looked for, in units of that reach.
+const INSIDE: f32 = 3.0;
+
+/// Colours differ by this much by themselves.
+const TOLERANCE: f32 = 1.05;
 
 /// A screen's colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -27,8 +34,6 @@ pub struct Spill {
     pub screen: Screen,
     /// What taking all of it out takes from the rim, as a share of the rim's luminance.
     pub excess: f32,
-    /// Green (or blue) over the mean of the other two that is natural for this subject, 1 or more.
-    pub natural: f32,
 }
 
 impl Screen {
@@ -41,98 +46,106 @@ impl Screen {
     }
 }
 
+fn reach(height: usize) -> f32 {
+    (REACH * height as f32).max(1.0)
+}
+
 /// How much each pixel belongs to the matte's rim, `[0, 1]`: 1 along its edge, 0 far inside and outside.
 pub fn rim(mask: &Mask) -> Mask {
-    let radius = (REACH * mask.height as f32).max(1.0);
+    let (width, height) = mask.size();
+    let open = mask.pixels.iter().map(|a| [1.0 - a, 0.0, 0.0, 0.0]);
     let open = Rgba {
-        width: mask.width,
-        height: mask.height,
-        pixels: mask
-            .pixels
-            .iter()
-            .map(|a| [1.0 - a, 0.0, 0.0, 0.0])
-            .collect(),
+        width,
+        height,
+        pixels: open.collect(),
     };
-    let open = if open.pixels.is_empty() {
-        open
-    } else {
-        defocused(open, radius)
+    let open = defocused(open, reach(height)).pixels;
+    let inside = open.iter().zip(&mask.pixels);
+    // Along a straight edge half of the disc is open.
+    let weight = |(open, &alpha): (&[f32; 4], &f32)| match alpha > 0.0 {
+        true => (3.0 * open[0]).min(1.0),
+        false => 0.0,
     };
-    let pixels = open.pixels.iter().zip(&mask.pixels);
     Mask {
+        width,
+        height,
+        pixels: inside.map(weight).collect(),
+    }
+}
+
+/// What the pass goes by at every pixel of a premultiplied subject: how much it belongs to the rim, and
+/// the most green and blue over the mean of the other two that is natural there. Where nothing of the
+/// subject is further inside, that is 1.
+pub fn guide(subject: &Image, mask: &Mask, rim: &Mask) -> Image {
+    let inner = rgba(subject, |i, [r, g, b]| {
+        // Nothing of the rim: its colour is what is in doubt.
+        let inside = if rim.pixels[i] > 0.0 {
+            0.0
+        } else {
+            mask.pixels[i]
+        };
+        [inside * r, inside * g, inside * b, inside]
+    });
+    let inner = defocused(inner, INSIDE * reach(mask.height));
+    let pixels = inner.pixels.iter().zip(&rim.pixels);
+    let natural = |[r, g, b, inside]: [f32; 4], channel: usize| {
+        let ratio = [r, g, b][channel] / mean_of_others([r, g, b], channel);
+        // Too little to go by: a hundredth of the disc.
+        if inside > 0.01 && ratio.is_finite() {
+            TOLERANCE * ratio
+        } else {
+            1.0
+        }
+    };
+    Image {
         width: mask.width,
         height: mask.height,
         pixels: pixels
-            .map(|(open, &alpha)| {
-                if alpha > 0.0 {
-                    (2.0 * open[0]).min(1.0)
-                } else {
-                    0.0
-                }
-            })
+            .map(|(&inner, &rim)| [rim, natural(inner, 1), natural(inner, 2)])
             .collect(),
     }
 }
 
-/// Measures the spill of a premultiplied subject. `rim` is as [`rim`] makes it.
-pub fn spill(subject: &Image, mask: &Mask, rim: &Mask) -> Spill {
-    let green = spill_of(Screen::Green, subject, mask, rim);
-    let blue = spill_of(Screen::Blue, subject, mask, rim);
-    if blue.excess > green.excess {
-        blue
-    } else {
-        green
-    }
-}
-
-fn spill_of(screen: Screen, subject: &Image, mask: &Mask, rim: &Mask) -> Spill {
-    let channel = screen.channel();
-    let pixels = || {
-        let weights = mask.pixels.iter().zip(&rim.pixels);
-        let finite = |p: &&[f32; 3]| p.iter().all(|v| v.is_finite());
-        subject
-            .pixels
-            .iter()
-            .zip(weights)
-            .filter(move |(p, _)| finite(p))
-    };
-    let (mut own, mut others) = (0f64, 0f64);
-    for (pixel, (&alpha, &rim)) in pixels() {
-        if alpha > 0.0 && rim == 0.0 {
-            own += f64::from(pixel[channel]);
-            others += f64::from(mean_of_others(*pixel, channel));
+/// Measures the spill of a subject under its [`guide`].
+pub fn spill(subject: &Image, guide: &Image) -> Spill {
+    let excess = |screen: Screen| {
+        let channel = screen.channel();
+        let (mut excess, mut light) = (0f64, 0f64);
+        for (pixel, guide) in subject.pixels.iter().zip(&guide.pixels) {
+            if guide[0] > 0.0 && pixel.iter().all(|v| v.is_finite()) {
+                let mut lost = [0.0; 3];
+                lost[channel] = surplus(*pixel, *guide, channel);
+                excess += f64::from(luminance(lost));
+                light += f64::from(guide[0] * luminance(*pixel));
+            }
         }
-    }
-    let natural = if own > others && others > 0.0 {
-        (own / others) as f32
-    } else {
-        1.0
-    };
-    let (mut excess, mut light) = (0f64, 0f64);
-    for (pixel, (_, &rim)) in pixels().filter(|(_, (_, rim))| **rim > 0.0) {
-        let mut lost = [0.0; 3];
-        lost[channel] = surplus(*pixel, channel, natural);
-        excess += f64::from(rim * luminance(lost));
-        light += f64::from(rim * luminance(*pixel));
-    }
-    Spill {
-        screen,
-        excess: if light > 0.0 {
+        if light > 0.0 {
             (excess / light) as f32
         } else {
             0.0
-        },
-        natural,
+        }
+    };
+    let [green, blue] = [Screen::Green, Screen::Blue].map(excess);
+    if blue > green {
+        Spill {
+            screen: Screen::Blue,
+            excess: blue,
+        }
+    } else {
+        Spill {
+            screen: Screen::Green,
+            excess: green,
+        }
     }
 }
 
-/// Takes `amount` (`[0, 1]`) of the spill out of a subject, premultiplied or not.
-pub fn despill(subject: &mut Image, rim: &Mask, spill: &Spill, amount: f32) {
-    let channel = spill.screen.channel();
-    let pairs = subject.pixels.par_iter_mut().zip(&rim.pixels);
-    pairs.with_min_len(4096).for_each(|(pixel, &rim)| {
-        if rim > 0.0 {
-            pixel[channel] -= amount * rim * surplus(*pixel, channel, spill.natural);
+/// Takes `amount` (`[0, 1]`) of a screen's spill out of a subject, as its [`guide`] says.
+pub fn despill(subject: &mut Image, guide: &Image, screen: Screen, amount: f32) {
+    let channel = screen.channel();
+    let pairs = subject.pixels.par_iter_mut().zip(&guide.pixels);
+    pairs.with_min_len(4096).for_each(|(pixel, guide)| {
+        if guide[0] > 0.0 {
+            pixel[channel] -= amount * surplus(*pixel, *guide, channel);
         }
     });
 }
@@ -146,9 +159,9 @@ fn mean_of_others(pixel: [f32; 3], channel: usize) -> f32 {
     0.5 * sum
 }
 
-/// What a pixel has of the colour beyond what is natural.
-fn surplus(pixel: [f32; 3], channel: usize, natural: f32) -> f32 {
-    (pixel[channel] - natural * mean_of_others(pixel, channel)).max(0.0)
+/// What a pixel of the rim has of the colour beyond what is natural.
+fn surplus(pixel: [f32; 3], guide: [f32; 3], channel: usize) -> f32 {
+    guide[0] * (pixel[channel] - guide[channel] * mean_of_others(pixel, channel)).max(0.0)
 }
 
 #[cfg(test)]
@@ -157,48 +170,49 @@ mod tests {
     use super::*;
 
     /// Skin before a screen whose light has reached its rim.
-    fn spilt(size: usize, channel: usize, much: f32) -> (Image, Mask, Mask) {
+    fn spilt(size: usize, channel: usize, much: f32) -> (Image, Image) {
         let mask = disc(size);
         let rim = rim(&mask);
         let mut subject = mask.map(|a| [0.5 * a, 0.35 * a, 0.3 * a]);
         for (i, pixel) in subject.pixels.iter_mut().enumerate() {
             pixel[channel] += much * rim.pixels[i] * mask.pixels[i];
         }
-        (subject, mask, rim)
+        let guide = guide(&subject, &mask, &rim);
+        (subject, guide)
     }
 
     #[test]
     fn spill_is_measured_named_and_taken_out() {
         for (channel, screen) in [(1, Screen::Green), (2, Screen::Blue)] {
-            let (mut subject, mask, rim) = spilt(96, channel, 0.3);
-            let measured = spill(&subject, &mask, &rim);
+            let (mut subject, guide) = spilt(96, channel, 0.3);
+            let measured = spill(&subject, &guide);
             assert_eq!(measured.screen, screen);
             assert!(measured.excess > 0.01, "{measured:?}");
             let middle = subject.at(48, 48);
-            despill(&mut subject, &rim, &measured, 1.0);
+            despill(&mut subject, &guide, screen, 1.0);
             assert_eq!(subject.at(48, 48), middle);
-            // Within the rim, where it weighs wholly, nothing is left beyond the rule.
+            // What is left along the edge is the tolerance for colours that differ by themselves.
+            let clean = middle[channel] / mean_of_others(middle, channel);
             for (pixel, _) in subject
                 .pixels
                 .iter()
-                .zip(&rim.pixels)
-                .filter(|(_, r)| **r == 1.0)
+                .zip(&guide.pixels)
+                .filter(|(_, g)| g[0] == 1.0)
             {
-                assert!(surplus(*pixel, channel, measured.natural) < 1e-6);
+                let ratio = pixel[channel] / mean_of_others(*pixel, channel);
+                assert!(ratio < 1.1 * clean, "{ratio} is not {clean}");
             }
         }
     }
 
     #[test]
     fn clean_skin_and_green_light_are_no_spill() {
-        let (clean, mask, rim) = spilt(96, 1, 0.0);
-        assert!(spill(&clean, &mask, &rim).excess < 1e-6);
+        let (clean, guide) = spilt(96, 1, 0.0);
+        assert_eq!(spill(&clean, &guide).excess, 0.0);
+        let mask = disc(96);
         let green = clean.map(|[r, g, b]| [0.2 * r, g, 0.4 * b]);
-        let measured = spill(&green, &mask, &rim);
-        assert!(
-            measured.excess < 1e-6 && measured.natural > 2.0,
-            "{measured:?}"
-        );
+        let guide = super::guide(&green, &mask, &rim(&mask));
+        assert_eq!(spill(&green, &guide).excess, 0.0);
     }
 
     #[test]
@@ -207,11 +221,11 @@ mod tests {
             for alpha in [0.0, 0.5, 1.0] {
                 for value in [f32::NAN, f32::INFINITY, 0.0, 1e6] {
                     let mask = Mask::filled(size, size, alpha);
-                    let rim = rim(&mask);
                     let mut subject = Image::filled(size, size, [value; 3]);
-                    let measured = spill(&subject, &mask, &rim);
-                    assert_eq!(measured.excess, 0.0);
-                    despill(&mut subject, &rim, &measured, 1.0);
+                    let guide = guide(&subject, &mask, &rim(&mask));
+                    assert!(guide.pixels.iter().flatten().all(|v| v.is_finite()));
+                    assert_eq!(spill(&subject, &guide).excess, 0.0);
+                    despill(&mut subject, &guide, Screen::Blue, 1.0);
                 }
             }
         }

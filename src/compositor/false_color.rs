@@ -1,8 +1,10 @@
 //! Pass `false_color`: zones of exposure in flat colours, as camera monitors show them.
 
+use super::curve::Curve;
 use crate::imaging::color::{luminance, srgb_from_linear};
 use crate::imaging::{Encoded, Image, Raster};
 use rayon::prelude::*;
+use std::sync::LazyLock;
 
 /// One zone: luminance from that of the zone before up to `below`, in stops from middle grey (0.18).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,20 +41,31 @@ const fn zone(below: f32, color: Option<[f32; 3]>, name: &'static str) -> Zone {
     Zone { below, color, name }
 }
 
+static GREY: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
+
+/// The luminances that the zones end below.
+pub(super) fn limits() -> [f32; LEGEND.len()] {
+    LEGEND.map(|zone| 0.18 * zone.below.exp2())
+}
+
 /// The colours of the zones of exposed linear light. Luminance that is no number is black.
 pub fn false_color(linear: &Image) -> Encoded {
+    let limits = limits();
     let pixels = linear.pixels.par_iter().with_min_len(4096);
+    let color = |&pixel: &[f32; 3]| zone_color(luminance(pixel), &limits);
     Encoded(Raster {
         width: linear.width,
         height: linear.height,
-        pixels: pixels.map(|&pixel| zone_color(luminance(pixel))).collect(),
+        pixels: pixels.map(color).collect(),
     })
 }
 
-fn zone_color(luminance: f32) -> [f32; 3] {
-    let stops = (luminance.max(1e-10) / 0.18).log2();
-    match LEGEND.iter().find(|zone| stops < zone.below) {
-        Some(zone) => zone.color.unwrap_or([srgb_from_linear(luminance); 3]),
+fn zone_color(luminance: f32, limits: &[f32; LEGEND.len()]) -> [f32; 3] {
+    let luminance = luminance.max(0.0);
+    match limits.iter().position(|&limit| luminance < limit) {
+        Some(zone) => LEGEND[zone]
+            .color
+            .unwrap_or_else(|| [GREY.at(luminance); 3]),
         None => CLIPPED,
     }
 }
@@ -62,7 +75,7 @@ mod tests {
     use super::*;
 
     fn at(stops: f32) -> [f32; 3] {
-        zone_color(0.18 * stops.exp2())
+        zone_color(0.18 * stops.exp2(), &limits())
     }
 
     #[test]
@@ -72,7 +85,7 @@ mod tests {
         assert_eq!(Some(at(-5.0)), LEGEND[1].color);
         assert_eq!(Some(at(2.4)), LEGEND[7].color);
         assert_eq!(at(2.48), CLIPPED);
-        assert_eq!(zone_color(1.01), CLIPPED);
+        assert_eq!(zone_color(1.01, &limits()), CLIPPED);
         let grey = at(-2.0);
         assert!(grey[0] == grey[1] && grey[1] == grey[2] && grey[0] > 0.1);
         let limits = LEGEND.windows(2);
@@ -82,10 +95,10 @@ mod tests {
     #[test]
     fn hostile_light_has_a_zone() {
         for value in [f32::NAN, -1.0, 0.0, f32::NEG_INFINITY] {
-            assert_eq!(Some(zone_color(value)), LEGEND[0].color);
+            assert_eq!(Some(zone_color(value, &limits())), LEGEND[0].color);
         }
         for value in [1e6, f32::INFINITY] {
-            assert_eq!(zone_color(value), CLIPPED);
+            assert_eq!(zone_color(value, &limits()), CLIPPED);
         }
     }
 }

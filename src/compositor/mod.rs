@@ -33,7 +33,7 @@ pub use channels::channels;
 pub use compose::{
     Extra, Identity, Ingredients, PassReport, Picture, Upstream, compose, compose_reusing, execute,
 };
-pub use despill::{Screen, Spill, despill, rim, spill};
+pub use despill::{Screen, Spill, despill, guide, rim, spill};
 pub use difference::difference;
 pub use false_color::{CLIPPED, LEGEND, Zone, false_color};
 pub use field::Field;

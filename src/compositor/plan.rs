@@ -135,10 +135,7 @@ fn parameters(pass: Pass, scene: &Scene, effects: &Effects, facts: &Facts) -> u6
     match pass {
         Pass::Predict | Pass::Weights | Pass::Relight => 0,
         Pass::Smoothing => key(facts.steady_gain.map(|gain| gain.map(bits))),
-        Pass::Despill => {
-            let spill = facts.spill.map(|s| (s.screen, bits(s.natural)));
-            key((bits(effects.despill), spill))
-        }
+        Pass::Despill => key((bits(effects.despill), facts.spill.map(|s| s.screen))),
         Pass::Background => key((bits(scene.yaw_deg), draws_whole(effects))),
         Pass::BackgroundBlur => key(bits(effects.background_blur)),
         Pass::LightWrap => key(bits(effects.light_wrap)),
@@ -219,7 +216,7 @@ fn decision(pass: Pass, scene: &Scene, effects: &Effects, facts: &Facts) -> Resu
                     100.0 * spill.excess,
                     ["green", "blue"][spill.screen.channel() - 1]
                 )),
-                None => Err("the rim has no green or blue of its own".to_owned()),
+                None => Err("the rim is no greener and no bluer than what is inside".to_owned()),
             }
         }
         Pass::Background => behind.map(|()| {

@@ -52,7 +52,6 @@ fn everything() -> (Scene, Facts) {
         spill: Some(Spill {
             screen: Screen::Green,
             excess: 0.1,
-            natural: 1.0,
         }),
         wrap_need: 0.5,
         brightest: 9.0,

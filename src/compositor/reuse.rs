@@ -6,7 +6,7 @@ use crate::imaging::{Image, Mask};
 use std::sync::Arc;
 
 /// What is kept from one picture to the next. It belongs to one series of pictures, such as those of a
-/// window, and holds at most four pictures and a matte.
+/// window, and holds at most five pictures and a matte.
 #[derive(Clone, Debug, Default)]
 pub struct Reuse {
     /// After `relight`, and how many pixels were mended.
@@ -18,7 +18,8 @@ pub struct Reuse {
     /// After `glare`.
     pub(super) glared: Kept<Arc<Image>>,
     pub(super) rim: Kept<Arc<Mask>>,
-    pub(super) spill: Kept<Spill>,
+    /// What despill goes by, and what it measured.
+    pub(super) spill: Kept<(Arc<Image>, Spill)>,
     pub(super) wrap_need: Kept<f32>,
 }
 

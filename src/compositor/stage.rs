@@ -4,7 +4,7 @@ use super::background::draw_background;
 use super::background_blur::background_blur;
 use super::channels::channels;
 use super::compose::{Ingredients, PassReport, Picture};
-use super::despill::{despill, rim, spill};
+use super::despill::{despill, guide, rim, spill};
 use super::difference::difference;
 use super::false_color::false_color;
 use super::glare::{brightest, glare};
@@ -37,7 +37,8 @@ pub(super) struct Stage<'a> {
     laid: bool,
     alpha: Mask,
     display: Option<Encoded>,
-    rim: Option<Arc<Mask>>,
+    /// What despill goes by.
+    guide: Option<Arc<Image>>,
     own_grain: Grain,
     steady: Option<Steady>,
 }
@@ -77,7 +78,7 @@ impl<'a> Stage<'a> {
                 Background::None => of.mask.clone(),
             },
             display: None,
-            rim: None,
+            guide: None,
             own_grain: Grain::default(),
             steady: None,
         }
@@ -106,8 +107,16 @@ impl<'a> Stage<'a> {
                 let frame = self.facts.inputs.frame;
                 let rim = self.kept(|r| &mut r.rim, frame, || Arc::new(rim(of.mask)));
                 let linear = self.linear.clone();
-                let spill = self.kept(|r| &mut r.spill, upstream, || spill(&linear, of.mask, &rim));
-                self.rim = Some(rim);
+                let (guide, spill) = self.kept(
+                    |r| &mut r.spill,
+                    upstream,
+                    || {
+                        let guide = guide(&linear, of.mask, &rim);
+                        let spill = spill(&linear, &guide);
+                        (Arc::new(guide), spill)
+                    },
+                );
+                self.guide = Some(guide);
                 self.facts.spill = Some(spill);
             }
             Pass::LightWrap if effects.light_wrap > 0.0 => {
@@ -198,9 +207,9 @@ impl<'a> Stage<'a> {
                 }
             }
             Pass::Despill => {
-                if let (Some(rim), Some(spill)) = (&self.rim, self.facts.spill) {
-                    let amount = self.effects.despill;
-                    despill(Arc::make_mut(&mut self.linear), rim, &spill, amount);
+                if let (Some(guide), Some(spill)) = (&self.guide, self.facts.spill) {
+                    let linear = Arc::make_mut(&mut self.linear);
+                    despill(linear, guide, spill.screen, self.effects.despill);
                 }
             }
             Pass::Background => {

@@ -4,7 +4,7 @@
 use super::pictures::{GpuPicture, PicturePasses};
 use crate::compositor::background_blur::{LARGEST_RADIUS, halved};
 use crate::compositor::grain::BINS;
-use crate::compositor::{CLIPPED, Grain, LEGEND, Spill, glare, light_wrap};
+use crate::compositor::{CLIPPED, Grain, LEGEND, Screen, false_color, glare, light_wrap};
 use crate::error::Result;
 use crate::scene::{Channel, ViewTransform};
 use bytemuck::{Pod, Zeroable, bytes_of};
@@ -26,16 +26,6 @@ pub(super) struct PyramidParams {
 pub(super) struct PlainParams {
     size: [u32; 2],
     values: [u32; 2],
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct DespillParams {
-    size: [u32; 2],
-    channel: u32,
-    amount: f32,
-    natural: f32,
-    unused: [f32; 3],
 }
 
 #[repr(C)]
@@ -105,23 +95,16 @@ impl PicturePasses {
         self.run("double", bytes_of(&params), coarse, Some(fine), fine.size())
     }
 
-    /// Pass `despill`; the red of `rim` is how much a pixel belongs to the matte's rim.
+    /// Pass `despill`; `guide` is as [`crate::compositor::guide`] makes it.
     pub fn despill(
         &self,
         subject: &GpuPicture,
-        rim: &GpuPicture,
-        spill: &Spill,
+        guide: &GpuPicture,
+        screen: Screen,
         amount: f32,
     ) -> Result<GpuPicture> {
-        let params = DespillParams {
-            size: size_of_picture(subject.size()),
-            channel: spill.screen.channel() as u32,
-            amount,
-            natural: spill.natural,
-            unused: [0.0; 3],
-        };
-        let size = subject.size();
-        self.run("despill", bytes_of(&params), subject, Some(rim), size)
+        let values = [screen.channel() as u32, amount.to_bits()];
+        self.plain("despill", values, subject, Some(guide))
     }
 
     /// Pass `background_blur`, by a disc of `radius` pixels. All four values are blurred.
@@ -233,9 +216,10 @@ impl PicturePasses {
 
     /// Pass `false_color`.
     pub fn false_color(&self, linear: &GpuPicture) -> Result<GpuPicture> {
-        let zones = LEGEND.map(|zone| {
-            let [r, g, b] = zone.color.unwrap_or([-1.0; 3]);
-            [r, g, b, zone.below]
+        let limits = false_color::limits();
+        let zones = std::array::from_fn(|i| {
+            let [r, g, b] = LEGEND[i].color.unwrap_or([-1.0; 3]);
+            [r, g, b, limits[i]]
         });
         let [r, g, b] = CLIPPED;
         let params = FalseColorParams {

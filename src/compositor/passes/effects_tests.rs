@@ -85,7 +85,6 @@ fn parameters_are_laid_out_as_the_shaders_say() {
         };
         let (size, offsets): (usize, &[usize]) = match name {
             "pyramid" => (size_of::<PyramidParams>(), &[0, 8, 16, 20, 24]),
-            "despill" => (size_of::<DespillParams>(), &[0, 8, 12, 16, 20, 24]),
             "grain" => (size_of::<GrainParams>(), &[0, 8, 12, 16, 144]),
             "false_color" => (size_of::<FalseColorParams>(), &[0, 8, 16, 144]),
             "dither" => (size_of::<PlainParams>(), &[0, 8]),
@@ -100,18 +99,12 @@ fn parameters_are_laid_out_as_the_shaders_say() {
 #[test]
 fn despill_agrees_with_its_twin() {
     on_every_size(|set| {
-        let rim = cpu::rim(&set.mask);
-        for screen in [cpu::Screen::Green, cpu::Screen::Blue] {
-            let spill = Spill {
-                screen,
-                excess: 1.0,
-                natural: 1.2,
-            };
+        let guide = cpu::guide(&set.image, &set.mask, &cpu::rim(&set.mask));
+        for screen in [Screen::Green, Screen::Blue] {
             let mut here = set.image.clone();
-            cpu::despill(&mut here, &rim, &spill, 0.8);
-            let there = set
-                .passes
-                .despill(&set.on_gpu, &set.matte(&rim), &spill, 0.8);
+            cpu::despill(&mut here, &guide, screen, 0.8);
+            let guide = set.upload(&guide);
+            let there = set.passes.despill(&set.on_gpu, &guide, screen, 0.8);
             // A difference of two products of the brightest light, each rounded.
             set.assert_same("despill", &there.unwrap(), &here, 1e-6);
         }
