@@ -199,3 +199,7 @@ fn check(of: &Ingredients) -> Result<()> {
 #[cfg(test)]
 #[path = "compose_tests.rs"]
 pub(super) mod tests;
+
+#[cfg(test)]
+#[path = "effects_tests.rs"]
+mod effects_tests;

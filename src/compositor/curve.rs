@@ -31,7 +31,7 @@ impl Curve {
     pub fn at(&self, x: f32) -> f32 {
         const LEAST: f32 = 1.0 / 65536.0;
         const MOST: f32 = 65536.0;
-        let x = x.max(0.0).min(MOST);
+        let x = if x > 0.0 { x.min(MOST) } else { 0.0 };
         if x < LEAST {
             return self.at_zero + x / LEAST * (self.values[0] - self.at_zero);
         }

@@ -61,9 +61,9 @@ pub fn rim(mask: &Mask) -> Mask {
     };
     let open = defocused(open, reach(height)).pixels;
     let inside = open.iter().zip(&mask.pixels);
-    // Along a straight edge half of the disc is open.
+    // Along a straight edge half of the disc is open; nearly all of the reach counts wholly.
     let weight = |(open, &alpha): (&[f32; 4], &f32)| match alpha > 0.0 {
-        true => (3.0 * open[0]).min(1.0),
+        true => (6.0 * open[0]).min(1.0),
         false => 0.0,
     };
     Mask {

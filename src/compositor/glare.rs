@@ -17,7 +17,7 @@ const MOST_SPOTS: u32 = 7;
 /// light that would leave it is mirrored back. Linear light, `white` above 0.
 pub fn glare(picture: &mut Image, amount: f32, white: f32) {
     let shares = shares(picture.width, picture.height);
-    if shares.is_empty() || !(amount > 0.0) {
+    if shares.is_empty() || amount.is_nan() || amount <= 0.0 {
         return;
     }
     let excess = |p: [f32; 3]| p.map(|v| (v - white).max(0.0));

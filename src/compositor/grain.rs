@@ -62,7 +62,7 @@ impl Grain {
                     let sample = sample(at);
                     classes[class(sample.code)].push((sample.gradient, sample.high));
                 }
-                let known = classes.map(|class| deviation_of(class));
+                let known = classes.map(deviation_of);
                 filled(known)
             })
             .collect();

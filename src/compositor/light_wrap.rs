@@ -21,7 +21,7 @@ pub fn reach(height: usize) -> f32 {
 /// that comes past the matte and `b` the blurred opening, max(0, α·W − b·subject), which is 0 wherever
 /// the light behind, `W / b`, is no brighter than the subject. All have one size.
 pub fn light_wrap(subject: &mut Image, mask: &Mask, behind: &Image, amount: f32) {
-    if subject.pixels.is_empty() || !(amount > 0.0) {
+    if subject.pixels.is_empty() || amount.is_nan() || amount <= 0.0 {
         return;
     }
     let past = light_past(mask, behind);

@@ -81,7 +81,7 @@ pub fn double_onto(coarse: &Rgba, fine: &mut Rgba, keep: f32) {
 
 /// The coarse pixel that a fine one takes a quarter of, along one axis of `n` coarse ones.
 fn neighbour(fine: usize, n: usize) -> usize {
-    if fine % 2 == 0 {
+    if fine.is_multiple_of(2) {
         (fine / 2).saturating_sub(1)
     } else {
         (fine / 2 + 1).min(n - 1)

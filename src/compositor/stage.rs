@@ -4,23 +4,25 @@ use super::background::draw_background;
 use super::background_blur::background_blur;
 use super::channels::channels;
 use super::compose::{Ingredients, PassReport, Picture};
-use super::despill::{despill, guide, rim, spill};
+use super::despill::despill;
 use super::difference::difference;
 use super::false_color::false_color;
-use super::glare::{brightest, glare};
+use super::glare::glare;
 use super::grain::{Grain, grain};
-use super::light_wrap::{light_wrap, need};
+use super::light_wrap::light_wrap;
 use super::pass::Pass;
-use super::plan::{Facts, Inputs, PlannedPass, draws_whole, key};
+use super::plan::{Facts, PlannedPass, draws_whole};
 use super::reference::{dither, extend_edges, lit_lamps, scale};
 use super::reuse::{Kept, Reuse};
 use super::smoothing::Steady;
 use super::view::view;
 use crate::error::Result;
 use crate::imaging::{Encoded, Image, Mask};
-use crate::scene::{Background, Effects, Inspection, Output, Scene};
+use crate::scene::{Background, Effects, Inspection, Scene};
 use rayon::prelude::*;
 use std::sync::Arc;
+
+mod measure;
 
 /// A picture between its first pass and its last.
 pub(super) struct Stage<'a> {
@@ -41,6 +43,8 @@ pub(super) struct Stage<'a> {
     guide: Option<Arc<Image>>,
     own_grain: Grain,
     steady: Option<Steady>,
+    /// On the subject's light, by the pass `smoothing`.
+    gain: [f32; 3],
 }
 
 /// What a pass has to say for itself.
@@ -66,7 +70,7 @@ impl<'a> Stage<'a> {
                 lamps: of.weights.per_lamp.len(),
                 lit_lamps: lit_lamps(&of.weights.per_lamp).len(),
                 open_share: open as f32 / of.mask.pixels.len().max(1) as f32,
-                inputs: inputs(of),
+                inputs: measure::inputs(of),
                 second_picture: of.extra.second.is_some(),
                 ..Facts::default()
             },
@@ -81,67 +85,12 @@ impl<'a> Stage<'a> {
             guide: None,
             own_grain: Grain::default(),
             steady: None,
+            gain: [1.0; 3],
         }
     }
 
     pub fn facts(&self) -> &Facts {
         &self.facts
-    }
-
-    /// Measures whether the last of these passes is called for, where the scene asks for it and nothing
-    /// else says so. Whether something was measured.
-    pub fn measure(&mut self, planned: &[PlannedPass]) -> Result<bool> {
-        let [earlier @ .., this] = planned else {
-            return Ok(false);
-        };
-        let (of, effects) = (self.of, self.effects);
-        let upstream = key(earlier.iter().map(|p| p.key).collect::<Vec<_>>());
-        match this.pass {
-            Pass::Smoothing if effects.smoothing > 0.0 => {
-                let (frame, before) = (self.scene.frame, of.extra.before);
-                let steady = Steady::after(before, frame, of.field, of.mask, effects.smoothing)?;
-                self.facts.steady_gain = Some(steady.gain);
-                self.steady = Some(steady);
-            }
-            Pass::Despill if effects.despill > 0.0 => {
-                let frame = self.facts.inputs.frame;
-                let rim = self.kept(|r| &mut r.rim, frame, || Arc::new(rim(of.mask)));
-                let linear = self.linear.clone();
-                let (guide, spill) = self.kept(
-                    |r| &mut r.spill,
-                    upstream,
-                    || {
-                        let guide = guide(&linear, of.mask, &rim);
-                        let spill = spill(&linear, &guide);
-                        (Arc::new(guide), spill)
-                    },
-                );
-                self.guide = Some(guide);
-                self.facts.spill = Some(spill);
-            }
-            Pass::LightWrap if effects.light_wrap > 0.0 => {
-                let Some(behind) = self.behind.clone() else {
-                    return Ok(false);
-                };
-                let linear = self.linear.clone();
-                let need = || need(&linear, of.mask, &behind);
-                self.facts.wrap_need = self.kept(|r| &mut r.wrap_need, upstream, need);
-            }
-            Pass::Glare if effects.glare > 0.0 => self.facts.brightest = brightest(&self.linear),
-            Pass::Grain if effects.grain > 0.0 => {
-                let (Some(plate), Some(codes)) = (of.extra.grain, &self.display) else {
-                    return Ok(false);
-                };
-                self.own_grain = Grain::of(codes, of.mask);
-                let mut missing = plate.beyond(&self.own_grain, effects.grain).most();
-                if self.scene.background == Background::Environment && self.facts.open_share > 0.0 {
-                    missing = missing.max(effects.grain * plate.most());
-                }
-                self.facts.missing_grain = missing;
-            }
-            _ => return Ok(false),
-        }
-        Ok(true)
     }
 
     /// What is kept under `key`, or what `make` makes, which is then kept.
@@ -195,8 +144,8 @@ impl<'a> Stage<'a> {
             _ if !this.run => (),
             Pass::Predict => done.ms = self.of.upstream.predict_ms,
             Pass::Weights => done.ms = self.of.upstream.weights_ms,
-            // Its gain multiplies the weights.
-            Pass::Smoothing => (),
+            // The gain multiplies the weights.
+            Pass::Smoothing => self.gain = self.facts.steady_gain.unwrap_or([1.0; 3]),
             Pass::Relight => {
                 let mended;
                 (mended, reused) = self.relight(this.key)?;
@@ -250,12 +199,7 @@ impl<'a> Stage<'a> {
             return Ok((mended, true));
         }
         let of = self.of;
-        // A gain that the pass `smoothing` leaves out is 1 to the plan, and so it is here.
-        let gain = self
-            .steady
-            .as_ref()
-            .filter(|s| s.change() > super::smoothing::UNSEEN);
-        let gain = gain.map_or([1.0; 3], |steady| steady.gain);
+        let gain = self.gain;
         let level =
             |share: [f32; 3]| std::array::from_fn(|c| share[c] * of.levels.subject * gain[c]);
         let weights: Vec<[f32; 3]> = of.weights.per_lamp.iter().map(|&w| level(w)).collect();
@@ -371,7 +315,6 @@ impl<'a> Stage<'a> {
     }
 
     pub fn finish(self, passes: Vec<PassReport>) -> Picture {
-        debug_assert!(self.scene.output == Output::Display || self.display.is_none());
         Picture {
             linear: Arc::unwrap_or_clone(self.linear),
             alpha: self.alpha,
@@ -380,29 +323,5 @@ impl<'a> Stage<'a> {
             steady: self.steady,
             spill: self.facts.spill,
         }
-    }
-}
-
-/// Numbers that stand for what a picture is made of. Lamps and levels are few and are read themselves;
-/// for what is large, whoever asks has to answer.
-fn inputs(of: &Ingredients) -> Inputs {
-    let bits = f32::to_bits;
-    let identity = of.extra.identity;
-    let weights: Vec<[u32; 3]> = of.weights.per_lamp.iter().map(|w| w.map(bits)).collect();
-    let grain = of
-        .extra
-        .grain
-        .map(|grain| grain.deviation.map(|bin| bin.map(bits)));
-    Inputs {
-        frame: key((identity.frame, of.mask.size())),
-        light: key((weights, bits(of.levels.subject))),
-        backdrop: key((
-            identity.environment,
-            bits(of.levels.background),
-            bits(of.view.vertical_fov_deg),
-            of.mask.size(),
-        )),
-        grain: key(grain),
-        second: identity.second,
     }
 }

@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 const AGX_INSET: [[f32; 3]; 3] = [
     [0.842_479_06, 0.078_433_6, 0.079_223_745],
     [0.042_328_242, 0.878_468_64, 0.079_166_13],
-    [0.042_375_655, 0.078_433_6, 0.879_142_97],
+    [0.042_375_655, 0.078_433_6, 0.879_143],
 ];
 /// The way back, after the curve.
 const AGX_OUTSET: [[f32; 3]; 3] = [
@@ -82,7 +82,7 @@ static SRGB: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
 
 /// Light that the curves can take: what they do to larger values cannot be seen.
 fn light(pixel: [f32; 3]) -> [f32; 3] {
-    pixel.map(|v| v.max(0.0).min(65504.0))
+    pixel.map(|v| if v > 0.0 { v.min(65504.0) } else { 0.0 })
 }
 
 fn filmic(pixel: [f32; 3]) -> [f32; 3] {

@@ -2,6 +2,7 @@
 //! the same names in [`crate::compositor`].
 
 use super::pictures::{GpuPicture, PicturePasses};
+use crate::compositor::background::{CameraView, Sampling};
 use crate::compositor::background_blur::{LARGEST_RADIUS, halved};
 use crate::compositor::grain::BINS;
 use crate::compositor::{CLIPPED, Grain, LEGEND, Screen, false_color, glare, light_wrap};
@@ -30,6 +31,17 @@ pub(super) struct PlainParams {
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct BackgroundParams {
+    size: [u32; 2],
+    panorama: [u32; 2],
+    pixel: f32,
+    turn: f32,
+    level: f32,
+    samples: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct GrainParams {
     size: [u32; 2],
     frame: u32,
@@ -52,7 +64,7 @@ fn size_of_picture((width, height): (usize, usize)) -> [u32; 2] {
 }
 
 /// Every function submits its work and leaves a new picture on the GPU. Each fails where the GPU cannot
-/// hold that picture. A second picture has the size of the first.
+/// hold that picture. A second picture has the size of the first, where it is no panorama.
 impl PicturePasses {
     fn plain(
         &self,
@@ -105,6 +117,34 @@ impl PicturePasses {
     ) -> Result<GpuPicture> {
         let values = [screen.channel() as u32, amount.to_bits()];
         self.plain("despill", values, subject, Some(guide))
+    }
+
+    /// Pass `background`: the fourth value of `subject` is its matte, and stays.
+    pub fn background(
+        &self,
+        subject: &GpuPicture,
+        panorama: &GpuPicture,
+        yaw_deg: f32,
+        view: CameraView,
+        level: f32,
+    ) -> Result<GpuPicture> {
+        let sampling = Sampling::of(subject.height, panorama.height, yaw_deg, view);
+        let params = BackgroundParams {
+            size: size_of_picture(subject.size()),
+            panorama: size_of_picture(panorama.size()),
+            pixel: sampling.pixel,
+            turn: sampling.turn,
+            level,
+            samples: sampling.samples as u32,
+        };
+        let size = subject.size();
+        self.run(
+            "background",
+            bytes_of(&params),
+            subject,
+            Some(panorama),
+            size,
+        )
     }
 
     /// Pass `background_blur`, by a disc of `radius` pixels. All four values are blurred.

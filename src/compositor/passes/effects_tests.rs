@@ -87,6 +87,7 @@ fn parameters_are_laid_out_as_the_shaders_say() {
             "pyramid" => (size_of::<PyramidParams>(), &[0, 8, 16, 20, 24]),
             "grain" => (size_of::<GrainParams>(), &[0, 8, 12, 16, 144]),
             "false_color" => (size_of::<FalseColorParams>(), &[0, 8, 16, 144]),
+            "background" => (size_of::<BackgroundParams>(), &[0, 8, 16, 20, 24, 28]),
             "dither" => (size_of::<PlainParams>(), &[0, 8]),
             _ => (size_of::<PlainParams>(), &[0, 8, 12]),
         };
@@ -107,6 +108,29 @@ fn despill_agrees_with_its_twin() {
             let there = set.passes.despill(&set.on_gpu, &guide, screen, 0.8);
             // A difference of two products of the brightest light, each rounded.
             set.assert_same("despill", &there.unwrap(), &here, 1e-6);
+        }
+    });
+}
+
+#[test]
+fn background_agrees_with_its_twin() {
+    on_every_size(|set| {
+        for (rows, yaw, fov) in [(1, 0.0, 40.0), (32, 77.0, 170.0), (200, -20.0, 6.0)] {
+            let panorama = Image::from_fn(2 * rows, rows, |x, y| {
+                [1.0 + (0.3 * x as f32).sin(), y as f32 / rows as f32, 0.25]
+            });
+            let view = CameraView {
+                vertical_fov_deg: fov,
+            };
+            let mut here = set.image.clone();
+            cpu::draw_background(&mut here, &set.mask, &panorama, yaw, view, 0.7);
+            let opaque = Mask::filled(2 * rows, rows, 1.0);
+            let panorama = set.passes.upload(&panorama, &opaque).unwrap();
+            let there = set
+                .passes
+                .background(&set.on_gpu, &panorama, yaw, view, 0.7);
+            // An angle's arc tangent is good to 1e-4 of a texel's weight on GPUs.
+            set.assert_same("background", &there.unwrap(), &here, 2e-3);
         }
     });
 }

@@ -10,7 +10,7 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 const WORKGROUP: u32 = 8;
 
 /// Every shader of this host: its name, its text and its entry points.
-pub(super) const SHADERS: [(&str, &str, &[&str]); 12] = [
+pub(super) const SHADERS: [(&str, &str, &[&str]); 13] = [
     shader(
         "pyramid",
         include_str!("../../../shaders/pyramid.wgsl"),
@@ -20,6 +20,11 @@ pub(super) const SHADERS: [(&str, &str, &[&str]); 12] = [
         "despill",
         include_str!("../../../shaders/despill.wgsl"),
         &["despill"],
+    ),
+    shader(
+        "background",
+        include_str!("../../../shaders/background.wgsl"),
+        &["background"],
     ),
     shader(
         "background_blur",
