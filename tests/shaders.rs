@@ -1,5 +1,6 @@
-//! Every shader is valid WGSL.
+//! Every shader is valid WGSL and named after its pass.
 
+use afterlight::compositor::Pass;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use std::path::{Path, PathBuf};
 
@@ -31,5 +32,16 @@ fn every_shader_is_valid() {
         Validator::new(ValidationFlags::all(), Capabilities::empty())
             .validate(&module)
             .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
+    }
+}
+
+#[test]
+fn every_shader_is_named_after_its_pass() {
+    let folder = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("shaders");
+    for path in shaders(&folder) {
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        // What several passes stand on has a name of its own.
+        let known = name == "pyramid" || Pass::ALL.iter().any(|pass| pass.name() == name);
+        assert!(known, "there is no pass {name}");
     }
 }

@@ -36,12 +36,11 @@ pub fn draw_background(
     level: f32,
 ) {
     let (width, height) = picture.size();
-    let half_height = (view.vertical_fov_deg.to_radians() / 2.0).tan();
-    let pixel = 2.0 * half_height / height as f32;
-    let texel = std::f32::consts::PI / panorama.height as f32;
-    let samples = (pixel / texel).ceil().max(1.0) as usize;
-    // Reduced first, so that a turn more gives the same numbers.
-    let turn = yaw_deg.rem_euclid(360.0) / 360.0;
+    let Sampling {
+        pixel,
+        turn,
+        samples,
+    } = Sampling::of(height, panorama.height, yaw_deg, view);
     let share = level / (samples * samples) as f32;
     picture
         .pixels
@@ -65,6 +64,31 @@ pub fn draw_background(
                 (0..3).for_each(|c| out[c] += open * share * sum[c]);
             }
         });
+}
+
+/// Where a picture's pixels look.
+pub(super) struct Sampling {
+    /// Width of a pixel at unit distance.
+    pub pixel: f32,
+    /// Yaw in turns, `[0, 1)`.
+    pub turn: f32,
+    /// Along each axis of a pixel.
+    pub samples: usize,
+}
+
+impl Sampling {
+    /// `rows` and `panorama_rows` are the heights of picture and panorama.
+    pub fn of(rows: usize, panorama_rows: usize, yaw_deg: f32, view: CameraView) -> Self {
+        let half_height = (view.vertical_fov_deg.to_radians() / 2.0).tan();
+        let pixel = 2.0 * half_height / rows as f32;
+        let texel = std::f32::consts::PI / panorama_rows as f32;
+        Self {
+            pixel,
+            // Reduced first, so that a turn more gives the same numbers.
+            turn: yaw_deg.rem_euclid(360.0) / 360.0,
+            samples: (pixel / texel).ceil().max(1.0) as usize,
+        }
+    }
 }
 
 /// The panorama at (u, v), smoothed with the uniform cubic B-spline over 4 × 4 texels. Columns wrap;

@@ -1,16 +1,19 @@
-//! Runs a plan: from a reflectance field to a picture, with a report on every pass.
+//! Makes pictures: from a reflectance field to what a scene asks for, with a report on every pass.
 
-use super::background::{CameraView, draw_background};
+use super::background::CameraView;
+use super::despill::Spill;
 use super::field::Field;
+use super::grain::Grain;
 use super::levels::Levels;
-use super::plan::{Facts, Pass, PlannedPass, plan};
-use super::reference::{dither, extend_edges, lit_lamps, scale, view};
+use super::plan::{PlannedPass, plan};
+use super::reuse::Reuse;
+use super::smoothing::Steady;
+use super::stage::Stage;
 use crate::error::{Error, Result};
 use crate::imaging::{Encoded, Image, Mask};
 use crate::light::{Environment, LightWeights};
-use crate::scene::{Background, Scene};
+use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 /// What a picture is made of.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +28,32 @@ pub struct Ingredients<'a> {
     pub levels: Levels,
     pub view: CameraView,
     pub upstream: Upstream,
+    /// What some effects read besides.
+    pub extra: Extra<'a>,
+}
+
+/// What some effects read; an effect whose own is missing does nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extra<'a> {
+    /// What the frame before handed on, for the pass `smoothing`: its [`Picture::steady`].
+    pub before: Option<&'a Steady>,
+    /// The plate's grain under the scene's view transform, for the pass `grain`.
+    pub grain: Option<&'a Grain>,
+    /// A second picture of the same size, for the pass `difference`.
+    pub second: Option<&'a Encoded>,
+    /// By what [`compose_reusing`] knows that it was given the same again.
+    pub identity: Identity,
+}
+
+/// Numbers that whoever asks for pictures chooses: where one is the same, so is what it stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Identity {
+    /// The frame's field and matte: another frame or another network is another number.
+    pub frame: u64,
+    /// The environment at no yaw.
+    pub environment: u64,
+    /// The second picture.
+    pub second: u64,
 }
 
 /// What the two passes before the compositor took in milliseconds; `None` where the result was there
@@ -38,14 +67,19 @@ pub struct Upstream {
 /// A relit picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Scene-linear light, premultiplied by `alpha`.
+    /// Scene-linear light, premultiplied by `alpha`. Glare may lie where `alpha` is 0.
     pub linear: Image,
     /// Coverage: the subject's matte, or 1 everywhere in front of a background.
     pub alpha: Mask,
-    /// sRGB codes of `linear`, where the scene is for a display.
+    /// sRGB codes of `linear` under the scene's view transform with grain and dither, or what is inspected
+    /// in their place; where the scene is for a display.
     pub display: Option<Encoded>,
     /// What ran and what did not, in order.
     pub passes: Vec<PassReport>,
+    /// What the next frame's picture needs to be as bright, where the scene asks for smoothing.
+    pub steady: Option<Steady>,
+    /// The spill that was measured, where the scene asks for despill.
+    pub spill: Option<Spill>,
 }
 
 /// What became of one pass.
@@ -54,7 +88,7 @@ pub struct PassReport {
     pub name: String,
     pub ran: bool,
     pub reason: String,
-    /// Time it took in milliseconds.
+    /// Time it took in milliseconds, measuring whether it is called for included.
     pub ms: f64,
 }
 
@@ -63,104 +97,60 @@ pub struct PassReport {
 /// # Errors
 /// When field, mask and weights do not belong together, the view is impossible, or a GPU fails.
 pub fn compose(scene: &Scene, of: &Ingredients) -> Result<Picture> {
-    let open = of.mask.pixels.iter().filter(|&&alpha| alpha < 1.0).count();
-    let facts = Facts {
-        field_cached: of.upstream.predict_ms.is_none(),
-        weights_cached: of.upstream.weights_ms.is_none(),
-        lamps: of.weights.per_lamp.len(),
-        lit_lamps: lit_lamps(&of.weights.per_lamp).len(),
-        open_share: open as f32 / of.mask.pixels.len().max(1) as f32,
-    };
-    execute(scene, of, &plan(scene, &facts))
+    make(scene, of, None, None)
 }
 
-/// Runs a plan as it is given: a test may force what [`plan`] would skip.
+/// Makes the picture that `scene` asks for. Pictures after chosen passes are kept in `reuse` and taken
+/// from there as long as nothing that they depend on has changed: `of.extra.identity` has to say so.
+///
+/// # Errors
+/// As [`compose`].
+pub fn compose_reusing(scene: &Scene, of: &Ingredients, reuse: &mut Reuse) -> Result<Picture> {
+    make(scene, of, None, Some(reuse))
+}
+
+/// Runs a plan as it is given: a test may force what [`plan`] would skip. Every pass has to be in it.
 ///
 /// # Errors
 /// As [`compose`].
 pub fn execute(scene: &Scene, of: &Ingredients, passes: &[PlannedPass]) -> Result<Picture> {
+    make(scene, of, Some(passes), None)
+}
+
+fn make(
+    scene: &Scene,
+    of: &Ingredients,
+    given: Option<&[PlannedPass]>,
+    reuse: Option<&mut Reuse>,
+) -> Result<Picture> {
     check(of)?;
-    let (width, height) = of.mask.size();
-    let mut linear = Image::filled(width, height, [0.0; 3]);
-    let mut display = None;
-    let mut reports = Vec::with_capacity(passes.len());
-    for planned in passes {
-        let start = Instant::now();
-        let mut reason = planned.reason.clone();
-        let mut before = None;
-        match planned.pass {
-            _ if !planned.run => (),
-            Pass::Predict => before = of.upstream.predict_ms,
-            Pass::Weights => before = of.upstream.weights_ms,
-            Pass::Relight => {
-                let mended;
-                (linear, mended) = subject(of)?;
-                if mended > 0 {
-                    reason += &format!(
-                        "; {mended} pixels were no numbers and took their neighbours' light"
-                    );
-                }
-            }
-            Pass::Background => {
-                if scene.background == Background::Environment {
-                    let panorama = &of.environment.radiance;
-                    let level = of.levels.background;
-                    draw_background(
-                        &mut linear,
-                        of.mask,
-                        panorama,
-                        scene.yaw_deg,
-                        of.view,
-                        level,
-                    );
-                }
-            }
-            Pass::Exposure => scale(&mut linear, scene.exposure_stops.exp2()),
-            Pass::View => display = Some(view(&linear)),
-            Pass::Dither => {
-                if let Some(picture) = &mut display {
-                    dither(picture, of.mask);
-                }
-            }
+    let mut stage = Stage::new(scene, of, reuse);
+    let mut planned = plan(scene, stage.facts());
+    let mut reports = Vec::with_capacity(planned.len());
+    for index in 0..planned.len() {
+        let started = std::time::Instant::now();
+        let measured = stage.measure(&planned[..=index])?;
+        if measured {
+            planned = plan(scene, stage.facts());
         }
-        let elapsed = start.elapsed().as_secs_f64() * 1e3;
+        if let Some(forced) = given.and_then(|given| given.get(index)) {
+            planned[index] = forced.clone();
+        }
+        let done = stage.run(&planned, index)?;
+        let before = done.ms;
+        let elapsed = started.elapsed().as_secs_f64() * 1e3;
         reports.push(PassReport {
-            name: planned.pass.name().to_owned(),
-            ran: planned.run,
-            reason,
-            ms: if planned.run {
-                before.unwrap_or(elapsed)
-            } else {
-                0.0
+            name: planned[index].pass.name().to_owned(),
+            ran: done.ran,
+            reason: done.reason,
+            ms: match before {
+                Some(ms) => ms,
+                None if done.ran || measured => elapsed,
+                None => 0.0,
             },
         });
     }
-    let alpha = match scene.background {
-        Background::Environment => Mask::filled(width, height, 1.0),
-        Background::None => of.mask.clone(),
-    };
-    Ok(Picture {
-        linear,
-        alpha,
-        display,
-        passes: reports,
-    })
-}
-
-/// The relit subject times its coverage, and how many of its pixels were no numbers.
-fn subject(of: &Ingredients) -> Result<(Image, usize)> {
-    let weights: Vec<[f32; 3]> = of
-        .weights
-        .per_lamp
-        .iter()
-        .map(|w| w.map(|share| share * of.levels.subject))
-        .collect();
-    let mut subject = of.field.relight(&weights)?;
-    let mended = extend_edges(&mut subject, of.mask);
-    for (pixel, &alpha) in subject.pixels.iter_mut().zip(&of.mask.pixels) {
-        *pixel = pixel.map(|v| v * alpha);
-    }
-    Ok((subject, mended))
+    Ok(stage.finish(reports))
 }
 
 fn check(of: &Ingredients) -> Result<()> {
@@ -207,246 +197,9 @@ fn check(of: &Ingredients) -> Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::reference::SOLID;
-    use super::*;
-    use crate::imaging::Raster;
-    use crate::reflectance::ReflectanceField;
-    use crate::scene::Output;
+#[path = "compose_tests.rs"]
+pub(super) mod tests;
 
-    struct Set {
-        field: Field,
-        mask: Mask,
-        weights: LightWeights,
-        environment: Environment,
-    }
-
-    impl Set {
-        /// A disc of a subject with a soft edge under three lamps, in front of a ramp.
-        fn new(size: usize) -> Self {
-            let centre = size as f32 / 2.0;
-            let mask = Raster::from_fn(size, size, |x, y| {
-                let r = (x as f32 + 0.5 - centre).hypot(y as f32 + 0.5 - centre);
-                (0.7 * centre - r + 0.5).clamp(0.0, 1.0)
-            });
-            let olats: Vec<Image> = (1..4)
-                .map(|l| {
-                    Raster::from_fn(size, size, |x, y| {
-                        [mask.at(x, y) * (x + l) as f32 / 40.0; 3]
-                    })
-                })
-                .collect();
-            Self {
-                field: ReflectanceField::from_olats(&olats).into(),
-                mask,
-                weights: LightWeights {
-                    per_lamp: vec![[0.4, 0.5, 0.6], [0.0; 3], [1.0; 3]],
-                    uncovered: 0.0,
-                },
-                environment: Environment {
-                    name: "ramp".into(),
-                    radiance: Raster::from_fn(64, 32, |x, y| {
-                        [x as f32 / 64.0, y as f32 / 32.0, 0.25]
-                    }),
-                    repaired_texels: 0,
-                },
-            }
-        }
-
-        fn ingredients(&self) -> Ingredients<'_> {
-            Ingredients {
-                field: &self.field,
-                mask: &self.mask,
-                weights: &self.weights,
-                environment: &self.environment,
-                levels: Levels::default(),
-                view: CameraView::default(),
-                upstream: Upstream::default(),
-            }
-        }
-    }
-
-    fn scene(background: Background, output: Output, exposure_stops: f32) -> Scene {
-        Scene {
-            frame: 0,
-            yaw_deg: 20.0,
-            exposure_stops,
-            background,
-            output,
-        }
-    }
-
-    fn largest_difference(a: &Image, b: &Image) -> f32 {
-        a.pixels
-            .iter()
-            .flatten()
-            .zip(b.pixels.iter().flatten())
-            .map(|(x, y)| (x - y).abs())
-            .fold(0.0, f32::max)
-    }
-
-    #[test]
-    fn what_was_skipped_would_not_have_changed_the_picture() {
-        let set = Set::new(24);
-        for background in [Background::None, Background::Environment] {
-            for stops in [0.0, 1.5] {
-                let scene = scene(background, Output::Display, stops);
-                let planned = compose(&scene, &set.ingredients()).unwrap();
-                let facts = Facts {
-                    field_cached: false,
-                    weights_cached: false,
-                    lamps: 3,
-                    lit_lamps: 3,
-                    open_share: 1.0,
-                };
-                let mut forced = plan(&scene, &facts);
-                forced.iter_mut().for_each(|p| p.run = true);
-                let forced = execute(&scene, &set.ingredients(), &forced).unwrap();
-                assert_eq!(planned.linear, forced.linear);
-                assert_eq!(planned.alpha, forced.alpha);
-                // Dither is the one pass that touches codes: by less than half a step of 8 bits.
-                let (a, b) = (planned.display.unwrap().0, forced.display.unwrap().0);
-                assert!(largest_difference(&a, &b) <= 0.501 / 255.0);
-            }
-        }
-    }
-
-    #[test]
-    fn an_edge_in_front_of_its_own_colour_cannot_be_seen() {
-        // Subject and world both have radiance 1: any fringe would be another value.
-        let mut set = Set::new(32);
-        for premultiplied in [true, false] {
-            let light = set.mask.map(|a| {
-                if premultiplied {
-                    [a; 3]
-                } else {
-                    [f32::from(u8::from(a > 0.0)); 3]
-                }
-            });
-            set.field = ReflectanceField::from_olats(&[light]).into();
-            set.weights.per_lamp = vec![[1.0; 3]];
-            set.environment.radiance = Image::filled(8, 4, [1.0; 3]);
-            let picture = compose(
-                &scene(Background::Environment, Output::Linear, 0.0),
-                &set.ingredients(),
-            )
-            .unwrap();
-            // A pixel that counts as solid may be dark by what it lacks, once as shot and once as laid.
-            let bound = if premultiplied {
-                2.0 * (1.0 - SOLID)
-            } else {
-                1e-5
-            };
-            assert!(
-                picture
-                    .linear
-                    .pixels
-                    .iter()
-                    .flatten()
-                    .all(|v| (v - 1.0).abs() <= bound)
-            );
-            assert!(picture.display.is_none());
-        }
-    }
-
-    #[test]
-    fn a_cut_out_is_premultiplied_and_keeps_the_matte() {
-        let set = Set::new(32);
-        let picture = compose(
-            &scene(Background::None, Output::Linear, 0.0),
-            &set.ingredients(),
-        )
-        .unwrap();
-        assert_eq!(picture.alpha, set.mask);
-        for (pixel, alpha) in picture.linear.pixels.iter().zip(&set.mask.pixels) {
-            assert!(*alpha > 0.0 || *pixel == [0.0; 3]);
-        }
-    }
-
-    #[test]
-    fn a_turn_and_a_whole_turn_more_give_one_picture() {
-        let set = Set::new(16);
-        let at = |yaw_deg| {
-            let scene = Scene {
-                yaw_deg,
-                ..scene(Background::Environment, Output::Display, 0.0)
-            };
-            compose(&scene, &set.ingredients()).unwrap().linear
-        };
-        assert_eq!(at(33.0), at(393.0));
-        assert_ne!(at(33.0), at(63.0));
-    }
-
-    #[test]
-    fn hard_inputs_give_finite_pictures() {
-        for size in [1, 16] {
-            for alpha in [0.0, 0.5, 1.0] {
-                let mut set = Set::new(size);
-                set.mask = Mask::filled(size, size, alpha);
-                set.weights.per_lamp = vec![[1e6; 3], [0.0; 3], [-0.0; 3]];
-                if let Field::Memory(field) = &mut set.field {
-                    field.values[0] = f32::NAN;
-                }
-                for output in [Output::Display, Output::Linear] {
-                    let picture = compose(
-                        &scene(Background::Environment, output, 2.0),
-                        &set.ingredients(),
-                    )
-                    .unwrap();
-                    assert!(
-                        picture
-                            .linear
-                            .pixels
-                            .iter()
-                            .flatten()
-                            .all(|v| v.is_finite())
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn no_light_leaves_the_subject_black_and_says_why() {
-        let mut set = Set::new(16);
-        set.weights.per_lamp = vec![[0.0; 3]; 3];
-        let picture = compose(
-            &scene(Background::None, Output::Display, 0.0),
-            &set.ingredients(),
-        )
-        .unwrap();
-        assert!(picture.linear.pixels.iter().all(|&p| p == [0.0; 3]));
-        let relight = picture.passes.iter().find(|p| p.name == "relight").unwrap();
-        assert!(!relight.ran && relight.ms == 0.0 && relight.reason.contains("no lamp"));
-    }
-
-    #[test]
-    fn what_does_not_fit_is_refused() {
-        let mut set = Set::new(16);
-        set.weights.per_lamp.pop();
-        let scene = scene(Background::None, Output::Linear, 0.0);
-        assert!(
-            compose(&scene, &set.ingredients())
-                .unwrap_err()
-                .to_string()
-                .contains("2 lamps")
-        );
-        let mut set = Set::new(16);
-        set.mask = Mask::filled(8, 16, 1.0);
-        assert!(compose(&scene, &set.ingredients()).is_err());
-        let set = Set::new(16);
-        let view = CameraView {
-            vertical_fov_deg: f32::NAN,
-        };
-        assert!(
-            compose(
-                &scene,
-                &Ingredients {
-                    view,
-                    ..set.ingredients()
-                }
-            )
-            .is_err()
-        );
-    }
-}
+#[cfg(test)]
+#[path = "effects_tests.rs"]
+mod effects_tests;

@@ -5,15 +5,44 @@
 //! its name under `shaders/` and a host under [`passes`], tested against its twin here.
 
 mod background;
+mod background_blur;
+mod channels;
 mod compose;
+mod curve;
+mod despill;
+mod difference;
+mod false_color;
 mod field;
+mod glare;
+mod grain;
 mod levels;
+mod light_wrap;
+mod pass;
 pub mod passes;
 mod plan;
+mod pyramid;
 pub mod reference;
+mod reuse;
+mod smoothing;
+mod stage;
+mod view;
 
 pub use background::{CameraView, draw_background};
-pub use compose::{Ingredients, PassReport, Picture, Upstream, compose, execute};
+pub use background_blur::background_blur;
+pub use channels::channels;
+pub use compose::{
+    Extra, Identity, Ingredients, PassReport, Picture, Upstream, compose, compose_reusing, execute,
+};
+pub use despill::{Screen, Spill, despill, guide, rim, spill};
+pub use difference::difference;
+pub use false_color::{CLIPPED, LEGEND, Zone, false_color};
 pub use field::Field;
+pub use glare::{brightest, glare};
+pub use grain::{Grain, grain};
 pub use levels::Levels;
-pub use plan::{Facts, Pass, PlannedPass, plan};
+pub use light_wrap::light_wrap;
+pub use pass::Pass;
+pub use plan::{Facts, Inputs, PlannedPass, plan};
+pub use reuse::Reuse;
+pub use smoothing::Steady;
+pub use view::{code, view};

@@ -1,45 +1,21 @@
 //! Which passes a scene calls for, and why. The plan is data: it can be shown, tested and overruled.
 
-use crate::scene::{Background, Output, Scene};
-use serde::Serialize;
+use super::despill::Spill;
+use super::grain;
+use super::pass::Pass;
+use super::smoothing;
+use crate::scene::{Background, Effects, Inspection, Output, Scene, ViewTransform};
+use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// One effect of the picture, in the order in which they run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Pass {
-    /// The network predicts the frame's reflectance field.
-    Predict,
-    /// The environment's energy is given to the lamps.
-    Weights,
-    /// The lamps' pictures are summed, and the subject is cut out.
-    Relight,
-    /// The environment is drawn behind the subject.
-    Background,
-    /// Everything is made brighter or darker.
-    Exposure,
-    /// Linear light is encoded for a display.
-    View,
-    /// A pattern below one code keeps smooth gradients from showing steps.
-    Dither,
-}
+/// Spill that takes less than this share of the rim's luminance is left where it is.
+pub const LEAST_SPILL: f32 = 0.005;
 
-impl Pass {
-    /// The name that finds this pass everywhere: in reports, files and shaders.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Predict => "predict",
-            Self::Weights => "weights",
-            Self::Relight => "relight",
-            Self::Background => "background",
-            Self::Exposure => "exposure",
-            Self::View => "view",
-            Self::Dither => "dither",
-        }
-    }
-}
+/// Wrapped light that adds less than this share to the rim's is left out.
+pub const LEAST_WRAP: f32 = 0.002;
 
-/// What the plan has to know besides the scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What the plan has to know besides the scene. What an effect's need is measured by is measured where the
+/// scene asks for the effect; else it is left at its default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Facts {
     /// The reflectance field of the scene's frame was there already.
     pub field_cached: bool,
@@ -51,6 +27,35 @@ pub struct Facts {
     pub lit_lamps: usize,
     /// Share in `[0, 1]` of pixels that the subject does not cover wholly.
     pub open_share: f32,
+    /// What the picture is made of, as numbers that differ where the things do.
+    pub inputs: Inputs,
+    /// The gain that would hold this frame's brightness steady, where smoothing was measured.
+    pub steady_gain: Option<[f32; 3]>,
+    /// The spill of the relit subject's rim.
+    pub spill: Option<Spill>,
+    /// What wrapping wholly would add to the rim, as a share of the rim's light.
+    pub wrap_need: f32,
+    /// The largest linear value before exposure.
+    pub brightest: f32,
+    /// The largest deviation of the plate's grain beyond the picture's own, in codes.
+    pub missing_grain: f32,
+    /// There is a second picture to compare with.
+    pub second_picture: bool,
+}
+
+/// Numbers that stand for what the passes read: equal numbers stand for equal things.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Inputs {
+    /// The frame: its field and its matte.
+    pub frame: u64,
+    /// The lamps' weights and the subject's level.
+    pub light: u64,
+    /// The panorama, its level and the camera that sees it.
+    pub backdrop: u64,
+    /// The plate's grain.
+    pub grain: u64,
+    /// The second picture.
+    pub second: u64,
 }
 
 /// The decision about one pass.
@@ -60,38 +65,142 @@ pub struct PlannedPass {
     pub run: bool,
     /// Why it runs, or why it may be left out without changing the picture.
     pub reason: String,
+    /// Stands for all that the picture after this pass depends on: where it did not change, neither did
+    /// the picture. A pass that is left out has the key of the picture that it passes on.
+    pub key: u64,
+}
+
+/// The picture behind the subject is needed whole, not only where the matte is open.
+pub(super) fn draws_whole(effects: &Effects) -> bool {
+    effects.background_blur > 0.0 || effects.light_wrap > 0.0
+}
+
+/// A number that stands for `parts`.
+pub(super) fn key(parts: impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    parts.hash(&mut hasher);
+    hasher.finish()
 }
 
 /// Decides about every pass, in the order in which they run.
 pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
-    let decide = |pass, run, yes: String, no: &str| PlannedPass {
-        pass,
-        run,
-        reason: if run { yes } else { no.to_owned() },
+    let effects = scene.effects.bounded();
+    let mut planned: Vec<PlannedPass> = Vec::with_capacity(Pass::ALL.len());
+    for pass in Pass::ALL {
+        let (run, reason) = match decision(pass, scene, &effects, facts) {
+            Ok(reason) => (true, reason),
+            Err(reason) => (false, reason),
+        };
+        let upstream = upstream_key(pass, scene, &facts.inputs, &planned);
+        let key = match pass {
+            // Whether these had to be made anew does not change what they are.
+            Pass::Predict | Pass::Weights => upstream,
+            _ if run => key((pass, upstream, parameters(pass, scene, &effects, facts))),
+            // Nothing is behind the subject, whatever the panorama is.
+            Pass::Background => 0,
+            _ => upstream,
+        };
+        planned.push(PlannedPass {
+            pass,
+            run,
+            reason,
+            key,
+        });
+    }
+    planned
+}
+
+/// What a pass reads.
+fn upstream_key(pass: Pass, scene: &Scene, inputs: &Inputs, planned: &[PlannedPass]) -> u64 {
+    let of = |wanted: Pass| {
+        let found = planned.iter().find(|p| p.pass == wanted);
+        found.map_or(0, |p| p.key)
     };
-    let wanted = scene.background == Background::Environment;
-    let background = wanted && facts.open_share > 0.0;
-    let display = scene.output == Output::Display;
-    let no_background = if wanted {
-        "the subject covers every pixel"
+    match pass {
+        Pass::Predict => key((scene.frame, inputs.frame)),
+        Pass::Weights => inputs.light,
+        Pass::Relight => key((of(Pass::Smoothing), of(Pass::Weights))),
+        Pass::Despill => of(Pass::Relight),
+        Pass::Background => inputs.backdrop,
+        Pass::LightWrap => key((of(Pass::Despill), of(Pass::BackgroundBlur))),
+        Pass::Difference => key((of(Pass::Channels), inputs.second)),
+        Pass::Grain => key((of(Pass::View), inputs.grain)),
+        _ => planned.last().map_or(0, |p| p.key),
+    }
+}
+
+/// The settings and measurements that a pass goes by.
+fn parameters(pass: Pass, scene: &Scene, effects: &Effects, facts: &Facts) -> u64 {
+    let bits = f32::to_bits;
+    match pass {
+        Pass::Predict | Pass::Weights | Pass::Relight => 0,
+        Pass::Smoothing => key(facts.steady_gain.map(|gain| gain.map(bits))),
+        Pass::Despill => key((bits(effects.despill), facts.spill.map(|s| s.screen))),
+        Pass::Background => key((bits(scene.yaw_deg), draws_whole(effects))),
+        Pass::BackgroundBlur => key(bits(effects.background_blur)),
+        Pass::LightWrap => key(bits(effects.light_wrap)),
+        Pass::Glare => key([effects.glare, scene.exposure_stops].map(bits)),
+        Pass::Exposure => key(bits(scene.exposure_stops)),
+        Pass::View => key(effects.view),
+        Pass::Grain => key((bits(effects.grain), scene.frame)),
+        Pass::Dither => facts.inputs.frame,
+        Pass::Channels | Pass::Difference | Pass::FalseColor => key(match effects.inspection {
+            Inspection::Picture | Inspection::FalseColor => (None, 0),
+            Inspection::Channel(channel) => (Some(channel), 0),
+            Inspection::Difference { gain } => (None, bits(gain)),
+        }),
+    }
+}
+
+/// Whether a pass runs, and why: `Ok` to run, `Err` to leave it out.
+fn decision(pass: Pass, scene: &Scene, effects: &Effects, facts: &Facts) -> Result<String, String> {
+    let decide = |run: bool, yes: String, no: &str| if run { Ok(yes) } else { Err(no.to_owned()) };
+    let asked = |strength: f32| {
+        if strength > 0.0 {
+            Ok(())
+        } else {
+            Err("the scene does not ask for it".to_owned())
+        }
+    };
+    let behind = if scene.background == Background::None {
+        Err("the scene asks for no background".to_owned())
+    } else if facts.open_share > 0.0 {
+        Ok(())
     } else {
-        "the scene asks for no background"
+        Err("the subject covers every pixel".to_owned())
     };
-    vec![
-        decide(
-            Pass::Predict,
+    let displayed = match scene.output {
+        Output::Display => Ok(()),
+        Output::Linear => Err("the output stays linear".to_owned()),
+    };
+    match pass {
+        Pass::Predict => decide(
             !facts.field_cached,
             format!("frame {} had no reflectance field yet", scene.frame),
             "the reflectance field of this frame is at hand",
         ),
-        decide(
-            Pass::Weights,
+        Pass::Smoothing => {
+            asked(effects.smoothing)?;
+            let gain = facts.steady_gain.unwrap_or([1.0; 3]);
+            let change = gain
+                .map(|g| (g - 1.0).abs())
+                .into_iter()
+                .fold(0.0, f32::max);
+            decide(
+                change > smoothing::UNSEEN,
+                format!(
+                    "the brightness jumped, and {:.1} % of it are held back",
+                    100.0 * change
+                ),
+                "the brightness did not flicker by 0.1 %",
+            )
+        }
+        Pass::Weights => decide(
             !facts.weights_cached,
             "the environment or its yaw is new".to_owned(),
             "the weights of this environment and yaw are at hand",
         ),
-        decide(
-            Pass::Relight,
+        Pass::Relight => decide(
             facts.lit_lamps > 0,
             format!(
                 "{} of {} lamps carry energy; no other is read",
@@ -99,139 +208,104 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
             ),
             "no lamp carries energy, so the subject is black",
         ),
-        decide(
-            Pass::Background,
-            background,
-            format!(
-                "it shows in {:.0} % of the pixels",
-                (100.0 * facts.open_share).max(1.0)
-            ),
-            no_background,
-        ),
-        decide(
-            Pass::Exposure,
+        Pass::Despill => {
+            asked(effects.despill)?;
+            match facts.spill.filter(|spill| spill.excess > LEAST_SPILL) {
+                Some(spill) => Ok(format!(
+                    "{:.1} % of the rim's light is {} spill",
+                    100.0 * spill.excess,
+                    ["green", "blue"][spill.screen.channel() - 1]
+                )),
+                None => Err("the rim is no greener and no bluer than what is inside".to_owned()),
+            }
+        }
+        Pass::Background => behind.map(|()| {
+            let percent = (100.0 * facts.open_share).max(1.0);
+            format!("it shows in {percent:.0} % of the pixels")
+        }),
+        Pass::BackgroundBlur => {
+            asked(effects.background_blur)?;
+            behind.map(|()| {
+                let percent = 100.0 * effects.background_blur;
+                format!("points become discs of {percent:.1} % of the height")
+            })
+        }
+        Pass::LightWrap => {
+            asked(effects.light_wrap)?;
+            behind?;
+            decide(
+                effects.light_wrap * facts.wrap_need > LEAST_WRAP,
+                format!(
+                    "it adds {:.1} % to the rim",
+                    100.0 * effects.light_wrap * facts.wrap_need
+                ),
+                "the background is no brighter than the rim",
+            )
+        }
+        Pass::Glare => {
+            asked(effects.glare)?;
+            let brightest = facts.brightest * scene.exposure_stops.exp2();
+            decide(
+                brightest > 1.0,
+                format!("the brightest light is {brightest:.1} times white"),
+                "nothing is brighter than white",
+            )
+        }
+        Pass::Exposure => decide(
             scene.exposure_stops != 0.0,
             format!("{:+} stops", scene.exposure_stops),
             "0 stops change nothing",
         ),
-        decide(
-            Pass::View,
-            display,
-            "a display wants sRGB".to_owned(),
-            "the output stays linear",
-        ),
-        decide(
-            Pass::Dither,
-            display && background,
-            "8 bits would show steps in the smooth background".to_owned(),
-            if display {
-                no_background
-            } else {
-                "the output stays linear"
-            },
-        ),
-    ]
+        Pass::View => displayed.map(|()| {
+            let curve = match effects.view {
+                ViewTransform::Srgb => "a display wants sRGB",
+                ViewTransform::Filmic => "a display wants sRGB; highlights roll off as on film",
+                ViewTransform::Aces => "a display wants sRGB, by way of ACES",
+            };
+            curve.to_owned()
+        }),
+        Pass::Grain => {
+            asked(effects.grain)?;
+            displayed?;
+            let steps = 255.0 * facts.missing_grain;
+            decide(
+                facts.missing_grain > grain::UNSEEN,
+                format!("the plate has grain of {steps:.1} codes more"),
+                "the plate has no more grain than the picture",
+            )
+        }
+        Pass::Dither => {
+            displayed?;
+            behind.map(|()| "8 bits would show steps in the smooth background".to_owned())
+        }
+        Pass::Channels => {
+            displayed?;
+            match effects.inspection {
+                Inspection::Channel(channel) => Ok(format!("{channel:?} is looked at alone")),
+                _ => Err("the scene does not ask for it".to_owned()),
+            }
+        }
+        Pass::Difference => {
+            displayed?;
+            match effects.inspection {
+                Inspection::Difference { gain } => decide(
+                    facts.second_picture,
+                    format!("two pictures are compared, {gain} times enlarged"),
+                    "there is no second picture",
+                ),
+                _ => Err("the scene does not ask for it".to_owned()),
+            }
+        }
+        Pass::FalseColor => {
+            displayed?;
+            match effects.inspection {
+                Inspection::FalseColor => Ok("zones of exposure are looked at".to_owned()),
+                _ => Err("the scene does not ask for it".to_owned()),
+            }
+        }
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FACTS: Facts = Facts {
-        field_cached: false,
-        weights_cached: false,
-        lamps: 41,
-        lit_lamps: 38,
-        open_share: 0.6,
-    };
-
-    fn scene() -> Scene {
-        Scene {
-            frame: 3,
-            yaw_deg: 0.0,
-            exposure_stops: 1.0,
-            background: Background::Environment,
-            output: Output::Display,
-        }
-    }
-
-    fn names(scene: &Scene, facts: &Facts) -> Vec<&'static str> {
-        plan(scene, facts)
-            .iter()
-            .filter(|p| p.run)
-            .map(|p| p.pass.name())
-            .collect()
-    }
-
-    #[test]
-    fn a_new_frame_for_a_window_runs_everything() {
-        let all = [
-            "predict",
-            "weights",
-            "relight",
-            "background",
-            "exposure",
-            "view",
-            "dither",
-        ];
-        assert_eq!(names(&scene(), &FACTS), all);
-    }
-
-    #[test]
-    fn a_turn_of_the_environment_never_asks_the_network() {
-        let turned = Facts {
-            field_cached: true,
-            ..FACTS
-        };
-        assert!(!names(&scene(), &turned).contains(&"predict"));
-        assert!(names(&scene(), &turned).contains(&"weights"));
-    }
-
-    #[test]
-    fn a_linear_cut_out_at_0_stops_needs_the_sum_alone() {
-        let bare = Scene {
-            exposure_stops: 0.0,
-            background: Background::None,
-            output: Output::Linear,
-            ..scene()
-        };
-        let cached = Facts {
-            field_cached: true,
-            weights_cached: true,
-            ..FACTS
-        };
-        assert_eq!(names(&bare, &cached), ["relight"]);
-    }
-
-    #[test]
-    fn what_cannot_be_seen_does_not_run() {
-        let covered = Facts {
-            open_share: 0.0,
-            ..FACTS
-        };
-        assert!(!names(&scene(), &covered).contains(&"background"));
-        assert!(!names(&scene(), &covered).contains(&"dither"));
-        let dark = Facts {
-            lit_lamps: 0,
-            ..FACTS
-        };
-        assert!(!names(&scene(), &dark).contains(&"relight"));
-    }
-
-    #[test]
-    fn every_decision_has_a_reason() {
-        for cached in [false, true] {
-            let facts = Facts {
-                field_cached: cached,
-                weights_cached: cached,
-                ..FACTS
-            };
-            assert!(plan(&scene(), &facts).iter().all(|p| !p.reason.is_empty()));
-        }
-        let relight = &plan(&scene(), &FACTS)[2];
-        assert_eq!(
-            relight.reason,
-            "38 of 41 lamps carry energy; no other is read"
-        );
-    }
-}
+#[path = "plan_tests.rs"]
+mod tests;

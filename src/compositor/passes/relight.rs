@@ -1,5 +1,6 @@
 //! Pass `relight` on the GPU. Its twin on the CPU is [`crate::compositor::reference::relight`].
 
+use super::read::read_back;
 use crate::compositor::reference::lit_lamps;
 use crate::error::{Error, Result};
 use crate::gpu::ComputeDevice;
@@ -200,44 +201,8 @@ impl RelightPass {
     }
 
     fn read_back(&self, relit: &wgpu::Buffer) -> Result<Vec<[f32; 3]>> {
-        let fail = |cause: String| {
-            Error::unexpected(
-                "the GPU",
-                "the relit picture",
-                cause,
-                "Relight on the CPU with --device cpu",
-            )
-        };
-        let there = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("relit, to read"),
-            size: relit.size(),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut commands = self
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        commands.copy_buffer_to_buffer(relit, 0, &there, 0, relit.size());
-        self.queue.submit([commands.finish()]);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        // The receiver outlives the poll below, so the message always arrives.
-        there
-            .slice(..)
-            .map_async(wgpu::MapMode::Read, move |mapped| drop(sender.send(mapped)));
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|e| fail(e.to_string()))?;
-        receiver
-            .recv()
-            .map_err(|e| fail(e.to_string()))?
-            .map_err(|e| fail(e.to_string()))?;
-        let view = there
-            .slice(..)
-            .get_mapped_range()
-            .map_err(|e| fail(e.to_string()))?;
-        let values: &[[f32; 4]] =
-            bytemuck::try_cast_slice(&view).map_err(|e| fail(e.to_string()))?;
-        Ok(values.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
+        let pixels = read_back(&self.device, &self.queue, relit)?;
+        Ok(pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
     }
 }
 
@@ -254,7 +219,7 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::compositor::reference::{relight, tests::noise_field};
     use std::future::Future;
@@ -275,8 +240,8 @@ mod tests {
         }
     }
 
-    /// The pass on any adapter, even a software one.
-    fn pass() -> Option<RelightPass> {
+    /// Any adapter's device, even a software one.
+    pub fn any_device() -> Option<(wgpu::Device, wgpu::Queue)> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let made = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
             .map_err(|e| e.to_string())
@@ -285,9 +250,12 @@ mod tests {
                 wait(adapter.request_device(&wgpu::DeviceDescriptor::default()))
                     .map_err(|e| e.to_string())
             });
-        made.map(|(device, queue)| RelightPass::new(&device, &queue))
-            .inspect_err(|e| println!("skipped: no adapter for compute shaders: {e}"))
+        made.inspect_err(|e| println!("skipped: no adapter for compute shaders: {e}"))
             .ok()
+    }
+
+    fn pass() -> Option<RelightPass> {
+        any_device().map(|(device, queue)| RelightPass::new(&device, &queue))
     }
 
     #[test]

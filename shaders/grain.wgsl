@@ -1,0 +1,49 @@
+// Pass `grain`: adds the plate's grain to codes. The twin on the CPU is `compositor::grain`.
+
+struct Params {
+    size: vec2<u32>,
+    frame: u32,
+    unused: u32,
+    // Deviations in codes for eight classes of brightness: on the subject, and behind it.
+    inside: array<vec4<f32>, 8>,
+    outside: array<vec4<f32>, 8>,
+}
+
+@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
+@group(0) @binding(3) var<uniform> params: Params;
+
+fn hash(input: u32) -> u32 {
+    let state = input * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
+// Mean 0, deviation 1: the sum of the four bytes of a hash.
+fn normal(bits: u32) -> f32 {
+    let sum = (bits & 255u) + ((bits >> 8u) & 255u) + ((bits >> 16u) & 255u) + (bits >> 24u);
+    return (f32(sum) - 510.0) / 147.8;
+}
+
+@compute @workgroup_size(8, 8)
+fn grain(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let i = id.y * params.size.x + id.x;
+    // The fourth value of `first` is the picture's coverage, the red of `second` the subject's matte.
+    let matte = second[i].r;
+    let hashed = hash(hash(params.frame) ^ i);
+    var pixel = first[i];
+    for (var c = 0u; c < 3u; c++) {
+        let place = clamp(pixel[c] * 8.0 - 0.5, 0.0, 7.0);
+        let low = min(u32(place), 6u);
+        let part = place - f32(low);
+        let inside = mix(params.inside[low][c], params.inside[low + 1u][c], part);
+        let outside = mix(params.outside[low][c], params.outside[low + 1u][c], part);
+        let deviation = pixel.a * mix(outside, inside, matte);
+        pixel[c] = clamp(pixel[c] + deviation * normal(hash(hashed ^ c)), 0.0, 1.0);
+    }
+    result[i] = pixel;
+}

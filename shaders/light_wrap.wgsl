@@ -1,0 +1,42 @@
+// Pass `light_wrap`: the background's light reaches around the subject's rim. Between `open` and `wrap`
+// the light is blurred by `background_blur.wgsl`. The twin on the CPU is `compositor::light_wrap`.
+
+struct Params {
+    size: vec2<u32>,
+    amount: f32,
+    unused: f32,
+}
+
+@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
+@group(0) @binding(3) var<uniform> params: Params;
+
+// 0 in place of what is no number: a blur would carry it everywhere.
+fn finite(v: vec4<f32>) -> vec4<f32> {
+    let exponent = bitcast<vec4<u32>>(v) & vec4<u32>(0x7f800000u);
+    return select(v, vec4<f32>(0.0), exponent == vec4<u32>(0x7f800000u));
+}
+
+@compute @workgroup_size(8, 8)
+fn open(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let i = id.y * params.size.x + id.x;
+    // `first` is the subject with its matte as the fourth value, `second` what is behind it.
+    let open = 1.0 - first[i].a;
+    result[i] = vec4<f32>(open * finite(second[i]).rgb, open);
+}
+
+@compute @workgroup_size(8, 8)
+fn wrap(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let i = id.y * params.size.x + id.x;
+    let subject = first[i];
+    let past = second[i];
+    let more = max(subject.a * past.rgb - past.a * subject.rgb, vec3<f32>(0.0));
+    result[i] = vec4<f32>(subject.rgb + params.amount * more, subject.a);
+}

@@ -1,0 +1,193 @@
+//! Pass `background_blur`: the background as a lens sees it that is focused on the subject. Every point
+//! becomes a disc, in linear light, so that lamps become bright discs; the subject is laid over later.
+
+use super::pyramid::{Rgba, add, double_onto, halve, mirrored, rgba};
+use crate::imaging::Image;
+use rayon::prelude::*;
+
+/// Discs of this radius in pixels and more are drawn at half the size, again and again: a disc costs as
+/// its area, and one of a few pixels is round enough once it is enlarged.
+pub(super) const LARGEST_RADIUS: f32 = 4.0;
+
+/// Pixels that are summed at once.
+const BLOCK: usize = 8;
+const ZERO: [[f32; 4]; BLOCK] = [[0.0; 4]; BLOCK];
+
+/// Blurs a picture by a disc of `radius` pixels. Edges are mirrored, so that no light is lost. A radius
+/// that is not above 0 leaves the picture as it is.
+pub fn background_blur(picture: &mut Image, radius: f32) {
+    if radius.is_nan() || radius <= 0.0 || picture.pixels.is_empty() {
+        return;
+    }
+    let blurred = defocused(rgba(picture, |_, [r, g, b]| [r, g, b, 1.0]), radius);
+    let pairs = picture.pixels.par_iter_mut().zip(&blurred.pixels);
+    pairs
+        .with_min_len(4096)
+        .for_each(|(pixel, &[r, g, b, _])| *pixel = [r, g, b]);
+}
+
+/// Four values a pixel, blurred by a disc of `radius` pixels.
+pub(super) fn defocused(picture: Rgba, radius: f32) -> Rgba {
+    if picture.pixels.is_empty() {
+        return picture;
+    }
+    if radius < LARGEST_RADIUS || picture.pixels.len() <= 1 {
+        return disc(&picture, radius);
+    }
+    let small = defocused(halve(&picture), halved(radius));
+    let mut large = picture;
+    double_onto(&small, &mut large, 0.0);
+    large
+}
+
+/// The radius at half the size that makes a spot as wide. A disc has the variance radius² / 4 along an
+/// axis; halving and doubling add 0.75 pixels² each.
+pub(super) fn halved(radius: f32) -> f32 {
+    (radius * radius - 6.0).max(0.0).sqrt() / 2.0
+}
+
+/// The mean over a disc whose rim is one pixel wide, so that radii between whole pixels differ.
+fn disc(picture: &Rgba, radius: f32) -> Rgba {
+    let (width, height) = picture.size();
+    let taps = disc_taps(radius);
+    let margin = reach(radius) as usize;
+    let wide = width + 2 * margin;
+    let mut pixels = vec![[0f32; 4]; width * height];
+    let rows = pixels.par_chunks_mut(width.max(1)).enumerate();
+    rows.with_min_len(16).for_each_init(
+        // The last block of the last row may read past it.
+        || vec![[0f32; 4]; wide * (2 * margin + 1) + BLOCK],
+        |window, (y, out)| {
+            for (j, row) in window
+                .chunks_exact_mut(wide)
+                .take(2 * margin + 1)
+                .enumerate()
+            {
+                let source = mirrored((y + j) as isize - margin as isize, height);
+                let source = &picture.pixels[source * width..][..width];
+                row[margin..margin + width].copy_from_slice(source);
+                for i in (0..margin).chain(margin + width..wide) {
+                    row[i] = source[mirrored(i as isize - margin as isize, width)];
+                }
+            }
+            // A few pixels at a time, whose sums stay in registers.
+            for (block, out) in out.chunks_mut(BLOCK).enumerate() {
+                let mut sums = [[0f32; 4]; BLOCK];
+                for &(dx, dy, weight) in &taps {
+                    let start = (dy + margin as isize) as usize * wide + block * BLOCK;
+                    let start = start + (dx + margin as isize) as usize;
+                    let source: &[[f32; 4]; BLOCK] = window[start..].first_chunk().unwrap_or(&ZERO);
+                    for (sum, value) in sums.iter_mut().zip(source) {
+                        add(sum, *value, weight);
+                    }
+                }
+                out.copy_from_slice(&sums[..out.len()]);
+            }
+        },
+    );
+    Rgba {
+        width,
+        height,
+        pixels,
+    }
+}
+
+/// Pixels on either side that a disc can touch.
+pub(super) fn reach(radius: f32) -> isize {
+    (radius + 0.5).ceil() as isize
+}
+
+/// Offsets and shares of the pixels under a disc, row by row. The shares add up to 1.
+fn disc_taps(radius: f32) -> Vec<(isize, isize, f32)> {
+    let reach = reach(radius);
+    let cover = |dx: isize, dy: isize| {
+        let distance = ((dx * dx + dy * dy) as f32).sqrt();
+        (radius + 0.5 - distance).clamp(0.0, 1.0)
+    };
+    let square = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
+    let mut taps: Vec<_> = square
+        .map(|(dx, dy)| (dx, dy, cover(dx, dy)))
+        .filter(|tap| tap.2 > 0.0)
+        .collect();
+    let total: f32 = taps.iter().map(|tap| tap.2).sum();
+    taps.iter_mut().for_each(|tap| tap.2 /= total);
+    taps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sum(picture: &Image) -> f64 {
+        picture.pixels.iter().map(|p| f64::from(p[0])).sum()
+    }
+
+    fn lamp(width: usize, height: usize, at: (usize, usize)) -> Image {
+        Image::from_fn(width, height, |x, y| {
+            [if (x, y) == at { 1e6 } else { 0.1 }; 3]
+        })
+    }
+
+    #[test]
+    fn no_light_is_lost_and_none_is_made() {
+        for (width, height, at) in [(64, 64, (20, 30)), (64, 32, (0, 0)), (128, 64, (127, 63))] {
+            for radius in [0.3, 1.0, 4.0, 5.0, 13.0] {
+                let sharp = lamp(width, height, at);
+                let mut blurred = sharp.clone();
+                background_blur(&mut blurred, radius);
+                let change = sum(&blurred) / sum(&sharp) - 1.0;
+                assert!(
+                    change.abs() < 1e-5,
+                    "{width} × {height}, {radius}: {change}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_lamp_becomes_an_even_disc_of_the_radius() {
+        let mut blurred = lamp(65, 65, (32, 32));
+        background_blur(&mut blurred, 3.5);
+        // Spread evenly, its light is its brightness times the area.
+        let lit = 1e6 / blurred.at(32, 32)[0];
+        let area = std::f32::consts::PI * 3.5 * 3.5;
+        assert!((lit / area - 1.0).abs() < 0.05, "{lit} pixels");
+        assert!((blurred.at(32, 32)[0] / blurred.at(35, 32)[0] - 1.0).abs() < 1e-4);
+        assert!(blurred.at(37, 32)[0] < 1.0);
+    }
+
+    #[test]
+    fn the_radius_acts_without_steps() {
+        // Across the size from which discs are drawn smaller, a spot's spread goes on growing evenly.
+        let spread = |radius: f32| {
+            let mut spot = lamp(64, 64, (31, 31)).map(|p| p.map(|v| v - 0.1));
+            background_blur(&mut spot, radius);
+            let second: f64 = (0..64 * 64)
+                .map(|i| ((i % 64) as f64 - 31.0).powi(2) * f64::from(spot.pixels[i][0]))
+                .sum();
+            (second / sum(&spot)).sqrt()
+        };
+        let (before, after) = (spread(LARGEST_RADIUS - 0.01), spread(LARGEST_RADIUS + 0.01));
+        assert!((after / before - 1.0).abs() < 0.1, "{before} then {after}");
+    }
+
+    #[test]
+    fn hard_pictures_stay_finite() {
+        for (width, height) in [(1, 1), (2, 1), (3, 7), (16, 16)] {
+            for value in [f32::NAN, f32::INFINITY, 0.0, 1e6] {
+                for radius in [0.01, 1.0, 40.0, f32::NAN, -1.0, 0.0] {
+                    let mut picture = Image::filled(width, height, [0.5; 3]);
+                    picture.pixels[0] = [value; 3];
+                    let sharp = picture.clone();
+                    background_blur(&mut picture, radius);
+                    if radius > 0.0 {
+                        assert!(picture.pixels.iter().flatten().all(|v| v.is_finite()));
+                    } else if value.is_finite() {
+                        assert_eq!(picture, sharp);
+                    }
+                }
+            }
+        }
+        background_blur(&mut Image::filled(0, 0, [0.0; 3]), 3.0);
+    }
+}

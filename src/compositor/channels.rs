@@ -1,0 +1,59 @@
+//! Pass `channels`: one channel of the display's codes in grey, or the coverage.
+
+use super::curve::Curve;
+use crate::imaging::color::{linear_from_srgb, luminance, srgb_from_linear};
+use crate::imaging::{Encoded, Mask};
+use crate::scene::Channel;
+use rayon::prelude::*;
+use std::sync::LazyLock;
+
+static LIGHT: LazyLock<Curve> = LazyLock::new(|| Curve::new(linear_from_srgb));
+static CODE: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
+
+/// Replaces codes by the grey of one channel. Luminance is that of the codes' light. `alpha` has the
+/// picture's size.
+pub fn channels(codes: &mut Encoded, alpha: &Mask, channel: Channel) {
+    let pixels = codes.0.pixels.par_iter_mut().zip(&alpha.pixels);
+    pixels.with_min_len(4096).for_each(|(pixel, &alpha)| {
+        let grey = match channel {
+            Channel::Red => pixel[0],
+            Channel::Green => pixel[1],
+            Channel::Blue => pixel[2],
+            Channel::Luminance => CODE.at(luminance(pixel.map(|v| LIGHT.at(v)))),
+            Channel::Alpha => alpha,
+        };
+        *pixel = [grey; 3];
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imaging::Image;
+
+    #[test]
+    fn a_channel_is_shown_in_grey() {
+        let alpha = Mask::filled(2, 1, 0.25);
+        let shown = |channel| {
+            let mut codes = Encoded(Image::filled(2, 1, [0.9, 0.5, 0.1]));
+            channels(&mut codes, &alpha, channel);
+            codes.0.pixels[1]
+        };
+        assert_eq!(shown(Channel::Red), [0.9; 3]);
+        assert_eq!(shown(Channel::Green), [0.5; 3]);
+        assert_eq!(shown(Channel::Blue), [0.1; 3]);
+        assert_eq!(shown(Channel::Alpha), [0.25; 3]);
+        let grey = shown(Channel::Luminance);
+        let light = luminance([0.9, 0.5, 0.1].map(linear_from_srgb));
+        assert!((linear_from_srgb(grey[0]) - light).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_grey_has_its_own_luminance() {
+        for code in [0.0, 0.02, 0.5, 1.0] {
+            let mut codes = Encoded(Image::filled(1, 1, [code; 3]));
+            channels(&mut codes, &Mask::filled(1, 1, 1.0), Channel::Luminance);
+            assert!((codes.0.pixels[0][0] - code).abs() < 1e-5);
+        }
+    }
+}

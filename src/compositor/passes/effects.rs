@@ -1,0 +1,283 @@
+//! What each pass from picture to picture asks of its shader. The twins on the CPU are the functions of
+//! the same names in [`crate::compositor`].
+
+use super::pictures::{GpuPicture, PicturePasses};
+use crate::compositor::background::{CameraView, Sampling};
+use crate::compositor::background_blur::{LARGEST_RADIUS, halved};
+use crate::compositor::grain::BINS;
+use crate::compositor::{CLIPPED, Grain, LEGEND, Screen, false_color, glare, light_wrap};
+use crate::error::Result;
+use crate::scene::{Channel, ViewTransform};
+use bytemuck::{Pod, Zeroable, bytes_of};
+
+/// Parameters of `pyramid`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct PyramidParams {
+    size: [u32; 2],
+    from_size: [u32; 2],
+    odd_end: f32,
+    keep: f32,
+    unused: [f32; 2],
+}
+
+/// Parameters of passes that go by the size and two more values at most.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct PlainParams {
+    size: [u32; 2],
+    values: [u32; 2],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct BackgroundParams {
+    size: [u32; 2],
+    panorama: [u32; 2],
+    pixel: f32,
+    turn: f32,
+    level: f32,
+    samples: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct GrainParams {
+    size: [u32; 2],
+    frame: u32,
+    unused: u32,
+    inside: [[f32; 4]; BINS],
+    outside: [[f32; 4]; BINS],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct FalseColorParams {
+    size: [u32; 2],
+    unused: [u32; 2],
+    zones: [[f32; 4]; LEGEND.len()],
+    clipped: [f32; 4],
+}
+
+fn size_of_picture((width, height): (usize, usize)) -> [u32; 2] {
+    [width as u32, height as u32]
+}
+
+/// Every function submits its work and leaves a new picture on the GPU. Each fails where the GPU cannot
+/// hold that picture. A second picture has the size of the first, where it is no panorama.
+impl PicturePasses {
+    fn plain(
+        &self,
+        entry: &str,
+        values: [u32; 2],
+        first: &GpuPicture,
+        second: Option<&GpuPicture>,
+    ) -> Result<GpuPicture> {
+        let size = size_of_picture(first.size());
+        let params = PlainParams { size, values };
+        self.run(entry, bytes_of(&params), first, second, first.size())
+    }
+
+    fn halve(&self, fine: &GpuPicture, odd_end: f32) -> Result<GpuPicture> {
+        let size = (fine.width.div_ceil(2), fine.height.div_ceil(2));
+        let params = PyramidParams {
+            size: size_of_picture(size),
+            from_size: size_of_picture(fine.size()),
+            odd_end,
+            keep: 0.0,
+            unused: [0.0; 2],
+        };
+        self.run("halve", bytes_of(&params), fine, None, size)
+    }
+
+    fn double_onto(
+        &self,
+        coarse: &GpuPicture,
+        fine: &GpuPicture,
+        keep: f32,
+        odd_end: f32,
+    ) -> Result<GpuPicture> {
+        let params = PyramidParams {
+            size: size_of_picture(fine.size()),
+            from_size: size_of_picture(coarse.size()),
+            odd_end,
+            keep,
+            unused: [0.0; 2],
+        };
+        self.run("double", bytes_of(&params), coarse, Some(fine), fine.size())
+    }
+
+    /// Pass `despill`; `guide` is as [`crate::compositor::guide`] makes it.
+    pub fn despill(
+        &self,
+        subject: &GpuPicture,
+        guide: &GpuPicture,
+        screen: Screen,
+        amount: f32,
+    ) -> Result<GpuPicture> {
+        let values = [screen.channel() as u32, amount.to_bits()];
+        self.plain("despill", values, subject, Some(guide))
+    }
+
+    /// Pass `background`: the fourth value of `subject` is its matte, and stays.
+    pub fn background(
+        &self,
+        subject: &GpuPicture,
+        panorama: &GpuPicture,
+        yaw_deg: f32,
+        view: CameraView,
+        level: f32,
+    ) -> Result<GpuPicture> {
+        let sampling = Sampling::of(subject.height, panorama.height, yaw_deg, view);
+        let params = BackgroundParams {
+            size: size_of_picture(subject.size()),
+            panorama: size_of_picture(panorama.size()),
+            pixel: sampling.pixel,
+            turn: sampling.turn,
+            level,
+            samples: sampling.samples as u32,
+        };
+        let size = subject.size();
+        self.run(
+            "background",
+            bytes_of(&params),
+            subject,
+            Some(panorama),
+            size,
+        )
+    }
+
+    /// Pass `background_blur`, by a disc of `radius` pixels. All four values are blurred.
+    pub fn background_blur(&self, picture: &GpuPicture, radius: f32) -> Result<GpuPicture> {
+        if radius < LARGEST_RADIUS || picture.width * picture.height <= 1 {
+            return self.plain("disc", [radius.max(0.0).to_bits(), 0], picture, None);
+        }
+        let small = self.background_blur(&self.halve(picture, 1.0)?, halved(radius))?;
+        self.double_onto(&small, picture, 0.0, 1.0)
+    }
+
+    /// Pass `light_wrap`: the fourth value of `subject` is its matte, `behind` is not yet laid under it.
+    pub fn light_wrap(
+        &self,
+        subject: &GpuPicture,
+        behind: &GpuPicture,
+        amount: f32,
+    ) -> Result<GpuPicture> {
+        let open = self.plain("open", [0; 2], subject, Some(behind))?;
+        let past = self.background_blur(&open, light_wrap::reach(subject.height))?;
+        self.plain("wrap", [amount.to_bits(), 0], subject, Some(&past))
+    }
+
+    /// Pass `glare`.
+    pub fn glare(&self, picture: &GpuPicture, amount: f32, white: f32) -> Result<GpuPicture> {
+        let values = [white.to_bits(), amount.to_bits()];
+        let shares = glare::shares(picture.width, picture.height);
+        let mut scattered = self.plain("excess", values, picture, None)?;
+        if shares.is_empty() {
+            return self.plain("lay", values, picture, Some(&scattered));
+        }
+        let mut levels = Vec::with_capacity(shares.len());
+        for _ in &shares {
+            let half = self.halve(&scattered, 0.5)?;
+            levels.push(std::mem::replace(&mut scattered, half));
+        }
+        // The coarsest level has nothing wider to add to: it takes its own share here.
+        let mut keeps = vec![0.0];
+        keeps.extend_from_slice(&shares[..shares.len() - 1]);
+        let last = shares[shares.len() - 1];
+        scattered = self.plain("exposure", [last.to_bits(), 0], &scattered, None)?;
+        for (level, keep) in levels.iter().zip(keeps).rev() {
+            scattered = self.double_onto(&scattered, level, keep, 2.0)?;
+        }
+        self.plain("lay", values, picture, Some(&scattered))
+    }
+
+    /// Pass `exposure`.
+    pub fn exposure(&self, picture: &GpuPicture, stops: f32) -> Result<GpuPicture> {
+        self.plain("exposure", [stops.exp2().to_bits(), 0], picture, None)
+    }
+
+    /// Pass `view`.
+    pub fn view(&self, picture: &GpuPicture, transform: ViewTransform) -> Result<GpuPicture> {
+        let curve = match transform {
+            ViewTransform::Srgb => 0,
+            ViewTransform::Filmic => 1,
+            ViewTransform::Aces => 2,
+        };
+        self.plain("view", [curve, 0], picture, None)
+    }
+
+    /// Pass `grain`: the fourth value of `codes` is the picture's coverage, the red of `matte` the subject's.
+    pub fn grain(
+        &self,
+        codes: &GpuPicture,
+        matte: &GpuPicture,
+        [plate, own]: [&Grain; 2],
+        amount: f32,
+        frame: usize,
+    ) -> Result<GpuPicture> {
+        let padded = |grain: Grain| grain.deviation.map(|[r, g, b]| [r, g, b, 0.0]);
+        let params = GrainParams {
+            size: size_of_picture(codes.size()),
+            frame: frame as u32,
+            unused: 0,
+            inside: padded(plate.beyond(own, amount)),
+            outside: padded(plate.beyond(&Grain::default(), amount)),
+        };
+        self.run("grain", bytes_of(&params), codes, Some(matte), codes.size())
+    }
+
+    /// Pass `dither`: the red of `matte` is the subject's matte.
+    pub fn dither(&self, codes: &GpuPicture, matte: &GpuPicture) -> Result<GpuPicture> {
+        self.plain("dither", [0; 2], codes, Some(matte))
+    }
+
+    /// Pass `channels`.
+    pub fn channels(&self, codes: &GpuPicture, channel: Channel) -> Result<GpuPicture> {
+        let channel = match channel {
+            Channel::Red => 0,
+            Channel::Green => 1,
+            Channel::Blue => 2,
+            Channel::Luminance => 3,
+            Channel::Alpha => 4,
+        };
+        self.plain("channels", [channel, 0], codes, None)
+    }
+
+    /// Pass `difference`.
+    pub fn difference(
+        &self,
+        codes: &GpuPicture,
+        second: &GpuPicture,
+        gain: f32,
+    ) -> Result<GpuPicture> {
+        self.plain("difference", [gain.to_bits(), 0], codes, Some(second))
+    }
+
+    /// Pass `false_color`.
+    pub fn false_color(&self, linear: &GpuPicture) -> Result<GpuPicture> {
+        let limits = false_color::limits();
+        let zones = std::array::from_fn(|i| {
+            let [r, g, b] = LEGEND[i].color.unwrap_or([-1.0; 3]);
+            [r, g, b, limits[i]]
+        });
+        let [r, g, b] = CLIPPED;
+        let params = FalseColorParams {
+            size: size_of_picture(linear.size()),
+            unused: [0; 2],
+            zones,
+            clipped: [r, g, b, 0.0],
+        };
+        self.run(
+            "false_color",
+            bytes_of(&params),
+            linear,
+            None,
+            linear.size(),
+        )
+    }
+}
+
+#[cfg(test)]
+#[path = "effects_tests.rs"]
+mod tests;

@@ -1,0 +1,247 @@
+use super::super::despill::Screen;
+use super::*;
+use crate::scene::Channel;
+
+const FACTS: Facts = Facts {
+    field_cached: false,
+    weights_cached: false,
+    lamps: 41,
+    lit_lamps: 38,
+    open_share: 0.6,
+    inputs: Inputs {
+        frame: 1,
+        light: 2,
+        backdrop: 3,
+        grain: 4,
+        second: 5,
+    },
+    steady_gain: None,
+    spill: None,
+    wrap_need: 0.0,
+    brightest: 0.0,
+    missing_grain: 0.0,
+    second_picture: false,
+};
+
+fn scene() -> Scene {
+    Scene {
+        frame: 3,
+        exposure_stops: 1.0,
+        ..Scene::default()
+    }
+}
+
+fn with(effects: Effects) -> Scene {
+    Scene { effects, ..scene() }
+}
+
+/// Everything at once, and facts that call for all of it.
+fn everything() -> (Scene, Facts) {
+    let effects = Effects {
+        smoothing: 0.5,
+        despill: 1.0,
+        background_blur: 0.02,
+        light_wrap: 0.5,
+        glare: 0.1,
+        view: ViewTransform::Filmic,
+        grain: 1.0,
+        inspection: Inspection::FalseColor,
+    };
+    let facts = Facts {
+        steady_gain: Some([1.05, 1.0, 1.0]),
+        spill: Some(Spill {
+            screen: Screen::Green,
+            excess: 0.1,
+        }),
+        wrap_need: 0.5,
+        brightest: 9.0,
+        missing_grain: 0.01,
+        ..FACTS
+    };
+    (with(effects), facts)
+}
+
+fn names(scene: &Scene, facts: &Facts) -> Vec<&'static str> {
+    plan(scene, facts)
+        .iter()
+        .filter(|p| p.run)
+        .map(|p| p.pass.name())
+        .collect()
+}
+
+#[test]
+fn a_new_frame_for_a_window_runs_what_every_picture_needs() {
+    let all = [
+        "predict",
+        "weights",
+        "relight",
+        "background",
+        "exposure",
+        "view",
+        "dither",
+    ];
+    assert_eq!(names(&scene(), &FACTS), all);
+}
+
+#[test]
+fn a_turn_of_the_environment_never_asks_the_network() {
+    let turned = Facts {
+        field_cached: true,
+        ..FACTS
+    };
+    assert!(!names(&scene(), &turned).contains(&"predict"));
+    assert!(names(&scene(), &turned).contains(&"weights"));
+}
+
+#[test]
+fn a_linear_cut_out_at_0_stops_needs_the_sum_alone() {
+    let bare = Scene {
+        exposure_stops: 0.0,
+        background: Background::None,
+        output: Output::Linear,
+        ..scene()
+    };
+    let cached = Facts {
+        field_cached: true,
+        weights_cached: true,
+        ..FACTS
+    };
+    assert_eq!(names(&bare, &cached), ["relight"]);
+}
+
+#[test]
+fn what_cannot_be_seen_does_not_run() {
+    let covered = Facts {
+        open_share: 0.0,
+        ..FACTS
+    };
+    assert!(!names(&scene(), &covered).contains(&"background"));
+    assert!(!names(&scene(), &covered).contains(&"dither"));
+    let dark = Facts {
+        lit_lamps: 0,
+        ..FACTS
+    };
+    assert!(!names(&scene(), &dark).contains(&"relight"));
+}
+
+#[test]
+fn every_effect_runs_where_it_is_asked_for_and_called_for() {
+    let (scene, facts) = everything();
+    let ran = names(&scene, &facts);
+    let inspections = ["channels", "difference"];
+    let wanted: Vec<_> = Pass::ALL.iter().map(|p| p.name()).collect();
+    let wanted: Vec<_> = wanted
+        .into_iter()
+        .filter(|n| !inspections.contains(n))
+        .collect();
+    assert_eq!(ran, wanted);
+    // The same need, and nobody asks.
+    assert_eq!(names(&self::scene(), &facts), names(&self::scene(), &FACTS));
+    // Somebody asks, and there is no need.
+    let idle = names(&scene, &FACTS);
+    for name in ["smoothing", "despill", "light_wrap", "glare", "grain"] {
+        assert!(!idle.contains(&name), "{name}");
+    }
+}
+
+#[test]
+fn what_a_display_alone_can_show_is_not_done_to_linear_light() {
+    let (scene, facts) = everything();
+    let linear = Scene {
+        output: Output::Linear,
+        ..scene
+    };
+    let ran = names(&linear, &facts);
+    for name in ["view", "grain", "dither", "false_color"] {
+        assert!(!ran.contains(&name), "{name}");
+    }
+    assert!(ran.contains(&"glare"));
+}
+
+#[test]
+fn glare_goes_by_what_is_brighter_than_white_after_exposure() {
+    let glaring = with(Effects {
+        glare: 0.2,
+        ..Effects::default()
+    });
+    let at = |brightest| Facts { brightest, ..FACTS };
+    assert!(!names(&glaring, &at(0.5)).contains(&"glare"));
+    assert!(names(&glaring, &at(0.51)).contains(&"glare"));
+}
+
+#[test]
+fn a_difference_needs_a_second_picture() {
+    let compared = with(Effects {
+        inspection: Inspection::Difference { gain: 8.0 },
+        ..Effects::default()
+    });
+    let found = Facts {
+        second_picture: true,
+        ..FACTS
+    };
+    assert!(!names(&compared, &FACTS).contains(&"difference"));
+    assert!(names(&compared, &found).contains(&"difference"));
+}
+
+#[test]
+fn every_decision_has_a_reason() {
+    let (scene, facts) = everything();
+    for scene in [scene, self::scene()] {
+        for facts in [facts, FACTS] {
+            assert!(plan(&scene, &facts).iter().all(|p| !p.reason.is_empty()));
+        }
+    }
+    let relight = &plan(&self::scene(), &FACTS)[3];
+    assert_eq!(
+        relight.reason,
+        "38 of 41 lamps carry energy; no other is read"
+    );
+}
+
+/// Names of the passes whose key is another.
+fn changed(before: (&Scene, &Facts), after: (&Scene, &Facts)) -> Vec<&'static str> {
+    let (a, b) = (plan(before.0, before.1), plan(after.0, after.1));
+    let pairs = a.iter().zip(&b);
+    pairs
+        .filter(|(a, b)| a.key != b.key)
+        .map(|(a, _)| a.pass.name())
+        .collect()
+}
+
+#[test]
+fn a_setting_changes_the_keys_of_its_pass_and_of_those_after_it() {
+    let before = scene();
+    let from = |edit: &dyn Fn(&mut Scene)| {
+        let mut after = before.clone();
+        edit(&mut after);
+        changed((&before, &FACTS), (&after, &FACTS))
+    };
+    let exposed = from(&|s| s.exposure_stops = 2.0);
+    assert_eq!(exposed[0], "exposure");
+    assert!(from(&|s| s.yaw_deg = 5.0).contains(&"background"));
+    assert!(!from(&|s| s.yaw_deg = 5.0).contains(&"relight"));
+    let frame = from(&|s| s.frame = 4);
+    assert!(frame.contains(&"relight") && !frame.contains(&"background"));
+    let channel = Inspection::Channel(Channel::Red);
+    let looked = from(&|s| s.effects.inspection = channel);
+    assert_eq!(looked, ["channels", "difference", "false_color"]);
+    // An effect that nothing calls for changes no key, however its slider is moved.
+    assert!(from(&|s| s.effects.glare = 0.7).is_empty());
+    assert!(from(&|s| s.effects.despill = 0.7).is_empty());
+}
+
+#[test]
+fn whether_something_was_at_hand_does_not_change_the_picture_s_key() {
+    let cached = Facts {
+        field_cached: true,
+        weights_cached: true,
+        ..FACTS
+    };
+    let last = |facts: &Facts| {
+        plan(&scene(), facts)[3..]
+            .iter()
+            .map(|p| p.key)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(last(&FACTS), last(&cached));
+}

@@ -1,0 +1,190 @@
+//! Pass `smoothing`: the network sees each frame alone, so the subject's brightness may flicker. One gain
+//! for each channel of a frame holds it steady.
+//!
+//! The flicker is measured where light cannot play a part: both frames under all lamps alike, by the
+//! median of the ratios of pixels that the subject covers in both, which a moving hand does not change.
+//! With x the logarithm of that level, the shown one is y = (1 − s)·x + s·(y before), an exponential
+//! mean. The gain multiplies the lamps' weights: the pass costs no picture, and has no shader.
+
+use super::field::Field;
+use super::reference::SOLID;
+use crate::error::Result;
+use crate::imaging::{Image, Mask};
+
+/// Pixels that are compared, at most.
+const SAMPLES: usize = 16_384;
+
+/// A change of level beyond this factor, either way, is a cut or a new pose and is not held back.
+const CUT: f32 = 1.25;
+
+/// Gains nearer to 1 than this change no value by a third of a step of 8 bits.
+pub const UNSEEN: f32 = 0.001;
+
+/// What one frame hands on to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Steady {
+    /// The frame that this was made from.
+    pub frame: usize,
+    /// Factors on its light, per channel.
+    pub gain: [f32; 3],
+    /// The subject under even light at the pixels that are compared; NaN where it does not cover them.
+    samples: Vec<[f32; 3]>,
+}
+
+impl Steady {
+    /// Looks at a frame after `before`, holding back `share` (`[0, 1]`) of a jump. `before` counts where
+    /// it is the frame before this one and of its size; the same frame again keeps its gain.
+    ///
+    /// # Errors
+    /// When the GPU that the field is on fails.
+    pub fn after(
+        before: Option<&Self>,
+        frame: usize,
+        field: &Field,
+        mask: &Mask,
+        share: f32,
+    ) -> Result<Self> {
+        if let Some(same) = before.filter(|before| before.frame == frame) {
+            return Ok(same.clone());
+        }
+        let lamps = field.lamps();
+        let even = field.relight(&vec![[1.0 / lamps.max(1) as f32; 3]; lamps])?;
+        let samples = samples(&even, mask);
+        let before = before.filter(|b| b.frame + 1 == frame && b.samples.len() == samples.len());
+        let gain = before.map_or([1.0; 3], |before| {
+            std::array::from_fn(|c| {
+                let ratio = median_ratio(&before.samples, &samples, c);
+                if ratio.max(1.0 / ratio) <= CUT {
+                    (before.gain[c] / ratio).powf(share)
+                } else {
+                    1.0
+                }
+            })
+        });
+        Ok(Self {
+            frame,
+            gain,
+            samples,
+        })
+    }
+
+    /// The largest change that the gain makes, as a share of the light.
+    pub fn change(&self) -> f32 {
+        let changes = self.gain.map(|gain| (gain - 1.0).abs());
+        changes.into_iter().fold(0.0, f32::max)
+    }
+}
+
+fn samples(even: &Image, mask: &Mask) -> Vec<[f32; 3]> {
+    let step = mask.pixels.len().div_ceil(SAMPLES).max(1);
+    // An odd step is no divisor of a width that is a power of two: samples are not one column.
+    let step = step | 1;
+    let pixels = even.pixels.iter().zip(&mask.pixels).step_by(step);
+    pixels
+        .map(|(&pixel, &alpha)| if alpha >= SOLID { pixel } else { [f32::NAN; 3] })
+        .collect()
+}
+
+/// The median of now / before over pixels that are light in both; 1 where there are none.
+fn median_ratio(before: &[[f32; 3]], now: &[[f32; 3]], channel: usize) -> f32 {
+    let pairs = before.iter().zip(now);
+    let mut ratios: Vec<f32> = pairs
+        .map(|(before, now)| now[channel] / before[channel])
+        .filter(|ratio| ratio.is_finite() && *ratio > 0.0)
+        .collect();
+    if ratios.is_empty() {
+        return 1.0;
+    }
+    let middle = ratios.len() / 2;
+    *ratios.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reflectance::ReflectanceField;
+
+    /// A subject of some texture at a level; its right third moves with the frame.
+    fn frame(index: usize, level: f32) -> Field {
+        let olat = Image::from_fn(48, 48, |x, y| {
+            let moving = if x > 32 {
+                (x * 7 + y + 13 * index) % 11
+            } else {
+                (x + 3 * y) % 7
+            };
+            [level * (0.2 + 0.05 * moving as f32); 3]
+        });
+        ReflectanceField::from_olats(&[olat.clone(), olat]).into()
+    }
+
+    fn gains(levels: &[f32], share: f32) -> Vec<f32> {
+        let mask = Mask::filled(48, 48, 1.0);
+        let mut before: Option<Steady> = None;
+        let levels = levels.iter().enumerate();
+        levels
+            .map(|(i, &level)| {
+                let next = Steady::after(before.as_ref(), i, &frame(i, level), &mask, share);
+                before.insert(next.unwrap()).gain[0]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn flicker_is_held_back_by_the_share_that_is_asked_for() {
+        let levels: Vec<f32> = (0..40)
+            .map(|i| if i % 2 == 0 { 1.0 } else { 1.06 })
+            .collect();
+        let shown = |share| {
+            let gains = gains(&levels, share);
+            levels
+                .iter()
+                .zip(gains)
+                .map(|(l, g)| l * g)
+                .collect::<Vec<_>>()
+        };
+        let jump = |shown: &[f32]| {
+            let late = shown[20..].windows(2);
+            late.map(|w| (w[1] / w[0] - 1.0).abs()).fold(0.0, f32::max)
+        };
+        assert!((jump(&shown(0.0)) - 0.06).abs() < 1e-3);
+        // An alternation of ± d passes (1 − s) / (1 + s) of itself through an exponential mean.
+        let wanted = 0.06 * 0.2 / 1.8;
+        assert!((jump(&shown(0.8)) / wanted - 1.0).abs() < 0.1);
+        assert!(jump(&shown(1.0)) < 1e-5);
+    }
+
+    #[test]
+    fn a_slow_change_is_followed_and_a_cut_is_not_held_back() {
+        let slow: Vec<f32> = (0..100).map(|i| 1.0 + 0.002 * i as f32).collect();
+        let last = gains(&slow, 0.8)[99];
+        // It lags s / (1 − s) = 4 frames.
+        assert!((last - 1.0).abs() < 0.01, "{last}");
+        assert_eq!(gains(&[1.0, 1.0, 3.0], 0.9)[2], 1.0);
+    }
+
+    #[test]
+    fn what_is_not_the_frame_before_does_not_count() {
+        let mask = Mask::filled(48, 48, 1.0);
+        let first = Steady::after(None, 4, &frame(4, 1.0), &mask, 1.0).unwrap();
+        assert_eq!(first.gain, [1.0; 3]);
+        assert_eq!(first.change(), 0.0);
+        let after = |index| Steady::after(Some(&first), index, &frame(index, 1.1), &mask, 1.0);
+        assert!(after(5).unwrap().change() > 0.05);
+        assert_eq!(after(6).unwrap().change(), 0.0);
+        assert_eq!(after(4).unwrap(), first);
+    }
+
+    #[test]
+    fn hard_fields_leave_the_light_alone() {
+        for value in [f32::NAN, f32::INFINITY, 0.0, 1e6] {
+            for (size, alpha) in [(1, 1.0), (8, 0.0), (8, 1.0)] {
+                let olat = Image::filled(size, size, [value; 3]);
+                let field: Field = ReflectanceField::from_olats(&[olat]).into();
+                let mask = Mask::filled(size, size, alpha);
+                let first = Steady::after(None, 0, &field, &mask, 0.9).unwrap();
+                let next = Steady::after(Some(&first), 1, &field, &mask, 0.9).unwrap();
+                assert_eq!(next.gain, [1.0; 3]);
+            }
+        }
+    }
+}
