@@ -8,9 +8,12 @@ struct Params {
     pixel: f32,
     // Yaw in turns, [0, 1).
     turn: f32,
-    level: f32,
     // Along each axis of a pixel.
     samples: u32,
+    // From the stage to the environment before its pitch and roll.
+    untilt: mat3x3<f32>,
+    // Per channel.
+    level: vec3<f32>,
 }
 
 @group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
@@ -70,10 +73,9 @@ fn background(@builtin(global_invocation_id) id: vec3<u32>) {
                 let within = (vec2<f32>(f32(k), f32(j)) + 0.5) / f32(params.samples);
                 let at = vec2<f32>(id.xy) + within - 0.5 * vec2<f32>(params.size);
                 // The camera looks along −Z.
-                let x = at.x * params.pixel;
-                let y = -at.y * params.pixel;
-                let u = 0.5 + atan2(x, 1.0) / (2.0 * PI);
-                let v = atan2(length(vec2<f32>(x, 1.0)), y) / PI;
+                let look = params.untilt * vec3<f32>(at.x * params.pixel, -at.y * params.pixel, -1.0);
+                let u = 0.5 + atan2(look.x, -look.z) / (2.0 * PI);
+                let v = atan2(length(look.xz), look.y) / PI;
                 sum += spline(u - params.turn, v);
             }
         }

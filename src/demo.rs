@@ -7,11 +7,13 @@ use crate::export::relight::{RelightReport, RelightSettings, relight};
 use crate::footage::{ImportSettings, import};
 use crate::gpu::DeviceChoice;
 use crate::imaging::file::write_beside;
+use crate::light::Lighting;
+use crate::light::keyframes::Keyframes;
 use crate::light::weights::Weighting;
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::checkpoint::{DEMO_STARTER, install};
-use crate::scene::Background;
+use crate::scene::{Background, Effects};
 use crate::training::{Preset, TrainReport, TrainSettings, train};
 use crate::virtual_stage::{StageSettings, write_shoot};
 use serde::Serialize;
@@ -115,13 +117,18 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
         &project,
         &RelightSettings {
             environment: environment.unwrap_or_default(),
-            weighting: Weighting::default(),
+            mapping: None,
             yaw_deg: 0.0,
             turntable: true,
+            yaw_keys: Keyframes::default(),
+            lighting: Lighting::default(),
+            intensity_keys: Keyframes::default(),
+            effects: Effects::default(),
             frames: None,
             exposure_stops: 0.0,
             background: Background::Environment,
             to: clip.display().to_string(),
+            profile: false,
             device,
         },
         progress,

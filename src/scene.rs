@@ -1,5 +1,6 @@
 //! A scene: everything one picture asks for, as plain data.
 
+use crate::light::Lighting;
 use serde::{Deserialize, Serialize};
 
 /// What one relit picture asks for, apart from the pixels themselves.
@@ -9,6 +10,9 @@ pub struct Scene {
     pub frame: usize,
     /// Yaw of the environment in degrees; positive moves its content to camera-right in front.
     pub yaw_deg: f32,
+    /// What else is done to the environment's light.
+    #[serde(default)]
+    pub lighting: Lighting,
     /// Exposure of the picture in stops.
     pub exposure_stops: f32,
     /// What is behind the subject.
@@ -64,7 +68,9 @@ pub struct Effects {
 }
 
 /// How linear light becomes codes of a display.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum ViewTransform {
     /// The sRGB curve; what is brighter than white clips.

@@ -4,25 +4,25 @@
 mod console;
 mod parse;
 mod probe;
+mod relight;
 mod train;
 
 use crate::calibration::gamma::Comparison;
 use crate::calibration::{CalibrateSettings, Circle, Trial};
 use crate::error::Result;
 use crate::evaluation::{EvaluateSettings, Method};
-use crate::export::relight::RelightSettings;
 use crate::footage::ImportSettings;
 use crate::gpu::DeviceChoice;
 use crate::light::weights::Weighting;
 use crate::project::Project;
-use crate::scene::Background;
 use crate::studio;
 use crate::virtual_stage::StageSettings;
 use crate::worker::Job;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
-use parse::{parse_circle, parse_count, parse_range, parse_trial};
+use parse::{parse_circle, parse_count, parse_trial};
 use probe::ProbeArgs;
+use relight::RelightArgs;
 use std::path::PathBuf;
 use train::TrainArgs;
 
@@ -115,49 +115,6 @@ struct CalibrateArgs {
     /// interview, in place of fitting them.
     #[arg(long, value_name = "RESPONSE[,EXPOSURE]", value_parser = parse_trial, conflicts_with = "comparison")]
     gamma: Option<Trial>,
-    #[command(flatten)]
-    output: OutputArgs,
-}
-
-/// Relight the interview under an environment and write pictures or a clip.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Example: afterlight relight interview --environment courtyard.hdr --turntable --to clip.mp4"
-)]
-struct RelightArgs {
-    /// The project's folder.
-    project: PathBuf,
-    /// A lat-long EXR or HDR file, or the name of one of the shoot's own environments.
-    #[arg(long)]
-    environment: PathBuf,
-    /// How it is given to the lamps.
-    #[arg(long, value_enum, default_value_t)]
-    weights: Weighting,
-    /// Turn the environment: positive moves it to camera-right in front.
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    yaw: f32,
-    /// Turn the environment once around over the frames, from --yaw on.
-    #[arg(long)]
-    turntable: bool,
-    /// Frames A to B, both included; all where this is left out.
-    #[arg(long, value_name = "A-B", value_parser = parse_range)]
-    frames: Option<(usize, usize)>,
-    /// Exposure in stops.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
-    exposure: f32,
-    /// Leave out the environment behind the subject.
-    #[arg(long)]
-    no_background: bool,
-    /// What to write: out.%04d.png, out.%04d.exr, clip.mp4 or clip.mov.
-    #[arg(long)]
-    to: String,
-    #[command(flatten)]
-    device: DeviceArgs,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -380,28 +337,4 @@ fn do_job(output: &OutputArgs, job: impl FnOnce() -> Result<Job>) -> Result<()> 
 fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {
     let project = project.map(|root| Project::open(&root)).transpose()?;
     studio::run(project, device)
-}
-
-impl RelightArgs {
-    fn job(&self) -> Job {
-        let settings = RelightSettings {
-            environment: self.environment.clone(),
-            weighting: self.weights,
-            yaw_deg: self.yaw,
-            turntable: self.turntable,
-            frames: self.frames,
-            exposure_stops: self.exposure,
-            background: if self.no_background {
-                Background::None
-            } else {
-                Background::Environment
-            },
-            to: self.to.clone(),
-            device: self.device.device,
-        };
-        Job::Relight {
-            project: self.project.clone(),
-            settings,
-        }
-    }
 }

@@ -2,6 +2,8 @@
 
 use crate::calibration::{Circle, Trial};
 use crate::imaging::{DualGamma, Response};
+use crate::light::PlacedLight;
+use crate::light::keyframes::Keyframes;
 
 /// Numbers between commas, as many as `names` has.
 fn parse_numbers<const N: usize>(text: &str, names: &str) -> std::result::Result<[f64; N], String> {
@@ -55,6 +57,46 @@ pub fn parse_trial(text: &str) -> std::result::Result<Trial, String> {
     Trial::new(parse_response(response)?, exposure as f32).map_err(|e| e.to_string())
 }
 
+/// Values at frames, such as `0:0,24:90`.
+pub fn parse_keys(text: &str) -> std::result::Result<Keyframes, String> {
+    let mut keys = Keyframes::default();
+    for key in text.split(',') {
+        let refuse = || format!("{key:?} is not FRAME:VALUE");
+        let (frame, value) = key.split_once(':').ok_or_else(refuse)?;
+        let number = |text: &str| text.trim().parse().map_err(|_| refuse());
+        keys.insert(number(frame)?, number(value)?)
+            .map_err(|e| e.to_string())?;
+    }
+    Ok(keys)
+}
+
+/// A light placed by hand.
+pub fn parse_light(text: &str) -> std::result::Result<PlacedLight, String> {
+    const NAMES: &str = "AZIMUTH,ELEVATION,SIZE,INTENSITY or the same with R,G,B";
+    let full = if text.matches(',').count() == 3 {
+        format!("{text},1,1,1")
+    } else {
+        text.to_owned()
+    };
+    let [yaw, pitch, size, intensity, r, g, b] =
+        parse_numbers(&full, NAMES)?.map(|v: f64| v as f32);
+    let numbers = [yaw, pitch, size, intensity, r, g, b];
+    let lights = size >= 0.0 && intensity >= 0.0 && [r, g, b].iter().all(|v| *v >= 0.0);
+    if !lights || !numbers.iter().all(|v| v.is_finite()) || pitch.abs() > 90.0 {
+        return Err(format!(
+            "{text:?} is no light: {NAMES}, elevation within 90°, the rest not negative"
+        ));
+    }
+    Ok(PlacedLight {
+        yaw_deg: yaw,
+        pitch_deg: pitch,
+        radius_deg: size / 2.0,
+        color: [r, g, b],
+        intensity,
+        ..PlacedLight::default()
+    })
+}
+
 pub fn parse_rgb(text: &str) -> std::result::Result<[f32; 3], String> {
     let rgb: [f64; 3] = parse_numbers(text, "R,G,B such as 0.6,0.6,0.6")?;
     Ok(rgb.map(|v| v as f32))
@@ -85,6 +127,28 @@ pub fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn keys_and_lights_are_read_or_refused() {
+        let keys = parse_keys("0:0, 24:-90.5").unwrap();
+        assert_eq!((keys.keys().len(), keys.at(24.0)), (2, Some(-90.5)));
+        for text in ["", "3", "a:1", "1:nan", "1:2,"] {
+            assert!(parse_keys(text).is_err(), "{text}");
+        }
+        let light = parse_light("-135,45,25,3.14,1,0.5,0.25").unwrap();
+        assert_eq!((light.radius_deg, light.color), (12.5, [1.0, 0.5, 0.25]));
+        assert_eq!(parse_light("0,0,1,1").unwrap().color, [1.0; 3]);
+        for text in [
+            "",
+            "0,0,1",
+            "0,91,1,1",
+            "0,0,-1,1",
+            "0,0,1,nan",
+            "0,0,1,1,1",
+        ] {
+            assert!(parse_light(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn a_response_is_a_name_or_exponents_and_an_exposure_may_follow() {

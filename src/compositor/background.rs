@@ -1,9 +1,10 @@
 //! Pass `background`: the environment behind the subject, as a camera on +Z that looks along −Z sees
-//! it, turned by the same yaw as the light.
+//! it, turned as the light or further, and of its colour.
 
 use crate::imaging::{Image, Mask};
 use crate::light::latlong::uv_from_direction;
-use glam::Vec3;
+use crate::scene::Scene;
+use glam::{Quat, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +25,27 @@ impl Default for CameraView {
     }
 }
 
+/// How the environment stands behind the subject: turned by a yaw in degrees, then by `tilt`, and times
+/// `level` per channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Backdrop {
+    pub yaw_deg: f32,
+    pub tilt: Quat,
+    pub level: [f32; 3],
+}
+
+impl Backdrop {
+    /// What a scene asks for, in front of an environment whose level in the picture is `level`.
+    pub fn of(scene: &Scene, level: f32) -> Self {
+        let further = scene.lighting.background_yaw_deg;
+        Self {
+            yaw_deg: scene.yaw_deg + if further.is_finite() { further } else { 0.0 },
+            tilt: scene.lighting.tilt(),
+            level: scene.lighting.gains().map(|gain| gain * level),
+        }
+    }
+}
+
 /// Adds `level` · environment to a premultiplied picture where `mask` lets it through. The panorama is
 /// smoothed with a cubic B-spline, which has no ringing beside a sun and no facets when a small
 /// panorama fills a large picture; a large one is sampled as often as it has texels.
@@ -31,17 +53,19 @@ pub fn draw_background(
     picture: &mut Image,
     mask: &Mask,
     panorama: &Image,
-    yaw_deg: f32,
+    backdrop: &Backdrop,
     view: CameraView,
-    level: f32,
 ) {
     let (width, height) = picture.size();
     let Sampling {
         pixel,
         turn,
         samples,
-    } = Sampling::of(height, panorama.height, yaw_deg, view);
-    let share = level / (samples * samples) as f32;
+    } = Sampling::of(height, panorama.height, backdrop.yaw_deg, view);
+    let share = backdrop
+        .level
+        .map(|level| level / (samples * samples) as f32);
+    let untilt = backdrop.tilt.inverse();
     picture
         .pixels
         .par_chunks_mut(width.max(1))
@@ -57,11 +81,12 @@ pub fn draw_background(
                     let (i, j) = (sample % samples, sample / samples);
                     let across = x as f32 + (i as f32 + 0.5) / samples as f32 - width as f32 / 2.0;
                     let down = y as f32 + (j as f32 + 0.5) / samples as f32 - height as f32 / 2.0;
-                    let (u, v) = uv_from_direction(Vec3::new(across * pixel, -down * pixel, -1.0));
+                    let direction = untilt * Vec3::new(across * pixel, -down * pixel, -1.0);
+                    let (u, v) = uv_from_direction(direction);
                     let color = spline(panorama, u - turn, v);
                     (0..3).for_each(|c| sum[c] += color[c]);
                 }
-                (0..3).for_each(|c| out[c] += open * share * sum[c]);
+                (0..3).for_each(|c| out[c] += open * share[c] * sum[c]);
             }
         });
 }
@@ -141,11 +166,14 @@ mod tests {
             &mut picture,
             &mask,
             panorama,
-            yaw_deg,
+            &Backdrop {
+                yaw_deg,
+                tilt: Quat::IDENTITY,
+                level: [1.0; 3],
+            },
             CameraView {
                 vertical_fov_deg: fov,
             },
-            1.0,
         );
         picture
     }

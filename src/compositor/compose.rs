@@ -12,7 +12,7 @@ use super::stage::Stage;
 use crate::error::{Error, Result};
 use crate::imaging::{Encoded, Image, Mask};
 use crate::light::{Environment, LightWeights};
-use crate::scene::Scene;
+use crate::scene::{Scene, ViewTransform};
 use serde::{Deserialize, Serialize};
 
 /// What a picture is made of.
@@ -76,6 +76,8 @@ pub struct Picture {
     pub display: Option<Encoded>,
     /// What ran and what did not, in order.
     pub passes: Vec<PassReport>,
+    /// How `linear` becomes codes of a display.
+    pub view: ViewTransform,
     /// What the next frame's picture needs to be as bright, where the scene asks for smoothing.
     pub steady: Option<Steady>,
     /// The spill that was measured, where the scene asks for despill.

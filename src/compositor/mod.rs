@@ -27,7 +27,7 @@ mod smoothing;
 mod stage;
 mod view;
 
-pub use background::{CameraView, draw_background};
+pub use background::{Backdrop, CameraView, draw_background};
 pub use background_blur::background_blur;
 pub use channels::channels;
 pub use compose::{

@@ -1,5 +1,6 @@
 //! Which passes a scene calls for, and why. The plan is data: it can be shown, tested and overruled.
 
+use super::background::Backdrop;
 use super::despill::Spill;
 use super::grain;
 use super::pass::Pass;
@@ -136,7 +137,15 @@ fn parameters(pass: Pass, scene: &Scene, effects: &Effects, facts: &Facts) -> u6
         Pass::Predict | Pass::Weights | Pass::Relight => 0,
         Pass::Smoothing => key(facts.steady_gain.map(|gain| gain.map(bits))),
         Pass::Despill => key((bits(effects.despill), facts.spill.map(|s| s.screen))),
-        Pass::Background => key((bits(scene.yaw_deg), draws_whole(effects))),
+        Pass::Background => {
+            let Backdrop {
+                yaw_deg,
+                tilt,
+                level,
+            } = Backdrop::of(scene, 1.0);
+            let turn = (bits(yaw_deg), tilt.to_array().map(bits));
+            key((turn, level.map(bits), draws_whole(effects)))
+        }
         Pass::BackgroundBlur => key(bits(effects.background_blur)),
         Pass::LightWrap => key(bits(effects.light_wrap)),
         Pass::Glare => key([effects.glare, scene.exposure_stops].map(bits)),
@@ -197,8 +206,8 @@ fn decision(pass: Pass, scene: &Scene, effects: &Effects, facts: &Facts) -> Resu
         }
         Pass::Weights => decide(
             !facts.weights_cached,
-            "the environment or its yaw is new".to_owned(),
-            "the weights of this environment and yaw are at hand",
+            "the environment, its turn or its grade is new".to_owned(),
+            "the weights of this light are at hand",
         ),
         Pass::Relight => decide(
             facts.lit_lamps > 0,

@@ -1,6 +1,6 @@
 //! One picture while it is being made: measures what the plan asks and runs what the plan says.
 
-use super::background::draw_background;
+use super::background::{Backdrop, draw_background};
 use super::background_blur::background_blur;
 use super::channels::channels;
 use super::compose::{Ingredients, PassReport, Picture};
@@ -222,8 +222,8 @@ impl<'a> Stage<'a> {
         }
         let draw = |picture: &mut Image, mask: &Mask| {
             let panorama = &of.environment.radiance;
-            let (yaw_deg, level) = (self.scene.yaw_deg, of.levels.background);
-            draw_background(picture, mask, panorama, yaw_deg, of.view, level);
+            let backdrop = Backdrop::of(self.scene, of.levels.background);
+            draw_background(picture, mask, panorama, &backdrop, of.view);
         };
         if draws_whole(&self.effects) {
             let (width, height) = of.mask.size();
@@ -320,6 +320,7 @@ impl<'a> Stage<'a> {
             alpha: self.alpha,
             display: self.display,
             passes,
+            view: self.effects.view,
             steady: self.steady,
             spill: self.facts.spill,
         }

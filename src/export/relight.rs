@@ -4,18 +4,19 @@ use super::{ClipWriter, Destination, write_still};
 use crate::calibration::Calibration;
 use crate::compositor::passes::RelightPass;
 use crate::compositor::{
-    CameraView, Field, Ingredients, Levels, PassReport, Picture, Upstream, compose,
+    CameraView, Extra, Field, Grain, Ingredients, Levels, PassReport, Picture, Upstream, compose,
 };
 use crate::error::{Error, Result};
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
-use crate::imaging::Image;
-use crate::light::weights::{Partition, Weighting};
-use crate::light::{Environment, YawTable};
+use crate::light::keyframes::Keyframes;
+use crate::light::lighting::Lit;
+use crate::light::panorama::{self, Reading};
+use crate::light::{Environment, Lighting, Mapping, built_in};
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::Predictor;
-use crate::scene::{Background, Scene};
+use crate::scene::{Background, Effects, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,18 +27,27 @@ use std::time::Instant;
 pub struct RelightSettings {
     /// A panorama's file, or the name of one of the shoot's environments.
     pub environment: PathBuf,
-    /// How it is given to the lamps.
-    pub weighting: Weighting,
+    /// How its file lays out the sphere, where that is no lat-long.
+    pub mapping: Option<Mapping>,
     /// Yaw in degrees, of the first frame.
     pub yaw_deg: f32,
     /// Turns the environment once around over the frames.
     pub turntable: bool,
+    /// Yaw in degrees over the interview's frames, added to the above.
+    pub yaw_keys: Keyframes,
+    /// What else is done to its light.
+    pub lighting: Lighting,
+    /// Its brightness in stops over the interview's frames, added to that of `lighting`.
+    pub intensity_keys: Keyframes,
+    pub effects: Effects,
     /// First and last frame, both included; none means all.
     pub frames: Option<(usize, usize)>,
     pub exposure_stops: f32,
     pub background: Background,
     /// As [`Destination::parse`] understands it.
     pub to: String,
+    /// Say what each pass did and took.
+    pub profile: bool,
     pub device: DeviceChoice,
 }
 
@@ -73,20 +83,19 @@ pub fn relight(
     let count = last - first + 1;
     destination.check_frames(count)?;
     let calibration = Calibration::load(project)?;
-    let environment = find_environment(project, &settings.environment)?;
+    let environment = find_environment(project, &settings.environment, settings.mapping, progress)?;
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let predictor = Predictor::open(project, &compute.device)?;
     let pass = RelightPass::beside(&compute).map(Arc::new);
-    let partition = Partition::of(settings.weighting, &calibration.rig);
-    let yaws = YawTable::new(&partition, &environment);
+    let mut lit = Lit::new(&environment, &calibration.rig, settings.lighting.weighting);
     let frame_rate = project.settings.shoot.frame_rate;
     let size = project.settings.size;
     let mut clip = match &destination {
         Destination::Clip(path) => Some(ClipWriter::create(path, size, size, frame_rate)?),
         Destination::Stills(_) => None,
     };
-    let mut levels = None;
+    let (mut levels, mut steady) = (None, None);
     let mut passes: Vec<PassReport> = Vec::new();
     let mut uncovered_energy = 0.0;
     let started = Instant::now();
@@ -103,9 +112,15 @@ pub fn relight(
         } else {
             0.0
         };
+        let key = |keys: &Keyframes| keys.at(index as f64).unwrap_or(0.0) as f32;
         let scene = Scene {
             frame: index,
-            yaw_deg: settings.yaw_deg + turn,
+            yaw_deg: settings.yaw_deg + turn + key(&settings.yaw_keys),
+            lighting: Lighting {
+                intensity_stops: settings.lighting.intensity_stops + key(&settings.intensity_keys),
+                ..settings.lighting.clone()
+            },
+            effects: settings.effects,
             exposure_stops: settings.exposure_stops,
             background: settings.background,
             output: destination.output(),
@@ -114,19 +129,20 @@ pub fn relight(
         let start = Instant::now();
         let field = Field::predicted(predictor.predict_on_device(&frame)?, pass.as_ref())?;
         let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
-        let start = Instant::now();
-        let weights = yaws.at(scene.yaw_deg);
-        let weights_ms = Some(start.elapsed().as_secs_f64() * 1e3);
-        uncovered_energy = weights.uncovered;
         // One level for the whole clip, or it would flicker.
         let levels = match levels {
             Some(levels) => levels,
             None => {
-                let even = partition.weights(&even_environment(), 0.0);
-                let balanced = Levels::balanced(&environment, &even, &field, &frame.mask)?;
+                let balanced = Levels::balanced(&environment, &lit.even(), &field, &frame.mask)?;
                 *levels.insert(balanced)
             }
         };
+        let start = Instant::now();
+        let weights = lit.weights(&scene.lighting, scene.yaw_deg, 1.0 / levels.background);
+        let weights_ms = Some(start.elapsed().as_secs_f64() * 1e3);
+        uncovered_energy = weights.uncovered;
+        let grain = (settings.effects.grain > 0.0)
+            .then(|| Grain::of_plate(&frame.plate, &frame.mask, settings.effects.view));
         let picture = compose(
             &scene,
             &Ingredients {
@@ -140,6 +156,11 @@ pub fn relight(
                     predict_ms,
                     weights_ms,
                 },
+                extra: Extra {
+                    before: steady.as_ref(),
+                    grain: grain.as_ref(),
+                    ..Extra::default()
+                },
             },
         )?;
         match (&destination, &mut clip) {
@@ -149,6 +170,7 @@ pub fn relight(
             (Destination::Clip(_), Some(clip)) => clip.push(&picture)?,
             (Destination::Clip(_), None) => {}
         }
+        steady = picture.steady.clone();
         add_times(&mut passes, picture);
     }
     if let Some(clip) = clip {
@@ -156,6 +178,16 @@ pub fn relight(
     }
     progress.step("relighting", count as u64, count as u64, "");
     passes.iter_mut().for_each(|pass| pass.ms /= count as f64);
+    if settings.profile {
+        for pass in &passes {
+            let time = if pass.ran || pass.ms > 0.0 {
+                format!("{:9.3} ms", pass.ms)
+            } else {
+                "     skipped".to_owned()
+            };
+            progress.say(format!("{:16} {time}  {}", pass.name, pass.reason));
+        }
+    }
     Ok(RelightReport {
         frames: count,
         ms_per_frame: started.elapsed().as_secs_f64() * 1e3 / count as f64,
@@ -166,34 +198,46 @@ pub fn relight(
     })
 }
 
-/// Reads a panorama file or one of the shoot's environments by its name.
+/// The environment that is called so: one of the shoot's, a file, or one that is built in. What had to be
+/// guessed or mended in a file is said.
 ///
 /// # Errors
-/// When it is neither, naming the environments that the shoot has.
-pub fn find_environment(project: &Project, wanted: &Path) -> Result<Environment> {
+/// When there is none, or its file cannot be read as such.
+pub fn find_environment(
+    project: &Project,
+    wanted: &Path,
+    mapping: Option<Mapping>,
+    progress: &Progress,
+) -> Result<Environment> {
     let known = &project.settings.shoot.environments;
-    if let Some(named) = known.iter().find(|e| Path::new(&e.name) == wanted) {
-        return Environment::load(&project.shoot_path(&named.file));
+    let named = known.iter().find(|e| Path::new(&e.name) == wanted);
+    let file = match named {
+        Some(named) => project.shoot_path(&named.file),
+        None => wanted.to_path_buf(),
+    };
+    if named.is_some() || file.exists() {
+        let reading = Reading {
+            mapping,
+            ..Reading::default()
+        };
+        let panorama = panorama::read(&file, &reading)?;
+        panorama.notes.iter().for_each(|note| progress.say(note));
+        return Ok(panorama.environment);
     }
-    if wanted.exists() {
-        return Environment::load(wanted);
+    if let Some(own) = wanted.to_str().and_then(built_in::named) {
+        return Ok(own.environment());
     }
-    let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).collect();
+    let own = built_in::all().into_iter().map(|own| own.name);
+    let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).chain(own).collect();
     Err(Error::unexpected(
         format!("the environment {}", wanted.display()),
         format!(
-            "a lat-long EXR or HDR file, or one of the shoot's environments ({})",
+            "a panorama's file, or one of the environments that are there ({})",
             names.join(", ")
         ),
         "neither",
         "Check the path",
     ))
-}
-
-/// Radiance 1 from everywhere.
-fn even_environment() -> Environment {
-    let (width, height) = (Partition::WIDTH, Partition::WIDTH / 2);
-    Environment::from_radiance("even", Image::filled(width, height, [1.0; 3]))
 }
 
 fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usize, usize)> {

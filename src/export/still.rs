@@ -1,10 +1,10 @@
 //! One picture as a file.
 
 use super::rational_rate;
-use crate::compositor::Picture;
+use crate::compositor::{Picture, code};
 use crate::error::{Error, Result};
 use crate::imaging::Raster;
-use crate::imaging::color::{byte_from_unit, srgb_from_linear};
+use crate::imaging::color::byte_from_unit;
 use crate::imaging::file::{write_beside, write_png};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
@@ -111,7 +111,7 @@ pub(super) fn straight(picture: &Picture) -> impl Iterator<Item = [f32; 4]> + '_
         let alpha = picture.alpha.pixels[i];
         let [r, g, b] = match codes {
             Some(Raster { pixels, .. }) if alpha >= 1.0 => pixels[i],
-            _ if alpha > 0.0 => picture.linear.pixels[i].map(|v| srgb_from_linear(v / alpha)),
+            _ if alpha > 0.0 => code(picture.linear.pixels[i].map(|v| v / alpha), picture.view),
             _ => [0.0; 3],
         };
         [r, g, b, alpha]
@@ -132,7 +132,9 @@ pub(super) fn no_display(path: &Path) -> Error {
 pub(super) mod tests {
     use super::*;
     use crate::compositor::reference::view;
+    use crate::imaging::color::srgb_from_linear;
     use crate::imaging::{Image, Mask, file};
+    use crate::scene::ViewTransform;
     use exr::meta::attribute::{AttributeValue, Text};
 
     /// A flat picture, premultiplied, whose alpha falls from left to right where it is not opaque.
@@ -150,6 +152,9 @@ pub(super) mod tests {
             linear,
             alpha,
             passes: Vec::new(),
+            view: ViewTransform::default(),
+            steady: None,
+            spill: None,
         }
     }
 

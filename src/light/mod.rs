@@ -7,6 +7,7 @@ pub mod conventions;
 pub mod environment;
 pub mod keyframes;
 pub mod latlong;
+pub mod lighting;
 pub mod mapping;
 pub mod panorama;
 mod patch;
@@ -18,6 +19,7 @@ pub mod white;
 pub mod yaw_table;
 
 pub use environment::Environment;
+pub use lighting::Lighting;
 pub use mapping::Mapping;
 pub use placed::PlacedLight;
 pub use rig::{Lamp, Rig};

@@ -1,6 +1,7 @@
-//! Lights placed by hand: a lamp where the person wants one, drawn into the panorama, so that all weights
-//! and the background see it as they see the rest.
+//! Lights placed by hand: a lamp where the person wants one, drawn into a panorama, so that all weights see it
+//! as they see an environment.
 
+#[cfg(test)]
 use super::Environment;
 use super::patch::{Outline, Patch};
 use crate::imaging::Image;
@@ -28,7 +29,7 @@ pub enum Kind {
 pub struct PlacedLight {
     pub kind: Kind,
     /// Azimuth in degrees, any number of turns: 0 is behind the subject in the middle of the panorama, +90
-    /// camera-right, −90 camera-left, ±180 the camera. A yaw of the environment adds to it.
+    /// camera-right, −90 camera-left, ±180 the camera.
     pub yaw_deg: f32,
     /// Elevation above the horizon in degrees, −90 to 90.
     pub pitch_deg: f32,
@@ -105,7 +106,8 @@ impl PlacedLight {
 }
 
 /// The environment with lights added. Without a light that shines its texels stay as they are.
-pub fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> Environment {
+#[cfg(test)]
+pub(super) fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> Environment {
     let mut lit = environment.clone();
     for light in lights {
         light.add_to(&mut lit.radiance);
@@ -116,7 +118,8 @@ pub fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> Environ
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::{Lamp, LightWeights, Rig};
+    use crate::light::weights::Partition;
+    use crate::light::{Lamp, Rig};
     use proptest::prelude::*;
 
     fn sky(width: usize, height: usize) -> Environment {
@@ -219,7 +222,8 @@ mod tests {
         let black = Environment::from_radiance("", Image::filled(256, 128, [0.0; 3]));
         for (i, spot) in spots.iter().enumerate() {
             let lit = with_lights(&black, std::slice::from_ref(spot));
-            for (j, weights) in LightWeights::soft(&lit, &rig, 0.0)
+            for (j, weights) in Partition::soft(&rig, Partition::WIDTH)
+                .weights(&lit, 0.0)
                 .per_lamp
                 .iter()
                 .enumerate()

@@ -5,25 +5,28 @@ use super::command::Command;
 use super::news::{News, Phase};
 use super::panel::{Entry, Reading, Sight};
 use super::panels::{
-    EnvironmentsPanel, GammaPanel, JobPanel, ProbePanel, StatusPanel, TabsPanel, TimelinePanel,
-    ViewportPanel,
+    EnvironmentsPanel, GammaPanel, JobPanel, LightPanel, PicturePanel, ProbePanel, StatusPanel,
+    TabsPanel, TimelinePanel, ViewportPanel,
 };
 use super::state::{State, Workspace};
 use super::studies::Studies;
 use super::{keys, theme};
 use crate::calibration::{CalibrateSettings, Circle};
 use crate::gpu::DeviceChoice;
+use crate::light::built_in;
 use crate::project::Project;
 use crate::scene::Scene;
 use crate::training::{Preset, TrainSettings};
-use crate::worker::{Ask, Blocked, Event, Job, Latest, Library, Need, Relit, Source, Worker};
+use crate::worker::{
+    Ask, Blocked, Event, Job, Latest, Library, Need, Origin, Relit, Source, Worker,
+};
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Extensions of panoramas.
-const PANORAMAS: [&str; 2] = ["exr", "hdr"];
+const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
 
 /// The window's contents.
 pub struct StudioApp {
@@ -45,7 +48,9 @@ pub struct StudioApp {
     chosen: Arc<Latest<Command>>,
     viewport: ViewportPanel,
     timeline: TimelinePanel,
-    light: EnvironmentsPanel,
+    environments_list: EnvironmentsPanel,
+    light: LightPanel,
+    picture: PicturePanel,
     probe: ProbePanel,
     gamma: GammaPanel,
     tabs: TabsPanel,
@@ -106,7 +111,9 @@ impl StudioApp {
             chosen: Arc::new(Latest::new(wake)),
             viewport: ViewportPanel::default(),
             timeline: TimelinePanel,
-            light: EnvironmentsPanel,
+            environments_list: EnvironmentsPanel,
+            light: LightPanel,
+            picture: PicturePanel,
             probe: ProbePanel::default(),
             gamma: GammaPanel::default(),
             tabs: TabsPanel,
@@ -163,7 +170,10 @@ impl StudioApp {
             .map(|e| (e.name.clone(), project.shoot_path(&e.file)))
             .collect();
         for (name, path) in named {
-            self.list(name, path);
+            self.list(name, Origin::File(path));
+        }
+        for own in built_in::all() {
+            self.list(own.title.to_owned(), Origin::BuiltIn(own));
         }
         self.project = Some(project);
         // The old worker is joined beside the window: it may be amid a training step.
@@ -172,11 +182,11 @@ impl StudioApp {
         }
     }
 
-    fn list(&mut self, name: String, path: PathBuf) {
-        self.library.load(path.clone());
+    fn list(&mut self, name: String, origin: Origin) {
+        self.library.load(origin.clone());
         self.environments.push(Entry {
             name,
-            path,
+            origin,
             panorama: Reading::Waiting,
         });
     }
@@ -201,16 +211,14 @@ impl StudioApp {
             self.relit = worker.relit().or(self.relit.take());
         }
         self.studies.hear();
-        for (path, read) in self.library.loaded() {
+        for (origin, read) in self.library.loaded() {
             let panorama = match read {
                 Ok(panorama) => {
                     let small = &panorama.thumbnail;
                     let picture =
                         egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                     let options = egui::TextureOptions::LINEAR_REPEAT;
-                    let thumbnail =
-                        self.ctx
-                            .load_texture(path.display().to_string(), picture, options);
+                    let thumbnail = self.ctx.load_texture(origin.to_string(), picture, options);
                     Reading::Done {
                         panorama,
                         thumbnail,
@@ -218,7 +226,8 @@ impl StudioApp {
                 }
                 Err(e) => Reading::Failed(e.to_string()),
             };
-            let waiting = |e: &&mut Entry| e.path == path && matches!(e.panorama, Reading::Waiting);
+            let waiting =
+                |e: &&mut Entry| e.origin == origin && matches!(e.panorama, Reading::Waiting);
             if let Some(entry) = self.environments.iter_mut().find(waiting) {
                 entry.panorama = panorama;
             }
@@ -292,7 +301,7 @@ impl StudioApp {
                         .unwrap_or_default()
                         .to_string_lossy()
                         .into_owned();
-                    self.list(name, path);
+                    self.list(name, Origin::File(path));
                 }
                 self.state
                     .apply(&Command::Environment(first), self.environments.len());
@@ -430,7 +439,7 @@ impl StudioApp {
                 out.push(Command::OpenProject(path));
             } else {
                 self.news.failure = Some(format!(
-                    "{} is neither a panorama (.exr, .hdr) nor a project's folder",
+                    "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor a project's folder",
                     path.display()
                 ));
             }
@@ -455,7 +464,9 @@ impl eframe::App for StudioApp {
         let Self {
             viewport,
             timeline,
+            environments_list,
             light,
+            picture,
             probe,
             gamma,
             tabs,
@@ -503,6 +514,12 @@ impl eframe::App for StudioApp {
                     .frame(bar(4))
                     .show(ui, |ui| timeline.ui(ui, &sight, &mut commands));
             }
+            if workspace == Workspace::Relight {
+                Panel::left("environments")
+                    .exact_size(208.0)
+                    .frame(bar(0))
+                    .show(ui, |ui| environments_list.ui(ui, &sight, &mut commands));
+            }
             let (side, width) = match workspace {
                 Workspace::Relight => ("light", 264.0),
                 Workspace::Probe => ("probe", 392.0),
@@ -512,7 +529,16 @@ impl eframe::App for StudioApp {
                 .exact_size(width)
                 .frame(bar(0))
                 .show(ui, |ui| match workspace {
-                    Workspace::Relight => light.ui(ui, &sight, &mut commands),
+                    Workspace::Relight => {
+                        egui::ScrollArea::vertical()
+                            .auto_shrink(false)
+                            .show(ui, |ui| {
+                                ui.add_space(theme::GAP);
+                                light.ui(ui, &sight, &mut commands);
+                                picture.ui(ui, &sight, &mut commands);
+                                ui.add_space(theme::GAP);
+                            });
+                    }
                     Workspace::Probe => probe.side_ui(ui, &sight, &mut commands),
                     Workspace::Gamma => gamma.side_ui(ui, &sight, &mut commands),
                 });

@@ -2,7 +2,8 @@
 
 use super::state::Workspace;
 use crate::calibration::{Circle, Trial};
-use crate::scene::Background;
+use crate::light::Lighting;
+use crate::scene::{Background, Effects};
 use crate::worker::Need;
 use std::path::PathBuf;
 
@@ -21,6 +22,10 @@ pub enum Command {
     Exposure(f32),
     /// Change the exposure by this many stops.
     StepExposure(f32),
+    /// How the environment's light is turned, graded and joined by lights placed by hand.
+    Lighting(Box<Lighting>),
+    /// What is done to the picture.
+    Effects(Effects),
     /// What is shown behind the subject.
     Background(Background),
     /// Take this for the mirror ball's silhouette; none is the project's own.

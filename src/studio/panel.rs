@@ -4,8 +4,7 @@
 use super::news::{News, Phase};
 use super::state::State;
 use crate::project::Project;
-use crate::worker::{GammaView, Panorama, ProbeStudy, Relit};
-use std::path::PathBuf;
+use crate::worker::{GammaView, Origin, Panorama, ProbeStudy, Relit};
 use std::sync::Arc;
 
 /// Everything that can be shown.
@@ -26,7 +25,7 @@ pub struct Sight<'a> {
 /// An environment in the list.
 pub struct Entry {
     pub name: String,
-    pub path: PathBuf,
+    pub origin: Origin,
     pub panorama: Reading,
 }
 

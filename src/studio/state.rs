@@ -2,7 +2,8 @@
 
 use super::command::Command;
 use crate::calibration::{Circle, Trial};
-use crate::scene::{Background, Output, Scene};
+use crate::light::Lighting;
+use crate::scene::{Background, Effects, Output, Scene};
 
 /// Stops that the exposure can be set to: beyond them a display shows nothing but black or white.
 pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
@@ -30,6 +31,8 @@ pub struct Look {
     /// From −180 (exclusive) to 180 degrees.
     pub yaw_deg: f32,
     pub exposure_stops: f32,
+    pub lighting: Lighting,
+    pub effects: Effects,
     pub background: Background,
     /// The mirror ball's silhouette where it was set by hand.
     pub circle: Option<Circle>,
@@ -90,6 +93,8 @@ impl State {
                 environment: 0,
                 yaw_deg: 0.0,
                 exposure_stops: 0.0,
+                lighting: Lighting::default(),
+                effects: Effects::default(),
                 background: Background::Environment,
                 circle: None,
                 trial: None,
@@ -118,6 +123,8 @@ impl State {
         Scene {
             frame: self.frame,
             yaw_deg: self.look.yaw_deg,
+            lighting: self.look.lighting.clone(),
+            effects: self.look.effects,
             exposure_stops: self.look.exposure_stops,
             background: self.look.background,
             output: Output::Display,
@@ -142,7 +149,7 @@ impl State {
     pub fn apply(&mut self, command: &Command, environments: usize) {
         let mut look = self.look.clone();
         let last = self.frames.saturating_sub(1);
-        match *command {
+        match command.clone() {
             Command::Environment(entry) if entry < environments => look.environment = entry,
             Command::StepEnvironment(step) if environments > 0 => {
                 let entry = look.environment as isize + step;
@@ -154,6 +161,8 @@ impl State {
             Command::StepExposure(stops) => {
                 look.exposure_stops = exposure(look.exposure_stops + stops, look.exposure_stops);
             }
+            Command::Lighting(lighting) => look.lighting = *lighting,
+            Command::Effects(effects) => look.effects = effects.bounded(),
             Command::Background(background) => look.background = background,
             Command::Circle(circle) => look.circle = circle,
             Command::Try(trial) => look.trial = trial,

@@ -48,7 +48,7 @@ pub enum Job {
     /// Relight the interview and write it.
     Relight {
         project: PathBuf,
-        settings: RelightSettings,
+        settings: Box<RelightSettings>,
     },
     /// Measure against a truth.
     Evaluate {

@@ -6,9 +6,13 @@ use crate::imaging::Image;
 use crate::imaging::color::{byte_from_unit, luminance, srgb_from_linear};
 use crate::imaging::resample::resize_area;
 use crate::light::Environment;
+use crate::light::brightest::{self, Area};
+use crate::light::built_in::BuiltIn;
+use crate::light::panorama::{self, Reading};
 use crate::progress::Control;
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::fmt;
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -16,11 +20,41 @@ use std::thread::JoinHandle;
 /// Panoramas that have been read and not been taken yet.
 const MOST_WAITING: usize = 4;
 
+/// Where a panorama comes from.
+#[derive(Clone, Debug)]
+pub enum Origin {
+    File(PathBuf),
+    BuiltIn(&'static BuiltIn),
+}
+
+impl PartialEq for Origin {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::File(a), Self::File(b)) => a == b,
+            (Self::BuiltIn(a), Self::BuiltIn(b)) => a.name == b.name,
+            _ => false,
+        }
+    }
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::File(path) => write!(f, "{}", path.display()),
+            Self::BuiltIn(own) => f.write_str(own.describe),
+        }
+    }
+}
+
 /// A panorama as the window wants it.
 #[derive(Clone, Debug)]
 pub struct Panorama {
     pub environment: Arc<Environment>,
     pub thumbnail: Thumbnail,
+    /// Its brightest areas, the one with most energy first.
+    pub areas: Vec<Area>,
+    /// What had to be guessed or mended, a sentence each.
+    pub notes: Vec<String>,
 }
 
 /// A small tone-mapped picture of a panorama.
@@ -34,8 +68,8 @@ pub struct Thumbnail {
 
 /// The reading thread. Dropping it stops it after the file in hand.
 pub struct Library {
-    wanted: Arc<Mutex<VecDeque<PathBuf>>>,
-    read: Option<Receiver<(PathBuf, Result<Panorama>)>>,
+    wanted: Arc<Mutex<VecDeque<Origin>>>,
+    read: Option<Receiver<(Origin, Result<Panorama>)>>,
     ring: Box<dyn Fn() + Send>,
     stop: Control,
     thread: Option<JoinHandle<()>>,
@@ -44,7 +78,7 @@ pub struct Library {
 impl Library {
     /// Starts the thread; `wake` is called after each file.
     pub fn start(wake: impl Fn() + Send + 'static) -> Self {
-        let wanted = Arc::new(Mutex::new(VecDeque::<PathBuf>::new()));
+        let wanted = Arc::new(Mutex::new(VecDeque::<Origin>::new()));
         let (send, read) = sync_channel(MOST_WAITING);
         let (ring, rung) = doorbell();
         let stop = Control::default();
@@ -55,14 +89,14 @@ impl Library {
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner)
                     .pop_front();
-                let Some(path) = next else {
+                let Some(source) = next else {
                     if rung.recv().is_err() {
                         break;
                     }
                     continue;
                 };
-                let panorama = Panorama::load(&path);
-                if send.send((path, panorama)).is_err() {
+                let panorama = Panorama::load(&source);
+                if send.send((source, panorama)).is_err() {
                     break;
                 }
                 wake();
@@ -78,16 +112,16 @@ impl Library {
     }
 
     /// Asks for a file.
-    pub fn load(&self, path: PathBuf) {
+    pub fn load(&self, source: Origin) {
         self.wanted
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
-            .push_back(path);
+            .push_back(source);
         (self.ring)();
     }
 
     /// The files that have been read since the last call, in the order in which they were asked for.
-    pub fn loaded(&self) -> impl Iterator<Item = (PathBuf, Result<Panorama>)> {
+    pub fn loaded(&self) -> impl Iterator<Item = (Origin, Result<Panorama>)> {
         self.read.iter().flat_map(|read| read.try_iter())
     }
 }
@@ -105,16 +139,26 @@ impl Drop for Library {
 }
 
 impl Panorama {
-    /// Reads a panorama.
+    /// How many of the brightest areas are looked for.
+    const AREAS: usize = 5;
+
+    /// Reads a panorama, or makes it.
     ///
     /// # Errors
     /// When the file cannot be read or is no panorama.
-    pub fn load(path: &Path) -> Result<Self> {
-        let environment = Environment::load(path)?;
-        let thumbnail = Thumbnail::of(&environment.radiance);
+    pub fn load(source: &Origin) -> Result<Self> {
+        let (environment, notes) = match source {
+            Origin::File(path) => {
+                let read = panorama::read(path, &Reading::default())?;
+                (read.environment, read.notes)
+            }
+            Origin::BuiltIn(own) => (own.environment(), vec![]),
+        };
         Ok(Self {
+            thumbnail: Thumbnail::of(&environment.radiance),
+            areas: brightest::areas(&environment, Self::AREAS),
             environment: Arc::new(environment),
-            thumbnail,
+            notes,
         })
     }
 }
@@ -200,8 +244,8 @@ mod tests {
         crate::imaging::file::write_exr(&good, &Image::filled(8, 4, [1.0; 3])).unwrap();
         let (wake, woken) = std::sync::mpsc::channel();
         let library = Library::start(move || wake.send(()).unwrap());
-        library.load(folder.path().join("missing.exr"));
-        library.load(good);
+        library.load(Origin::File(folder.path().join("missing.exr")));
+        library.load(Origin::File(good));
         (0..2).for_each(|_| woken.recv().unwrap());
         let loaded: Vec<_> = library.loaded().collect();
         assert!(

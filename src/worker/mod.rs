@@ -25,7 +25,7 @@ mod study;
 pub use event::{Blocked, Event, Need};
 pub use job::{Job, Outcome};
 pub use latest::Latest;
-pub use library::{Library, Panorama, Thumbnail};
+pub use library::{Library, Origin, Panorama, Thumbnail};
 pub use network::{Predict, Source, open_project};
 pub use relighter::{Ask, Relit};
 pub use study::{GammaView, ProbeStudy, SeenLamp, Study, StudyAsk};

@@ -6,14 +6,17 @@ use super::cache::FieldCache;
 use super::event::Event;
 use super::latest::Latest;
 use super::network::{Opened, Wanted};
-use crate::compositor::{CameraView, Ingredients, Levels, PassReport, Upstream, compose};
-use crate::error::Result;
-use crate::imaging::Image;
+use crate::compositor::{
+    CameraView, Extra, Grain, Identity, Ingredients, Levels, PassReport, Reuse, Steady, Upstream,
+    compose_reusing,
+};
+use crate::error::{Error, Result};
+use crate::footage::Frame;
 use crate::imaging::color::byte_from_unit;
-use crate::light::weights::{Partition, Weighting};
-use crate::light::{Environment, LightWeights, Rig, YawTable};
+use crate::light::lighting::Lit;
+use crate::light::{Environment, LightWeights, Lighting, Rig};
 use crate::progress::Control;
-use crate::scene::{Output, Scene};
+use crate::scene::{Output, Scene, ViewTransform};
 use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -45,8 +48,10 @@ pub struct Relit {
     pub predict_ms: f64,
     /// What relighting took in milliseconds, from the ask to the codes.
     pub relight_ms: f64,
-    /// Share of the environment's energy from where the rig has no lamp.
+    /// Share of the light's energy from where the rig has no lamp.
     pub uncovered: f32,
+    /// The lamps.
+    pub rig: Arc<Rig>,
     /// Frames whose field is at hand.
     pub frames_at_hand: HashSet<usize>,
 }
@@ -66,9 +71,10 @@ pub(super) struct Relighter<Tell> {
 /// What the thread knows of the light.
 struct Light {
     environment: Arc<Environment>,
-    /// Its weights at every yaw: a turn is a look-up.
-    yaws: YawTable,
+    lit: Lit,
     levels: Levels,
+    /// What `weights` are of.
+    lighting: Lighting,
     yaw_deg: f32,
     weights: LightWeights,
 }
@@ -76,10 +82,19 @@ struct Light {
 /// What the thread knows of the shoot.
 struct Stage {
     rig: Arc<Rig>,
-    partition: Partition,
     /// The first frame that was predicted: it sets the level of every light for the whole session.
     reference: Option<Arc<PredictedFrame>>,
     light: Option<Light>,
+    /// How many environments there have been.
+    environments: u64,
+    /// The field that was composed last, and how many there have been.
+    composed: Option<Arc<PredictedFrame>>,
+    fields: u64,
+    /// Its plate's grain under a view transform, where a scene asked for it.
+    grain: Option<(ViewTransform, Grain)>,
+    /// What it hands on to the frame after it.
+    steady: Option<Steady>,
+    reuse: Reuse,
 }
 
 impl<Tell: Fn(Event)> Relighter<Tell> {
@@ -164,8 +179,40 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         predict_ms: Option<f64>,
         started: Instant,
     ) -> Result<Relit> {
-        let (light, weights_ms) = stage.light(environment, scene.yaw_deg, shown)?;
-        let picture = compose(
+        let weights_ms = stage.light(environment, &scene, shown)?;
+        if stage
+            .composed
+            .as_ref()
+            .is_none_or(|last| !Arc::ptr_eq(last, shown))
+        {
+            stage.composed = Some(shown.clone());
+            stage.fields += 1;
+            stage.grain = None;
+        }
+        let view = scene.effects.view;
+        if scene.effects.grain > 0.0 && stage.grain.as_ref().is_none_or(|(of, _)| *of != view) {
+            let Frame { plate, mask, .. } = &*shown.frame;
+            stage.grain = Some((view, Grain::of_plate(plate, mask, view)));
+        }
+        let identity = Identity {
+            frame: stage.fields,
+            environment: stage.environments,
+            second: 0,
+        };
+        let Stage {
+            rig,
+            light,
+            grain,
+            steady,
+            reuse,
+            ..
+        } = stage;
+        let Some(light) = light else {
+            return Err(Error::Cancelled {
+                kept: "no light was found".into(),
+            });
+        };
+        let picture = compose_reusing(
             &scene,
             &Ingredients {
                 field: &shown.field,
@@ -178,8 +225,16 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                     predict_ms,
                     weights_ms,
                 },
+                extra: Extra {
+                    before: steady.as_ref(),
+                    grain: grain.as_ref().map(|(_, grain)| grain),
+                    second: None,
+                    identity,
+                },
             },
+            reuse,
         )?;
+        *steady = picture.steady;
         let (width, height) = picture.linear.size();
         let codes = picture
             .display
@@ -195,6 +250,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             predict_ms: shown.ms,
             relight_ms: started.elapsed().as_secs_f64() * 1e3,
             uncovered: light.weights.uncovered,
+            rig: rig.clone(),
             frames_at_hand: self.cache.indices().collect(),
         })
     }
@@ -203,52 +259,59 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
 impl Stage {
     fn new(rig: Arc<Rig>) -> Self {
         Self {
-            partition: Partition::of(Weighting::default(), &rig),
             rig,
             reference: None,
             light: None,
+            environments: 0,
+            composed: None,
+            fields: 0,
+            grain: None,
+            steady: None,
+            reuse: Reuse::default(),
         }
     }
 
-    /// The weights of an environment at a yaw, and what finding them took in milliseconds; none where
-    /// they were at hand.
+    /// The weights that a scene asks for, and what finding them took in milliseconds; none where they were
+    /// at hand.
     fn light(
         &mut self,
         environment: &Arc<Environment>,
-        yaw_deg: f32,
+        scene: &Scene,
         shown: &Arc<PredictedFrame>,
-    ) -> Result<(&Light, Option<f64>)> {
+    ) -> Result<Option<f64>> {
         let started = Instant::now();
-        let old = self
-            .light
-            .take()
-            .filter(|light| Arc::ptr_eq(&light.environment, environment));
-        let at_hand = old.as_ref().is_some_and(|light| light.yaw_deg == yaw_deg);
-        let light = match old {
-            Some(light) if at_hand => light,
-            Some(light) => Light {
-                yaw_deg,
-                weights: light.yaws.at(yaw_deg),
-                ..light
-            },
-            None => {
+        let (yaw_deg, lighting) = (scene.yaw_deg, &scene.lighting);
+        let mut old = self.light.take();
+        let same = |light: &Light| Arc::ptr_eq(&light.environment, environment);
+        if let Some(light) = old.as_ref().filter(|light| same(light))
+            && light.yaw_deg == yaw_deg
+            && light.lighting == *lighting
+        {
+            self.light = old;
+            return Ok(None);
+        }
+        let (mut lit, levels) = match old.take() {
+            Some(light) if same(&light) => (light.lit, light.levels),
+            other => {
+                self.environments += 1;
+                let lit = match other {
+                    Some(light) => light.lit.environment(environment),
+                    None => Lit::new(environment, &self.rig, lighting.weighting),
+                };
                 let reference = self.reference.get_or_insert_with(|| shown.clone());
-                let yaws = YawTable::new(&self.partition, environment);
-                let (width, height) = (Partition::WIDTH, Partition::WIDTH / 2);
-                let even =
-                    Environment::from_radiance("even", Image::filled(width, height, [1.0; 3]));
-                let even = self.partition.weights(&even, 0.0);
                 let (field, mask) = (&reference.field, &reference.frame.mask);
-                Light {
-                    environment: environment.clone(),
-                    levels: Levels::balanced(environment, &even, field, mask)?,
-                    yaw_deg,
-                    weights: yaws.at(yaw_deg),
-                    yaws,
-                }
+                let levels = Levels::balanced(environment, &lit.even(), field, mask)?;
+                (lit, levels)
             }
         };
-        let ms = (!at_hand).then(|| started.elapsed().as_secs_f64() * 1e3);
-        Ok((self.light.insert(light), ms))
+        self.light = Some(Light {
+            environment: environment.clone(),
+            levels,
+            lighting: lighting.clone(),
+            yaw_deg,
+            weights: lit.weights(lighting, yaw_deg, 1.0 / levels.background),
+            lit,
+        });
+        Ok(Some(started.elapsed().as_secs_f64() * 1e3))
     }
 }

@@ -69,6 +69,7 @@ fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> Ask {
         exposure_stops: 0.0,
         background: Background::None,
         output: Output::Display,
+        ..Scene::default()
     };
     Ask {
         scene,

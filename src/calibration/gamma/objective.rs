@@ -229,11 +229,7 @@ impl<'a> Objective<'a> {
 
     /// −2·ln of the probability at an exposure: independent errors of unknown size, n·ln(distance²) over
     /// both comparisons, and the prior of the exposure.
-    pub fn cost(&self, seen: &Seen, log_exposure: f64) -> f64 {
-        self.cost_under(self.exposure, seen, log_exposure)
-    }
-
-    fn cost_under(&self, prior: ExposurePrior, seen: &Seen, log_exposure: f64) -> f64 {
+    fn cost(&self, prior: ExposurePrior, seen: &Seen, log_exposure: f64) -> f64 {
         let subject = seen.subject_square(log_exposure) + self.subject_floor.powi(2);
         let ball = self.ball_square(&seen.ball) + rounding().powi(2);
         self.subject_count * subject.ln() + self.ball_count * ball.ln() + prior.cost(log_exposure)
@@ -246,7 +242,7 @@ impl<'a> Objective<'a> {
 
     /// The same where another is known of the exposure.
     pub fn stand_under(&self, prior: ExposurePrior, seen: &Seen) -> Standing {
-        let cost = |x: f64| self.cost_under(prior, seen, x);
+        let cost = |x: f64| self.cost(prior, seen, x);
         let log_exposure = best_exposure(cost, |x| seen.subject_square(x));
         Standing {
             cost: cost(log_exposure),

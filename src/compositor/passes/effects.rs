@@ -2,7 +2,7 @@
 //! the same names in [`crate::compositor`].
 
 use super::pictures::{GpuPicture, PicturePasses};
-use crate::compositor::background::{CameraView, Sampling};
+use crate::compositor::background::{Backdrop, CameraView, Sampling};
 use crate::compositor::background_blur::{LARGEST_RADIUS, halved};
 use crate::compositor::grain::BINS;
 use crate::compositor::{CLIPPED, Grain, LEGEND, Screen, false_color, glare, light_wrap};
@@ -36,8 +36,10 @@ pub(super) struct BackgroundParams {
     panorama: [u32; 2],
     pixel: f32,
     turn: f32,
-    level: f32,
     samples: u32,
+    unused: u32,
+    untilt: [[f32; 4]; 3],
+    level: [f32; 4],
 }
 
 #[repr(C)]
@@ -124,18 +126,23 @@ impl PicturePasses {
         &self,
         subject: &GpuPicture,
         panorama: &GpuPicture,
-        yaw_deg: f32,
+        backdrop: &Backdrop,
         view: CameraView,
-        level: f32,
     ) -> Result<GpuPicture> {
-        let sampling = Sampling::of(subject.height, panorama.height, yaw_deg, view);
+        let sampling = Sampling::of(subject.height, panorama.height, backdrop.yaw_deg, view);
+        let [x, y, z] = glam::Mat3::from_quat(backdrop.tilt.inverse())
+            .to_cols_array_2d()
+            .map(|[x, y, z]| [x, y, z, 0.0]);
+        let [r, g, b] = backdrop.level;
         let params = BackgroundParams {
             size: size_of_picture(subject.size()),
             panorama: size_of_picture(panorama.size()),
             pixel: sampling.pixel,
             turn: sampling.turn,
-            level,
             samples: sampling.samples as u32,
+            unused: 0,
+            untilt: [x, y, z],
+            level: [r, g, b, 0.0],
         };
         let size = subject.size();
         self.run(

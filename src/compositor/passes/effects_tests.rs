@@ -87,7 +87,7 @@ fn parameters_are_laid_out_as_the_shaders_say() {
             "pyramid" => (size_of::<PyramidParams>(), &[0, 8, 16, 20, 24]),
             "grain" => (size_of::<GrainParams>(), &[0, 8, 12, 16, 144]),
             "false_color" => (size_of::<FalseColorParams>(), &[0, 8, 16, 144]),
-            "background" => (size_of::<BackgroundParams>(), &[0, 8, 16, 20, 24, 28]),
+            "background" => (size_of::<BackgroundParams>(), &[0, 8, 16, 20, 24, 32, 80]),
             "dither" => (size_of::<PlainParams>(), &[0, 8]),
             _ => (size_of::<PlainParams>(), &[0, 8, 12]),
         };
@@ -123,12 +123,17 @@ fn background_agrees_with_its_twin() {
                 vertical_fov_deg: fov,
             };
             let mut here = set.image.clone();
-            cpu::draw_background(&mut here, &set.mask, &panorama, yaw, view, 0.7);
+            let backdrop = cpu::Backdrop {
+                yaw_deg: yaw,
+                tilt: crate::light::weights::rotation(0.0, 0.5 * yaw, -20.0),
+                level: [0.7, 0.5, 0.6],
+            };
+            cpu::draw_background(&mut here, &set.mask, &panorama, &backdrop, view);
             let opaque = Mask::filled(2 * rows, rows, 1.0);
             let panorama = set.passes.upload(&panorama, &opaque).unwrap();
             let there = set
                 .passes
-                .background(&set.on_gpu, &panorama, yaw, view, 0.7);
+                .background(&set.on_gpu, &panorama, &backdrop, view);
             // An angle's arc tangent is good to 1e-4 of a texel's weight on GPUs.
             set.assert_same("background", &there.unwrap(), &here, 2e-3);
         }

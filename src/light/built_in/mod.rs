@@ -10,6 +10,7 @@ pub(crate) mod pattern;
 mod sky;
 mod studio;
 
+use super::Environment;
 use super::latlong::direction_from_uv;
 use crate::imaging::{Image, Raster};
 use glam::Vec3;
@@ -28,6 +29,16 @@ pub struct BuiltIn {
     /// width by more than 1 %, from 256 columns up: lights are drawn with theirs, and only what they
     /// shine on is found by rays. The nave's stained panes, thinner than a texel, take it to 3 %.
     pub make: fn(width: usize) -> Image,
+}
+
+impl BuiltIn {
+    /// The environment at [`Self::WIDTH`], called by its title.
+    pub fn environment(&self) -> Environment {
+        Environment::from_radiance(self.title, (self.make)(Self::WIDTH))
+    }
+
+    /// Columns that are enough for a background without a texel to be seen.
+    pub const WIDTH: usize = 1024;
 }
 
 /// All of them, in the order of a list to choose from.

@@ -3,6 +3,8 @@
 mod environments;
 mod gamma;
 mod job;
+mod light;
+mod picture;
 mod probe;
 mod sphere;
 mod status;
@@ -13,6 +15,8 @@ mod viewport;
 pub use environments::EnvironmentsPanel;
 pub use gamma::GammaPanel;
 pub use job::JobPanel;
+pub use light::LightPanel;
+pub use picture::PicturePanel;
 pub use probe::ProbePanel;
 pub use status::StatusPanel;
 pub use tabs::TabsPanel;
@@ -50,7 +54,7 @@ fn number_ui(
     width: f32,
     out: &mut Vec<Command>,
     reset: impl FnOnce() -> Command,
-) {
+) -> egui::Response {
     let label = ui.label(name);
     let response = ui.add_sized(vec2(width, 24.0), field).labelled_by(label.id);
     if response.double_clicked() {
@@ -58,5 +62,5 @@ fn number_ui(
         ui.memory_mut(|memory| memory.surrender_focus(response.id));
         out.push(reset());
     }
-    response.on_hover_text("Drag, or click to type. Shift drags finer, a double-click resets.");
+    response.on_hover_text("Drag, or click to type. Shift drags finer, a double-click resets.")
 }

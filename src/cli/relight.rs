@@ -1,0 +1,206 @@
+//! `afterlight relight`.
+
+use super::parse::{parse_keys, parse_light, parse_range};
+use super::{DeviceArgs, OutputArgs};
+use crate::export::relight::RelightSettings;
+use crate::light::keyframes::{Interpolation, Keyframes};
+use crate::light::weights::Weighting;
+use crate::light::{Lighting, Mapping, PlacedLight, white};
+use crate::scene::{Background, Effects, ViewTransform};
+use crate::worker::Job;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Relight the interview under an environment and write pictures or a clip.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: afterlight relight interview --environment courtyard.hdr --turntable --to clip.mp4"
+)]
+pub struct RelightArgs {
+    /// The project's folder.
+    project: PathBuf,
+    /// A panorama's file, the name of one of the shoot's environments, or one that is built in:
+    /// three-point, clamshell, side-light, clear-sky, low-sun, overcast, courtyard, nave.
+    #[arg(long)]
+    environment: PathBuf,
+    /// How the panorama's file lays out the sphere, where it is no lat-long.
+    #[arg(long, value_enum)]
+    mapping: Option<Mapping>,
+    /// Turn the environment: positive moves it to camera-right in front.
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    yaw: f32,
+    /// Turn the environment once around over the frames, from --yaw on.
+    #[arg(long)]
+    turntable: bool,
+    /// Yaw over the frames, added to --yaw: it goes through these values.
+    #[arg(long, value_name = "FRAME:DEG,…", value_parser = parse_keys, allow_hyphen_values = true)]
+    yaw_keys: Option<Keyframes>,
+    /// Brightness of the environment in stops over the frames, added to --intensity.
+    #[arg(long, value_name = "FRAME:STOPS,…", value_parser = parse_keys, allow_hyphen_values = true)]
+    intensity_keys: Option<Keyframes>,
+    /// Go evenly from key to key, with corners.
+    #[arg(long)]
+    linear_keys: bool,
+    #[command(flatten)]
+    lighting: LightingArgs,
+    #[command(flatten)]
+    effects: EffectsArgs,
+    /// Frames A to B, both included; all where this is left out.
+    #[arg(long, value_name = "A-B", value_parser = parse_range)]
+    frames: Option<(usize, usize)>,
+    /// Exposure in stops.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    exposure: f32,
+    /// Leave out the environment behind the subject.
+    #[arg(long)]
+    no_background: bool,
+    /// What to write: out.%04d.png, out.%04d.exr, clip.mp4 or clip.mov.
+    #[arg(long)]
+    to: String,
+    /// Say which passes ran, which did not and why, and what each took.
+    #[arg(long)]
+    profile: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+/// What is done to the environment's light.
+#[derive(Debug, Args)]
+struct LightingArgs {
+    /// How the environment is given to the lamps.
+    #[arg(long, value_enum, default_value_t)]
+    weights: Weighting,
+    /// Turn the environment up, after its yaw.
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pitch: f32,
+    /// Turn the environment counter-clockwise, after its yaw and pitch.
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    roll: f32,
+    /// Brightness of the environment in stops.
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    intensity: f32,
+    /// Colour temperature that makes the environment's white warmer or cooler.
+    #[arg(long, value_name = "KELVIN", default_value_t = white::NEUTRAL_K)]
+    temperature: f32,
+    /// Tint of the environment, −100 green to 100 magenta.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    tint: f32,
+    /// Turn the environment further than its light where it shows behind the subject.
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    background_yaw: f32,
+    /// A soft light of so many degrees across, at an azimuth (−90 camera-left, 90 camera-right, 180 the
+    /// camera) and an elevation; π lights white that faces it to 1. Can be given several times.
+    #[arg(long, value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]", value_parser = parse_light, allow_hyphen_values = true)]
+    light: Vec<PlacedLight>,
+}
+
+/// What is done to the picture.
+#[derive(Debug, Args)]
+struct EffectsArgs {
+    /// How light becomes the codes of a display.
+    #[arg(long, value_enum, default_value_t)]
+    view: ViewTransform,
+    /// How much of a jump in brightness between frames is held back, 0 to 1.
+    #[arg(long, default_value_t = 0.0)]
+    smoothing: f32,
+    /// How much of the screen's spill at the subject's rim is taken out, 0 to 1.
+    #[arg(long, default_value_t = 0.0)]
+    despill: f32,
+    /// Radius of the background's defocus as a share of the picture's height.
+    #[arg(long, default_value_t = 0.0)]
+    background_blur: f32,
+    /// How much of the background's light wraps around the subject's rim, 0 to 1.
+    #[arg(long, default_value_t = 0.0)]
+    light_wrap: f32,
+    /// How much of the light above white the lens scatters, 0 to 1.
+    #[arg(long, default_value_t = 0.0)]
+    glare: f32,
+    /// How grainy the picture is beside the plate: 1 is as grainy.
+    #[arg(long, default_value_t = 0.0)]
+    grain: f32,
+}
+
+impl RelightArgs {
+    /// The job that was asked for.
+    pub fn job(&self) -> Job {
+        let interpolation = if self.linear_keys {
+            Interpolation::Linear
+        } else {
+            Interpolation::Smooth
+        };
+        let keys = |keys: &Option<Keyframes>| {
+            let mut keys = keys.clone().unwrap_or_default();
+            keys.interpolation = interpolation;
+            keys
+        };
+        let settings = RelightSettings {
+            environment: self.environment.clone(),
+            mapping: self.mapping,
+            yaw_deg: self.yaw,
+            turntable: self.turntable,
+            yaw_keys: keys(&self.yaw_keys),
+            lighting: Lighting {
+                weighting: self.lighting.weights,
+                pitch_deg: self.lighting.pitch,
+                roll_deg: self.lighting.roll,
+                intensity_stops: self.lighting.intensity,
+                temperature_k: self.lighting.temperature,
+                tint: self.lighting.tint,
+                background_yaw_deg: self.lighting.background_yaw,
+                placed: self.lighting.light.clone(),
+            },
+            intensity_keys: keys(&self.intensity_keys),
+            effects: Effects {
+                view: self.effects.view,
+                smoothing: self.effects.smoothing,
+                despill: self.effects.despill,
+                background_blur: self.effects.background_blur,
+                light_wrap: self.effects.light_wrap,
+                glare: self.effects.glare,
+                grain: self.effects.grain,
+                ..Effects::default()
+            },
+            frames: self.frames,
+            exposure_stops: self.exposure,
+            background: if self.no_background {
+                Background::None
+            } else {
+                Background::Environment
+            },
+            to: self.to.clone(),
+            profile: self.profile,
+            device: self.device.device,
+        };
+        Job::Relight {
+            project: self.project.clone(),
+            settings: Box::new(settings),
+        }
+    }
+}

@@ -1,0 +1,330 @@
+//! How an environment lights the stage: turned freely, graded, and joined by lights placed by hand.
+
+use super::placed::PlacedLight;
+use super::weights::{LightWeights, Partition, Weighting, rotation};
+use super::{Environment, Rig, YawTable, white};
+use crate::imaging::{Image, color::luminance};
+use glam::Quat;
+use serde::{Deserialize, Serialize};
+
+/// What is done to an environment before it lights the subject, besides its yaw. The default does nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Lighting {
+    /// How it is given to the lamps.
+    pub weighting: Weighting,
+    /// Turns after the yaw in degrees, as [`rotation`] has them: up, and counter-clockwise.
+    pub pitch_deg: f32,
+    pub roll_deg: f32,
+    /// Its brightness in stops, within [`Self::STOPS`].
+    pub intensity_stops: f32,
+    /// The colour of its light, see [`white::gains`].
+    pub temperature_k: f32,
+    pub tint: f32,
+    /// How much further in degrees than the light it is turned where it shows behind the subject.
+    pub background_yaw_deg: f32,
+    /// Lights placed by hand. They stand on the stage: no turn moves them, and they do not show behind the
+    /// subject. Their intensity is that of the picture: π lights white that faces it to 1 at 0 stops.
+    pub placed: Vec<PlacedLight>,
+}
+
+impl Default for Lighting {
+    fn default() -> Self {
+        Self {
+            weighting: Weighting::default(),
+            pitch_deg: 0.0,
+            roll_deg: 0.0,
+            intensity_stops: 0.0,
+            temperature_k: white::NEUTRAL_K,
+            tint: 0.0,
+            background_yaw_deg: 0.0,
+            placed: vec![],
+        }
+    }
+}
+
+impl Lighting {
+    /// Stops within which an environment can be made darker or brighter.
+    pub const STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
+
+    /// The factor on the environment's radiance per channel; finite and not negative.
+    pub fn gains(&self) -> [f32; 3] {
+        let stops = if self.intensity_stops.is_nan() {
+            0.0
+        } else {
+            self.intensity_stops
+                .clamp(*Self::STOPS.start(), *Self::STOPS.end())
+        };
+        white::gains(self.temperature_k, self.tint).map(|gain| gain * stops.exp2())
+    }
+
+    /// The turn after the yaw; none where an angle is not finite.
+    pub fn tilt(&self) -> Quat {
+        let tilt = rotation(0.0, self.pitch_deg, self.roll_deg);
+        if tilt.is_finite() {
+            tilt
+        } else {
+            Quat::IDENTITY
+        }
+    }
+}
+
+/// An environment before a rig: its weights under any lighting.
+pub struct Lit {
+    weighting: Weighting,
+    partition: Partition,
+    reduced: Environment,
+    yaws: YawTable,
+    rig: Rig,
+}
+
+impl Lit {
+    /// An environment of any size before a rig.
+    pub fn new(environment: &Environment, rig: &Rig, weighting: Weighting) -> Self {
+        let partition = Partition::of(weighting, rig);
+        let reduced = environment.reduced(Partition::WIDTH);
+        Self {
+            weighting,
+            yaws: YawTable::new(&partition, &reduced),
+            partition,
+            reduced,
+            rig: rig.clone(),
+        }
+    }
+
+    /// The same for another environment; what belongs to the rig alone is kept.
+    pub fn environment(self, environment: &Environment) -> Self {
+        let reduced = environment.reduced(Partition::WIDTH);
+        Self {
+            yaws: YawTable::new(&self.partition, &reduced),
+            reduced,
+            ..self
+        }
+    }
+
+    /// The lamps' weights of the environment, turned and graded, and of the placed lights, whose unit is
+    /// `unit` of the environment's. A yaw alone is a look-up; with pitch or roll the environment is turned
+    /// anew, in about two milliseconds.
+    pub fn weights(&mut self, lighting: &Lighting, yaw_deg: f32, unit: f32) -> LightWeights {
+        if lighting.weighting != self.weighting {
+            *self = Self::new(&self.reduced, &self.rig, lighting.weighting);
+        }
+        let tilt = lighting.tilt();
+        let mut weights = if tilt == Quat::IDENTITY {
+            self.yaws.at(yaw_deg)
+        } else {
+            let turn = tilt * rotation(yaw_deg, 0.0, 0.0);
+            self.partition.turned_weights(&self.reduced, turn)
+        };
+        let gains = lighting.gains();
+        scale(&mut weights, gains);
+        if lighting.placed.is_empty() {
+            return weights;
+        }
+        let (width, height) = self.reduced.radiance.size();
+        let mut lights = Image::filled(width, height, [0.0; 3]);
+        for light in &lighting.placed {
+            light.add_to(&mut lights);
+        }
+        let lights = Environment::from_radiance("placed", lights);
+        let mut placed = self.partition.weights(&lights, 0.0);
+        scale(&mut placed, [unit; 3]);
+        // Shares of what is uncovered count by their energies.
+        let energies = [
+            (&self.reduced, gains, weights.uncovered),
+            (&lights, [unit; 3], placed.uncovered),
+        ]
+        .map(|(environment, gains, uncovered)| {
+            let energy = environment.energy();
+            let graded = std::array::from_fn(|c| energy[c] as f32 * gains[c]);
+            (luminance(graded), uncovered)
+        });
+        let total: f32 = energies.iter().map(|(energy, _)| energy).sum();
+        if total > 0.0 && total.is_finite() {
+            weights.uncovered = energies
+                .iter()
+                .map(|(energy, share)| energy * share)
+                .sum::<f32>()
+                / total;
+        }
+        for (weight, placed) in weights.per_lamp.iter_mut().zip(&placed.per_lamp) {
+            *weight = std::array::from_fn(|c| weight[c] + placed[c]);
+        }
+        weights
+    }
+
+    /// The weights of an environment of radiance 1 everywhere.
+    pub fn even(&self) -> LightWeights {
+        let (width, height) = self.reduced.radiance.size();
+        let even = Environment::from_radiance("even", Image::filled(width, height, [1.0; 3]));
+        self.partition.weights(&even, 0.0)
+    }
+}
+
+/// Times `gains`, and finite.
+fn scale(weights: &mut LightWeights, gains: [f32; 3]) {
+    for weight in &mut weights.per_lamp {
+        *weight = std::array::from_fn(|c| (weight[c] * gains[c]).min(f32::MAX));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Lamp;
+    use glam::Vec3;
+
+    /// Lamps all around, of energy 1.
+    fn rig() -> Rig {
+        let lamp = |i: usize| {
+            let y = 1.0 - (2 * i + 1) as f32 / 24.0;
+            let (turn, across) = (2.399_963 * i as f32, (1.0 - y * y).sqrt());
+            Lamp {
+                name: format!("olat_{i:02}"),
+                direction: Vec3::new(across * turn.sin(), y, across * turn.cos()),
+                energy: [1.0; 3],
+                spread_deg: 5.0,
+                confidence: 1.0,
+                clipped: 0.0,
+            }
+        };
+        Rig {
+            lamps: (0..24).map(lamp).collect(),
+        }
+    }
+
+    fn sky() -> Environment {
+        let radiance = Image::from_fn(256, 128, |x, y| {
+            let sun = if (60..64).contains(&x) && (30..34).contains(&y) {
+                900.0
+            } else {
+                0.0
+            };
+            [0.4 + sun, 0.5 + sun, 0.7 + sun - 0.002 * y as f32]
+        });
+        Environment::from_radiance("sky", radiance)
+    }
+
+    fn energy(weights: &LightWeights) -> [f32; 3] {
+        [0, 1, 2].map(|c| weights.per_lamp.iter().map(|w| w[c]).sum())
+    }
+
+    #[test]
+    fn the_default_changes_nothing_and_a_turn_keeps_the_light() {
+        for weighting in [Weighting::Fit, Weighting::Soft, Weighting::Cells] {
+            let (rig, sky) = (rig(), sky());
+            let mut lit = Lit::new(&sky, &rig, weighting);
+            let plain = Lighting {
+                weighting,
+                ..Lighting::default()
+            };
+            let table = YawTable::new(&Partition::of(weighting, &rig), &sky);
+            assert_eq!(lit.weights(&plain, 33.0, 1.0), table.at(33.0));
+            let all = energy(&lit.weights(&plain, 0.0, 1.0));
+            for (pitch_deg, roll_deg) in [(30.0, 0.0), (0.0, -75.0), (180.0, 20.0)] {
+                let turned = Lighting {
+                    pitch_deg,
+                    roll_deg,
+                    ..plain.clone()
+                };
+                let turned = energy(&lit.weights(&turned, 10.0, 1.0));
+                (0..3).for_each(|c| assert!((turned[c] / all[c] - 1.0).abs() < 1e-4));
+            }
+        }
+    }
+
+    #[test]
+    fn a_grade_scales_every_channel() {
+        let mut lit = Lit::new(&sky(), &rig(), Weighting::Fit);
+        let plain = lit.weights(&Lighting::default(), 5.0, 1.0);
+        let graded = Lighting {
+            intensity_stops: 2.0,
+            temperature_k: 3200.0,
+            tint: 10.0,
+            ..Lighting::default()
+        };
+        let gains = white::gains(3200.0, 10.0);
+        let warm = lit.weights(&graded, 5.0, 1.0);
+        for (warm, plain) in warm.per_lamp.iter().zip(&plain.per_lamp) {
+            (0..3).for_each(|c| {
+                assert!((warm[c] - 4.0 * gains[c] * plain[c]).abs() <= 1e-4 * warm[c])
+            });
+        }
+        assert!(gains[0] > 1.2 && gains[2] < 0.6, "{gains:?}");
+    }
+
+    #[test]
+    fn a_placed_light_adds_its_energy_and_stays_where_it_is() {
+        let mut lit = Lit::new(&sky(), &rig(), Weighting::Fit);
+        let light = PlacedLight {
+            yaw_deg: 90.0,
+            pitch_deg: 10.0,
+            ..PlacedLight::default()
+        };
+        let with = Lighting {
+            placed: vec![light.clone()],
+            ..Lighting::default()
+        };
+        let added = |lit: &mut Lit, yaw: f32| -> Vec<f32> {
+            let (a, b) = (
+                lit.weights(&with, yaw, 3.0),
+                lit.weights(&Lighting::default(), yaw, 3.0),
+            );
+            a.per_lamp
+                .iter()
+                .zip(&b.per_lamp)
+                .map(|(a, b)| a[1] - b[1])
+                .collect()
+        };
+        let here = added(&mut lit, 0.0);
+        // Lamps have energy 1, so that weights are energies: 3 units of π.
+        assert!((here.iter().sum::<f32>() / (3.0 * std::f32::consts::PI) - 1.0).abs() < 1e-3);
+        let brightest = (0..24)
+            .max_by(|&a, &b| here[a].total_cmp(&here[b]))
+            .unwrap();
+        let nearest = |i: usize| rig().lamps[i].direction.dot(light.direction());
+        let nearest = (0..24)
+            .max_by(|&a, &b| nearest(a).total_cmp(&nearest(b)))
+            .unwrap();
+        assert_eq!(brightest, nearest);
+        for (a, b) in here.iter().zip(added(&mut lit, 77.0)) {
+            assert!((a - b).abs() < 1e-3, "{a} became {b}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_make_no_sense_give_finite_light() {
+        let mut lit = Lit::new(&sky(), &rig(), Weighting::Fit);
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
+            let lighting = Lighting {
+                pitch_deg: bad,
+                roll_deg: bad,
+                intensity_stops: bad,
+                temperature_k: bad,
+                tint: bad,
+                placed: vec![PlacedLight {
+                    intensity: bad,
+                    yaw_deg: bad,
+                    ..PlacedLight::default()
+                }],
+                ..Lighting::default()
+            };
+            let weights = lit.weights(&lighting, 3.0, 1.0);
+            assert!(
+                weights
+                    .per_lamp
+                    .iter()
+                    .flatten()
+                    .all(|w| w.is_finite() && *w >= 0.0),
+                "{bad}"
+            );
+            assert!(weights.uncovered.is_finite());
+        }
+        let mut none = Lit::new(&sky(), &Rig::default(), Weighting::Fit);
+        assert!(
+            none.weights(&Lighting::default(), 0.0, 1.0)
+                .per_lamp
+                .is_empty()
+        );
+    }
+}
