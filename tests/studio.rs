@@ -10,7 +10,7 @@ use afterlight::compositor::Field;
 use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
 use afterlight::progress::Progress;
-use afterlight::scene::Background;
+use afterlight::scene::{Background, ViewTransform};
 use afterlight::studio::{Phase, StudioApp};
 use afterlight::virtual_stage::{StageSettings, write_shoot};
 use afterlight::worker::{Blocked, Need};
@@ -204,11 +204,79 @@ fn environments_are_chosen_by_click_and_by_key() {
     until_shown(&mut window);
     assert_eq!(window.state().relit().unwrap().environment, "sky");
     assert_ne!(picture(&window), before);
-    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowLeft);
     until_shown(&mut window);
     assert_eq!(window.state().relit().unwrap().environment, "window");
     assert_eq!(picture(&window), before);
-    assert_eq!(window.state().state().frame, 0, "Alt+→ is not →");
+    assert_eq!(window.state().state().frame, 0, "Alt+← is not ←");
+    // Those that are built in come after the shoot's.
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowLeft);
+    until_shown(&mut window);
+    assert_eq!(window.state().relit().unwrap().environment, "Nave");
+}
+
+#[test]
+fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let before = picture(&window);
+    let mean = |picture: &[u8], channel: usize| -> f64 {
+        let values = picture.iter().skip(channel).step_by(3);
+        values.map(|&v| f64::from(v)).sum::<f64>() / (picture.len() / 3) as f64
+    };
+    window.get_by_label("Add light").click();
+    until_shown(&mut window);
+    let lit = picture(&window);
+    assert!(mean(&lit, 1) > mean(&before, 1) + 1.0);
+    // Its dot is dragged across the panorama, from camera-left to camera-right.
+    let dot = window
+        .get_by_label("Light 1 on the panorama")
+        .rect()
+        .center();
+    drag(
+        &mut window,
+        dot,
+        dot + vec2(100.0, 0.0),
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    until_shown(&mut window);
+    let light = window.state().state().look.lighting.placed[0].clone();
+    assert!(
+        light.yaw_deg > 0.0 && (light.pitch_deg - 45.0).abs() < 4.0,
+        "{light:?}"
+    );
+    assert_eq!(
+        window.state().state().look.yaw_deg,
+        0.0,
+        "the panorama stays"
+    );
+    assert_ne!(picture(&window), lit);
+
+    let choose = |window: &mut Window, list: &str, entry: &str| {
+        window
+            .get_by_role_and_label(egui::accesskit::Role::ComboBox, list)
+            .click();
+        window.run_steps(4);
+        window.get_by_label(entry).click();
+        until_shown(window);
+    };
+    choose(&mut window, "View", "filmic");
+    assert_eq!(
+        window.state().state().look.effects.view,
+        ViewTransform::Filmic
+    );
+    choose(&mut window, "Show", "luminance");
+    let grey = picture(&window);
+    assert!(grey.chunks_exact(3).all(|p| p[0] == p[1] && p[1] == p[2]));
+    for _ in 0..4 {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        window.run_steps(2);
+    }
+    until_shown(&mut window);
+    assert_eq!(picture(&window), before);
+    assert!(!window.state().state().can_undo());
 }
 
 #[test]
@@ -556,6 +624,9 @@ fn a_window_without_a_picture_shows_the_job_in_its_place() {
     assert!(window.query_by_label_contains("Train it").is_none());
     window.key_press(Key::P);
     window.run();
+    until(&mut window, "panoramas", |app| {
+        app.environments().iter().all(|e| e.panorama.is_done())
+    });
     snapshot(&mut window, "studio_job_alone");
     window.key_press(Key::P);
     drop(job);

@@ -225,7 +225,7 @@ pub fn find_environment(
         return Ok(panorama.environment);
     }
     if let Some(own) = wanted.to_str().and_then(built_in::named) {
-        return Ok(own.environment());
+        return Ok(Environment::clone(&own.environment()));
     }
     let own = built_in::all().into_iter().map(|own| own.name);
     let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).chain(own).collect();

@@ -227,7 +227,6 @@ impl Partition {
             return self.weights(&environment.reduced(self.width), yaw_deg);
         }
         let (shift, fraction) = columns(yaw_deg, self.width);
-        let fraction = fraction as f32;
         self.division.weights(&self.gather(|y, energies| {
             let row = &environment.radiance.pixels[y * self.width..(y + 1) * self.width];
             let solid_angle = texel_solid_angle(y, self.width, self.height);
@@ -238,8 +237,8 @@ impl Partition {
                 from = if from + 1 == self.width { 0 } else { from + 1 };
                 *energy = std::array::from_fn(|c| {
                     solid_angle
-                        * (f64::from(fraction * before[c])
-                            + f64::from((1.0 - fraction) * row[from][c]))
+                        * (fraction * f64::from(before[c])
+                            + (1.0 - fraction) * f64::from(row[from][c]))
                 });
             }
         }))

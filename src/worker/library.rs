@@ -150,14 +150,14 @@ impl Panorama {
         let (environment, notes) = match source {
             Origin::File(path) => {
                 let read = panorama::read(path, &Reading::default())?;
-                (read.environment, read.notes)
+                (Arc::new(read.environment), read.notes)
             }
             Origin::BuiltIn(own) => (own.environment(), vec![]),
         };
         Ok(Self {
             thumbnail: Thumbnail::of(&environment.radiance),
             areas: brightest::areas(&environment, Self::AREAS),
-            environment: Arc::new(environment),
+            environment,
             notes,
         })
     }

@@ -15,6 +15,7 @@ use super::latlong::direction_from_uv;
 use crate::imaging::{Image, Raster};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::sync::{Arc, OnceLock};
 
 /// An environment of our own.
 #[derive(Clone, Copy, Debug)]
@@ -32,9 +33,21 @@ pub struct BuiltIn {
 }
 
 impl BuiltIn {
-    /// The environment at [`Self::WIDTH`], called by its title.
-    pub fn environment(&self) -> Environment {
-        Environment::from_radiance(self.title, (self.make)(Self::WIDTH))
+    /// The environment at [`Self::WIDTH`], called by its title. It is made when it is first asked for, and
+    /// kept.
+    pub fn environment(&self) -> Arc<Environment> {
+        static MADE: [OnceLock<Arc<Environment>>; ALL.len()] =
+            [const { OnceLock::new() }; ALL.len()];
+        let make = || {
+            Arc::new(Environment::from_radiance(
+                self.title,
+                (self.make)(Self::WIDTH),
+            ))
+        };
+        match ALL.iter().position(|own| own.name == self.name) {
+            Some(place) => MADE[place].get_or_init(make).clone(),
+            None => make(),
+        }
     }
 
     /// Columns that are enough for a background without a texel to be seen.
@@ -54,14 +67,14 @@ pub fn named(name: &str) -> Option<&'static BuiltIn> {
 static ALL: [BuiltIn; 8] = [
     BuiltIn {
         name: "three-point",
-        title: "Three-point studio",
+        title: "Three-point",
         describe: "A warm key from camera-left, a neutral fill at a quarter of it, a rim from behind, \
                    before grey paper.",
         make: studio::three_point,
     },
     BuiltIn {
         name: "clamshell",
-        title: "Clamshell studio",
+        title: "Clamshell",
         describe: "A large box above the camera and a weaker one below it, for beauty, before bright paper.",
         make: studio::clamshell,
     },

@@ -100,7 +100,7 @@ fn dot_ui(ui: &mut Ui, rect: Rect, number: usize, light: &PlacedLight) -> Option
     let at = place(rect, light.direction());
     let spot = Rect::from_center_size(at, Vec2::splat(2.5 * DOT));
     let response = ui.interact(spot, ui.scope_id().with(("light", number)), Sense::drag());
-    let name = format!("Light {}", number + 1);
+    let name = format!("Light {} on the panorama", number + 1);
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, &name));
     let fill = if light.enabled {
         theme::ACCENT

@@ -18,7 +18,19 @@ pub struct PicturePanel;
 impl PicturePanel {
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         ui.add_space(GAP);
-        ui.strong("Picture");
+        ui.horizontal(|ui| {
+            ui.strong("Picture");
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                for (text, can, command) in [
+                    ("Redo", sight.state.can_redo(), Command::Redo),
+                    ("Undo", sight.state.can_undo(), Command::Undo),
+                ] {
+                    if ui.add_enabled(can, egui::Button::new(text)).clicked() {
+                        out.push(command);
+                    }
+                }
+            });
+        });
         Grid::new("picture")
             .num_columns(2)
             .min_col_width(96.0)
@@ -26,16 +38,6 @@ impl PicturePanel {
                 exposure_ui(ui, sight, out);
                 effects_ui(ui, sight, out);
             });
-        ui.horizontal(|ui| {
-            for (text, can, command) in [
-                ("Undo", sight.state.can_undo(), Command::Undo),
-                ("Redo", sight.state.can_redo(), Command::Redo),
-            ] {
-                if ui.add_enabled(can, egui::Button::new(text)).clicked() {
-                    out.push(command);
-                }
-            }
-        });
     }
 }
 
