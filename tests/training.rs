@@ -25,7 +25,7 @@ fn turn() -> MutexGuard<'static, ()> {
 fn shoot(folder: &Path) {
     let settings = StageSettings {
         frames: 4,
-        size: 16,
+        size: 32,
         lamps: 6,
         ..StageSettings::default()
     };

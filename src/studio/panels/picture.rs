@@ -157,6 +157,8 @@ fn choice_ui<T: PartialEq + Copy>(ui: &mut Ui, name: &str, all: &[(T, &str)], va
     let list = egui::ComboBox::from_id_salt(name)
         .selected_text(now.map_or("", |(_, name)| name))
         .width(FIELD)
+        // All of them at once.
+        .height(400.0)
         .show_ui(ui, |ui| {
             for (one, name) in all {
                 ui.selectable_value(value, *one, *name);
