@@ -4,6 +4,7 @@
 pub mod checkpoint;
 mod device_field;
 mod field;
+pub(crate) mod half_field;
 pub(crate) mod kernels;
 pub mod predictor;
 pub mod render;
@@ -12,6 +13,7 @@ mod unet;
 
 pub use device_field::{DeviceField, FieldBuffer};
 pub use field::ReflectanceField;
+pub use half_field::HalfField;
 pub use kernels::Precision;
 pub use predictor::Predictor;
 pub use unet::{Cost, Formulation, Normalization, Statistics, UNet, UNetConfig};

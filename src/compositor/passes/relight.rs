@@ -221,7 +221,7 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::compositor::reference::{relight, tests::noise_field};
+    use crate::compositor::relight::{relight, tests::noise_field};
     use std::future::Future;
     use std::pin::pin;
     use std::task::{Context, Poll, Waker};
