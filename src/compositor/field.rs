@@ -1,10 +1,10 @@
 //! A frame under every lamp, in memory or on the GPU, and its sum under the lamps' weights.
 
 use super::passes::RelightPass;
-use super::relight::{lit_lamps, relight, relight_half};
+use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
 use crate::error::Result;
 use crate::imaging::Image;
-use crate::reflectance::{DeviceField, FieldBuffer, HalfField, ReflectanceField};
+use crate::reflectance::{CompressedField, DeviceField, FieldBuffer, HalfField, ReflectanceField};
 use std::sync::Arc;
 
 /// Where the compositor finds the OLATs of a frame.
@@ -13,6 +13,8 @@ pub enum Field {
     Memory(ReflectanceField),
     /// In half the memory, and in half the time that a sum of it takes.
     Half(HalfField),
+    /// As few principal components over its lamps.
+    Compressed(CompressedField),
     /// Where the network left them, and the pass that sums them there.
     Gpu(FieldBuffer, Arc<RelightPass>),
 }
@@ -26,6 +28,12 @@ impl From<ReflectanceField> for Field {
 impl From<HalfField> for Field {
     fn from(field: HalfField) -> Self {
         Self::Half(field)
+    }
+}
+
+impl From<CompressedField> for Field {
+    fn from(field: CompressedField) -> Self {
+        Self::Compressed(field)
     }
 }
 
@@ -56,6 +64,7 @@ impl Field {
         match self {
             Self::Memory(field) => (field.width, field.height),
             Self::Half(field) => (field.width, field.height),
+            Self::Compressed(field) => (field.width, field.height),
             Self::Gpu(field, _) => (field.width, field.height),
         }
     }
@@ -65,6 +74,7 @@ impl Field {
         match self {
             Self::Memory(field) => field.lamps,
             Self::Half(field) => field.lamps,
+            Self::Compressed(field) => field.lamps,
             Self::Gpu(field, _) => field.lamps,
         }
     }
@@ -74,6 +84,7 @@ impl Field {
         match self {
             Self::Memory(field) => size_of_val(&field.values[..]),
             Self::Half(field) => size_of_val(field.values()),
+            Self::Compressed(field) => field.bytes(),
             Self::Gpu(field, _) => field.lamps * 3 * field.width * field.height * size_of::<f32>(),
         }
     }
@@ -87,6 +98,7 @@ impl Field {
         match self {
             Self::Memory(field) => Ok(relight(field, weights, &lit_lamps(weights))),
             Self::Half(field) => Ok(relight_half(field, weights, &lit_lamps(weights))),
+            Self::Compressed(field) => Ok(relight_compressed(field, weights)),
             Self::Gpu(field, pass) => pass.sum(field, weights),
         }
     }

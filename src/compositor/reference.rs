@@ -1,6 +1,6 @@
 //! The passes on the CPU, and what the shaders are tested against.
 
-pub use super::relight::{lit_lamps, relight, relight_half};
+pub use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
 
 use crate::imaging::{Encoded, Image, Mask, Raster, color::srgb_from_linear};
 use rayon::prelude::*;

@@ -2,9 +2,9 @@
 //! by all threads, in wide loops over several lamps at a time; lamps without energy are not read.
 
 use crate::imaging::Image;
-use crate::reflectance::ReflectanceField;
 use crate::reflectance::half_field::{HalfField, TILE, widen};
 use crate::reflectance::kernels::chunks::vectorized;
+use crate::reflectance::{CompressedField, ReflectanceField};
 use rayon::prelude::*;
 
 /// Pixels that one task sums: three sums of this length (48 KiB) stay in a core's own cache, and every
@@ -23,7 +23,7 @@ pub fn lit_lamps(weights: &[[f32; 3]]) -> Vec<usize> {
 }
 
 /// Per channel, the lamps among `lamps` that have energy there, with their weights.
-fn shares(weights: &[[f32; 3]], lamps: &[usize]) -> [Vec<(usize, f32)>; 3] {
+fn shares(weights: &[[f32; 3]], lamps: &[usize]) -> Shares {
     [0, 1, 2].map(|channel| {
         let share = |&lamp: &usize| (lamp, weights[lamp][channel]);
         let has_energy = |&(_, weight): &(usize, f32)| weight != 0.0;
@@ -36,27 +36,12 @@ fn shares(weights: &[[f32; 3]], lamps: &[usize]) -> [Vec<(usize, f32)>; 3] {
 /// `weights` has one entry per lamp of `field`.
 pub fn relight(field: &ReflectanceField, weights: &[[f32; 3]], lamps: &[usize]) -> Image {
     let shares = shares(weights, lamps);
-    let sum_chunk = |chunk: usize, out: &mut [[f32; 3]]| {
-        let mut sums = [[0f32; CHUNK]; 3];
-        for channel in 0..3 {
-            let sum = &mut sums[channel][..out.len()];
-            let plane = |lamp| &field.plane(lamp, channel)[chunk * CHUNK..];
-            let (groups, rest) = shares[channel].as_chunks::<PLANES>();
-            for group in groups {
-                add(sum, group.map(|(lamp, _)| plane(lamp)), group.map(|s| s.1));
-            }
-            for &(lamp, weight) in rest {
-                add(sum, [plane(lamp)], [weight]);
-            }
-        }
-        interleave(&sums, out);
-    };
     let mut relit = Image::filled(field.width, field.height, [0.0; 3]);
     let chunks = relit.pixels.par_chunks_mut(CHUNK).enumerate();
     chunks.for_each(|(chunk, out)| {
         vectorized(
             #[inline(always)]
-            || sum_chunk(chunk, out),
+            || sum_chunk(field, &shares, chunk, out),
         );
     });
     relit
@@ -66,56 +51,146 @@ pub fn relight(field: &ReflectanceField, weights: &[[f32; 3]], lamps: &[usize]) 
 /// errs by 2⁻¹¹ of the sum of magnitudes.
 pub fn relight_half(field: &HalfField, weights: &[[f32; 3]], lamps: &[usize]) -> Image {
     let shares = shares(weights, lamps);
-    let sum_tile = |tile: usize, out: &mut [[f32; 3]]| {
-        let mut sums = [[0f32; TILE]; 3];
-        let planes = field.tile(tile);
-        for (channel, sum) in sums.iter_mut().enumerate() {
-            let planes = &planes[channel * field.lamps..];
-            let (groups, rest) = shares[channel].as_chunks::<HALF_PLANES>();
-            for group in groups {
-                let (planes, weights) = (group.map(|s| &planes[s.0]), group.map(|s| s.1));
-                add_halves(sum, planes, weights);
-            }
-            for &(lamp, weight) in rest {
-                add_halves(sum, [&planes[lamp]], [weight]);
-            }
-            // Not in the weights, which it could take out of f32's range.
-            sum.iter_mut().for_each(|s| *s *= field.scale());
-        }
-        interleave(&sums, out);
-    };
     let mut relit = Image::filled(field.width, field.height, [0.0; 3]);
     let tiles = relit.pixels.par_chunks_mut(TILE).enumerate();
     tiles.with_min_len(CHUNK / TILE).for_each(|(tile, out)| {
         vectorized(
             #[inline(always)]
-            || sum_tile(tile, out),
+            || sum_tile(field, &shares, tile, out),
         );
     });
     relit
 }
 
-/// Adds planes times their weights, in their order. Every plane is at least as long as the sums.
+/// [`relight`] for a field of principal components, each plane of which is read once for all channels.
+pub fn relight_compressed(field: &CompressedField, weights: &[[f32; 3]]) -> Image {
+    let shares = field.shares(weights).into_iter().enumerate();
+    let shares: Vec<_> = shares.filter(|(_, share)| *share != [0.0; 3]).collect();
+    let mut relit = Image::filled(field.width, field.height, [0.0; 3]);
+    let chunks = relit.pixels.par_chunks_mut(CHUNK).enumerate();
+    chunks.for_each(|(chunk, out)| {
+        vectorized(
+            #[inline(always)]
+            || sum_components(field, &shares, chunk, out),
+        );
+    });
+    relit
+}
+
 #[inline(always)]
-fn add<const N: usize>(sums: &mut [f32], planes: [&[f32]; N], weights: [f32; N]) {
-    let planes = planes.map(|plane| &plane[..sums.len()]);
-    for (i, sum) in sums.iter_mut().enumerate() {
-        for n in 0..N {
-            *sum += weights[n] * planes[n][i];
+fn sum_components(
+    field: &CompressedField,
+    shares: &[(usize, [f32; 3])],
+    chunk: usize,
+    out: &mut [[f32; 3]],
+) {
+    let mut sums = [[0f32; CHUNK]; 3];
+    let (groups, rest) = shares.as_chunks::<PLANES>();
+    for group in groups {
+        add_components(field, group, chunk, &mut sums, out.len());
+    }
+    for share in rest {
+        add_components(field, &[*share], chunk, &mut sums, out.len());
+    }
+    interleave(&sums, out);
+}
+
+/// Adds components to the first `count` sums of all channels.
+#[inline(always)]
+fn add_components<const N: usize>(
+    field: &CompressedField,
+    shares: &[(usize, [f32; 3]); N],
+    chunk: usize,
+    sums: &mut [[f32; CHUNK]; 3],
+    count: usize,
+) {
+    let mut planes = [&[][..]; N];
+    for (plane, (component, _)) in planes.iter_mut().zip(shares) {
+        *plane = &field.plane(*component)[chunk * CHUNK..][..count];
+    }
+    // The planes come from memory for the first channel, and from the first cache for the others.
+    for (channel, sums) in sums.iter_mut().enumerate() {
+        for (i, sum) in sums[..count].iter_mut().enumerate() {
+            for n in 0..N {
+                *sum += shares[n].1[channel] * planes[n][i];
+            }
         }
     }
 }
 
-/// [`add`] for a tile in f16.
+/// Lamps and their weights in each channel.
+type Shares = [Vec<(usize, f32)>; 3];
+
+#[inline(always)]
+fn sum_chunk(field: &ReflectanceField, shares: &Shares, chunk: usize, out: &mut [[f32; 3]]) {
+    let mut sums = [[0f32; CHUNK]; 3];
+    for channel in 0..3 {
+        let sum = &mut sums[channel][..out.len()];
+        let (groups, rest) = shares[channel].as_chunks::<PLANES>();
+        for group in groups {
+            let mut planes = [&[][..]; PLANES];
+            for (plane, (lamp, _)) in planes.iter_mut().zip(group) {
+                *plane = &field.plane(*lamp, channel)[chunk * CHUNK..];
+            }
+            add(sum, planes, group);
+        }
+        for share in rest {
+            let plane = &field.plane(share.0, channel)[chunk * CHUNK..];
+            add(sum, [plane], &[*share]);
+        }
+    }
+    interleave(&sums, out);
+}
+
+#[inline(always)]
+fn sum_tile(field: &HalfField, shares: &Shares, tile: usize, out: &mut [[f32; 3]]) {
+    let mut sums = [[0f32; TILE]; 3];
+    let planes = field.tile(tile);
+    for channel in 0..3 {
+        let planes = &planes[channel * field.lamps..];
+        let (groups, rest) = shares[channel].as_chunks::<HALF_PLANES>();
+        for group in groups {
+            add_halves(&mut sums[channel], planes, group);
+        }
+        for share in rest {
+            add_halves(&mut sums[channel], planes, &[*share]);
+        }
+        // Not in the weights, which it could take out of f32's range.
+        for sum in &mut sums[channel] {
+            *sum *= field.scale();
+        }
+    }
+    interleave(&sums, out);
+}
+
+/// Adds planes times the weights of their shares, in their order. Every plane is at least as long as the
+/// sums.
+#[inline(always)]
+fn add<const N: usize>(sums: &mut [f32], mut planes: [&[f32]; N], shares: &[(usize, f32); N]) {
+    for plane in &mut planes {
+        *plane = &plane[..sums.len()];
+    }
+    for (i, sum) in sums.iter_mut().enumerate() {
+        for n in 0..N {
+            *sum += shares[n].1 * planes[n][i];
+        }
+    }
+}
+
+/// [`add`] for the planes of a channel's tile in f16.
 #[inline(always)]
 fn add_halves<const N: usize>(
     sums: &mut [f32; TILE],
-    planes: [&[u16; TILE]; N],
-    weights: [f32; N],
+    planes: &[[u16; TILE]],
+    shares: &[(usize, f32); N],
 ) {
+    let mut halves = [&[0u16; TILE]; N];
+    for (halves, (lamp, _)) in halves.iter_mut().zip(shares) {
+        *halves = &planes[*lamp];
+    }
     for (i, sum) in sums.iter_mut().enumerate() {
         for n in 0..N {
-            *sum += weights[n] * widen(planes[n][i]);
+            *sum += shares[n].1 * widen(halves[n][i]);
         }
     }
 }
@@ -294,5 +369,32 @@ pub(super) mod tests {
         {
             (0..2).for_each(|c| assert!((a[c] + b[c] - both[c]).abs() <= 1e-6 * both[c]));
         }
+    }
+
+    #[test]
+    fn all_components_of_a_field_give_its_pictures() {
+        let field = noise_field(71, 61, 5);
+        let compressed = CompressedField::of(&field, 0.0);
+        let weights = [
+            [1e4, 0.0, 2.0],
+            [0.0; 3],
+            [1.0; 3],
+            [0.5; 3],
+            [0.0, 3.0, 0.0],
+        ];
+        let here = relight_compressed(&compressed, &weights);
+        let full = relight(&field, &weights, &all(&weights));
+        // Per channel, in units of the brightest pixel.
+        for c in 0..3 {
+            let largest = full.pixels.iter().map(|p| p[c]).fold(0.0, f32::max);
+            for (here, full) in here.pixels.iter().zip(&full.pixels) {
+                assert!(
+                    (here[c] - full[c]).abs() <= 1e-5 * largest,
+                    "{here:?} {full:?}"
+                );
+            }
+        }
+        let dark = relight_compressed(&compressed, &[[0.0; 3]; 5]);
+        assert!(dark.pixels.iter().all(|&p| p == [0.0; 3]));
     }
 }

@@ -2,7 +2,9 @@
 //! paper.
 
 pub mod checkpoint;
+mod compressed;
 mod device_field;
+mod eigen;
 mod field;
 pub(crate) mod half_field;
 pub(crate) mod kernels;
@@ -11,6 +13,7 @@ pub mod render;
 mod resize;
 mod unet;
 
+pub use compressed::{CompressedField, LampBasis};
 pub use device_field::{DeviceField, FieldBuffer};
 pub use field::ReflectanceField;
 pub use half_field::HalfField;
