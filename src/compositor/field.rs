@@ -1,16 +1,20 @@
 //! A frame under every lamp, in memory or on the GPU, and its sum under the lamps' weights.
 
 use super::passes::RelightPass;
-use super::reference::{lit_lamps, relight};
+use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
 use crate::error::Result;
 use crate::imaging::Image;
-use crate::reflectance::{DeviceField, FieldBuffer, ReflectanceField};
+use crate::reflectance::{CompressedField, DeviceField, FieldBuffer, HalfField, ReflectanceField};
 use std::sync::Arc;
 
 /// Where the compositor finds the OLATs of a frame.
 #[derive(Debug)]
 pub enum Field {
     Memory(ReflectanceField),
+    /// In half the memory, and in half the time that a sum of it takes.
+    Half(HalfField),
+    /// As few principal components over its lamps.
+    Compressed(CompressedField),
     /// Where the network left them, and the pass that sums them there.
     Gpu(FieldBuffer, Arc<RelightPass>),
 }
@@ -21,7 +25,28 @@ impl From<ReflectanceField> for Field {
     }
 }
 
+impl From<HalfField> for Field {
+    fn from(field: HalfField) -> Self {
+        Self::Half(field)
+    }
+}
+
+impl From<CompressedField> for Field {
+    fn from(field: CompressedField) -> Self {
+        Self::Compressed(field)
+    }
+}
+
 impl Field {
+    /// The field in f16 where it is in memory as f32. A field on the GPU stays as it is.
+    #[must_use]
+    pub fn halved(self) -> Self {
+        match self {
+            Self::Memory(field) => Self::Half(HalfField::from(&field)),
+            other => other,
+        }
+    }
+
     /// A prediction: where there is a pass for the network's GPU it stays there, else it is copied to
     /// memory.
     ///
@@ -38,6 +63,8 @@ impl Field {
     pub fn size(&self) -> (usize, usize) {
         match self {
             Self::Memory(field) => (field.width, field.height),
+            Self::Half(field) => (field.width, field.height),
+            Self::Compressed(field) => (field.width, field.height),
             Self::Gpu(field, _) => (field.width, field.height),
         }
     }
@@ -46,14 +73,20 @@ impl Field {
     pub fn lamps(&self) -> usize {
         match self {
             Self::Memory(field) => field.lamps,
+            Self::Half(field) => field.lamps,
+            Self::Compressed(field) => field.lamps,
             Self::Gpu(field, _) => field.lamps,
         }
     }
 
     /// What the OLATs take of the memory that they are in.
     pub fn bytes(&self) -> usize {
-        let (width, height) = self.size();
-        self.lamps() * 3 * width * height * size_of::<f32>()
+        match self {
+            Self::Memory(field) => size_of_val(&field.values[..]),
+            Self::Half(field) => size_of_val(field.values()),
+            Self::Compressed(field) => field.bytes(),
+            Self::Gpu(field, _) => field.lamps * 3 * field.width * field.height * size_of::<f32>(),
+        }
     }
 
     /// The picture under lamps of these weights, linear: pass `relight`. From the GPU it is all that
@@ -64,6 +97,8 @@ impl Field {
     pub fn relight(&self, weights: &[[f32; 3]]) -> Result<Image> {
         match self {
             Self::Memory(field) => Ok(relight(field, weights, &lit_lamps(weights))),
+            Self::Half(field) => Ok(relight_half(field, weights, &lit_lamps(weights))),
+            Self::Compressed(field) => Ok(relight_compressed(field, weights)),
             Self::Gpu(field, pass) => pass.sum(field, weights),
         }
     }

@@ -22,6 +22,7 @@ pub mod passes;
 mod plan;
 mod pyramid;
 pub mod reference;
+mod relight;
 mod reuse;
 mod smoothing;
 mod stage;

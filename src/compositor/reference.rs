@@ -1,51 +1,12 @@
 //! The passes on the CPU, and what the shaders are tested against.
 
+pub use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
+
 use crate::imaging::{Encoded, Image, Mask, Raster, color::srgb_from_linear};
-use crate::reflectance::ReflectanceField;
 use rayon::prelude::*;
 
 /// Coverage from which a pixel counts as the subject alone, with nothing of what was behind it.
 pub const SOLID: f32 = 0.98;
-
-/// Pixels that one task sums: three sums of this length (48 KiB) stay in a core's own cache, and every
-/// plane is read in runs of 16 KiB. Measured best of 1024 to 8192.
-const CHUNK: usize = 4096;
-
-/// The lamps whose weight is not zero in every channel.
-pub fn lit_lamps(weights: &[[f32; 3]]) -> Vec<usize> {
-    (0..weights.len())
-        .filter(|&lamp| weights[lamp] != [0.0; 3])
-        .collect()
-}
-
-/// Pass `relight`: Σ `weights[i]` · R_i over `lamps`, per channel, in f32. A plane whose weight is
-/// zero is not read, and a value that is no number stays within its own pixel.
-/// `weights` has one entry per lamp of `field`.
-pub fn relight(field: &ReflectanceField, weights: &[[f32; 3]], lamps: &[usize]) -> Image {
-    let mut relit = Image::filled(field.width, field.height, [0.0; 3]);
-    relit
-        .pixels
-        .par_chunks_mut(CHUNK)
-        .enumerate()
-        .for_each(|(chunk, out)| {
-            let mut sums = [[0f32; CHUNK]; 3];
-            for &lamp in lamps {
-                for (channel, sum) in sums.iter_mut().enumerate() {
-                    let weight = weights[lamp][channel];
-                    if weight != 0.0 {
-                        let plane = &field.plane(lamp, channel)[chunk * CHUNK..];
-                        for (s, &value) in sum[..out.len()].iter_mut().zip(plane) {
-                            *s += weight * value;
-                        }
-                    }
-                }
-            }
-            for (i, pixel) in out.iter_mut().enumerate() {
-                *pixel = std::array::from_fn(|channel| sums[channel][i]);
-            }
-        });
-    relit
-}
 
 /// Gives every partly covered pixel the colour of the solid subject next to it, ring by ring, so that
 /// the subject can be laid over any background: photographs on black are dark at the matte's edge, a
@@ -144,95 +105,9 @@ pub fn dither(picture: &mut Encoded, mask: &Mask) {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
-
-    /// A field of `lamps` lamps with values in [0, 1) and no pattern to speak of.
-    pub fn noise_field(width: usize, height: usize, lamps: usize) -> ReflectanceField {
-        let value = |i: usize| (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
-        let values = (0..lamps * 3 * width * height).map(value).collect();
-        ReflectanceField {
-            width,
-            height,
-            lamps,
-            values,
-        }
-    }
-
-    fn all(weights: &[[f32; 3]]) -> Vec<usize> {
-        (0..weights.len()).collect()
-    }
-
-    /// The largest difference in units of the sum of magnitudes, which bounds what f32 can do.
-    fn relative(a: &Image, b: &Image, largest: f32) -> f32 {
-        let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
-        pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f32::max) / largest
-    }
-
-    #[test]
-    fn the_sum_agrees_with_one_in_double_precision() {
-        let field = noise_field(61, 47, 41);
-        let mut weights: Vec<_> = (0..41)
-            .map(|i| [0.01 * i as f32, 0.3, 1.0 / (1 + i) as f32])
-            .collect();
-        weights[17] = [1e6, 2e6, 3e6];
-        let relit = relight(&field, &weights, &all(&weights));
-        for (i, pixel) in relit.pixels.iter().enumerate() {
-            for c in 0..3 {
-                let exact: f64 = (0..41)
-                    .map(|l| f64::from(weights[l][c]) * f64::from(field.plane(l, c)[i]))
-                    .sum();
-                // 41 additions, each rounded to half a unit of 2⁻²³.
-                assert!((f64::from(pixel[c]) - exact).abs() <= 41.0 * 6e-8 * exact);
-            }
-        }
-    }
-
-    #[test]
-    fn relighting_is_linear_in_the_light() {
-        let field = noise_field(33, 65, 7);
-        let (a, b) = (vec![[0.5, 0.25, 2.0]; 7], vec![[3.0, 0.0, 0.125]; 7]);
-        let both: Vec<[f32; 3]> = a
-            .iter()
-            .zip(&b)
-            .map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
-            .collect();
-        let mut sum = relight(&field, &a, &all(&a));
-        for (s, p) in sum
-            .pixels
-            .iter_mut()
-            .zip(relight(&field, &b, &all(&b)).pixels)
-        {
-            (0..3).for_each(|c| s[c] += p[c]);
-        }
-        assert!(relative(&sum, &relight(&field, &both, &all(&both)), 7.0 * 3.5) < 1e-6);
-    }
-
-    #[test]
-    fn lamps_without_energy_may_be_skipped() {
-        let mut field = noise_field(16, 16, 5);
-        let weights = [[1.0; 3], [0.0; 3], [0.0, 0.5, 0.0], [0.0; 3], [2.0; 3]];
-        let lit = lit_lamps(&weights);
-        assert_eq!(lit, [0, 2, 4]);
-        assert_eq!(
-            relight(&field, &weights, &lit),
-            relight(&field, &weights, &all(&weights))
-        );
-        field.values[3 * 256..6 * 256].fill(f32::NAN);
-        assert!(
-            relight(&field, &weights, &lit)
-                .pixels
-                .iter()
-                .flatten()
-                .all(|v| v.is_finite())
-        );
-        assert!(
-            relight(&field, &[[0.0; 3]; 5], &[])
-                .pixels
-                .iter()
-                .all(|&p| p == [0.0; 3])
-        );
-    }
+    use crate::compositor::relight::tests::noise_field;
 
     #[test]
     fn a_value_that_is_no_number_stays_in_its_pixel_and_is_mended() {

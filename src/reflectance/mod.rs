@@ -2,16 +2,21 @@
 //! paper.
 
 pub mod checkpoint;
+mod compressed;
 mod device_field;
+mod eigen;
 mod field;
+pub(crate) mod half_field;
 pub(crate) mod kernels;
 pub mod predictor;
 pub mod render;
 mod resize;
 mod unet;
 
+pub use compressed::{CompressedField, LampBasis};
 pub use device_field::{DeviceField, FieldBuffer};
 pub use field::ReflectanceField;
+pub use half_field::HalfField;
 pub use kernels::Precision;
 pub use predictor::Predictor;
 pub use unet::{Cost, Formulation, Normalization, Statistics, UNet, UNetConfig};

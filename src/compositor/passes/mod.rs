@@ -6,4 +6,4 @@ mod read;
 mod relight;
 
 pub use pictures::{GpuPicture, PicturePasses};
-pub use relight::RelightPass;
+pub use relight::{Layout, RelightPass};

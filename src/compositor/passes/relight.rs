@@ -1,11 +1,12 @@
-//! Pass `relight` on the GPU. Its twin on the CPU is [`crate::compositor::reference::relight`].
+//! Pass `relight` on the GPU. Its twins on the CPU are [`crate::compositor::reference::relight`] and
+//! [`crate::compositor::reference::relight_half`].
 
 use super::read::read_back;
 use crate::compositor::reference::lit_lamps;
 use crate::error::{Error, Result};
 use crate::gpu::ComputeDevice;
 use crate::imaging::Image;
-use crate::reflectance::{FieldBuffer, ReflectanceField};
+use crate::reflectance::{FieldBuffer, HalfField, ReflectanceField};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Pixels of one workgroup, as in the shader.
@@ -16,7 +17,30 @@ const WORKGROUP: u32 = 64;
 pub struct RelightPass {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    pipeline: wgpu::ComputePipeline,
+    full: wgpu::ComputePipeline,
+    half: wgpu::ComputePipeline,
+}
+
+/// How a field lies in its buffer.
+#[derive(Clone, Copy, Debug)]
+pub enum Layout {
+    /// As [`ReflectanceField::values`].
+    Full,
+    /// As [`HalfField::values`], two of them to a word.
+    Half {
+        /// [`HalfField::scale`].
+        scale: f32,
+    },
+}
+
+/// What the shader is told besides the lamps.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Shape {
+    pixels: u32,
+    lamps: u32,
+    all_lamps: u32,
+    scale: f32,
 }
 
 /// One lamp's entry in the shader's list.
@@ -34,18 +58,21 @@ impl RelightPass {
             label: Some("relight"),
             source: wgpu::ShaderSource::Wgsl(include_str!("../../../shaders/relight.wgsl").into()),
         });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("relight"),
-            layout: None,
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
+        let pipeline = |entry_point| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("relight"),
+                layout: None,
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        };
         Self {
             device: device.clone(),
             queue: queue.clone(),
-            pipeline,
+            full: pipeline("main"),
+            half: pipeline("main_half"),
         }
     }
 
@@ -63,12 +90,7 @@ impl RelightPass {
         check_lamps(field.lamps, weights)?;
         let (width, height) = (field.width, field.height);
         let relit = self.dispatch(field.binding(), width * height, weights)?;
-        let pixels = self.read_back(&relit)?;
-        Ok(Image {
-            width,
-            height,
-            pixels,
-        })
+        self.picture(&relit, width, height)
     }
 
     /// Uploads a field, sums it and reads the picture back.
@@ -77,35 +99,50 @@ impl RelightPass {
     /// When the field is too large for the device, does not fit the weights, or the device fails.
     pub fn run(&self, field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<Image> {
         check_lamps(field.lamps, weights)?;
-        let lamps = lit_lamps(weights);
-        let (width, height) = (field.width, field.height);
-        if field.values.is_empty() || lamps.is_empty() {
+        let bytes = bytemuck::cast_slice(&field.values);
+        self.upload(bytes, Layout::Full, [field.width, field.height], weights)
+    }
+
+    /// [`Self::run`] for a field in f16.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn run_half(&self, field: &HalfField, weights: &[[f32; 3]]) -> Result<Image> {
+        check_lamps(field.lamps, weights)?;
+        let layout = Layout::Half {
+            scale: field.scale(),
+        };
+        let bytes = bytemuck::cast_slice(field.values());
+        self.upload(bytes, layout, [field.width, field.height], weights)
+    }
+
+    fn upload(
+        &self,
+        field: &[u8],
+        layout: Layout,
+        [width, height]: [usize; 2],
+        weights: &[[f32; 3]],
+    ) -> Result<Image> {
+        if field.is_empty() || lit_lamps(weights).is_empty() {
             return Ok(Image::filled(width, height, [0.0; 3]));
         }
-        let (bytes, limit) = (
-            4 * field.values.len() as u64,
-            self.device.limits().max_storage_buffer_binding_size,
-        );
-        if bytes > limit {
+        let limit = self.device.limits().max_storage_buffer_binding_size;
+        if field.len() as u64 > limit {
             return Err(Error::unexpected(
                 "the reflectance field",
                 format!("at most {limit} bytes, which is what this GPU binds at once"),
-                bytes.to_string(),
+                field.len().to_string(),
                 "Relight it on the CPU, or choose a smaller working size",
             ));
         }
         let values = self.device.create_buffer_init(&BufferInitDescriptor {
             label: Some("reflectance field"),
-            contents: bytemuck::cast_slice(&field.values),
+            contents: field,
             usage: wgpu::BufferUsages::STORAGE,
         });
-        let relit = self.dispatch(values.as_entire_binding(), width * height, weights)?;
-        let pixels = self.read_back(&relit)?;
-        Ok(Image {
-            width,
-            height,
-            pixels,
-        })
+        let binding = values.as_entire_binding();
+        let relit = self.dispatch_as(layout, binding, width * height, weights)?;
+        self.picture(&relit, width, height)
     }
 
     /// Sums a field that is on this device already, laid out as [`ReflectanceField::values`], and
@@ -119,21 +156,44 @@ impl RelightPass {
         pixels: usize,
         weights: &[[f32; 3]],
     ) -> Result<wgpu::Buffer> {
-        let groups = pixels.div_ceil(WORKGROUP as usize);
+        self.dispatch_as(Layout::Full, field, pixels, weights)
+    }
+
+    /// [`Self::dispatch`] for a field in either layout.
+    ///
+    /// # Errors
+    /// As [`Self::dispatch`].
+    pub fn dispatch_as(
+        &self,
+        layout: Layout,
+        field: wgpu::BindingResource,
+        pixels: usize,
+        weights: &[[f32; 3]],
+    ) -> Result<wgpu::Buffer> {
+        let (pipeline, each, scale) = match layout {
+            Layout::Full => (&self.full, 1, 1.0),
+            Layout::Half { scale } => (&self.half, 2, scale),
+        };
+        let groups = pixels.div_ceil(each * WORKGROUP as usize);
         let limit = self.device.limits().max_compute_workgroups_per_dimension as usize;
         if groups > limit {
             return Err(Error::unexpected(
                 "the reflectance field",
                 format!(
                     "at most {} pixels, which is what this GPU does at once",
-                    limit * WORKGROUP as usize
+                    limit * each * WORKGROUP as usize
                 ),
                 pixels.to_string(),
                 "Relight it on the CPU, or choose a smaller working size",
             ));
         }
         let lamps = lit_lamps(weights);
-        let shape = [pixels as u32, lamps.len() as u32];
+        let shape = Shape {
+            pixels: pixels as u32,
+            lamps: lamps.len() as u32,
+            all_lamps: weights.len() as u32,
+            scale,
+        };
         let mut shares: Vec<Share> = lamps
             .iter()
             .map(|&lamp| Share {
@@ -163,7 +223,7 @@ impl RelightPass {
         );
         let shape = upload(
             "relight shape",
-            bytemuck::cast_slice(&shape),
+            bytemuck::bytes_of(&shape),
             wgpu::BufferUsages::UNIFORM,
         );
         let relit = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -184,7 +244,7 @@ impl RelightPass {
             .collect();
         let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("relight"),
-            layout: &self.pipeline.get_bind_group_layout(0),
+            layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
         let mut commands = self
@@ -192,7 +252,7 @@ impl RelightPass {
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = commands.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&self.pipeline);
+            pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &bindings, &[]);
             pass.dispatch_workgroups(groups as u32, 1, 1);
         }
@@ -200,9 +260,13 @@ impl RelightPass {
         Ok(relit)
     }
 
-    fn read_back(&self, relit: &wgpu::Buffer) -> Result<Vec<[f32; 3]>> {
+    fn picture(&self, relit: &wgpu::Buffer, width: usize, height: usize) -> Result<Image> {
         let pixels = read_back(&self.device, &self.queue, relit)?;
-        Ok(pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
+        Ok(Image {
+            width,
+            height,
+            pixels: pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+        })
     }
 }
 
@@ -221,7 +285,7 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::compositor::reference::{relight, tests::noise_field};
+    use crate::compositor::relight::{relight, relight_half, tests::noise_field};
     use std::future::Future;
     use std::pin::pin;
     use std::task::{Context, Poll, Waker};
@@ -281,6 +345,49 @@ pub(super) mod tests {
                 assert!((gpu - cpu).abs() <= 1e-5 * cpu.abs(), "{gpu} is not {cpu}");
             }
         }
+    }
+
+    #[test]
+    fn the_gpu_sums_halves_as_its_twin_does() {
+        let Some(pass) = pass() else { return };
+        for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
+            let field = noise_field(width, height, lamps);
+            let half = HalfField::from(&field);
+            let mut weights: Vec<[f32; 3]> = (0..lamps)
+                .map(|l| [0.1 + 0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32])
+                .collect();
+            weights[lamps - 1] = [1e6, 0.5, 2e5];
+            let there = pass.run_half(&half, &weights).unwrap();
+            let here = relight_half(&half, &weights, &lit_lamps(&weights));
+            let full = pass.run(&field, &weights).unwrap();
+            assert_eq!(there.size(), here.size());
+            for ((gpu, cpu), full) in (there.pixels.iter().flatten())
+                .zip(here.pixels.iter().flatten())
+                .zip(full.pixels.iter().flatten())
+            {
+                // As above; and halves are off by 2⁻¹¹.
+                assert!((gpu - cpu).abs() <= 1e-5 * cpu, "{gpu} is not {cpu}");
+                assert!((gpu - full).abs() <= (1e-5 + 0.5f32.powi(11)) * full);
+            }
+        }
+        assert!(
+            pass.run_half(&HalfField::from(&noise_field(4, 4, 3)), &[[1.0; 3]; 2])
+                .is_err()
+        );
+    }
+
+    #[test]
+    fn halves_of_dark_lamps_are_not_read_on_the_gpu() {
+        let Some(pass) = pass() else { return };
+        let mut field = noise_field(5, 5, 3);
+        field.values[75..150].fill(f32::NAN);
+        field.values[7] = f32::INFINITY;
+        let half = HalfField::from(&field);
+        let lit = pass
+            .run_half(&half, &[[1.0; 3], [0.0; 3], [1.0; 3]])
+            .unwrap();
+        let bad = |i: &usize| lit.pixels[*i].iter().any(|v| !v.is_finite());
+        assert_eq!((0..25).filter(bad).collect::<Vec<_>>(), [7]);
     }
 
     #[test]

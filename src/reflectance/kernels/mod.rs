@@ -8,7 +8,7 @@
 mod adam;
 mod amx;
 mod band;
-mod chunks;
+pub mod chunks;
 mod convolution;
 mod correlation;
 mod feature_distance;

@@ -1,0 +1,213 @@
+//! The sum of lamps against the time in which memory can be read, and against NumPy and PyTorch on the
+//! same numbers: `cargo bench --profile dev --bench relight`. `tests/peers/README.md` says more.
+//!
+//! All take turns, so that what else the machine does falls on all of them. The limit is the time in
+//! which the same threads add up the bytes of a basis of the same size, in the same run.
+
+use afterlight::compositor::reference::{lit_lamps, relight, relight_half};
+use afterlight::reflectance::{HalfField, ReflectanceField};
+use clap::Parser;
+use rayon::prelude::*;
+use serde_json::Value;
+use std::error::Error;
+use std::hint::black_box;
+use std::io::{BufRead, BufReader, Lines, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::Instant;
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+const PYTHON: &str = "AFTERLIGHT_PYTHON";
+/// Ways in which `tests/peers/relight.py` sums.
+const PEERS: [&str; 4] = ["numpy", "numpy-lamps", "torch", "torch-lamps"];
+
+/// Runs of a turn. The first does not count: it wakes threads while those of the peer before still spin.
+const TURN: usize = 3;
+
+/// Times the sum of lamps.
+#[derive(Parser)]
+struct Options {
+    /// Widths and heights of the pictures.
+    #[arg(long, value_delimiter = ',', default_values_t = [512, 1024])]
+    size: Vec<usize>,
+    #[arg(long, default_value_t = 41)]
+    lamps: usize,
+    /// Threads of every peer; 0 takes all that the processor has.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Turns of each.
+    #[arg(long, default_value_t = 21)]
+    rounds: usize,
+    /// What cargo passes to benches.
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+fn main() -> Result<()> {
+    let options = Options::parse();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads);
+    pool.build_global()?;
+    println!(
+        "{} threads; median milliseconds.\n",
+        rayon::current_num_threads()
+    );
+    println!("| size | what | ms | GB/s | times the limit |");
+    println!("|---|---|---|---|---|");
+    for &size in &options.size {
+        race(size, &options)?;
+    }
+    Ok(())
+}
+
+/// Times one size and prints its rows.
+fn race(size: usize, options: &Options) -> Result<()> {
+    let lamps = options.lamps;
+    let value = |i: usize| (i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) as f32 / 65536.0;
+    let full = ReflectanceField {
+        width: size,
+        height: size,
+        lamps,
+        values: (0..lamps * 3 * size * size)
+            .into_par_iter()
+            .map(value)
+            .collect(),
+    };
+    let half = HalfField::from(&full);
+    let weights: Vec<[f32; 3]> = (0..lamps)
+        .map(|l| [0.01 * l as f32 + 0.1, 0.3, 1.0 / (1 + l) as f32])
+        .collect();
+    let lit = lit_lamps(&weights);
+    let mut python = match std::env::var(PYTHON) {
+        Ok(python) if !python.is_empty() => Some(Peer::start(&python, size, options)?),
+        _ => None,
+    };
+    if let Some(peer) = &mut python {
+        let relit = relight(&full, &weights, &lit);
+        let ours: f64 = relit.pixels.iter().flatten().map(|&v| f64::from(v)).sum();
+        let theirs = peer.ask("check")?;
+        for theirs in theirs["sums"].as_array().ok_or("a peer has no sums")? {
+            let theirs = theirs.as_f64().ok_or("a peer's sum is no number")?;
+            if (theirs / ours - 1.0).abs() > 1e-5 {
+                return Err(format!("a peer sums to {theirs}, this crate to {ours}").into());
+            }
+        }
+    }
+    let halves = half.values();
+    let words: &[u32] = bytemuck::cast_slice(&full.values);
+    let half_words: &[u32] = bytemuck::cast_slice(&halves[..halves.len() & !1]);
+    let mut samples: Vec<Vec<f64>> = vec![Vec::new(); 4 + PEERS.len()];
+    // The first round warms up.
+    for round in 0..=options.rounds {
+        let mut turns = vec![
+            turn(|| read(words)),
+            turn(|| relight(&full, &weights, &lit)),
+            turn(|| read(half_words)),
+            turn(|| relight_half(&half, &weights, &lit)),
+        ];
+        if let Some(peer) = &mut python {
+            for what in PEERS {
+                let reply = peer.ask(&format!("{what} {TURN}"))?;
+                let seconds = reply["seconds"].as_array().into_iter().flatten();
+                turns.push(seconds.filter_map(Value::as_f64).collect());
+            }
+        }
+        if round > 0 {
+            let turns = samples.iter_mut().zip(turns);
+            turns.for_each(|(samples, turn)| samples.extend(turn.into_iter().skip(1)));
+        }
+    }
+    let bytes = [size_of_val(words), size_of_val(half_words)];
+    let limits = [median(&mut samples[0]), median(&mut samples[2])];
+    let names = ["limit f32", "f32", "limit f16", "f16"];
+    for (i, name) in names.into_iter().chain(PEERS).enumerate() {
+        if samples[i].is_empty() {
+            println!("{name} is left out: {PYTHON} names no interpreter.");
+            continue;
+        }
+        let seconds = median(&mut samples[i]);
+        let kind = usize::from(i == 2 || i == 3);
+        println!(
+            "| {size} | {name} | {:.2} | {:.1} | {:.2} |",
+            seconds * 1e3,
+            bytes[kind] as f64 / seconds / 1e9,
+            seconds / limits[kind]
+        );
+    }
+    Ok(())
+}
+
+/// Adds up memory with all threads, in as many sums as there are registers for.
+fn read(words: &[u32]) -> u32 {
+    let add = |words: &[u32]| {
+        let mut sums = [0u32; 32];
+        for words in words.as_chunks::<32>().0 {
+            for (sum, word) in sums.iter_mut().zip(words) {
+                *sum = sum.wrapping_add(*word);
+            }
+        }
+        sums.into_iter().fold(0, u32::wrapping_add)
+    };
+    words
+        .par_chunks(1 << 16)
+        .map(add)
+        .reduce(|| 0, u32::wrapping_add)
+}
+
+/// Seconds of each run of a turn.
+fn turn<T>(work: impl Fn() -> T) -> Vec<f64> {
+    let run = |_| {
+        let start = Instant::now();
+        let result = work();
+        let seconds = start.elapsed().as_secs_f64();
+        black_box(result);
+        seconds
+    };
+    (0..TURN).map(run).collect()
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// A process that speaks the lines of `tests/peers/relight.py`.
+struct Peer {
+    child: Child,
+    lines: Lines<BufReader<ChildStdout>>,
+    to: ChildStdin,
+}
+
+impl Peer {
+    fn start(python: &str, size: usize, options: &Options) -> Result<Self> {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/relight.py");
+        let threads = rayon::current_num_threads().to_string();
+        let mut child = Command::new(python)
+            .arg(script)
+            .args(["--size", &size.to_string()])
+            .args(["--lamps", &options.lamps.to_string()])
+            .args(["--threads", &threads])
+            .env("OMP_NUM_THREADS", &threads)
+            .env("OPENBLAS_NUM_THREADS", &threads)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let to = child.stdin.take().expect("it is piped");
+        let lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
+        Ok(Self { child, lines, to })
+    }
+
+    fn ask(&mut self, line: &str) -> Result<Value> {
+        writeln!(self.to, "{line}")?;
+        let reply = self.lines.next().ok_or("a peer ended early")??;
+        Ok(serde_json::from_str(&reply)?)
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // A peer that is gone already has nothing left to be told.
+        let _ = writeln!(self.to, "quit");
+        let _ = self.child.wait();
+    }
+}
