@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test lint doc peers bench starter clean-demo
+.PHONY: run build setup test lint doc peers bench bench-relight starter clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -41,6 +41,11 @@ peers:
 bench:
 	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(wildcard $(PEERS)/bin/python)} \
 		$(CARGO) bench --locked --profile dev --bench network -- $(BENCH)
+
+# The sum of lamps beside what the memory allows, NumPy and PyTorch.
+bench-relight:
+	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(wildcard $(PEERS)/bin/python)} \
+		$(CARGO) bench --locked --profile dev --bench relight -- $(BENCH)
 
 # Trains the small network that the demo starts from, on the virtual stage alone: ten minutes.
 starter: build
