@@ -12,7 +12,7 @@ use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::light::keyframes::Keyframes;
 use crate::light::lighting::Lit;
 use crate::light::panorama::{self, Reading};
-use crate::light::{Environment, Lighting, Mapping, built_in};
+use crate::light::{Environment, Lighting, Mapping, built_in, conventions};
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::Predictor;
@@ -179,6 +179,7 @@ pub fn relight(
     progress.step("relighting", count as u64, count as u64, "");
     passes.iter_mut().for_each(|pass| pass.ms /= count as f64);
     if settings.profile {
+        progress.say(conventions::sentence(settings.yaw_deg));
         for pass in &passes {
             let time = if pass.ran || pass.ms > 0.0 {
                 format!("{:9.3} ms", pass.ms)

@@ -143,6 +143,15 @@ fn wrapped(degrees: f32) -> f32 {
     }
 }
 
+/// What a yaw of the environment is in other tools, a line each.
+pub fn sentence(yaw_deg: f32) -> String {
+    let all = Tool::ALL.map(|tool| {
+        let value = tool.value_of_yaw(yaw_deg);
+        format!("\n{}: {value:.1}, {}", tool.title(), tool.setting())
+    });
+    format!("The same turn in other tools:{}", all.concat())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

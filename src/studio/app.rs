@@ -521,7 +521,7 @@ impl eframe::App for StudioApp {
                     .show(ui, |ui| environments_list.ui(ui, &sight, &mut commands));
             }
             let (side, width) = match workspace {
-                Workspace::Relight => ("light", 264.0),
+                Workspace::Relight => ("light", 284.0),
                 Workspace::Probe => ("probe", 392.0),
                 Workspace::Gamma => ("gamma", 408.0),
             };

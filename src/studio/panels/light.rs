@@ -2,7 +2,7 @@
 
 use crate::light::brightest::Area;
 use crate::light::weights::{Weighting, rotation};
-use crate::light::{Lighting, PlacedLight, latlong, placed, white};
+use crate::light::{Lighting, PlacedLight, conventions, latlong, placed, white};
 use crate::studio::command::Command;
 use crate::studio::panel::{Reading, Sight};
 use crate::studio::panels::environments::panorama_ui;
@@ -201,7 +201,8 @@ fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
                 .speed(0.5)
                 .fixed_decimals(1)
                 .suffix("°");
-            number_ui(ui, "Yaw", field, FIELD, out, || Command::Yaw(0.0));
+            number_ui(ui, "Yaw", field, FIELD, out, || Command::Yaw(0.0))
+                .on_hover_text(conventions::sentence(look.yaw_deg));
             if yaw != look.yaw_deg {
                 out.push(Command::Yaw(yaw));
             }
@@ -306,7 +307,9 @@ fn placed_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
                 });
             });
             ui.horizontal(|ui| {
-                ui.spacing_mut().item_spacing.x = 3.0;
+                const BETWEEN: f32 = 3.0;
+                ui.spacing_mut().item_spacing.x = BETWEEN;
+                let width = (ui.available_width() - 3.0 * BETWEEN) / 4.0;
                 let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {
                     DragValue::new(value)
                         .speed(speed)
@@ -333,7 +336,7 @@ fn placed_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
                     ),
                 ];
                 for (number, hint) in numbers {
-                    ui.add_sized(vec2(57.0, 22.0), number).on_hover_text(hint);
+                    ui.add_sized(vec2(width, 22.0), number).on_hover_text(hint);
                 }
             });
         });
