@@ -643,7 +643,41 @@ fn clipped_balls_are_counted_and_leave_directions_trusted() {
     let (angle, weight, gamma) = judge(&found, &truth, &directions);
     assert!(angle <= 2.5 && weight <= 0.05 && gamma.iter().all(|g| g.abs() <= 0.15));
     assert!(found.clipped_pixels > 1000 && found.rig.lamps.iter().all(|lamp| lamp.clipped > 0.5));
+    // The truth is within two deviations here too.
+    for (off, deviation) in gamma.iter().zip(found.gamma_deviation) {
+        assert!(off.abs() < 2.0 * deviation, "{off} ± {deviation}");
+    }
     let trusted = found.rig.lamps.iter().filter(|lamp| lamp.confidence > 0.5);
     assert!(trusted.count() >= 40);
+    let Some((plain, ..)) = shared_shoot("probes") else {
+        return;
+    };
+    let probes = Probes::load(&plain, &Progress::silent()).unwrap();
+    let plain = probes.lamps(plain.settings.shoot.all_lamps(), &found.response);
+    let apart: Vec<f32> = (found.rig.lamps.iter().zip(&plain))
+        .map(|(hot, plain)| hot.direction.angle_between(plain.direction).to_degrees())
+        .collect();
+    let worst = apart.iter().copied().fold(0.0, f32::max);
+    println!(
+        "clipped and not: {:.2}° apart in the median, {worst:.2}° at most",
+        median(apart.clone())
+    );
+    // But for those that are said to touch the cone behind the ball, where directions are estimates.
+    let is_estimate = |lamp: &Lamp| {
+        let behind = |sentence: &String| {
+            sentence.contains("behind the mirror ball") && sentence.contains(&lamp.name)
+        };
+        found.rig_findings.iter().any(behind)
+    };
+    assert!(plain.iter().filter(|lamp| is_estimate(lamp)).count() <= 4);
+    for (lamp, apart) in plain.iter().zip(apart) {
+        let bound = if is_estimate(lamp) { 1.5 } else { 1.0 };
+        assert!(
+            apart <= bound,
+            "{} {}: {apart:.2}°",
+            lamp.name,
+            lamp.confidence
+        );
+    }
     assert!(found.warnings().iter().any(|w| w.contains("clipped")));
 }
