@@ -17,7 +17,7 @@ const TASK: usize = 64;
 /// the field's largest, where halves are denormal, by at most 2⁻³⁹ of that. Infinities and what is no
 /// number stay so.
 ///
-/// Tiles of [`TILE`] pixels lie one after the other, so that a sum over lamps reads memory from its start
+/// Tiles of `TILE` pixels lie one after the other, so that a sum over lamps reads memory from its start
 /// to its end: `values[((tile · 3 + channel) · lamps + lamp) · TILE + pixel % TILE]`, pixels row by row.
 /// The last tile is filled up with zeros.
 #[derive(Clone, Debug, PartialEq)]

@@ -86,7 +86,7 @@ const fn shader(
     (name, text, entries)
 }
 
-/// The compiled passes, for one device. What each one does is in [`super::effects`].
+/// The compiled passes, for one device. What each one does is in `super::effects`.
 #[derive(Debug)]
 pub struct PicturePasses {
     device: wgpu::Device,

@@ -306,39 +306,43 @@ fn placed_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
                         });
                 });
             });
-            ui.horizontal(|ui| {
-                const BETWEEN: f32 = 3.0;
-                ui.spacing_mut().item_spacing.x = BETWEEN;
-                let width = (ui.available_width() - 3.0 * BETWEEN) / 4.0;
-                let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {
-                    DragValue::new(value)
-                        .speed(speed)
-                        .range(range)
-                        .prefix(prefix)
-                        .max_decimals(1)
-                };
-                let numbers = [
+            let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {
+                DragValue::new(value)
+                    .speed(speed)
+                    .range(range)
+                    .prefix(prefix)
+                    .max_decimals(1)
+            };
+            let rows = [
+                [
                     (
-                        field(&mut light.yaw_deg, 0.5, -180.0..=180.0, "az "),
+                        field(&mut light.yaw_deg, 0.5, -180.0..=180.0, "azimuth "),
                         "Azimuth in degrees: −90 is camera-left, 180 the camera",
                     ),
                     (
-                        field(&mut light.pitch_deg, 0.5, -90.0..=90.0, "el "),
+                        field(&mut light.pitch_deg, 0.5, -90.0..=90.0, "elevation "),
                         "Elevation in degrees",
                     ),
+                ],
+                [
                     (
-                        field(&mut light.radius_deg, 0.2, 0.0..=85.0, "r "),
+                        field(&mut light.radius_deg, 0.2, 0.0..=85.0, "radius "),
                         "Radius in degrees, as the subject sees it",
                     ),
                     (
-                        field(&mut light.intensity, 0.05, 0.0..=1e4, "× "),
-                        "Intensity: 3.14 lights white that faces it to white",
+                        field(&mut light.intensity, 0.05, 0.0..=1e4, "intensity "),
+                        "3.14 lights white that faces it to white",
                     ),
-                ];
-                for (number, hint) in numbers {
-                    ui.add_sized(vec2(width, 22.0), number).on_hover_text(hint);
-                }
-            });
+                ],
+            ];
+            for row in rows {
+                ui.horizontal(|ui| {
+                    let width = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
+                    for (number, hint) in row {
+                        ui.add_sized(vec2(width, 22.0), number).on_hover_text(hint);
+                    }
+                });
+            }
         });
     }
     if let Some(removed) = removed {
