@@ -1,0 +1,183 @@
+//! The interview's light as a sum of lamps, by the balls.
+
+use super::super::code::{Code, Table};
+use super::super::least_squares::NormalEquations;
+use super::{Probes, median};
+use crate::imaging::color::luminance;
+use rayon::prelude::*;
+
+/// The interview's light in terms of the lamps.
+pub struct InterviewFit {
+    /// For each lamp and channel, its share.
+    pub weights: Vec<[f32; 3]>,
+    /// Relative root-mean-square residual of the blurred ball.
+    pub residual: f32,
+    /// Share of the ball's luminance energy that no lamp explains.
+    pub uncovered: f32,
+}
+
+impl Probes {
+    /// Light that is on every ball whatever the lamp: the room's own, and the sensor's floor.
+    pub(super) fn ambient(&self, table: &Table) -> [f32; 3] {
+        let backgrounds: Vec<[f32; 3]> = self
+            .footprints
+            .iter()
+            .map(|f| f.background(table))
+            .collect();
+        [0, 1, 2].map(|c| median(backgrounds.iter().map(|b| b[c])))
+    }
+
+    /// Light on the interview's ball that is no lamp's image. What is dark under single lamps is the
+    /// room's own light, which stays as it is, or the lamps' stray light, which adds up; how dark the
+    /// interview's ball is between the lamps tells which. More than the stray light of all is light of
+    /// its own, from where no lamp is.
+    fn interview_ambient(&self, table: &Table) -> [f32; 3] {
+        let ambient = self.ambient(table);
+        let dark = table.rgb(self.interview_dark);
+        let mut energy = [0.0f64; 3];
+        for footprint in &self.footprints {
+            let background = footprint.background(table);
+            for (pixel, code) in &footprint.pixels {
+                let light = table.rgb(*code);
+                let solid_angle = self.ball.pixels[*pixel as usize].solid_angle;
+                for c in 0..3 {
+                    energy[c] += f64::from((light[c] - background[c]).max(0.0) * solid_angle);
+                }
+            }
+        }
+        let mut interview = [0.0f64; 3];
+        for (pixel, code) in self.ball.pixels.iter().zip(&self.interview) {
+            let light = table.rgb(*code);
+            for c in 0..3 {
+                interview[c] += f64::from((light[c] - ambient[c]).max(0.0) * pixel.solid_angle);
+            }
+        }
+        [0, 1, 2].map(|c| {
+            // The sum of the weights, as if all lamps were alike.
+            let weights = if energy[c] > 0.0 {
+                (interview[c] / energy[c]) as f32 * self.footprints.len() as f32
+            } else {
+                1.0
+            };
+            dark[c].clamp(ambient[c], ambient[c] * weights.max(1.0))
+        })
+    }
+
+    /// The median code of the interview's ball where no lamp is.
+    pub(super) fn find_interview_dark(&self) -> Code {
+        let mut is_lit = vec![false; self.interview.len()];
+        for (pixel, _) in self.footprints.iter().flat_map(|f| &f.pixels) {
+            is_lit[*pixel as usize] = true;
+        }
+        [0, 1, 2].map(|c| {
+            let dark = self.interview.iter().zip(&is_lit).filter(|(_, lit)| !**lit);
+            let mut codes: Vec<u16> = dark.map(|(code, _)| code[c]).collect();
+            codes.sort_unstable();
+            codes.get(codes.len() / 2).copied().unwrap_or(0)
+        })
+    }
+
+    /// The interview's light as a sum of lamps under a response: non-negative least squares of the
+    /// interview's ball by the lamps' balls, per channel, both blurred to half the lamps' spacing.
+    pub(in crate::calibration) fn fit(&self, table: &Table) -> InterviewFit {
+        let n = self.blur.len().isqrt();
+        let blurred = |energy: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            let lit: Vec<usize> = (0..n).filter(|&i| energy[i] != [0.0; 3]).collect();
+            let at = |cell: usize| {
+                lit.iter().fold([0.0f32; 3], |sum, &from| {
+                    let k = self.blur[cell * n + from];
+                    [0, 1, 2].map(|c| sum[c] + k * energy[from][c])
+                })
+            };
+            (0..n).map(at).collect()
+        };
+        let mut seen = vec![[0.0f32; 3]; n];
+        let ambient = self.interview_ambient(table);
+        for (pixel, code) in self
+            .interview
+            .iter()
+            .enumerate()
+            .filter(|(pixel, _)| self.comparable[*pixel])
+        {
+            let (cell, light) = (
+                &mut seen[usize::from(self.cell_of_pixel[pixel])],
+                table.rgb(*code),
+            );
+            for c in 0..3 {
+                cell[c] += (light[c] - ambient[c]) * self.ball.pixels[pixel].solid_angle;
+            }
+        }
+        let seen: Vec<[f32; 3]> = blurred(&seen)
+            .into_iter()
+            .map(|e| e.map(|v| v.max(0.0)))
+            .collect();
+        let lamps: Vec<Vec<[f32; 3]>> = self
+            .footprints
+            .par_iter()
+            .map(|footprint| {
+                let background = footprint.background(table);
+                let mut energy = vec![[0.0f32; 3]; n];
+                for (pixel, code) in footprint
+                    .pixels
+                    .iter()
+                    .filter(|(p, _)| self.comparable[*p as usize])
+                {
+                    let place = *pixel as usize;
+                    let (cell, light) = (
+                        &mut energy[usize::from(self.cell_of_pixel[place])],
+                        table.rgb(*code),
+                    );
+                    for c in 0..3 {
+                        cell[c] += (light[c] - background[c]).max(0.0)
+                            * self.ball.pixels[place].solid_angle;
+                    }
+                }
+                blurred(&energy)
+            })
+            .collect();
+        let mut weights = vec![[0.0f32; 3]; lamps.len()];
+        let (mut error, mut power) = (0.0f64, 0.0f64);
+        let mut missing = [0.0f32; 3];
+        let mut all = [0.0f32; 3];
+        for c in 0..3 {
+            let mut equations = NormalEquations::new(lamps.len());
+            for cell in 0..n {
+                let terms: Vec<(usize, f64)> = lamps
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, lamp)| lamp[cell][c] > 0.0)
+                    .map(|(i, lamp)| (i, f64::from(lamp[cell][c])))
+                    .collect();
+                equations.add(&terms, f64::from(seen[cell][c]));
+            }
+            let solution = equations.solve();
+            for (weight, x) in weights.iter_mut().zip(&solution) {
+                weight[c] = *x as f32;
+            }
+            for cell in 0..n {
+                let explained: f32 = lamps
+                    .iter()
+                    .zip(&weights)
+                    .map(|(lamp, w)| w[c] * lamp[cell][c])
+                    .sum();
+                let left = seen[cell][c] - explained;
+                error += f64::from(left).powi(2);
+                power += f64::from(seen[cell][c]).powi(2);
+                missing[c] += left.max(0.0);
+                all[c] += seen[cell][c];
+            }
+        }
+        let share = |part: f64, whole: f64| {
+            if whole > 0.0 {
+                (part / whole) as f32
+            } else {
+                0.0
+            }
+        };
+        InterviewFit {
+            weights,
+            residual: share(error, power).sqrt(),
+            uncovered: share(f64::from(luminance(missing)), f64::from(luminance(all))).min(1.0),
+        }
+    }
+}
