@@ -2,13 +2,14 @@
 //! picture that the state calls for.
 
 use super::command::Command;
+use super::layout::Pane;
 use super::news::{News, Phase};
 use super::panel::{Entry, Reading, Sight};
-use super::panels::{
-    EnvironmentsPanel, GammaPanel, JobPanel, LightPanel, PicturePanel, ProbePanel, StatusPanel,
-    TabsPanel, TimelinePanel, ViewportPanel,
-};
-use super::state::{State, Workspace};
+use super::panels::{JobPanel, StatusPanel, TabsPanel};
+use super::panes::{Panes, Shown};
+use super::preferences::Preferences;
+use super::saver::Saver;
+use super::state::State;
 use super::studies::Studies;
 use super::{keys, theme};
 use crate::calibration::{CalibrateSettings, Circle};
@@ -46,13 +47,13 @@ pub struct StudioApp {
     due: f64,
     /// What a dialog brought.
     chosen: Arc<Latest<Command>>,
-    viewport: ViewportPanel,
-    timeline: TimelinePanel,
-    environments_list: EnvironmentsPanel,
-    light: LightPanel,
-    picture: PicturePanel,
-    probe: ProbePanel,
-    gamma: GammaPanel,
+    preferences: Preferences,
+    /// The arrangement was changed by a drag that is not over yet.
+    edited: bool,
+    saver: Saver,
+    panes: Panes,
+    /// The panes that were drawn last.
+    shown: Vec<Pane>,
     tabs: TabsPanel,
     job: JobPanel,
     status: StatusPanel,
@@ -66,9 +67,19 @@ pub(super) fn title(project: Option<&Project>) -> String {
 }
 
 impl StudioApp {
-    /// A window on a project, or on the offer to open one.
+    /// A window on a project, or on the offer to open one, that remembers nothing of a person.
     pub fn new(ctx: &Context, project: Option<Project>, device: DeviceChoice) -> Self {
-        let mut app = Self::empty(ctx, device);
+        Self::of(ctx, Preferences::default(), project, device)
+    }
+
+    /// A person's window, on a project or on the offer to open one.
+    pub fn of(
+        ctx: &Context,
+        preferences: Preferences,
+        project: Option<Project>,
+        device: DeviceChoice,
+    ) -> Self {
+        let mut app = Self::empty(ctx, preferences, device);
         if let Some(project) = project {
             let wake = app.wake();
             let worker = Worker::start(project.clone(), device, wake);
@@ -83,13 +94,13 @@ impl StudioApp {
         project: Project,
         source: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
     ) -> Self {
-        let mut app = Self::empty(ctx, DeviceChoice::Cpu);
+        let mut app = Self::empty(ctx, Preferences::default(), DeviceChoice::Cpu);
         let worker = Worker::over(source, app.wake());
         app.open(project, worker);
         app
     }
 
-    fn empty(ctx: &Context, device: DeviceChoice) -> Self {
+    fn empty(ctx: &Context, preferences: Preferences, device: DeviceChoice) -> Self {
         theme::apply(ctx);
         let wake = {
             let ctx = ctx.clone();
@@ -108,14 +119,12 @@ impl StudioApp {
             asked: None,
             studies: Studies::default(),
             due: 0.0,
-            chosen: Arc::new(Latest::new(wake)),
-            viewport: ViewportPanel::default(),
-            timeline: TimelinePanel,
-            environments_list: EnvironmentsPanel,
-            light: LightPanel,
-            picture: PicturePanel,
-            probe: ProbePanel::default(),
-            gamma: GammaPanel::default(),
+            chosen: Arc::new(Latest::new(wake.clone())),
+            preferences,
+            edited: false,
+            saver: Saver::start(wake),
+            panes: Panes::default(),
+            shown: Vec::new(),
             tabs: TabsPanel,
             job: JobPanel,
             status: StatusPanel,
@@ -160,7 +169,9 @@ impl StudioApp {
     fn open(&mut self, project: Project, worker: Worker) {
         let shoot = &project.settings.shoot;
         self.state = State::new(shoot.frames.len(), shoot.frame_rate);
-        self.news = News::new(Phase::Opening);
+        self.news.begin(Phase::Opening);
+        self.preferences.opened(&project.root);
+        self.preferences.save(&self.saver);
         (self.relit, self.asked) = (None, None);
         self.studies = Studies::default();
         self.environments.clear();
@@ -211,6 +222,9 @@ impl StudioApp {
             self.relit = worker.relit().or(self.relit.take());
         }
         self.studies.hear();
+        self.saver
+            .failures()
+            .for_each(|failure| self.news.fail(failure));
         for (origin, read) in self.library.loaded() {
             let panorama = match read {
                 Ok(panorama) => {
@@ -313,7 +327,7 @@ impl StudioApp {
                     let worker = Worker::start(project.clone(), self.device, self.wake());
                     self.open(project, worker);
                 }
-                Err(e) => self.news.failure = Some(e.to_string()),
+                Err(e) => self.news.fail(e.to_string()),
             },
             Command::NudgeCircle { by, radius } => {
                 if let Some(Circle {
@@ -367,6 +381,21 @@ impl StudioApp {
                 }
             }
             Command::DismissReport => self.news.said = None,
+            Command::ClearLog => self.news.log.clear(),
+            Command::Pane(pane) => {
+                let workspace = self.state.workspace;
+                self.preferences.layout().open(workspace, pane);
+                self.edited = true;
+            }
+            Command::ClosePane(pane) => {
+                let workspace = self.state.workspace;
+                self.preferences.layout().close(workspace, pane);
+                self.edited = true;
+            }
+            Command::ResetLayout => {
+                self.preferences.layout().reset(self.state.workspace);
+                self.edited = true;
+            }
             Command::Reopen => {
                 if let Some(project) = &self.project {
                     self.apply(Command::OpenProject(project.root.clone()));
@@ -438,7 +467,7 @@ impl StudioApp {
             if path.join("project.toml").exists() {
                 out.push(Command::OpenProject(path));
             } else {
-                self.news.failure = Some(format!(
+                self.news.fail(format!(
                     "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor a project's folder",
                     path.display()
                 ));
@@ -454,102 +483,87 @@ fn is_panorama(path: &Path) -> bool {
         .any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-impl eframe::App for StudioApp {
-    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        self.hear();
-        let mut commands = Vec::new();
-        commands.extend(self.chosen.take());
-        keys::pressed(&self.ctx, self.state.workspace, &mut commands);
-        self.dropped(&mut commands);
-        let Self {
-            viewport,
-            timeline,
-            environments_list,
-            light,
-            picture,
-            probe,
-            gamma,
-            tabs,
-            job,
-            status,
-            ..
-        } = self;
+impl StudioApp {
+    /// The lines around the panes.
+    fn bars_ui(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
         let sight = Sight {
             project: self.project.as_ref(),
             state: &self.state,
             news: &self.news,
             environments: &self.environments,
+            shown: &self.shown,
             relit: self.relit.as_ref(),
             probe: self.studies.probe.as_ref(),
             gamma: self.studies.gamma.as_ref(),
         };
-        let workspace = sight.state.workspace;
-        if sight.state.panels && sight.project.is_some() {
-            let bar = |margin: i8| {
-                Frame::new()
-                    .fill(theme::PANEL)
-                    .inner_margin(egui::Margin::symmetric(12, margin))
-            };
-            Panel::top("workspaces")
-                .exact_size(34.0)
-                .frame(bar(2))
-                .show(ui, |ui| tabs.ui(ui, &sight, &mut commands));
-            Panel::bottom("status")
-                .exact_size(30.0)
-                .frame(bar(2))
-                .show(ui, |ui| status.ui(ui, &sight, &mut commands));
-            if sight.state.passes && workspace == Workspace::Relight {
-                Panel::bottom("passes")
-                    .frame(bar(6))
-                    .show(ui, |ui| status.passes_ui(ui, &sight));
-            }
-            if JobPanel::is_needed(&sight) {
-                Panel::bottom("job")
-                    .frame(bar(5))
-                    .show(ui, |ui| job.ui(ui, &sight, &mut commands));
-            }
-            if workspace != Workspace::Probe {
-                Panel::bottom("timeline")
-                    .exact_size(44.0)
-                    .frame(bar(4))
-                    .show(ui, |ui| timeline.ui(ui, &sight, &mut commands));
-            }
-            if workspace == Workspace::Relight {
-                Panel::left("environments")
-                    .exact_size(208.0)
-                    .frame(bar(0))
-                    .show(ui, |ui| environments_list.ui(ui, &sight, &mut commands));
-            }
-            let (side, width) = match workspace {
-                Workspace::Relight => ("light", 284.0),
-                Workspace::Probe => ("probe", 392.0),
-                Workspace::Gamma => ("gamma", 408.0),
-            };
-            Panel::right(side)
-                .exact_size(width)
-                .frame(bar(0))
-                .show(ui, |ui| match workspace {
-                    Workspace::Relight => {
-                        egui::ScrollArea::vertical()
-                            .auto_shrink(false)
-                            .show(ui, |ui| {
-                                ui.add_space(theme::GAP);
-                                light.ui(ui, &sight, &mut commands);
-                                picture.ui(ui, &sight, &mut commands);
-                                ui.add_space(theme::GAP);
-                            });
-                    }
-                    Workspace::Probe => probe.side_ui(ui, &sight, &mut commands),
-                    Workspace::Gamma => gamma.side_ui(ui, &sight, &mut commands),
-                });
+        let bar = |margin: i8| {
+            Frame::new()
+                .fill(theme::PANEL)
+                .inner_margin(egui::Margin::symmetric(12, margin))
+        };
+        Panel::top("workspaces")
+            .exact_size(34.0)
+            .frame(bar(2))
+            .show(ui, |ui| self.tabs.ui(ui, &sight, commands));
+        Panel::bottom("status")
+            .exact_size(30.0)
+            .frame(bar(2))
+            .show(ui, |ui| self.status.ui(ui, &sight, commands));
+        if JobPanel::is_needed(&sight) {
+            Panel::bottom("job")
+                .frame(bar(5))
+                .show(ui, |ui| self.job.ui(ui, &sight, commands));
         }
-        CentralPanel::no_frame().show(ui, |ui| match workspace {
-            Workspace::Relight => viewport.ui(ui, &sight, &mut commands),
-            Workspace::Probe => probe.ui(ui, &sight, &mut commands),
-            Workspace::Gamma => gamma.ui(ui, &sight, &mut commands),
-        });
-        if sight.state.keys {
-            keys::overlay_ui(ui, workspace, &mut commands);
+    }
+
+    fn panes_ui(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
+        let mut shown = Shown {
+            panes: &mut self.panes,
+            sight: Sight {
+                project: self.project.as_ref(),
+                state: &self.state,
+                news: &self.news,
+                environments: &self.environments,
+                shown: &self.shown,
+                relit: self.relit.as_ref(),
+                probe: self.studies.probe.as_ref(),
+                gamma: self.studies.gamma.as_ref(),
+            },
+            out: commands,
+            drawn: Vec::new(),
+            edited: false,
+        };
+        let workspace = self.state.workspace;
+        if self.state.panels && self.project.is_some() {
+            self.preferences.layout().ui(workspace, ui, &mut shown);
+        } else {
+            shown.alone_ui(ui, workspace.main()[0]);
+        }
+        self.edited |= shown.edited;
+        let drawn = shown.drawn;
+        if !drawn.contains(&self.state.active) {
+            let mut main = workspace.main().iter();
+            if let Some(&active) = main.find(|&pane| drawn.contains(pane)) {
+                self.state.apply(&Command::Activate(active), 0);
+            }
+        }
+        self.shown = drawn;
+    }
+}
+
+impl eframe::App for StudioApp {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.hear();
+        let mut commands = Vec::new();
+        commands.extend(self.chosen.take());
+        keys::pressed(&self.ctx, self.state.active, &mut commands);
+        self.dropped(&mut commands);
+        if self.state.panels && self.project.is_some() {
+            self.bars_ui(ui, &mut commands);
+        }
+        CentralPanel::no_frame().show(ui, |ui| self.panes_ui(ui, &mut commands));
+        if self.state.keys {
+            keys::overlay_ui(ui, self.state.active, &mut commands);
         }
         if !commands.is_empty() {
             // The panels were drawn before the commands were applied.
@@ -560,12 +574,15 @@ impl eframe::App for StudioApp {
         }
         if !self.ctx.input(|i| i.pointer.any_down()) {
             self.state.release();
+            if std::mem::take(&mut self.edited) {
+                self.preferences.save(&self.saver);
+            }
         }
         self.play();
         self.ask();
         if let Some(project) = &self.project {
             let wake = self.wake();
-            self.studies.ask(project, &self.state, wake);
+            self.studies.ask(project, &self.state, &self.shown, wake);
         }
     }
 }

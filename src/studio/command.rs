@@ -1,6 +1,6 @@
 //! What a person can ask for. Panels emit commands; the application applies them.
 
-use super::state::Workspace;
+use super::layout::{Pane, Workspace};
 use crate::calibration::{Circle, Trial};
 use crate::light::Lighting;
 use crate::scene::{Background, Effects};
@@ -42,6 +42,14 @@ pub enum Command {
 
     /// Show another arrangement of the window.
     Workspace(Workspace),
+    /// Show this pane: its tab comes to the front.
+    Pane(Pane),
+    /// Take this pane away, unless it is a main one.
+    ClosePane(Pane),
+    /// Keys are meant for this pane from now on.
+    Activate(Pane),
+    /// Give the workspace the arrangement that it had at first.
+    ResetLayout,
     /// Show the mirror ball under this lamp; none is the interview's.
     Photograph(Option<usize>),
     /// Show the photograph this many places further; the interview's stands before the lamps'.
@@ -82,7 +90,6 @@ pub enum Command {
     TogglePanels,
     ToggleFullScreen,
     ToggleKeys,
-    TogglePasses,
     /// Close whatever covers the picture, and leave full screen.
     Dismiss,
 
@@ -100,6 +107,8 @@ pub enum Command {
     PauseJob,
     /// Stop the running job; what is finished is kept.
     StopJob,
+    /// Forget what is in the log.
+    ClearLog,
     /// Put away what the last job said.
     DismissReport,
     /// Read the calibration and the network again.

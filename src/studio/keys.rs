@@ -1,7 +1,7 @@
 //! The keys: one table that the window obeys and shows.
 
 use super::command::Command;
-use super::state::Workspace;
+use super::layout::{Pane, Workspace};
 use super::theme;
 use egui::{Key, KeyboardShortcut, Modifiers};
 
@@ -10,8 +10,8 @@ struct Binding {
     shortcut: KeyboardShortcut,
     command: Command,
     says: &'static str,
-    /// The workspace that knows this key; none is all of them.
-    only: Option<Workspace>,
+    /// The pane that knows this key; none is all of them.
+    only: Option<Pane>,
 }
 
 const fn on(modifiers: Modifiers, key: Key, command: Command, says: &'static str) -> Binding {
@@ -23,9 +23,9 @@ const fn on(modifiers: Modifiers, key: Key, command: Command, says: &'static str
     }
 }
 
-/// A key that one workspace knows.
+/// A key that one pane knows.
 const fn within(
-    workspace: Workspace,
+    pane: Pane,
     modifiers: Modifiers,
     key: Key,
     command: Command,
@@ -35,7 +35,7 @@ const fn within(
         shortcut: KeyboardShortcut::new(modifiers, key),
         command,
         says,
-        only: Some(workspace),
+        only: Some(pane),
     }
 }
 
@@ -43,29 +43,41 @@ const fn nudge_circle(x: f64, y: f64, radius: f64) -> Command {
     Command::NudgeCircle { by: [x, y], radius }
 }
 
-const PROBE: Workspace = Workspace::Probe;
-const GAMMA: Workspace = Workspace::Gamma;
+const PROBE: Pane = Pane::Probe;
+const GAMMA: Pane = Pane::Gamma;
 
 /// Bindings that ask for more modifiers come first: egui takes Shift+E for E otherwise. Those of one
-/// workspace come before those of all.
+/// pane come before those of all.
 const BINDINGS: &[Binding] = &[
     on(
         Modifiers::COMMAND,
         Key::Num1,
-        Command::Workspace(Workspace::Probe),
-        "the mirror ball",
+        Command::Workspace(Workspace::Calibrate),
+        "calibrate",
     ),
     on(
         Modifiers::COMMAND,
         Key::Num2,
-        Command::Workspace(Workspace::Gamma),
-        "the camera's response",
+        Command::Workspace(Workspace::Train),
+        "train",
     ),
     on(
         Modifiers::COMMAND,
         Key::Num3,
         Command::Workspace(Workspace::Relight),
-        "the relit picture",
+        "relight",
+    ),
+    on(
+        Modifiers::COMMAND,
+        Key::Num4,
+        Command::Workspace(Workspace::Review),
+        "review",
+    ),
+    on(
+        Modifiers::COMMAND,
+        Key::Num5,
+        Command::Workspace(Workspace::Export),
+        "export",
     ),
     on(
         Modifiers::NONE,
@@ -391,15 +403,15 @@ const GESTURES: &[(&str, &str)] = &[
     ("Shift", "finer drags"),
 ];
 
-/// The commands of the keys that were pressed since the last frame in a workspace.
-pub fn pressed(ctx: &egui::Context, workspace: Workspace, out: &mut Vec<Command>) {
+/// The commands of the keys that were pressed since the last frame, for a pane.
+pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
     if ctx.text_edit_focused() {
         return;
     }
     ctx.input_mut(|input| {
         for Binding {
             shortcut, command, ..
-        } in known(workspace)
+        } in known(pane)
         {
             // A question mark is typed with Shift on many keyboards, and means the same on all.
             let pressed = match shortcut.logical_key {
@@ -420,13 +432,13 @@ pub fn pressed(ctx: &egui::Context, workspace: Workspace, out: &mut Vec<Command>
     }
 }
 
-fn known(workspace: Workspace) -> impl Iterator<Item = &'static Binding> {
+fn known(pane: Pane) -> impl Iterator<Item = &'static Binding> {
     let all = BINDINGS.iter();
-    all.filter(move |binding| binding.only.is_none_or(|only| only == workspace))
+    all.filter(move |binding| binding.only.is_none_or(|only| only == pane))
 }
 
 /// The list of keys, over the picture.
-pub fn overlay_ui(ui: &egui::Ui, workspace: Workspace, out: &mut Vec<Command>) {
+pub fn overlay_ui(ui: &egui::Ui, pane: Pane, out: &mut Vec<Command>) {
     let frame = egui::Frame::window(ui.style()).inner_margin(3.0 * theme::GAP);
     let area = egui::Modal::new(egui::Id::unique("keys"))
         .frame(frame)
@@ -440,9 +452,9 @@ pub fn overlay_ui(ui: &egui::Ui, workspace: Workspace, out: &mut Vec<Command>) {
                     Key::Questionmark => "?".to_owned(),
                     _ => ui.ctx().format_shortcut(&b.shortcut),
                 };
-                // A key that a workspace uses for something of its own means only that there.
+                // A key that a pane uses for something of its own means only that there.
                 let mut keys: Vec<(String, &str)> = Vec::new();
-                for binding in known(workspace) {
+                for binding in known(pane) {
                     let name = name(binding);
                     if keys.iter().all(|(known, _)| *known != name) {
                         keys.push((name, binding.says));

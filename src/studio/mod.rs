@@ -4,18 +4,24 @@
 mod app;
 mod command;
 mod keys;
+mod layout;
 mod news;
 mod panel;
 mod panels;
+mod panes;
+mod preferences;
+mod saver;
 mod state;
 mod studies;
 mod theme;
 
 pub use app::StudioApp;
 pub use command::Command;
-pub use news::{News, Phase, Work};
+pub use layout::{Layout, Pane, Workspace};
+pub use news::{Kind, LogLine, News, Phase, Work};
 pub use panel::{Entry, Reading};
-pub use state::{Look, State, View, Workspace};
+pub use preferences::Preferences;
+pub use state::{Look, State, View};
 pub use studies::Studies;
 
 use crate::error::{Error, Result};
@@ -48,7 +54,7 @@ pub fn run(project: Option<Project>, device: DeviceChoice) -> Result<()> {
         if let Some(window) = &cc.wgpu_render_state {
             share(window);
         }
-        let app = StudioApp::new(&cc.egui_ctx, project, device);
+        let app = StudioApp::of(&cc.egui_ctx, Preferences::of_user(), project, device);
         Ok(Box::new(app) as Box<dyn eframe::App>)
     };
     eframe::run_native(&title, options, Box::new(create)).map_err(|e| {

@@ -2,6 +2,7 @@
 
 use crate::progress::Report;
 use crate::worker::{Blocked, Event};
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// What the window can do now.
@@ -34,6 +35,31 @@ pub struct Work {
     paused: Option<Instant>,
 }
 
+/// Whether a sentence is good news.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Said,
+    Failed,
+}
+
+/// A sentence that was said, and when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogLine {
+    /// Minutes and seconds since the window was opened.
+    pub time: String,
+    pub kind: Kind,
+    pub sentence: String,
+}
+
+impl std::fmt::Display for LogLine {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{} {}", self.time, self.sentence)
+    }
+}
+
+/// Sentences that the log keeps.
+const LOG_LINES: usize = 1000;
+
 /// The state of affairs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct News {
@@ -44,6 +70,10 @@ pub struct News {
     pub failure: Option<String>,
     /// The last sentence of a job.
     pub said: Option<String>,
+    /// All sentences, the newest last.
+    pub log: VecDeque<LogLine>,
+    /// When the window was opened.
+    opened: Instant,
 }
 
 impl News {
@@ -54,6 +84,45 @@ impl News {
             work: None,
             failure: None,
             said: None,
+            log: VecDeque::new(),
+            opened: Instant::now(),
+        }
+    }
+
+    /// Another project was opened: what was said before stays in the log.
+    pub fn begin(&mut self, phase: Phase) {
+        *self = Self {
+            log: std::mem::take(&mut self.log),
+            opened: self.opened,
+            ..Self::new(phase)
+        };
+    }
+
+    /// Something went wrong.
+    pub fn fail(&mut self, sentence: String) {
+        self.note(Kind::Failed, &sentence);
+        self.failure = Some(sentence);
+    }
+
+    fn say(&mut self, sentence: String) {
+        self.note(Kind::Said, &sentence);
+        self.said = Some(sentence);
+    }
+
+    fn note(&mut self, kind: Kind, sentence: &str) {
+        let seconds = self.opened.elapsed().as_secs();
+        let line = LogLine {
+            time: format!("{}:{:02}", seconds / 60, seconds % 60),
+            kind,
+            sentence: sentence.to_owned(),
+        };
+        // The same again and again says nothing new: a failing picture is asked for at every turn.
+        let last = self.log.back();
+        if last.is_none_or(|last| (last.kind, &last.sentence) != (kind, &line.sentence)) {
+            self.log.push_back(line);
+            if self.log.len() > LOG_LINES {
+                self.log.pop_front();
+            }
         }
     }
 
@@ -62,15 +131,18 @@ impl News {
         match event {
             Event::Opening => self.phase = Phase::Opening,
             Event::Ready { device } => self.phase = Phase::Ready { device },
-            Event::Blocked(why) => self.phase = Phase::Blocked(why),
-            Event::Failed { sentence } => self.failure = Some(sentence),
+            Event::Blocked(why) => {
+                self.note(Kind::Failed, &why.sentence);
+                self.phase = Phase::Blocked(why);
+            }
+            Event::Failed { sentence } => self.fail(sentence),
             Event::Started { what } => {
                 (self.failure, self.said) = (None, None);
                 self.work = Some(Work::new(what));
             }
-            Event::Report(Report::Say(sentence)) => self.said = Some(sentence),
+            Event::Report(Report::Say(sentence)) => self.say(sentence),
             Event::Finished { sentence } => {
-                self.said = Some(sentence);
+                self.say(sentence);
                 self.work = None;
                 if matches!(self.phase, Phase::Blocked(_)) {
                     // The job may have brought what was missing: the worker looks now.
@@ -205,6 +277,25 @@ mod tests {
             sentence: "measured".into(),
         });
         assert_eq!(news.phase, ready());
+    }
+
+    #[test]
+    fn what_was_said_stays_in_the_log_of_the_next_project_and_is_bounded() {
+        let mut news = News::new(ready());
+        news.hear(Event::Failed {
+            sentence: "no such file".into(),
+        });
+        news.fail("no such file".into());
+        news.hear(Event::Finished {
+            sentence: "trained".into(),
+        });
+        news.begin(Phase::Opening);
+        let kinds: Vec<Kind> = news.log.iter().map(|line| line.kind).collect();
+        assert_eq!(kinds, [Kind::Failed, Kind::Said]);
+        assert_eq!((&news.failure, &news.said), (&None, &None));
+        (0..2 * LOG_LINES).for_each(|i| news.fail(i.to_string()));
+        assert_eq!(news.log.len(), LOG_LINES);
+        assert!(news.log[LOG_LINES - 1].to_string().ends_with("1999"));
     }
 
     #[test]

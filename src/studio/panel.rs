@@ -1,6 +1,7 @@
 //! What panels see. A panel is a struct with `ui(&mut self, ui, &Sight, &mut Vec<Command>)`: it keeps
 //! what only the drawing needs, reads the rest here, and changes nothing but by commands.
 
+use super::layout::Pane;
 use super::news::{News, Phase};
 use super::state::State;
 use crate::project::Project;
@@ -14,6 +15,8 @@ pub struct Sight<'a> {
     pub state: &'a State,
     pub news: &'a News,
     pub environments: &'a [Entry],
+    /// The panes that are to be seen.
+    pub shown: &'a [Pane],
     /// The newest picture.
     pub relit: Option<&'a Arc<Relit>>,
     /// What the mirror balls show, or why they cannot be read.

@@ -1,6 +1,7 @@
 //! What the window shows, as plain data, and how commands change it.
 
 use super::command::Command;
+use super::layout::{Pane, Workspace};
 use crate::calibration::{Circle, Trial};
 use crate::light::Lighting;
 use crate::scene::{Background, Effects, Output, Scene};
@@ -10,18 +11,6 @@ pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
 /// Magnifications of the fitted picture.
 const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
-
-/// An arrangement of the window.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Workspace {
-    /// The relit picture and its light.
-    #[default]
-    Relight,
-    /// The mirror ball and the lamps that it shows.
-    Probe,
-    /// The camera's response.
-    Gamma,
-}
 
 /// The settings that can be undone.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,6 +48,8 @@ const FITTED: View = View {
 pub struct State {
     pub look: Look,
     pub workspace: Workspace,
+    /// The pane that keys are meant for.
+    pub active: Pane,
     /// The lamp whose mirror ball is shown; none is the interview's.
     pub photograph: Option<usize>,
     /// The exemplar that is relit as the interview.
@@ -77,8 +68,6 @@ pub struct State {
     pub full_screen: bool,
     /// The list of keys covers the picture.
     pub keys: bool,
-    /// The list of passes is open.
-    pub passes: bool,
     undo: Vec<Look>,
     redo: Vec<Look>,
     /// The kind of change that a drag in progress makes: all of it is undone at once.
@@ -100,6 +89,7 @@ impl State {
                 trial: None,
             },
             workspace: Workspace::default(),
+            active: Workspace::default().main()[0],
             photograph: None,
             pose: 0,
             wipe: 0.5,
@@ -111,7 +101,6 @@ impl State {
             panels: true,
             full_screen: false,
             keys: false,
-            passes: false,
             undo: Vec::new(),
             redo: Vec::new(),
             dragging: None,
@@ -168,8 +157,10 @@ impl State {
             Command::Try(trial) => look.trial = trial,
             Command::Workspace(workspace) => {
                 self.workspace = workspace;
+                self.active = workspace.main()[0];
                 self.view = FITTED;
             }
+            Command::Activate(pane) | Command::Pane(pane) => self.active = pane,
             Command::Photograph(lamp) => self.photograph = lamp,
             Command::Pose(pose) => self.pose = pose,
             Command::Wipe(at) if at.is_finite() => self.wipe = at.clamp(0.0, 1.0),
@@ -198,7 +189,6 @@ impl State {
             Command::TogglePanels => self.panels = !self.panels,
             Command::ToggleFullScreen => self.full_screen = !self.full_screen,
             Command::ToggleKeys => self.keys = !self.keys,
-            Command::TogglePasses => self.passes = !self.passes,
             Command::Dismiss if self.keys => self.keys = false,
             Command::Dismiss => self.full_screen = false,
             _ => {}

@@ -1,6 +1,7 @@
 //! What the window knows of the calibration: it asks the thread that looks at it, and keeps the answers.
 
-use super::state::{State, Workspace};
+use super::layout::Pane;
+use super::state::State;
 use crate::calibration::{Circle, Trial};
 use crate::project::Project;
 use crate::worker::{GammaView, ProbeStudy, Study, StudyAsk};
@@ -34,27 +35,33 @@ impl Studies {
         }
     }
 
-    /// Asks for what the workspace shows, where that is another than before.
+    /// Asks for what the panes `shown` show, where that is another than before; where there are two, for
+    /// the one in hand.
     pub fn ask(
         &mut self,
         project: &Project,
         state: &State,
+        shown: &[Pane],
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) {
         let calibrations = self.calibrations;
-        let wanted = match state.workspace {
-            Workspace::Relight => return,
-            Workspace::Probe => StudyAsk::Probe {
+        let mut studied = shown
+            .iter()
+            .filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
+        let in_hand = studied.clone().find(|&&pane| pane == state.active);
+        let wanted = match in_hand.or(studied.next()) {
+            Some(Pane::Probe) => StudyAsk::Probe {
                 calibrations,
                 photograph: state.photograph,
                 circle: state.look.circle,
             },
-            Workspace::Gamma => StudyAsk::Gamma {
+            Some(Pane::Gamma) => StudyAsk::Gamma {
                 calibrations,
                 frame: state.frame,
                 pose: state.pose,
                 trial: state.look.trial,
             },
+            _ => return,
         };
         if self.asked.as_ref() != Some(&wanted) {
             self.thread

@@ -88,7 +88,7 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let project = calibrated(folder.path());
     let mut window = opened(&project);
-    window.get_by_label("Probe").click();
+    window.get_by_label("Workspace Calibrate").click();
     until_studied(&mut window);
     let kept = study(&window).kept;
     assert!(study(&window).lamps.iter().all(|l| l.on_ball.is_some()));
@@ -200,6 +200,8 @@ fn a_response_is_tried_wiped_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let project = calibrated(folder.path());
     let mut window = opened(&project);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    window.run_steps(2);
     window.get_by_label("Gamma").click();
     until_tried(&mut window);
     let first = view(&window);
@@ -299,7 +301,11 @@ fn the_calibration_s_workspaces_look_as_they_did() {
     window.run_steps(2);
     until_studied(&mut window);
     snapshot(&mut window, "studio_probe");
-    window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    window.run_steps(2);
+    window.get_by_label("Gamma").click();
     until_tried(&mut window);
     snapshot(&mut window, "studio_gamma");
 }
@@ -308,16 +314,18 @@ fn the_calibration_s_workspaces_look_as_they_did() {
 fn what_keeps_a_workspace_empty_is_said_there() {
     let folder = tempfile::tempdir().unwrap();
     let project = imported(folder.path());
+    std::fs::write(project.interview_probe_path(), b"no picture").unwrap();
     let mut window = opened(&project);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    window.run_steps(2);
+    window.get_by_label("Gamma").click();
     window.run_steps(2);
     until(&mut window, "reason", |app| {
         matches!(app.studies().gamma.as_ref(), Some(Err(_)))
     });
     window.run_steps(2);
     window.get_by_label_contains("afterlight calibrate");
-    std::fs::write(project.interview_probe_path(), b"no picture").unwrap();
-    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    window.get_by_label("Probe").click();
     window.run_steps(2);
     until(&mut window, "reason", |app| {
         matches!(app.studies().probe.as_ref(), Some(Err(_)))

@@ -1,9 +1,9 @@
 //! The line of the job that runs beside the picture, and what it said when it was over.
 
 use crate::studio::command::Command;
+use crate::studio::layout::Pane;
 use crate::studio::news::Work;
 use crate::studio::panel::Sight;
-use crate::studio::state::Workspace;
 use crate::studio::theme::{self, GAP};
 use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
 use std::time::{Duration, Instant};
@@ -22,7 +22,7 @@ pub struct JobPanel;
 impl JobPanel {
     /// Whether there is anything to show: where relit pictures cannot be made, the viewport shows it.
     pub fn is_needed(sight: &Sight) -> bool {
-        let viewport = sight.state.workspace == Workspace::Relight && !sight.is_live();
+        let viewport = sight.shown.contains(&Pane::Picture) && !sight.is_live();
         !viewport && (sight.news.work.is_some() || sight.news.said.is_some())
     }
 

@@ -1,9 +1,11 @@
 //! The panels, one file each.
 
+mod effects;
 mod environments;
 mod gamma;
 mod job;
 mod light;
+mod log;
 mod picture;
 mod probe;
 mod sphere;
@@ -12,10 +14,12 @@ mod tabs;
 mod timeline;
 mod viewport;
 
+pub use effects::EffectsPanel;
 pub use environments::EnvironmentsPanel;
 pub use gamma::GammaPanel;
 pub use job::JobPanel;
 pub use light::LightPanel;
+pub use log::LogPanel;
 pub use picture::PicturePanel;
 pub use probe::ProbePanel;
 pub use status::StatusPanel;

@@ -1,9 +1,10 @@
 //! The status line: where the network runs and why, what the picture took, which passes ran.
 
 use crate::studio::command::Command;
+use crate::studio::layout::Pane;
 use crate::studio::news::Phase;
 use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
+use crate::studio::theme::GAP;
 use egui::{RichText, Ui};
 
 /// Room for "predicted in 99999 ms".
@@ -46,44 +47,13 @@ impl StatusPanel {
                 if let Some(relit) = sight.relit {
                     let ran = relit.passes.iter().filter(|p| p.ran).count();
                     let text = format!("{ran} of {} passes ran", relit.passes.len());
-                    let toggle = egui::Button::selectable(sight.state.passes, small(&text));
-                    if ui
-                        .add(toggle)
-                        .on_hover_text("Which passes ran, which did not, and why")
-                        .clicked()
-                    {
-                        out.push(Command::TogglePasses);
+                    let hint = "Which passes ran, which did not, and why";
+                    if ui.button(small(&text)).on_hover_text(hint).clicked() {
+                        out.push(Command::Pane(Pane::Effects));
                     }
                 }
             });
         });
-    }
-
-    /// The list of passes, above the line.
-    pub fn passes_ui(&mut self, ui: &mut Ui, sight: &Sight) {
-        let Some(relit) = sight.relit else {
-            ui.label(small("No picture has been made yet"));
-            return;
-        };
-        // Rows of text alone need no room for buttons.
-        ui.spacing_mut().interact_size.y = 0.0;
-        egui::Grid::new("passes")
-            .num_columns(3)
-            .spacing([2.0 * GAP, 2.0])
-            .show(ui, |ui| {
-                for pass in &relit.passes {
-                    let color = if pass.ran { theme::TEXT } else { theme::QUIET };
-                    ui.label(small(&pass.name).color(color));
-                    let time = if pass.ran {
-                        format!("{:.2} ms", pass.ms)
-                    } else {
-                        "skipped".to_owned()
-                    };
-                    ui.label(small(&time).color(color));
-                    ui.label(small(&pass.reason).color(color));
-                    ui.end_row();
-                }
-            });
     }
 }
 

@@ -1,9 +1,10 @@
-//! The line of workspaces at the top of the window.
+//! The workspaces, the panes that can be opened, and the arrangement.
 
 use crate::studio::command::Command;
+use crate::studio::layout::{Pane, Workspace};
 use crate::studio::panel::Sight;
-use crate::studio::state::Workspace;
-use egui::{Button, Ui, vec2};
+use crate::studio::theme;
+use egui::{Button, RichText, Role, Ui, WidgetInfo, vec2};
 
 /// The panel keeps nothing.
 #[derive(Default)]
@@ -12,32 +13,45 @@ pub struct TabsPanel;
 impl TabsPanel {
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         ui.horizontal_centered(|ui| {
-            for (workspace, name, hint) in [
-                (
-                    Workspace::Probe,
-                    "Probe",
-                    "The mirror ball and the lamps that it shows. Key: Ctrl+1",
-                ),
-                (
-                    Workspace::Gamma,
-                    "Gamma",
-                    "The camera's response. Key: Ctrl+2",
-                ),
-                (
-                    Workspace::Relight,
-                    "Relight",
-                    "The relit picture and its light. Key: Ctrl+3",
-                ),
-            ] {
-                let tab = Button::selectable(sight.state.workspace == workspace, name);
-                if ui
-                    .add(tab.min_size(vec2(84.0, 24.0)))
-                    .on_hover_text(hint)
-                    .clicked()
-                {
+            for (i, workspace) in Workspace::ALL.into_iter().enumerate() {
+                let chosen = sight.state.workspace == workspace;
+                let name = workspace.name();
+                let tab = Button::selectable(chosen, name).min_size(vec2(84.0, 24.0));
+                let response = ui.add(tab);
+                // Panels have buttons of the same names.
+                response.widget_info(|| {
+                    WidgetInfo::selected(Role::Tab, true, chosen, format!("Workspace {name}"))
+                });
+                let hint = format!("Key: Ctrl+{}", i + 1);
+                if response.on_hover_text(hint).clicked() {
                     out.push(Command::Workspace(workspace));
                 }
             }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.menu_button("Panels", |ui| {
+                    for pane in Pane::ALL {
+                        let shown = sight.shown.contains(&pane);
+                        let main = sight.state.workspace.main().contains(&pane);
+                        let entry = Button::selectable(shown, pane.name());
+                        if ui.add_enabled(!(main && shown), entry).clicked() {
+                            out.push(if shown {
+                                Command::ClosePane(pane)
+                            } else {
+                                Command::Pane(pane)
+                            });
+                        }
+                    }
+                    ui.separator();
+                    if ui.button("Reset arrangement").clicked() {
+                        out.push(Command::ResetLayout);
+                    }
+                });
+                if let Some(project) = sight.project {
+                    let name = RichText::new(&project.settings.name).color(theme::QUIET);
+                    ui.label(name)
+                        .on_hover_text(project.root.display().to_string());
+                }
+            });
         });
     }
 }

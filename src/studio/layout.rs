@@ -1,0 +1,325 @@
+//! How the window is divided: a tree of panes for each workspace, which a person rearranges by dragging
+//! tabs and borders.
+
+use egui_tiles::{Behavior, Container, Linear, LinearDir, Tile, TileId, Tiles, Tree};
+use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
+
+/// Height of a row of tabs in points.
+pub const TABS_HEIGHT: f32 = 24.0;
+/// What the border between two tiles takes in points.
+pub const BORDER: f32 = 2.0;
+/// The least that the main pane keeps, in points.
+const LEAST: f32 = 120.0;
+
+/// One panel in its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Pane {
+    Probe,
+    Gamma,
+    Picture,
+    Timeline,
+    Environments,
+    Light,
+    Effects,
+    Log,
+}
+
+/// An arrangement of the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Workspace {
+    /// The mirror ball with the lamps that it shows, and the camera's response.
+    Calibrate,
+    /// The network while it learns.
+    Train,
+    /// The relit picture and its light.
+    #[default]
+    Relight,
+    /// The predicted OLATs.
+    Review,
+    /// Clips.
+    Export,
+}
+
+impl Pane {
+    /// All of them, in the order of the list that opens them.
+    pub const ALL: [Self; 8] = [
+        Self::Probe,
+        Self::Gamma,
+        Self::Picture,
+        Self::Timeline,
+        Self::Environments,
+        Self::Light,
+        Self::Effects,
+        Self::Log,
+    ];
+
+    /// What its tab says.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Probe => "Probe",
+            Self::Gamma => "Gamma",
+            Self::Picture => "Picture",
+            Self::Timeline => "Timeline",
+            Self::Environments => "Environments",
+            Self::Light => "Light",
+            Self::Effects => "Effects",
+            Self::Log => "Log",
+        }
+    }
+}
+
+impl Workspace {
+    /// All of them, in the order of the work.
+    pub const ALL: [Self; 5] = [
+        Self::Calibrate,
+        Self::Train,
+        Self::Relight,
+        Self::Review,
+        Self::Export,
+    ];
+
+    /// What its tab says.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Calibrate => "Calibrate",
+            Self::Train => "Train",
+            Self::Relight => "Relight",
+            Self::Review => "Review",
+            Self::Export => "Export",
+        }
+    }
+
+    /// The panes that take the room which the others leave; keys go to the first that is shown.
+    pub fn main(self) -> &'static [Pane] {
+        match self {
+            Self::Calibrate => &[Pane::Probe, Pane::Gamma],
+            _ => &[Pane::Picture],
+        }
+    }
+
+    /// The arrangement that it has until a person changes it.
+    fn preset(self) -> Tree<Pane> {
+        let mut tiles = Tiles::default();
+        let root = match self {
+            Self::Calibrate => {
+                let main = tabs(&mut tiles, self.main());
+                let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
+                divided(
+                    &mut tiles,
+                    LinearDir::Vertical,
+                    &[(main, 0.0), (below, 78.0)],
+                )
+            }
+            Self::Train | Self::Review | Self::Export => {
+                let main = tabs(&mut tiles, self.main());
+                let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
+                divided(
+                    &mut tiles,
+                    LinearDir::Vertical,
+                    &[(main, 0.0), (below, 78.0)],
+                )
+            }
+            Self::Relight => {
+                let left = tabs(&mut tiles, &[Pane::Environments]);
+                let main = tabs(&mut tiles, self.main());
+                let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
+                let right = tabs(&mut tiles, &[Pane::Light, Pane::Effects]);
+                let middle = divided(
+                    &mut tiles,
+                    LinearDir::Vertical,
+                    &[(main, 0.0), (below, 78.0)],
+                );
+                let columns = [(left, 208.0), (middle, 0.0), (right, 284.0)];
+                divided(&mut tiles, LinearDir::Horizontal, &columns)
+            }
+        };
+        Tree::new(egui::Id::unique(self.name()), root, tiles)
+    }
+}
+
+fn tabs(tiles: &mut Tiles<Pane>, panes: &[Pane]) -> TileId {
+    let children: Vec<TileId> = panes.iter().map(|&pane| tiles.insert_pane(pane)).collect();
+    tiles.insert_tab_tile(children)
+}
+
+/// Tiles beside or above each other with their sizes in points; 0 is what is left.
+fn divided(tiles: &mut Tiles<Pane>, dir: LinearDir, parts: &[(TileId, f32)]) -> TileId {
+    let mut linear = Linear::new(dir, parts.iter().map(|&(tile, _)| tile).collect());
+    for &(tile, points) in parts {
+        linear.shares.set_share(tile, points);
+    }
+    tiles.insert_container(linear)
+}
+
+/// The arrangements of all workspaces.
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
+pub struct Layout {
+    trees: Vec<(Workspace, Tree<Pane>)>,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        let preset = |workspace: Workspace| (workspace, workspace.preset());
+        Self {
+            trees: Workspace::ALL.map(preset).into(),
+        }
+    }
+}
+
+impl Layout {
+    /// The same with a preset for each workspace that is missing or has lost its main panes.
+    pub fn mended(mut self) -> Self {
+        let whole = |workspace: Workspace, tree: &Tree<Pane>| {
+            let main = workspace.main();
+            tree.root.is_some() && main.iter().any(|pane| tree.tiles.find_pane(pane).is_some())
+        };
+        self.trees = Workspace::ALL
+            .map(|workspace| {
+                let kept = self.trees.iter().find(|(name, _)| *name == workspace);
+                let kept = kept.filter(|(_, tree)| whole(workspace, tree)).cloned();
+                kept.unwrap_or_else(|| (workspace, workspace.preset()))
+            })
+            .into();
+        self
+    }
+
+    fn tree(&mut self, workspace: Workspace) -> &mut Tree<Pane> {
+        let place = Workspace::ALL.iter().position(|&one| one == workspace);
+        &mut self.trees[place.unwrap_or_default()].1
+    }
+
+    /// Gives a workspace its preset again.
+    pub fn reset(&mut self, workspace: Workspace) {
+        *self.tree(workspace) = workspace.preset();
+    }
+
+    /// Shows a pane: brings its tab to the front, or opens it beside the main pane.
+    pub fn open(&mut self, workspace: Workspace, pane: Pane) {
+        let tree = self.tree(workspace);
+        if tree.tiles.find_pane(&pane).is_none() {
+            let beside = workspace.main().iter().find_map(|main| {
+                let main = tree.tiles.find_pane(main)?;
+                tree.tiles.parent_of(main)
+            });
+            let opened = tree.tiles.insert_pane(pane);
+            match beside.or(tree.root).and_then(|id| tree.tiles.get_mut(id)) {
+                Some(Tile::Container(container)) => container.add_child(opened),
+                _ => return self.reset(workspace),
+            }
+        }
+        tree.make_active(|_, tile| matches!(tile, Tile::Pane(one) if *one == pane));
+    }
+
+    /// Takes a pane away, unless it is a main one.
+    pub fn close(&mut self, workspace: Workspace, pane: Pane) {
+        let tree = self.tree(workspace);
+        if let Some(tile) = tree.tiles.find_pane(&pane)
+            && !workspace.main().contains(&pane)
+        {
+            tree.remove_recursively(tile);
+        }
+    }
+
+    /// Draws a workspace into what is left of `ui`.
+    pub fn ui(&mut self, workspace: Workspace, ui: &mut egui::Ui, panes: &mut dyn Behavior<Pane>) {
+        let size = ui.available_rect_before_wrap().size();
+        let tree = self.tree(workspace);
+        if let Some(root) = tree.root {
+            let main: HashSet<TileId> = (workspace.main().iter())
+                .filter_map(|pane| tree.tiles.find_pane(pane))
+                .collect();
+            settle(&mut tree.tiles, root, size, &main);
+        }
+        tree.ui(panes, ui);
+    }
+}
+
+/// Makes the shares of a container points: what holds a main pane takes what the others leave, so that
+/// panels keep their widths as the window grows.
+fn settle(tiles: &mut Tiles<Pane>, id: TileId, size: egui::Vec2, main: &HashSet<TileId>) {
+    let Some(Tile::Container(container)) = tiles.get(id).cloned() else {
+        return;
+    };
+    let sizes: Vec<(TileId, egui::Vec2)> = match container {
+        Container::Tabs(tabs) => {
+            let inner = size - egui::vec2(0.0, TABS_HEIGHT);
+            tabs.children.iter().map(|&child| (child, inner)).collect()
+        }
+        Container::Linear(mut linear) => {
+            let axis = usize::from(linear.dir == LinearDir::Vertical);
+            let shown: Vec<TileId> = (linear.children.iter().copied())
+                .filter(|&child| tiles.is_visible(child))
+                .collect();
+            let room = size[axis] - BORDER * shown.len().saturating_sub(1) as f32;
+            if let Some(&flexible) = shown.iter().find(|&&child| holds(tiles, child, main)) {
+                let others = shown.iter().filter(|&&child| child != flexible);
+                let others: f32 = others.map(|&child| linear.shares[child]).sum();
+                let rest = (room - others).max(LEAST);
+                linear.shares.set_share(flexible, rest);
+            }
+            let lengths = linear.shares.split(&shown, room);
+            let sizes = shown.into_iter().zip(lengths).map(|(child, length)| {
+                let mut inner = size;
+                inner[axis] = length;
+                (child, inner)
+            });
+            let sizes = sizes.collect();
+            if let Some(Tile::Container(kept)) = tiles.get_mut(id) {
+                *kept = Container::Linear(linear);
+            }
+            sizes
+        }
+        Container::Grid(_) => Vec::new(),
+    };
+    for (child, size) in sizes {
+        settle(tiles, child, size, main);
+    }
+}
+
+fn holds(tiles: &Tiles<Pane>, id: TileId, main: &HashSet<TileId>) -> bool {
+    let inside = || match tiles.get(id) {
+        Some(Tile::Container(container)) => {
+            container.children().any(|&child| holds(tiles, child, main))
+        }
+        _ => false,
+    };
+    main.contains(&id) || inside()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_workspace_shows_its_main_pane_and_closed_panes_can_be_opened() {
+        for workspace in Workspace::ALL {
+            let mut layout = Layout::default();
+            for pane in Pane::ALL {
+                layout.open(workspace, pane);
+                let tree = layout.tree(workspace);
+                let tile = tree.tiles.find_pane(&pane).unwrap();
+                assert!(
+                    tree.active_tiles().contains(&tile),
+                    "{workspace:?} {pane:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn an_arrangement_is_kept_and_one_that_lost_its_picture_becomes_the_preset() {
+        let mut layout = Layout::default();
+        layout.open(Workspace::Relight, Pane::Gamma);
+        let text = serde_json::to_string(&layout).unwrap();
+        let read: Layout = serde_json::from_str(&text).unwrap();
+        assert!(read.clone().mended() == layout);
+
+        let mut broken = read;
+        let tree = broken.tree(Workspace::Relight);
+        let picture = tree.tiles.find_pane(&Pane::Picture).unwrap();
+        tree.tiles.remove(picture);
+        let mended = broken.mended();
+        assert!(mended == Layout::default());
+    }
+}

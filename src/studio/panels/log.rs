@@ -1,0 +1,48 @@
+//! What happened: sentences of jobs and errors with their remedies, to read again and to copy.
+
+use crate::studio::command::Command;
+use crate::studio::news::Kind;
+use crate::studio::panel::Sight;
+use crate::studio::theme;
+use egui::{RichText, ScrollArea, Ui};
+
+/// The panel keeps nothing.
+#[derive(Default)]
+pub struct LogPanel;
+
+impl LogPanel {
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let lines = &sight.news.log;
+        if lines.is_empty() {
+            ui.label(RichText::new("Nothing has happened yet").color(theme::QUIET));
+            return;
+        }
+        ui.horizontal(|ui| {
+            if ui.button("Copy all").clicked() {
+                let text: Vec<String> = lines.iter().map(ToString::to_string).collect();
+                ui.ctx().copy_text(text.join("\n"));
+            }
+            if ui.button("Clear").clicked() {
+                out.push(Command::ClearLog);
+            }
+        });
+        ScrollArea::vertical()
+            .auto_shrink(false)
+            .stick_to_bottom(true)
+            .show(ui, |ui| {
+                for line in lines {
+                    let color = match line.kind {
+                        Kind::Said => theme::TEXT,
+                        Kind::Failed => theme::ACCENT,
+                    };
+                    ui.horizontal_top(|ui| {
+                        let quiet = RichText::new(&line.time).monospace().size(12.0);
+                        ui.label(quiet.color(theme::QUIET));
+                        let sentence = RichText::new(&line.sentence).size(13.0).color(color);
+                        // Part of a sentence can be copied too.
+                        ui.add(egui::Label::new(sentence).wrap().selectable(true));
+                    });
+                }
+            });
+    }
+}

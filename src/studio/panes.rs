@@ -1,0 +1,172 @@
+//! The panels in their places: hands each pane of the layout what it sees, and hears what was done.
+
+use super::command::Command;
+use super::layout::{BORDER, Pane, TABS_HEIGHT};
+use super::panel::Sight;
+use super::panels::{
+    EffectsPanel, EnvironmentsPanel, GammaPanel, LightPanel, LogPanel, PicturePanel, ProbePanel,
+    TimelinePanel, ViewportPanel,
+};
+use super::theme::{self, GAP};
+use egui::{Color32, Frame, Margin, Panel, ScrollArea, Stroke, Ui, Visuals};
+use egui_tiles::{
+    Behavior, EditAction, SimplificationOptions, TabState, TileId, Tiles, UiResponse,
+};
+
+/// The panels, which keep what only their drawing needs.
+#[derive(Default)]
+pub struct Panes {
+    viewport: ViewportPanel,
+    timeline: TimelinePanel,
+    environments: EnvironmentsPanel,
+    light: LightPanel,
+    picture: PicturePanel,
+    effects: EffectsPanel,
+    probe: ProbePanel,
+    gamma: GammaPanel,
+    log: LogPanel,
+}
+
+/// The panels while one frame of the window is drawn.
+pub struct Shown<'a> {
+    pub panes: &'a mut Panes,
+    pub sight: Sight<'a>,
+    pub out: &'a mut Vec<Command>,
+    /// Those that were drawn.
+    pub drawn: Vec<Pane>,
+    /// Whether the arrangement was changed.
+    pub edited: bool,
+}
+
+impl Shown<'_> {
+    fn side_ui(&mut self, ui: &mut Ui, pane: Pane, width: f32) {
+        let frame = Frame::new()
+            .fill(theme::PANEL)
+            .inner_margin(Margin::symmetric(12, 0));
+        Panel::right(pane.name())
+            .exact_size(width)
+            .frame(frame)
+            .show(ui, |ui| match pane {
+                Pane::Probe => self.panes.probe.side_ui(ui, &self.sight, self.out),
+                _ => self.panes.gamma.side_ui(ui, &self.sight, self.out),
+            });
+    }
+
+    /// One pane in all of the room.
+    pub fn alone_ui(&mut self, ui: &mut Ui, pane: Pane) {
+        self.drawn.push(pane);
+        self.contents_ui(ui, pane);
+    }
+
+    fn contents_ui(&mut self, ui: &mut Ui, pane: Pane) {
+        let (panes, sight) = (&mut *self.panes, &self.sight);
+        let out = &mut *self.out;
+        match pane {
+            Pane::Probe => {
+                self.side_ui(ui, pane, 392.0);
+                self.panes.probe.ui(ui, &self.sight, self.out);
+            }
+            Pane::Gamma => {
+                self.side_ui(ui, pane, 408.0);
+                self.panes.gamma.ui(ui, &self.sight, self.out);
+            }
+            Pane::Picture => panes.viewport.ui(ui, sight, out),
+            Pane::Timeline => padded(ui, |ui| panes.timeline.ui(ui, sight, out)),
+            Pane::Environments => padded(ui, |ui| panes.environments.ui(ui, sight, out)),
+            Pane::Light => padded(ui, |ui| {
+                scrolled(ui, |ui| {
+                    panes.light.ui(ui, sight, out);
+                    panes.picture.ui(ui, sight, out);
+                });
+            }),
+            Pane::Effects => padded(ui, |ui| {
+                scrolled(ui, |ui| panes.effects.ui(ui, sight));
+            }),
+            Pane::Log => padded(ui, |ui| panes.log.ui(ui, sight, out)),
+        }
+    }
+}
+
+/// A panel's contents on its ground.
+fn padded(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
+    Frame::new()
+        .inner_margin(Margin::symmetric(12, 4))
+        .show(ui, contents);
+}
+
+fn scrolled(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.add_space(GAP);
+        contents(ui);
+        ui.add_space(GAP);
+    });
+}
+
+impl Behavior<Pane> for Shown<'_> {
+    fn pane_ui(&mut self, ui: &mut Ui, _: TileId, pane: &mut Pane) -> UiResponse {
+        let rect = ui.max_rect();
+        ui.painter().rect_filled(rect, 0.0, theme::PANEL);
+        ui.set_clip_rect(ui.clip_rect().intersect(rect));
+        self.drawn.push(*pane);
+        let pressed = ui.input(|i| {
+            let at = i.pointer.interact_pos();
+            i.pointer.any_pressed() && at.is_some_and(|at| rect.contains(at))
+        });
+        if pressed && self.sight.state.active != *pane {
+            self.out.push(Command::Activate(*pane));
+        }
+        self.contents_ui(ui, *pane);
+        UiResponse::None
+    }
+
+    fn tab_title_for_pane(&mut self, pane: &Pane) -> egui::WidgetText {
+        egui::RichText::new(pane.name()).size(13.0).into()
+    }
+
+    fn tab_bar_height(&self, _: &egui::Style) -> f32 {
+        TABS_HEIGHT
+    }
+
+    fn gap_width(&self, _: &egui::Style) -> f32 {
+        BORDER
+    }
+
+    fn tab_bar_color(&self, _: &Visuals) -> Color32 {
+        theme::WELL
+    }
+
+    fn tab_bg_color(&self, _: &Visuals, _: &Tiles<Pane>, _: TileId, tab: &TabState) -> Color32 {
+        if tab.active {
+            theme::PANEL
+        } else {
+            theme::WELL
+        }
+    }
+
+    fn tab_text_color(&self, _: &Visuals, _: &Tiles<Pane>, _: TileId, tab: &TabState) -> Color32 {
+        if tab.active {
+            theme::TEXT
+        } else {
+            theme::QUIET
+        }
+    }
+
+    fn tab_outline_stroke(&self, _: &Visuals, _: &Tiles<Pane>, _: TileId, _: &TabState) -> Stroke {
+        Stroke::NONE
+    }
+
+    fn tab_bar_hline_stroke(&self, _: &Visuals) -> Stroke {
+        Stroke::NONE
+    }
+
+    fn simplification_options(&self) -> SimplificationOptions {
+        SimplificationOptions {
+            all_panes_must_have_tabs: true,
+            ..SimplificationOptions::default()
+        }
+    }
+
+    fn on_edit(&mut self, _: EditAction) {
+        self.edited = true;
+    }
+}

@@ -1,0 +1,112 @@
+//! What the window remembers of a person: arrangements and recent projects, in one file of the user's own.
+
+use super::layout::Layout;
+use super::saver::Saver;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Projects that are remembered.
+const RECENT: usize = 8;
+
+/// The contents of the file.
+#[derive(Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+struct Kept {
+    /// The newest first.
+    recent: Vec<PathBuf>,
+    layout: Layout,
+}
+
+/// What is remembered, and where.
+#[derive(Default)]
+pub struct Preferences {
+    kept: Kept,
+    /// Where they are kept; nowhere in a window that is not a person's.
+    file: Option<PathBuf>,
+}
+
+impl Preferences {
+    /// Those of the person at this machine: `afterlight/window.json` in the folder for settings. A file that
+    /// cannot be understood is put aside as `window.json.old`, and the presets stand in.
+    pub fn of_user() -> Self {
+        let folder = dirs::config_dir();
+        folder.map_or(Self::default(), |folder| {
+            Self::from_file(&folder.join("afterlight").join("window.json"))
+        })
+    }
+
+    /// Those in `file`, which need not be there yet.
+    pub fn from_file(file: &Path) -> Self {
+        let kept = std::fs::read(file).ok().map(|bytes| {
+            serde_json::from_slice(&bytes).unwrap_or_else(|_| {
+                // Whatever it is, it is not lost. Where it cannot be moved, nothing more can be done.
+                let _ = std::fs::rename(file, file.with_extension("json.old"));
+                Kept::default()
+            })
+        });
+        let Kept { recent, layout } = kept.unwrap_or_default();
+        Self {
+            kept: Kept {
+                recent,
+                layout: layout.mended(),
+            },
+            file: Some(file.to_path_buf()),
+        }
+    }
+
+    /// The arrangements of panes.
+    pub fn layout(&mut self) -> &mut Layout {
+        &mut self.kept.layout
+    }
+
+    /// Projects that were opened lately, the newest first.
+    pub fn recent(&self) -> &[PathBuf] {
+        &self.kept.recent
+    }
+
+    /// A project was opened.
+    pub fn opened(&mut self, project: &Path) {
+        let project = std::path::absolute(project).unwrap_or_else(|_| project.to_path_buf());
+        self.kept.recent.retain(|one| *one != project);
+        self.kept.recent.insert(0, project);
+        self.kept.recent.truncate(RECENT);
+    }
+
+    /// Keeps them.
+    pub fn save(&self, saver: &Saver) {
+        if let (Some(file), Ok(text)) = (&self.file, serde_json::to_string_pretty(&self.kept)) {
+            saver.save(file.clone(), text);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::layout::{Pane, Workspace};
+    use super::*;
+
+    #[test]
+    fn what_is_kept_comes_back_and_a_broken_file_is_put_aside() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("settings/window.json");
+        let mut preferences = Preferences::from_file(&file);
+        for i in 0..=RECENT {
+            preferences.opened(&folder.path().join(format!("p{i}")));
+        }
+        preferences.opened(&folder.path().join("p3"));
+        preferences.layout().open(Workspace::Relight, Pane::Gamma);
+        let saver = Saver::start(|| {});
+        preferences.save(&saver);
+        drop(saver);
+        let mut read = Preferences::from_file(&file);
+        assert!(read.kept == preferences.kept);
+        assert_eq!(read.recent().len(), RECENT);
+        assert!(read.recent()[0].ends_with("p3"));
+        assert!(*read.layout() != Layout::default());
+
+        std::fs::write(&file, b"{ no settings").unwrap();
+        assert!(Preferences::from_file(&file).kept == Kept::default());
+        let aside = std::fs::read(file.with_extension("json.old")).unwrap();
+        assert_eq!(aside, b"{ no settings");
+    }
+}
