@@ -61,6 +61,13 @@ impl Levels {
     }
 }
 
+impl Levels {
+    /// What brings weights of a light whose radiance is 1 in the mean to these levels.
+    pub fn of_unit_light(&self) -> f32 {
+        positive(MIDDLE_GREY / (SUBJECT_ALBEDO * self.background))
+    }
+}
+
 /// A factor that can be used: 1 in place of what division by nothing gives.
 fn positive(factor: f32) -> f32 {
     if factor.is_finite() && factor > 0.0 {

@@ -26,6 +26,7 @@ mod relight;
 mod reuse;
 mod smoothing;
 mod stage;
+mod texel;
 mod view;
 
 pub use background::{Backdrop, CameraView, draw_background};

@@ -11,6 +11,7 @@ use crate::footage::Frame;
 use crate::project::Project;
 use crate::turn;
 use burn::tensor::{DType, Device, FloatDType};
+use std::path::Path;
 
 /// A network on a device, ready to predict.
 pub struct Predictor {
@@ -27,8 +28,15 @@ impl Predictor {
     /// # Errors
     /// When there is none, or it was trained for another size or another number of lamps.
     pub fn open(project: &Project, device: &Device) -> Result<Self> {
-        let folder = project.checkpoint_path();
-        let (info, network) = checkpoint::load(&folder, device)?;
+        Self::open_at(project, &project.checkpoint_path(), device)
+    }
+
+    /// Loads a checkpoint of the project that is in another folder.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_at(project: &Project, folder: &Path, device: &Device) -> Result<Self> {
+        let (info, network) = checkpoint::load(folder, device)?;
         check_fits(&info, project)?;
         Ok(Self::new(network, info, device))
     }

@@ -2,8 +2,10 @@
 //! picture that the state calls for.
 
 use super::command::Command;
+use super::compare::{Compare, With};
 use super::layout::Pane;
 use super::news::{News, Phase};
+use super::palette::Palette;
 use super::panel::{Entry, Reading, Sight};
 use super::panels::{JobPanel, StatusPanel, TabsPanel};
 use super::panes::{Panes, Shown};
@@ -19,7 +21,7 @@ use crate::project::Project;
 use crate::scene::Scene;
 use crate::training::{Preset, TrainSettings};
 use crate::worker::{
-    Ask, Blocked, Event, Job, Latest, Library, Need, Origin, Relit, Source, Worker,
+    Ask, Blocked, Event, Job, Latest, Library, Need, Origin, Relit, Second, Source, Worker,
 };
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
 use std::path::{Path, PathBuf};
@@ -40,8 +42,8 @@ pub struct StudioApp {
     state: State,
     news: News,
     relit: Option<Arc<Relit>>,
-    /// What the worker was asked for last, with the place of the environment in the list.
-    asked: Option<(Scene, usize)>,
+    /// What the worker was asked for last.
+    asked: Option<Wanted>,
     studies: Studies,
     /// When the next frame is due while playing, in the window's seconds.
     due: f64,
@@ -52,11 +54,22 @@ pub struct StudioApp {
     edited: bool,
     saver: Saver,
     panes: Panes,
+    palette: Palette,
     /// The panes that were drawn last.
     shown: Vec<Pane>,
     tabs: TabsPanel,
     job: JobPanel,
     status: StatusPanel,
+}
+
+/// A picture that the state asks for.
+#[derive(PartialEq)]
+struct Wanted {
+    scene: Scene,
+    /// Its place in the list.
+    environment: usize,
+    second: Option<Second>,
+    solo: Vec<usize>,
 }
 
 /// The window's title.
@@ -124,6 +137,7 @@ impl StudioApp {
             edited: false,
             saver: Saver::start(wake),
             panes: Panes::default(),
+            palette: Palette::default(),
             shown: Vec::new(),
             tabs: TabsPanel,
             job: JobPanel,
@@ -220,6 +234,8 @@ impl StudioApp {
                 self.news.hear(event);
             }
             self.relit = worker.relit().or(self.relit.take());
+            let rig = self.relit.as_ref().map(|relit| &relit.rig);
+            self.state.lamps = rig.map_or(0, |rig| rig.lamps.len());
         }
         self.studies.hear();
         self.saver
@@ -257,12 +273,26 @@ impl StudioApp {
         let Reading::Done { panorama, .. } = &entry.panorama else {
             return;
         };
-        let wanted = (self.state.scene(), place);
+        let second = self.state.second(|origin| {
+            let entry = self.environments.iter().find(|e| e.origin == *origin)?;
+            match &entry.panorama {
+                Reading::Done { panorama, .. } => Some(panorama.environment.clone()),
+                _ => None,
+            }
+        });
+        let wanted = Wanted {
+            scene: self.state.scene(),
+            environment: place,
+            second,
+            solo: self.state.solo.clone(),
+        };
         if self.asked.as_ref() != Some(&wanted) {
             self.news.failure = None;
             worker.show(Ask {
-                scene: wanted.0.clone(),
+                scene: wanted.scene.clone(),
                 environment: panorama.environment.clone(),
+                second: wanted.second.clone(),
+                solo: wanted.solo.clone(),
             });
             self.asked = Some(wanted);
         }
@@ -303,6 +333,24 @@ impl StudioApp {
                     .pick_files()
                     .map(Command::AddEnvironments)
             }),
+            Command::ChooseTruth => {
+                let compare = self.state.compare.clone();
+                self.dialog(move || {
+                    let dialog = rfd::FileDialog::new().set_title("Open a truth's folder");
+                    let folder = dialog.pick_folder()?;
+                    Some(Command::Compare(Compare {
+                        on: true,
+                        with: With::Truth(folder),
+                        ..compare
+                    }))
+                });
+            }
+            Command::ActualSize if self.panes.fit() > 0.0 => {
+                let factor = 1.0 / (self.panes.fit() * self.ctx.pixels_per_point());
+                let about = [0.0; 2];
+                self.state.apply(&Command::Fit, 0);
+                self.state.apply(&Command::Zoom { factor, about }, 0);
+            }
             Command::ChooseProject => self.dialog(|| {
                 let dialog = rfd::FileDialog::new().set_title("Open a project's folder");
                 dialog.pick_folder().map(Command::OpenProject)
@@ -483,19 +531,26 @@ fn is_panorama(path: &Path) -> bool {
         .any(|known| extension.eq_ignore_ascii_case(known))
 }
 
+/// What panels see of the window. A function would borrow the panels along with it.
+macro_rules! sight {
+    ($app:ident) => {
+        Sight {
+            project: $app.project.as_ref(),
+            state: &$app.state,
+            news: &$app.news,
+            environments: &$app.environments,
+            shown: &$app.shown,
+            relit: $app.relit.as_ref(),
+            probe: $app.studies.probe.as_ref(),
+            gamma: $app.studies.gamma.as_ref(),
+        }
+    };
+}
+
 impl StudioApp {
     /// The lines around the panes.
     fn bars_ui(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
-        let sight = Sight {
-            project: self.project.as_ref(),
-            state: &self.state,
-            news: &self.news,
-            environments: &self.environments,
-            shown: &self.shown,
-            relit: self.relit.as_ref(),
-            probe: self.studies.probe.as_ref(),
-            gamma: self.studies.gamma.as_ref(),
-        };
+        let sight = sight!(self);
         let bar = |margin: i8| {
             Frame::new()
                 .fill(theme::PANEL)
@@ -519,16 +574,7 @@ impl StudioApp {
     fn panes_ui(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
         let mut shown = Shown {
             panes: &mut self.panes,
-            sight: Sight {
-                project: self.project.as_ref(),
-                state: &self.state,
-                news: &self.news,
-                environments: &self.environments,
-                shown: &self.shown,
-                relit: self.relit.as_ref(),
-                probe: self.studies.probe.as_ref(),
-                gamma: self.studies.gamma.as_ref(),
-            },
+            sight: sight!(self),
             out: commands,
             drawn: Vec::new(),
             edited: false,
@@ -564,6 +610,10 @@ impl eframe::App for StudioApp {
         CentralPanel::no_frame().show(ui, |ui| self.panes_ui(ui, &mut commands));
         if self.state.keys {
             keys::overlay_ui(ui, self.state.active, &mut commands);
+        }
+        if self.state.palette {
+            let sight = sight!(self);
+            self.palette.ui(ui, &sight, &mut commands);
         }
         if !commands.is_empty() {
             // The panels were drawn before the commands were applied.

@@ -1,9 +1,10 @@
 //! What a person can ask for. Panels emit commands; the application applies them.
 
+use super::compare::Compare;
 use super::layout::{Pane, Workspace};
 use crate::calibration::{Circle, Trial};
 use crate::light::Lighting;
-use crate::scene::{Background, Effects};
+use crate::scene::{Background, Effects, Inspection};
 use crate::worker::Need;
 use std::path::PathBuf;
 
@@ -60,6 +61,22 @@ pub enum Command {
     Wipe(f32),
     /// Put that line to the right, to the left or into the middle, in turn.
     StepWipe,
+    /// Compare the picture with another.
+    Compare(Compare),
+    /// Wipe between the two pictures, or stop that.
+    ToggleWipe,
+    /// Show the other of the two pictures alone.
+    ToggleSecond,
+    /// Light the subject by these lamps alone; none is the environment.
+    Solo(Vec<usize>),
+    /// Light the subject by the lamp this many places further alone.
+    StepSolo(isize),
+    /// Look at this in place of the picture, or at the picture again.
+    Inspect(Inspection),
+    /// Look at the pixel in this column and row.
+    Probe(Option<[usize; 2]>),
+    /// Ask for the folder of a truth with a dialog.
+    ChooseTruth,
     /// Take the silhouette that was found in the photographs.
     FindCircle,
     /// Calibrate with what is set by hand, or by fitting where nothing is.
@@ -87,9 +104,13 @@ pub enum Command {
     Fit,
     /// Fit the picture and set the exposure to 0 stops.
     ResetView,
+    /// Magnify so that a pixel of the picture is one of the screen.
+    ActualSize,
     TogglePanels,
     ToggleFullScreen,
     ToggleKeys,
+    /// Open the list of all commands, or close it.
+    TogglePalette,
     /// Close whatever covers the picture, and leave full screen.
     Dismiss,
 

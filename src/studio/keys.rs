@@ -3,6 +3,7 @@
 use super::command::Command;
 use super::layout::{Pane, Workspace};
 use super::theme;
+use crate::scene::{Channel, Inspection};
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 /// A key, what it does, and how the list of keys calls it.
@@ -348,6 +349,12 @@ const BINDINGS: &[Binding] = &[
         "brighter by half a stop",
     ),
     on(
+        Modifiers::COMMAND.plus(Modifiers::SHIFT),
+        Key::P,
+        Command::TogglePalette,
+        "find a command",
+    ),
+    on(
         Modifiers::NONE,
         Key::P,
         Command::PauseJob,
@@ -391,6 +398,72 @@ const BINDINGS: &[Binding] = &[
         Command::Dismiss,
         "close what covers the picture",
     ),
+    on(
+        Modifiers::NONE,
+        Key::W,
+        Command::ToggleWipe,
+        "wipe between two pictures",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::Q,
+        Command::ToggleSecond,
+        "the other picture",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::R,
+        Command::Inspect(Inspection::Channel(Channel::Red)),
+        "red alone",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::G,
+        Command::Inspect(Inspection::Channel(Channel::Green)),
+        "green alone",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::B,
+        Command::Inspect(Inspection::Channel(Channel::Blue)),
+        "blue alone",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::A,
+        Command::Inspect(Inspection::Channel(Channel::Alpha)),
+        "the matte alone",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::L,
+        Command::Inspect(Inspection::Channel(Channel::Luminance)),
+        "luminance alone",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::C,
+        Command::Inspect(Inspection::Picture),
+        "all colours",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::PageUp,
+        Command::StepSolo(-1),
+        "previous lamp alone",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::PageDown,
+        Command::StepSolo(1),
+        "next lamp alone",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::Num1,
+        Command::ActualSize,
+        "a pixel of the picture on one of the screen",
+    ),
 ];
 
 /// What the mouse does in the viewport.
@@ -400,7 +473,7 @@ const GESTURES: &[(&str, &str)] = &[
     ("Wheel", "zoom about the cursor"),
     ("Middle-drag", "move the picture"),
     ("Double-click a number", "reset it"),
-    ("Shift", "finer drags"),
+    ("Shift", "finer drags; peek at the other picture"),
 ];
 
 /// The commands of the keys that were pressed since the last frame, for a pane.
@@ -437,6 +510,24 @@ fn known(pane: Pane) -> impl Iterator<Item = &'static Binding> {
     all.filter(move |binding| binding.only.is_none_or(|only| only == pane))
 }
 
+/// Keys, what they do, and the commands, for a pane: what the list of commands shows.
+pub fn listed(
+    ctx: &egui::Context,
+    pane: Pane,
+) -> impl Iterator<Item = (String, &'static str, Command)> {
+    known(pane).map(|binding| {
+        let key = name(ctx, binding);
+        (key, binding.says, binding.command.clone())
+    })
+}
+
+fn name(ctx: &egui::Context, binding: &Binding) -> String {
+    match binding.shortcut.logical_key {
+        Key::Questionmark => "?".to_owned(),
+        _ => ctx.format_shortcut(&binding.shortcut),
+    }
+}
+
 /// The list of keys, over the picture.
 pub fn overlay_ui(ui: &egui::Ui, pane: Pane, out: &mut Vec<Command>) {
     let frame = egui::Frame::window(ui.style()).inner_margin(3.0 * theme::GAP);
@@ -448,14 +539,10 @@ pub fn overlay_ui(ui: &egui::Ui, pane: Pane, out: &mut Vec<Command>) {
             ui.horizontal_top(|ui| {
                 // Rows of text alone need no room for buttons.
                 ui.spacing_mut().interact_size.y = 0.0;
-                let name = |b: &Binding| match b.shortcut.logical_key {
-                    Key::Questionmark => "?".to_owned(),
-                    _ => ui.ctx().format_shortcut(&b.shortcut),
-                };
                 // A key that a pane uses for something of its own means only that there.
                 let mut keys: Vec<(String, &str)> = Vec::new();
                 for binding in known(pane) {
-                    let name = name(binding);
+                    let name = name(ui.ctx(), binding);
                     if keys.iter().all(|(known, _)| *known != name) {
                         keys.push((name, binding.says));
                     }

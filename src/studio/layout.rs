@@ -22,6 +22,7 @@ pub enum Pane {
     Environments,
     Light,
     Effects,
+    Scopes,
     Log,
 }
 
@@ -43,7 +44,7 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the list that opens them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Probe,
         Self::Gamma,
         Self::Picture,
@@ -51,6 +52,7 @@ impl Pane {
         Self::Environments,
         Self::Light,
         Self::Effects,
+        Self::Scopes,
         Self::Log,
     ];
 
@@ -64,6 +66,7 @@ impl Pane {
             Self::Environments => "Environments",
             Self::Light => "Light",
             Self::Effects => "Effects",
+            Self::Scopes => "Scopes",
             Self::Log => "Log",
         }
     }
@@ -124,7 +127,7 @@ impl Workspace {
                 let left = tabs(&mut tiles, &[Pane::Environments]);
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
-                let right = tabs(&mut tiles, &[Pane::Light, Pane::Effects]);
+                let right = tabs(&mut tiles, &[Pane::Light, Pane::Effects, Pane::Scopes]);
                 let middle = divided(
                     &mut tiles,
                     LinearDir::Vertical,

@@ -3,9 +3,11 @@
 
 mod app;
 mod command;
+mod compare;
 mod keys;
 mod layout;
 mod news;
+mod palette;
 mod panel;
 mod panels;
 mod panes;
@@ -17,6 +19,7 @@ mod theme;
 
 pub use app::StudioApp;
 pub use command::Command;
+pub use compare::{Compare, How, With};
 pub use layout::{Layout, Pane, Workspace};
 pub use news::{Kind, LogLine, News, Phase, Work};
 pub use panel::{Entry, Reading};

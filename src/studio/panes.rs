@@ -5,7 +5,7 @@ use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel::Sight;
 use super::panels::{
     EffectsPanel, EnvironmentsPanel, GammaPanel, LightPanel, LogPanel, PicturePanel, ProbePanel,
-    TimelinePanel, ViewportPanel,
+    ScopesPanel, TimelinePanel, ViewportPanel,
 };
 use super::theme::{self, GAP};
 use egui::{Color32, Frame, Margin, Panel, ScrollArea, Stroke, Ui, Visuals};
@@ -25,6 +25,14 @@ pub struct Panes {
     probe: ProbePanel,
     gamma: GammaPanel,
     log: LogPanel,
+    scopes: ScopesPanel,
+}
+
+impl Panes {
+    /// Points that a pixel of the fitted picture takes; 0 before there was one.
+    pub fn fit(&self) -> f32 {
+        self.viewport.fit()
+    }
 }
 
 /// The panels while one frame of the window is drawn.
@@ -81,6 +89,9 @@ impl Shown<'_> {
             }),
             Pane::Effects => padded(ui, |ui| {
                 scrolled(ui, |ui| panes.effects.ui(ui, sight));
+            }),
+            Pane::Scopes => padded(ui, |ui| {
+                scrolled(ui, |ui| panes.scopes.ui(ui, sight, out));
             }),
             Pane::Log => padded(ui, |ui| panes.log.ui(ui, sight, out)),
         }

@@ -1,13 +1,17 @@
 //! What the window shows, as plain data, and how commands change it.
 
 use super::command::Command;
+use super::compare::{Compare, How};
 use super::layout::{Pane, Workspace};
 use crate::calibration::{Circle, Trial};
 use crate::light::Lighting;
-use crate::scene::{Background, Effects, Output, Scene};
+use crate::scene::{Background, Effects, Inspection, Output, Scene};
 
 /// Stops that the exposure can be set to: beyond them a display shows nothing but black or white.
 pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
+
+/// What a difference between two pictures is multiplied with.
+pub const GAIN: f32 = 4.0;
 
 /// Magnifications of the fitted picture.
 const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
@@ -56,6 +60,13 @@ pub struct State {
     pub pose: usize,
     /// Where the wipe between two pictures stands: 0 left, 1 right.
     pub wipe: f32,
+    pub compare: Compare,
+    /// Lamps that light the subject alone; none is the environment.
+    pub solo: Vec<usize>,
+    /// Number of lamps, once it is known.
+    pub lamps: usize,
+    /// The pixel that is looked at, in columns and rows.
+    pub probed: Option<[usize; 2]>,
     /// Shown frame, from 0.
     pub frame: usize,
     /// Frames of the interview.
@@ -68,6 +79,8 @@ pub struct State {
     pub full_screen: bool,
     /// The list of keys covers the picture.
     pub keys: bool,
+    /// The list of commands is open.
+    pub palette: bool,
     undo: Vec<Look>,
     redo: Vec<Look>,
     /// The kind of change that a drag in progress makes: all of it is undone at once.
@@ -93,6 +106,10 @@ impl State {
             photograph: None,
             pose: 0,
             wipe: 0.5,
+            compare: Compare::default(),
+            solo: Vec::new(),
+            lamps: 0,
+            probed: None,
             frame: 0,
             frames,
             frame_rate,
@@ -101,6 +118,7 @@ impl State {
             panels: true,
             full_screen: false,
             keys: false,
+            palette: false,
             undo: Vec::new(),
             redo: Vec::new(),
             dragging: None,
@@ -109,11 +127,15 @@ impl State {
 
     /// The picture that this state asks for.
     pub fn scene(&self) -> Scene {
+        let mut effects = self.look.effects;
+        if self.compare.on && self.compare.how == How::Difference {
+            effects.inspection = Inspection::Difference { gain: GAIN };
+        }
         Scene {
             frame: self.frame,
             yaw_deg: self.look.yaw_deg,
             lighting: self.look.lighting.clone(),
-            effects: self.look.effects,
+            effects,
             exposure_stops: self.look.exposure_stops,
             background: self.look.background,
             output: Output::Display,
@@ -164,6 +186,25 @@ impl State {
             Command::Photograph(lamp) => self.photograph = lamp,
             Command::Pose(pose) => self.pose = pose,
             Command::Wipe(at) if at.is_finite() => self.wipe = at.clamp(0.0, 1.0),
+            Command::Compare(compare) => self.compare = compare,
+            Command::ToggleWipe => self.compare.toggle_wipe(),
+            Command::ToggleSecond => self.compare.toggle_second(),
+            Command::Solo(lamps) => self.solo = lamps,
+            Command::StepSolo(step) if self.lamps > 0 => {
+                // The environment stands before the first lamp.
+                let shown = self.solo.first().map_or(0, |lamp| lamp + 1) as isize + step;
+                let shown = shown.rem_euclid(self.lamps as isize + 1) as usize;
+                self.solo = shown.checked_sub(1).into_iter().collect();
+            }
+            Command::Inspect(inspection) => {
+                let old = &mut look.effects.inspection;
+                *old = if *old == inspection {
+                    Inspection::Picture
+                } else {
+                    inspection
+                };
+            }
+            Command::Probe(pixel) => self.probed = pixel,
             Command::StepWipe => {
                 self.wipe = match self.wipe {
                     at if at <= 0.0 => 0.5,
@@ -189,6 +230,8 @@ impl State {
             Command::TogglePanels => self.panels = !self.panels,
             Command::ToggleFullScreen => self.full_screen = !self.full_screen,
             Command::ToggleKeys => self.keys = !self.keys,
+            Command::TogglePalette => self.palette = !self.palette,
+            Command::Dismiss if self.palette => self.palette = false,
             Command::Dismiss if self.keys => self.keys = false,
             Command::Dismiss => self.full_screen = false,
             _ => {}
@@ -355,6 +398,33 @@ mod tests {
         let mut still = State::new(1, 24.0);
         still.apply(&Command::TogglePlay, 0);
         assert!(!still.playing, "one frame cannot be played");
+    }
+
+    #[test]
+    fn lamps_are_shown_one_after_the_other_and_then_the_environment() {
+        let mut s = state();
+        s.apply(&Command::StepSolo(1), 0);
+        assert!(s.solo.is_empty(), "no lamp is known yet");
+        s.lamps = 3;
+        for wanted in [&[0][..], &[1], &[2], &[], &[0]] {
+            s.apply(&Command::StepSolo(1), 0);
+            assert_eq!(s.solo, wanted);
+        }
+        s.apply(&Command::StepSolo(-1), 0);
+        assert!(s.solo.is_empty());
+    }
+
+    #[test]
+    fn a_channel_is_looked_at_until_it_is_asked_for_again_and_that_can_be_undone() {
+        let mut s = state();
+        let red = Inspection::Channel(crate::scene::Channel::Red);
+        for wanted in [red, Inspection::Picture] {
+            s.apply(&Command::Inspect(red), 0);
+            s.release();
+            assert_eq!(s.look.effects.inspection, wanted);
+        }
+        s.apply(&Command::Undo, 0);
+        assert_eq!(s.look.effects.inspection, red);
     }
 
     #[test]

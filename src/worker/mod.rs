@@ -20,14 +20,17 @@ mod latest;
 mod library;
 mod network;
 mod relighter;
+mod rivals;
+mod second;
 mod study;
 
 pub use event::{Blocked, Event, Need};
 pub use job::{Job, Outcome};
 pub use latest::Latest;
 pub use library::{Library, Origin, Panorama, Thumbnail};
-pub use network::{Predict, Source, open_project};
+pub use network::{Find, Predict, Source, open_project};
 pub use relighter::{Ask, Relit};
+pub use second::{Codes, Rival, Second};
 pub use study::{GammaView, ProbeStudy, SeenLamp, Study, StudyAsk};
 
 use crate::compositor::Field;
@@ -105,6 +108,8 @@ impl Worker {
         let tasks = Arc::new(Latest::new(ring_labour.clone()));
         let opened = Arc::new(Latest::new(ring_relighter.clone()));
         let fields = Arc::new(Latest::new(ring_relighter.clone()));
+        let rivals = Arc::new(Latest::new(ring_relighter.clone()));
+        let challenge = Arc::new(Latest::new(ring_network.clone()));
         let asks = Arc::new(Latest::new(ring_relighter.clone()));
         let relit = Arc::new(Latest::new(wake));
         let network = network::Network {
@@ -113,6 +118,8 @@ impl Worker {
             renew: renew.clone(),
             opened: opened.clone(),
             fields: fields.clone(),
+            challenge: challenge.clone(),
+            rivals: rivals.clone(),
             tell: tell.clone(),
             stop: stop.clone(),
         };
@@ -121,6 +128,8 @@ impl Worker {
             opened,
             fields,
             wanted,
+            challenge,
+            rivals,
             relit: relit.clone(),
             tell: tell.clone(),
             stop: stop.clone(),

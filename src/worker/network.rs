@@ -4,6 +4,8 @@
 use super::PredictedFrame;
 use super::event::{Blocked, Event, Need};
 use super::latest::Latest;
+use super::rivals::Rivals;
+use super::second::Rival;
 use crate::calibration::Calibration;
 use crate::compositor::Field;
 use crate::compositor::passes::RelightPass;
@@ -21,6 +23,9 @@ use std::time::Instant;
 /// Reads a frame by its number and predicts its field.
 pub type Predict = Box<dyn FnMut(usize) -> Result<(Frame, Field), Error>>;
 
+/// Finds the OLATs of a frame elsewhere than at the network in use.
+pub type Find = Box<dyn FnMut(&Rival, usize) -> Result<(Frame, Field), Error>>;
+
 /// Where predicted frames come from.
 pub struct Source {
     pub rig: Rig,
@@ -28,6 +33,8 @@ pub struct Source {
     pub device: String,
     /// Stays on the thread that made it.
     pub predict: Predict,
+    /// What predictions are compared with.
+    pub rival: Find,
 }
 
 /// Opens a project's calibration and network.
@@ -49,9 +56,11 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     let predictor = Predictor::open(project, &compute.device).map_err(blocked(need))?;
     let pass = RelightPass::beside(compute).map(Arc::new);
     let (project, response) = (project.clone(), calibration.response);
+    let rivals = Rivals::new(&project, &calibration, compute);
     Ok(Source {
         rig: calibration.rig,
         device: compute.description.clone(),
+        rival: Box::new(rivals.find()),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
             let field = Field::predicted(predictor.predict_on_device(&frame)?, pass.as_ref())?;
@@ -74,6 +83,20 @@ pub(super) struct Wanted {
     pub frame: usize,
 }
 
+/// OLATs to compare a frame of a generation with.
+#[derive(Clone, PartialEq)]
+pub(super) struct Challenge {
+    pub generation: u64,
+    pub rival: Rival,
+    pub frame: usize,
+}
+
+/// Those that were found.
+pub(super) struct Challenger {
+    pub of: Challenge,
+    pub found: Arc<PredictedFrame>,
+}
+
 /// The thread's ends of what connects it.
 pub(super) struct Network<Open, Tell> {
     pub open: Open,
@@ -82,6 +105,9 @@ pub(super) struct Network<Open, Tell> {
     pub renew: Arc<Latest<()>>,
     pub opened: Arc<Latest<Opened>>,
     pub fields: Arc<Latest<Arc<PredictedFrame>>>,
+    /// What is to be compared with, and what was found.
+    pub challenge: Arc<Latest<Challenge>>,
+    pub rivals: Arc<Latest<Challenger>>,
     pub tell: Tell,
     pub stop: Control,
 }
@@ -103,6 +129,13 @@ where
                 let current = source.as_mut().filter(|_| wanted.generation == generation);
                 if let Some(source) = current {
                     self.predict(source, &wanted);
+                }
+            } else if let Some(challenge) = self.challenge.take() {
+                let current = source
+                    .as_mut()
+                    .filter(|_| challenge.generation == generation);
+                if let Some(source) = current {
+                    self.find(source, challenge);
                 }
             } else if bell.recv().is_err() {
                 break;
@@ -137,6 +170,24 @@ where
                 });
                 old
             }
+        }
+    }
+
+    fn find(&self, source: &mut Source, of: Challenge) {
+        let started = Instant::now();
+        match (source.rival)(&of.rival, of.frame) {
+            Ok((frame, field)) => self.rivals.put(Challenger {
+                found: Arc::new(PredictedFrame {
+                    frame: Arc::new(frame),
+                    field: Arc::new(field),
+                    generation: of.generation,
+                    ms: started.elapsed().as_secs_f64() * 1e3,
+                }),
+                of,
+            }),
+            Err(e) => (self.tell)(Event::Failed {
+                sentence: e.to_string(),
+            }),
         }
     }
 

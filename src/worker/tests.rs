@@ -57,6 +57,7 @@ fn slow_worker() -> (Worker, Sender<()>, Receiver<usize>) {
             rig: rig(),
             device: "test".to_owned(),
             predict: Box::new(predict),
+            rival: Box::new(|_, index| Ok(predicted(index))),
         })
     };
     (Worker::over(open, || {}), go, begun)
@@ -74,6 +75,8 @@ fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> Ask {
     Ask {
         scene,
         environment: environment.clone(),
+        second: None,
+        solo: Vec::new(),
     }
 }
 
@@ -214,6 +217,7 @@ fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>)
                 }
                 Ok((frame, field))
             }),
+            rival: Box::new(|_, index| Ok(predicted(index))),
         })
     };
     (Worker::over(open, || {}), begun)
@@ -411,6 +415,91 @@ fn a_worker_that_is_dropped_amid_a_job_ends_it() {
 }
 
 #[test]
+fn what_a_picture_is_compared_with_comes_with_it() {
+    let open = || {
+        Ok(Source {
+            rig: rig(),
+            device: "test".to_owned(),
+            predict: Box::new(|index| Ok(predicted(index))),
+            // Its lamps have changed places.
+            rival: Box::new(|rival, index| match rival {
+                Rival::Exemplar(1) => {
+                    let (frame, field) = predicted(index);
+                    let Field::Memory(field) = field else {
+                        unreachable!()
+                    };
+                    let olats = [field.olat(1), field.olat(0)];
+                    Ok((frame, ReflectanceField::from_olats(&olats).into()))
+                }
+                _ => Err(Error::unexpected(
+                    "the poses",
+                    "pose 1",
+                    "another",
+                    "Ask for pose 1",
+                )),
+            }),
+        })
+    };
+    let worker = Worker::over(open, || {});
+    let left = from_the_left();
+    let compared = |second: Second, solo: &[usize]| {
+        worker.show(Ask {
+            second: Some(second.clone()),
+            solo: solo.to_vec(),
+            ..ask(0, 0.0, &left)
+        });
+        wait_for(|| {
+            worker
+                .relit()
+                .filter(|relit| relit.second.as_ref().map(|(of, _)| of) == Some(&second))
+        })
+    };
+    // The outer columns of the middle row.
+    let ends = |rgb: &[u8]| [rgb[3 * 8 * 4], rgb[3 * (8 * 4 + 7)]];
+    let codes = |relit: &Relit| relit.second.as_ref().unwrap().1.rgb.clone();
+
+    let plate = compared(Second::Plate, &[]);
+    assert_eq!(codes(&plate), vec![188; 3 * 64], "half of white in sRGB");
+
+    let right = Image::from_fn(64, 32, |x, _| [if x < 32 { 0.0 } else { 1.0 }; 3]);
+    let right = Arc::new(Environment::from_radiance("right", right));
+    let turned = compared(Second::Light(right), &[]);
+    let [first, second] = [ends(&turned.rgb), ends(&codes(&turned))];
+    assert!(
+        first[0] > first[1] && second[1] > second[0],
+        "{first:?} {second:?}"
+    );
+    assert_eq!(
+        [first[0], first[1]],
+        [second[1], second[0]],
+        "both at one level"
+    );
+
+    let rival = compared(Second::Rival(Rival::Exemplar(1)), &[]);
+    assert_eq!(
+        ends(&codes(&rival)),
+        [first[1], first[0]],
+        "at the level of the first"
+    );
+
+    let alone = compared(Second::Plate, &[1]);
+    let [left_end, right_end] = ends(&alone.rgb);
+    assert!(left_end == 0 && right_end > 100, "{left_end} {right_end}");
+
+    worker.show(Ask {
+        second: Some(Second::Rival(Rival::Exemplar(0))),
+        ..ask(0, 0.0, &left)
+    });
+    let said = wait_for(|| {
+        worker.events().find_map(|event| match event {
+            Event::Failed { sentence } => Some(sentence),
+            _ => None,
+        })
+    });
+    assert!(said.contains("Ask for pose 1"), "{said}");
+}
+
+#[test]
 fn a_dropped_worker_is_gone() {
     let alive = Arc::new(());
     let held = alive.clone();
@@ -425,6 +514,7 @@ fn a_dropped_worker_is_gone() {
                 rig: rig(),
                 device: "test".to_owned(),
                 predict: Box::new(predict),
+                rival: Box::new(|_, index| Ok(predicted(index))),
             })
         },
         || {},

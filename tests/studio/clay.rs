@@ -127,10 +127,16 @@ pub fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
 
 pub fn source() -> Result<Source, Blocked> {
     let rig = rig();
-    let lamps = rig.clone();
+    let (lamps, other) = (rig.clone(), rig.clone());
     Ok(Source {
         rig,
         device: "clay, no network".to_owned(),
+        // In its pose the ball has rolled as far as in the last frame.
+        rival: Box::new(move |_, index| {
+            let (mut frame, field) = predicted(&other, FRAMES - 1);
+            frame.index = index;
+            Ok((frame, field))
+        }),
         predict: Box::new(move |index| Ok(predicted(&lamps, index))),
     })
 }

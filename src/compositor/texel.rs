@@ -1,0 +1,79 @@
+//! One pixel of a field under every lamp, for whoever asks what lights it.
+
+use super::field::Field;
+use crate::reflectance::half_field::{TILE, widen};
+
+impl Field {
+    /// The light of the pixel in column `x` and row `y` under each lamp at full power; none outside the
+    /// picture, and for a field on a GPU, which would have to be waited for.
+    pub fn texel(&self, x: usize, y: usize) -> Option<Vec<[f32; 3]>> {
+        let (width, height) = self.size();
+        if x >= width || y >= height {
+            return None;
+        }
+        let pixel = y * width + x;
+        let of = |light: &dyn Fn(usize, usize) -> f32| {
+            let lamps = 0..self.lamps();
+            let lamps = lamps.map(|lamp| std::array::from_fn(|channel| light(lamp, channel)));
+            Some(lamps.collect())
+        };
+        match self {
+            Self::Memory(field) => of(&|lamp, channel| field.plane(lamp, channel)[pixel]),
+            Self::Half(field) => {
+                let tile = field.tile(pixel / TILE);
+                of(&|lamp, channel| {
+                    widen(tile[channel * field.lamps + lamp][pixel % TILE]) * field.scale()
+                })
+            }
+            Self::Compressed(field) => {
+                let mut light = vec![[0.0; 3]; field.lamps];
+                for (component, basis) in field.basis.iter().enumerate() {
+                    let value = field.plane(component)[pixel];
+                    for (light, basis) in light.iter_mut().zip(basis.as_chunks::<3>().0) {
+                        for channel in 0..3 {
+                            light[channel] += basis[channel] * value;
+                        }
+                    }
+                }
+                Some(light)
+            }
+            Self::Gpu(..) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imaging::{Image, Raster};
+    use crate::reflectance::{CompressedField, ReflectanceField};
+
+    #[test]
+    fn every_kind_of_field_has_the_same_texels() {
+        let olats: Vec<Image> = (0..5)
+            .map(|lamp| {
+                Raster::from_fn(13, 11, |x, y| {
+                    let at = (x * 7 + y * 3 + lamp * 5) as f32;
+                    [at.sin().abs(), at.cos().abs(), 0.1 + at / 200.0]
+                })
+            })
+            .collect();
+        let field = ReflectanceField::from_olats(&olats);
+        let fields = [
+            Field::from(field.clone()),
+            Field::from(field.clone()).halved(),
+            Field::from(CompressedField::of(&field, 0.0)),
+        ];
+        for (x, y) in [(0, 0), (12, 10), (5, 7)] {
+            for field in &fields {
+                let texel = field.texel(x, y).unwrap();
+                for (lamp, light) in texel.iter().enumerate() {
+                    for (light, wanted) in light.iter().zip(olats[lamp].pixels[y * 13 + x]) {
+                        assert!((light - wanted).abs() < 1e-3, "{light} {wanted}");
+                    }
+                }
+            }
+        }
+        assert!(fields[0].texel(13, 0).is_none() && fields[1].texel(0, 11).is_none());
+    }
+}

@@ -1,0 +1,106 @@
+//! What the picture is compared with, and how both are shown.
+
+use super::state::State;
+use crate::worker::{Origin, Rival, Second};
+use std::path::PathBuf;
+
+/// What stands beside the relit picture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum With {
+    /// The interview's frame.
+    Plate,
+    /// The same frame under another environment of the list.
+    Environment(Origin),
+    /// The photographs of a pose in the same light.
+    Exemplar(usize),
+    /// The true OLATs in a folder, in the same light.
+    Truth(PathBuf),
+    /// Another network's OLATs in the same light.
+    Checkpoint(PathBuf),
+}
+
+/// How two pictures are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum How {
+    /// The first to the left of a line that can be dragged, the second to its right.
+    Wipe,
+    /// One beside the other.
+    Side,
+    /// One at a time.
+    Toggle,
+    /// What differs between them.
+    Difference,
+}
+
+/// The comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compare {
+    pub on: bool,
+    pub with: With,
+    pub how: How,
+    /// Where one is shown at a time: whether it is the second.
+    pub second: bool,
+}
+
+impl Default for Compare {
+    fn default() -> Self {
+        Self {
+            on: false,
+            with: With::Plate,
+            how: How::Wipe,
+            second: false,
+        }
+    }
+}
+
+impl Compare {
+    /// Wipes, or no longer does.
+    pub fn toggle_wipe(&mut self) {
+        self.on = !(self.on && self.how == How::Wipe);
+        self.how = How::Wipe;
+    }
+
+    /// Shows the other of the two alone.
+    pub fn toggle_second(&mut self) {
+        self.second = !(self.on && self.how == How::Toggle && self.second);
+        (self.on, self.how) = (true, How::Toggle);
+    }
+}
+
+impl State {
+    /// The second picture that this state asks for; none where it is of an environment that has not been
+    /// read.
+    pub fn second(
+        &self,
+        environment: impl Fn(&Origin) -> Option<std::sync::Arc<crate::light::Environment>>,
+    ) -> Option<Second> {
+        let compare = self.compare.on.then_some(&self.compare)?;
+        Some(match &compare.with {
+            With::Plate => Second::Plate,
+            With::Environment(origin) => Second::Light(environment(origin)?),
+            With::Exemplar(pose) => Second::Rival(Rival::Exemplar(*pose)),
+            With::Truth(folder) => Second::Rival(Rival::Truth(folder.clone())),
+            With::Checkpoint(folder) => Second::Rival(Rival::Checkpoint(folder.clone())),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn w_wipes_and_q_changes_sides() {
+        let mut compare = Compare::default();
+        compare.toggle_wipe();
+        assert!(compare.on && compare.how == How::Wipe);
+        compare.toggle_second();
+        assert!(compare.on && compare.how == How::Toggle && compare.second);
+        compare.toggle_second();
+        assert!(compare.on && !compare.second);
+        compare.toggle_wipe();
+        assert!(compare.on && compare.how == How::Wipe);
+        compare.toggle_wipe();
+        assert!(!compare.on);
+    }
+}

@@ -1,0 +1,135 @@
+//! The list of all commands: what is typed narrows it, Enter runs the first.
+
+use super::command::Command;
+use super::keys;
+use super::layout::{Pane, Workspace};
+use super::panel::Sight;
+use super::theme::{self, GAP};
+use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
+
+/// Commands that have no key.
+const OTHERS: [(&str, Command); 5] = [
+    ("add environments…", Command::ChooseEnvironments),
+    ("open a project…", Command::ChooseProject),
+    ("compare with true OLATs in a folder…", Command::ChooseTruth),
+    ("reset the arrangement of panels", Command::ResetLayout),
+    ("clear the log", Command::ClearLog),
+];
+
+/// A command, what it is called, and its key if it has one.
+struct Entry {
+    says: String,
+    key: String,
+    command: Command,
+}
+
+/// The palette, with what has been typed.
+#[derive(Default)]
+pub struct Palette {
+    typed: String,
+}
+
+impl Palette {
+    pub fn ui(&mut self, ui: &egui::Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let frame = egui::Frame::window(ui.style()).inner_margin(1.5 * GAP);
+        let modal = Modal::new(Id::unique("palette")).frame(frame);
+        let shown = modal.show(ui.ctx(), |ui| {
+            ui.set_width(460.0);
+            let field = TextEdit::singleline(&mut self.typed)
+                .hint_text("Find a command")
+                .desired_width(f32::INFINITY);
+            let response = ui.add(field);
+            response.widget_info(|| {
+                egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Find a command")
+            });
+            response.request_focus();
+            let found = matching(all(ui.ctx(), sight), &self.typed);
+            let enter = ui.input(|i| i.key_pressed(Key::Enter));
+            let mut chosen = (found.first().filter(|_| enter)).map(|first| first.command.clone());
+            ScrollArea::vertical()
+                .max_height(320.0)
+                .auto_shrink([false, true])
+                .show(ui, |ui| {
+                    for entry in &found {
+                        ui.horizontal(|ui| {
+                            if ui.selectable_label(false, &entry.says).clicked() {
+                                chosen = Some(entry.command.clone());
+                            }
+                            let right = egui::Layout::right_to_left(egui::Align::Center);
+                            ui.with_layout(right, |ui| {
+                                ui.label(RichText::new(&entry.key).color(theme::QUIET));
+                            });
+                        });
+                    }
+                    if found.is_empty() {
+                        ui.label(RichText::new("No command is called so").color(theme::QUIET));
+                    }
+                });
+            chosen
+        });
+        if shown.inner.is_some() || shown.should_close() {
+            self.typed.clear();
+            out.push(Command::TogglePalette);
+            out.extend(shown.inner);
+        }
+    }
+}
+
+fn all(ctx: &egui::Context, sight: &Sight) -> Vec<Entry> {
+    let entry = |says: String, command| Entry {
+        says,
+        key: String::new(),
+        command,
+    };
+    let bound = keys::listed(ctx, sight.state.active).map(|(key, says, command)| Entry {
+        says: says.to_owned(),
+        key,
+        command,
+    });
+    let others = OTHERS.map(|(says, command)| entry(says.to_owned(), command));
+    let panes = Pane::ALL.map(|pane| entry(format!("panel {}", pane.name()), Command::Pane(pane)));
+    let workspaces = Workspace::ALL.map(|workspace| {
+        let says = format!("workspace {}", workspace.name());
+        entry(says, Command::Workspace(workspace))
+    });
+    let lights = sight.environments.iter().enumerate();
+    let lights =
+        lights.map(|(i, e)| entry(format!("light by {}", e.name), Command::Environment(i)));
+    bound
+        .chain(others)
+        .chain(workspaces)
+        .chain(panes)
+        .chain(lights)
+        .collect()
+}
+
+/// The entries that have every typed word, in any order.
+fn matching(mut entries: Vec<Entry>, typed: &str) -> Vec<Entry> {
+    let typed = typed.to_lowercase();
+    entries.retain(|entry| {
+        let says = entry.says.to_lowercase();
+        typed.split_whitespace().all(|word| says.contains(word))
+    });
+    entries
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_narrow_the_list_in_any_order_and_case() {
+        let entries = || {
+            OTHERS.map(|(says, command)| Entry {
+                says: says.to_owned(),
+                key: String::new(),
+                command,
+            })
+        };
+        assert_eq!(matching(entries().into(), "").len(), OTHERS.len());
+        let found = matching(entries().into(), "  PROJECT open");
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].command, Command::ChooseProject);
+        assert!(matching(entries().into(), "no such").is_empty());
+    }
+}

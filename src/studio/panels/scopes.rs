@@ -1,0 +1,202 @@
+//! Histogram, waveform, and the pixel under the cursor: its values, and what each lamp gives to it.
+
+use crate::imaging::color::luminance;
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::theme::{self, GAP};
+use crate::worker::Relit;
+use egui::{Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
+use std::sync::Arc;
+
+/// Columns of the waveform, and levels that it tells apart.
+const WAVEFORM: [usize; 2] = [128, 64];
+const COLORS: [Color32; 3] = [
+    Color32::from_rgb(220, 90, 80),
+    Color32::from_rgb(90, 190, 100),
+    Color32::from_rgb(90, 140, 230),
+];
+
+/// The panel, with what it found in the newest picture.
+#[derive(Default)]
+pub struct ScopesPanel {
+    found: Option<(Arc<Relit>, Histogram, TextureHandle)>,
+}
+
+/// How many pixels have each code, per channel.
+type Histogram = [[u32; 256]; 3];
+
+impl ScopesPanel {
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let Some(relit) = sight.relit else {
+            ui.label(RichText::new("There is no picture yet").color(theme::QUIET));
+            return;
+        };
+        let known = (self.found.as_ref()).is_some_and(|(of, ..)| Arc::ptr_eq(of, relit));
+        if !known {
+            let waveform = ui.ctx().load_texture(
+                "waveform",
+                waveform(&relit.rgb, relit.width),
+                egui::TextureOptions::NEAREST,
+            );
+            self.found = Some((relit.clone(), histogram(&relit.rgb), waveform));
+        }
+        if let Some((_, histogram, waveform)) = &self.found {
+            ui.label(RichText::new("Histogram").color(theme::QUIET));
+            histogram_ui(ui, histogram);
+            ui.label(RichText::new("Waveform").color(theme::QUIET));
+            let size = vec2(ui.available_width(), 90.0);
+            let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Waveform"));
+            let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+            ui.painter()
+                .image(waveform.id(), rect, whole, Color32::WHITE);
+        }
+        pixel_ui(ui, sight, relit, out);
+    }
+}
+
+fn histogram(rgb: &[u8]) -> Histogram {
+    let mut counts = [[0; 256]; 3];
+    for pixel in rgb.as_chunks::<3>().0 {
+        for (counts, &code) in counts.iter_mut().zip(pixel) {
+            counts[usize::from(code)] += 1;
+        }
+    }
+    counts
+}
+
+/// Per column of the picture how often each level of luma occurs, bright where it does often.
+fn waveform(rgb: &[u8], width: usize) -> egui::ColorImage {
+    let [columns, levels] = WAVEFORM;
+    let mut counts = vec![0u32; columns * levels];
+    for (i, pixel) in rgb.as_chunks::<3>().0.iter().enumerate() {
+        let luma = luminance(pixel.map(|code| f32::from(code) / 255.0));
+        let level = ((1.0 - luma) * (levels - 1) as f32).round() as usize;
+        let column = (i % width.max(1)) * columns / width.max(1);
+        counts[level.min(levels - 1) * columns + column] += 1;
+    }
+    let most = counts.iter().copied().max().unwrap_or(0).max(1) as f32;
+    let shade = |count: u32| {
+        // Rare levels are to be seen too.
+        let share = (count as f32 / most).powf(0.4);
+        Color32::from_gray((24.0 + 200.0 * share) as u8)
+    };
+    egui::ColorImage::new(WAVEFORM, counts.into_iter().map(shade).collect())
+}
+
+fn histogram_ui(ui: &mut Ui, histogram: &Histogram) {
+    let size = vec2(ui.available_width(), 90.0);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Histogram"));
+    ui.painter().rect_filled(rect, 0.0, theme::WELL);
+    // Clipped pixels are shown by their own bars, not by the height of all others.
+    let inner = histogram.iter().flat_map(|counts| &counts[1..255]);
+    let most = inner.copied().max().unwrap_or(0).max(1) as f32;
+    for (counts, color) in histogram.iter().zip(COLORS) {
+        let line: Vec<Pos2> = (0..256)
+            .map(|code| {
+                let height = (counts[code] as f32 / most).min(1.0).sqrt();
+                pos2(
+                    rect.left() + code as f32 / 255.0 * rect.width(),
+                    rect.bottom() - height * rect.height(),
+                )
+            })
+            .collect();
+        ui.painter()
+            .add(egui::Shape::line(line, egui::Stroke::new(1.0, color)));
+    }
+}
+
+fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
+    ui.add_space(GAP);
+    let Some([x, y]) = sight.state.probed else {
+        let hint = "Put the cursor on the picture to see a pixel";
+        ui.label(RichText::new(hint).color(theme::QUIET));
+        return;
+    };
+    ui.label(RichText::new(format!("Pixel {x}, {y}")).color(theme::QUIET));
+    let at = y * relit.width + x;
+    let row = |ui: &mut Ui, name: &str, values: String| {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(name).size(13.0));
+            ui.label(RichText::new(values).monospace().size(12.0));
+        });
+    };
+    if let Some(codes) = relit.rgb.as_chunks::<3>().0.get(at) {
+        let [r, g, b] = codes;
+        row(ui, "Codes", format!("{r:5} {g:5} {b:5}"));
+    }
+    let linear = relit.linear.as_ref().and_then(|l| l.pixels.get(at));
+    if let Some([r, g, b]) = linear {
+        row(ui, "Linear", format!("{r:.4} {g:.4} {b:.4}"));
+    }
+    match relit.field.field.texel(x, y) {
+        Some(texel) => lamps_ui(ui, &texel, sight, relit, out),
+        None => {
+            let why = "What each lamp gives to a pixel is read where the OLATs are in memory, not on a GPU";
+            ui.label(RichText::new(why).color(theme::QUIET));
+        }
+    }
+}
+
+/// What each lamp gives to the pixel, as bars; a click shows the lamp alone.
+fn lamps_ui(ui: &mut Ui, texel: &[[f32; 3]], sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
+    let light: Vec<[f32; 3]> = texel
+        .iter()
+        .zip(&relit.weights)
+        .map(|(texel, weight)| std::array::from_fn(|c| texel[c] * weight[c]))
+        .collect();
+    let most = (light.iter().map(|&light| luminance(light))).fold(f32::MIN_POSITIVE, f32::max);
+    ui.label(RichText::new("Light by lamp").color(theme::QUIET));
+    let size = vec2(ui.available_width(), 100.0);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Light by lamp"));
+    ui.painter().rect_filled(rect, 0.0, theme::WELL);
+    let step = rect.width() / light.len().max(1) as f32;
+    let under = (response.hover_pos()).map(|at| ((at.x - rect.left()) / step) as usize);
+    for (lamp, light) in light.iter().enumerate() {
+        let height = (luminance(*light) / most).clamp(0.0, 1.0) * (rect.height() - 4.0);
+        let left = rect.left() + lamp as f32 * step;
+        let bar = Rect::from_min_max(
+            pos2(left, rect.bottom() - height),
+            pos2(left + (step - 1.0).max(1.0), rect.bottom()),
+        );
+        let chosen = sight.state.solo.contains(&lamp) || under == Some(lamp);
+        let color = if chosen { theme::ACCENT } else { theme::QUIET };
+        ui.painter().rect_filled(bar, 0.0, color);
+    }
+    let Some(lamp) = under.filter(|&lamp| lamp < light.len()) else {
+        return;
+    };
+    if response.clicked() {
+        out.push(Command::Solo(vec![lamp]));
+    }
+    let names = sight.project.map(|project| &project.settings.shoot.lamps);
+    let name = names.and_then(|names| names.get(lamp));
+    let share = luminance(light[lamp]) / light.iter().map(|&l| luminance(l)).sum::<f32>();
+    response.on_hover_text(format!(
+        "{}: {:.1} % of this pixel's light. A click shows it alone.",
+        name.map_or("lamp", |name| name),
+        100.0 * share
+    ));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scopes_count_every_pixel_at_its_level() {
+        // A grey ramp, two rows.
+        let row = (0..=255u8).flat_map(|code| [code; 3]);
+        let rgb: Vec<u8> = row.clone().chain(row).collect();
+        assert!(histogram(&rgb).iter().flatten().all(|&count| count == 2));
+        let waveform = waveform(&rgb, 256);
+        let [columns, levels] = WAVEFORM;
+        let brightest = |column: usize| {
+            (0..levels).max_by_key(|level| waveform.pixels[level * columns + column].r())
+        };
+        assert_eq!(brightest(0), Some(levels - 1));
+        assert_eq!(brightest(columns - 1), Some(0));
+    }
+}

@@ -1,0 +1,76 @@
+//! A compass over the picture: seen from above, camera below, it turns the environment.
+
+use crate::studio::command::Command;
+use crate::studio::panel::{Reading, Sight};
+use crate::studio::theme::{self, GAP};
+use egui::{Color32, CursorIcon, FontId, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
+
+/// Radius of the ring in points.
+const RADIUS: f32 = 30.0;
+
+/// The compass in the lower right corner: a drag around it sets the yaw.
+pub fn gizmo_ui(ui: &Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>) {
+    let Some(Reading::Done { .. }) = sight.environment().map(|entry| &entry.panorama) else {
+        return;
+    };
+    let center = rect.right_bottom() - Vec2::splat(RADIUS + 2.5 * GAP);
+    let area = Rect::from_center_size(center, Vec2::splat(2.0 * RADIUS + 2.0 * GAP));
+    if area.width() * 4.0 > rect.width() {
+        return;
+    }
+    let response = ui.interact(area, ui.scope_id().with("compass"), Sense::click_and_drag());
+    let yaw = sight.state.look.yaw_deg;
+    response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(yaw), "Compass"));
+    let lively = response.hovered() || response.dragged();
+    let painter = ui.painter().with_clip_rect(rect);
+    let dark = Color32::from_black_alpha(if lively { 190 } else { 120 });
+    painter.circle_filled(center, RADIUS + GAP, dark);
+    let ring = if lively { theme::TEXT } else { theme::QUIET };
+    painter.circle_stroke(center, RADIUS, Stroke::new(1.5, ring));
+    // The camera, below, looks up.
+    let camera = center + vec2(0.0, RADIUS);
+    let lens = [vec2(-5.0, 4.0), vec2(5.0, 4.0), vec2(0.0, -4.0)].map(|corner| camera + corner);
+    painter.add(egui::Shape::convex_polygon(lens.into(), ring, Stroke::NONE));
+    painter.circle_filled(on_ring(center, yaw), 6.0, theme::ACCENT);
+    let font = FontId::proportional(12.0);
+    let text = format!("{yaw:.0}°");
+    painter.text(center, egui::Align2::CENTER_CENTER, text, font, theme::TEXT);
+    if lively {
+        ui.ctx().set_cursor_icon(CursorIcon::Grab);
+    }
+    if let Some(at) = response.interact_pointer_pos() {
+        if response.double_clicked() {
+            out.push(Command::Yaw(0.0));
+        } else if response.dragged() {
+            out.push(Command::Yaw(angle(at - center)));
+        }
+    }
+    response.on_hover_text("The environment from above, the camera below. Drag to turn it; a double-click puts it back.");
+}
+
+/// Where the middle of the panorama is, which at no yaw is behind the subject: above.
+fn on_ring(center: Pos2, yaw_deg: f32) -> Pos2 {
+    let (sin, cos) = yaw_deg.to_radians().sin_cos();
+    center + RADIUS * vec2(sin, -cos)
+}
+
+/// The yaw whose place on the ring is in direction `v`.
+fn angle(v: Vec2) -> f32 {
+    v.x.atan2(-v.y).to_degrees()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_compass_gives_back_the_yaw_that_it_shows() {
+        for yaw in [-150.0, -90.0, 0.0, 30.0, 179.0] {
+            let center = Pos2::new(10.0, 20.0);
+            let shown = angle(on_ring(center, yaw) - center);
+            assert!((shown - yaw).abs() < 1e-3, "{shown} {yaw}");
+        }
+        // Positive yaw turns the light to camera-right.
+        assert!(on_ring(Pos2::ZERO, 90.0).x > 29.0);
+    }
+}

@@ -1,0 +1,123 @@
+//! What stands where the picture would be: what is missing, why, and the button that brings it.
+
+use crate::studio::command::Command;
+use crate::studio::news::{Phase, Work};
+use crate::studio::panel::{Reading, Sight};
+use crate::studio::panels::job;
+use crate::studio::theme::{self, GAP};
+use crate::training::Preset;
+use crate::worker::{Blocked, Need};
+use egui::{RichText, Ui};
+
+/// What stands where the picture would be.
+pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    let heading = |ui: &mut Ui, text: &str| {
+        ui.heading(text);
+        ui.add_space(GAP);
+    };
+    let mut button = |ui: &mut Ui, text: String, command: Command| {
+        ui.add_space(GAP);
+        if ui.button(text).clicked() {
+            out.push(command);
+        }
+    };
+    let failed = sight
+        .news
+        .failure
+        .as_ref()
+        .map(|failure| (failure, theme::ACCENT));
+    let said =
+        (sight.news.said.as_ref().filter(|_| !sight.is_live())).map(|said| (said, theme::QUIET));
+    for (sentence, color) in failed.into_iter().chain(said) {
+        ui.colored_label(color, sentence);
+        ui.add_space(GAP);
+    }
+    if let Some(work) = sight.news.work.as_ref().filter(|_| !sight.is_live()) {
+        return work_ui(ui, work, out);
+    }
+    match &sight.news.phase {
+        Phase::NoProject => {
+            heading(ui, "No project is open");
+            ui.label("A project is a folder that points at a shoot. Three commands make one:");
+            ui.add_space(GAP);
+            for line in [
+                "afterlight import PROJECT --shoot FOLDER",
+                "afterlight calibrate PROJECT",
+                "afterlight train PROJECT",
+            ] {
+                ui.label(RichText::new(line).monospace());
+            }
+            ui.add_space(GAP);
+            ui.label("Without a shoot of your own, this makes one and all that follows:");
+            ui.add_space(GAP);
+            ui.label(RichText::new("afterlight demo FOLDER").monospace());
+            button(ui, "Open project…".to_owned(), Command::ChooseProject);
+        }
+        Phase::Opening => heading(ui, "Reading the calibration and the network"),
+        Phase::Blocked(Blocked { sentence, need }) => {
+            heading(
+                ui,
+                match need {
+                    Some(Need::Calibration) => "This project has to be calibrated",
+                    Some(Need::Network) => "This project has no trained network yet",
+                    None => "This project cannot be relit",
+                },
+            );
+            ui.label(sentence);
+            match need {
+                Some(Need::Calibration) => {
+                    button(
+                        ui,
+                        "Calibrate".to_owned(),
+                        Command::Provide(Need::Calibration),
+                    );
+                }
+                Some(Need::Network) => {
+                    let minutes = Preset::Quick.config().minutes;
+                    let time = minutes.map_or(String::new(), |m| format!(" for {m} minutes"));
+                    button(ui, format!("Train{time}"), Command::Provide(Need::Network));
+                }
+                None => button(ui, "Try again".to_owned(), Command::Reopen),
+            }
+        }
+        Phase::Ready { .. } => match sight.environment().map(|e| &e.panorama) {
+            _ if sight.news.failure.is_some() => heading(ui, "This picture cannot be made"),
+            None => {
+                heading(ui, "Light is missing");
+                ui.label("Add an environment: a lat-long panorama, .exr or .hdr. It can be dropped here.");
+                button(
+                    ui,
+                    "Add environments…".to_owned(),
+                    Command::ChooseEnvironments,
+                );
+            }
+            Some(Reading::Failed(sentence)) => {
+                heading(ui, "This environment cannot be read");
+                ui.label(sentence);
+            }
+            Some(Reading::Waiting) => heading(ui, "Reading the environment"),
+            Some(Reading::Done { .. }) => {
+                heading(ui, &format!("Predicting frame {}", sight.state.frame));
+            }
+        },
+    }
+}
+
+fn work_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
+    ui.heading(job::capitalized(work.what));
+    ui.add_space(GAP);
+    ui.add(
+        egui::ProgressBar::new(work.share)
+            .desired_height(8.0)
+            .fill(theme::ACCENT),
+    );
+    let mut text = format!("{} {:.0} %", work.stage, work.share * 100.0);
+    let state = job::state(work);
+    if !state.is_empty() {
+        text += &format!(", {state}");
+    }
+    ui.label(text);
+    ui.label(&work.note);
+    ui.add_space(GAP);
+    job::buttons_ui(ui, work, out);
+}

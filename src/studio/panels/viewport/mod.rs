@@ -1,0 +1,302 @@
+//! The picture, alone or beside another; where there is none, what is needed to make one.
+
+mod gizmo;
+mod instead;
+mod toolbar;
+
+use crate::studio::command::Command;
+use crate::studio::compare::How;
+use crate::studio::panel::{Reading, Sight};
+use crate::studio::panels::{TEXT_WIDTH, notice_ui};
+use crate::studio::theme::{self, GAP};
+use crate::worker::Relit;
+use egui::{
+    Align2, Color32, CursorIcon, FontId, PointerButton, Rect, Sense, TextureHandle, Ui, Vec2, pos2,
+    vec2,
+};
+use std::sync::Arc;
+
+/// Degrees of yaw per point of a drag: half a turn across a small window.
+const DEGREES_PER_POINT: f32 = 0.4;
+/// Half of the width in points by which a line can be taken hold of.
+const HOLD: f32 = 6.0;
+
+/// The viewport, and the textures that it shows.
+#[derive(Default)]
+pub struct ViewportPanel {
+    shown: Option<Shown>,
+    /// Points that a pixel of the fitted picture takes.
+    fit: f32,
+}
+
+struct Shown {
+    relit: Arc<Relit>,
+    first: TextureHandle,
+    second: Option<TextureHandle>,
+}
+
+impl ViewportPanel {
+    /// Points that a pixel of the fitted picture takes; 0 before there was one.
+    pub fn fit(&self) -> f32 {
+        self.fit
+    }
+
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let mut rect = ui.available_rect_before_wrap();
+        ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
+        self.upload(ui.ctx(), sight.relit);
+        match &self.shown {
+            Some(shown) if sight.is_live() => {
+                let bar = Rect::from_min_size(rect.min, vec2(rect.width(), toolbar::HEIGHT));
+                toolbar::toolbar_ui(ui, bar, sight, out);
+                rect.min.y = bar.bottom();
+                gestures(ui, rect, out);
+                self.fit = pictures_ui(ui, rect, shown, sight, out);
+                gizmo::gizmo_ui(ui, rect, sight, out);
+                if let Some(sentence) = overlay(sight, &shown.relit) {
+                    note_ui(ui, rect, &sentence);
+                }
+            }
+            _ => notice_ui(ui, |ui| instead::instead_ui(ui, sight, out)),
+        }
+        ui.advance_cursor_after_rect(rect);
+    }
+
+    fn upload(&mut self, ctx: &egui::Context, relit: Option<&Arc<Relit>>) {
+        let Some(relit) = relit else {
+            self.shown = None;
+            return;
+        };
+        let old = self.shown.take();
+        if let Some(old) = old.as_ref().filter(|old| Arc::ptr_eq(&old.relit, relit)) {
+            self.shown = Some(Shown {
+                relit: relit.clone(),
+                first: old.first.clone(),
+                second: old.second.clone(),
+            });
+            return;
+        }
+        let (first, second) = match old {
+            Some(old) => (Some(old.first), old.second),
+            None => (None, None),
+        };
+        let size = [relit.width, relit.height];
+        let codes = relit.second.as_ref().map(|(_, codes)| codes);
+        self.shown = Some(Shown {
+            relit: relit.clone(),
+            first: texture(ctx, "relit", first, size, &relit.rgb),
+            second: codes.map(|codes| {
+                let size = [codes.width, codes.height];
+                texture(ctx, "second", second, size, &codes.rgb)
+            }),
+        });
+    }
+}
+
+fn texture(
+    ctx: &egui::Context,
+    name: &str,
+    old: Option<TextureHandle>,
+    size: [usize; 2],
+    rgb: &[u8],
+) -> TextureHandle {
+    let picture = egui::ColorImage::from_rgb(size, rgb);
+    match old {
+        Some(mut texture) => {
+            texture.set(picture, egui::TextureOptions::LINEAR);
+            texture
+        }
+        None => ctx.load_texture(name, picture, egui::TextureOptions::LINEAR),
+    }
+}
+
+/// Where a picture is: fitted with a margin, then zoomed and moved. And points per pixel when fitted.
+fn placed(rect: Rect, size: Vec2, sight: &Sight) -> (Rect, f32) {
+    let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
+    let fit = (room / size).min_elem();
+    let view = sight.state.view;
+    let placed =
+        Rect::from_center_size(rect.center() + Vec2::from(view.pan), size * fit * view.zoom);
+    (placed, fit)
+}
+
+/// The picture, and what it is compared with; tells how many points a pixel of the fitted one takes.
+fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<Command>) -> f32 {
+    let relit = &shown.relit;
+    let size = vec2(relit.width as f32, relit.height as f32);
+    let compare = &sight.state.compare;
+    let second = shown.second.as_ref().filter(|_| compare.on);
+    let peeks = ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down());
+    let name = || toolbar::name(&compare.with, sight);
+    let (place, fit) = match (second, compare.how) {
+        (Some(second), How::Side) => {
+            let (left, right) = rect.split_left_right_at_fraction(0.5);
+            let (place, fit) = placed(left, size, sight);
+            let (other, _) = placed(right, size, sight);
+            paint(ui, left, &shown.first, place, (0.0, 1.0));
+            paint(ui, right, second, other, (0.0, 1.0));
+            label(ui, left, Align2::LEFT_TOP, "relit");
+            label(ui, right, Align2::LEFT_TOP, &name());
+            (place, fit)
+        }
+        (Some(second), _) if peeks => {
+            let (place, fit) = placed(rect, size, sight);
+            paint(ui, rect, second, place, (0.0, 1.0));
+            label(ui, rect, Align2::LEFT_TOP, &name());
+            (place, fit)
+        }
+        (Some(second), How::Wipe) => {
+            let (place, fit) = placed(rect, size, sight);
+            let wipe = sight.state.wipe.clamp(0.0, 1.0);
+            paint(ui, rect, &shown.first, place, (0.0, wipe));
+            paint(ui, rect, second, place, (wipe, 1.0));
+            label(ui, rect, Align2::LEFT_TOP, "relit");
+            label(ui, rect, Align2::RIGHT_TOP, &name());
+            wipe_ui(ui, rect, place, wipe, out);
+            (place, fit)
+        }
+        (Some(second), How::Toggle) => {
+            let (place, fit) = placed(rect, size, sight);
+            let (texture, name) = if compare.second {
+                (second, name())
+            } else {
+                (&shown.first, "relit".to_owned())
+            };
+            paint(ui, rect, texture, place, (0.0, 1.0));
+            label(ui, rect, Align2::LEFT_TOP, &name);
+            (place, fit)
+        }
+        (second, _) => {
+            let (place, fit) = placed(rect, size, sight);
+            paint(ui, rect, &shown.first, place, (0.0, 1.0));
+            if second.is_some() {
+                let text = format!("difference to {}, × {}", name(), crate::studio::state::GAIN);
+                label(ui, rect, Align2::LEFT_TOP, &text);
+            }
+            (place, fit)
+        }
+    };
+    probe(ui, rect, place, relit, sight, out);
+    fit
+}
+
+/// The part of a texture between two shares of its width, in its place.
+fn paint(ui: &Ui, clip: Rect, texture: &TextureHandle, place: Rect, (from, to): (f32, f32)) {
+    let x = |share: f32| place.left() + share * place.width();
+    let part = Rect::from_min_max(pos2(x(from), place.top()), pos2(x(to), place.bottom()));
+    let uv = Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0));
+    let painter = ui.painter().with_clip_rect(clip);
+    painter.image(texture.id(), part, uv, Color32::WHITE);
+}
+
+/// A word over a corner of the picture.
+fn label(ui: &Ui, rect: Rect, corner: Align2, text: &str) {
+    let painter = ui.painter().with_clip_rect(rect);
+    let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(13.0), theme::TEXT);
+    let back = corner.align_size_within_rect(galley.size() + vec2(12.0, 6.0), rect.shrink(GAP));
+    painter.rect_filled(back, 3.0, Color32::from_black_alpha(190));
+    painter.galley(back.min + vec2(6.0, 3.0), galley, theme::TEXT);
+}
+
+/// The line between the two pictures, which can be dragged.
+fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) {
+    let x = place.left() + wipe * place.width();
+    let line = Rect::from_x_y_ranges(x - HOLD..=x + HOLD, place.y_range()).intersect(rect);
+    if !line.is_positive() {
+        return;
+    }
+    let response = ui.interact(line, ui.scope_id().with("wipe line"), Sense::drag());
+    response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(wipe), "Wipe"));
+    let color = if response.hovered() || response.dragged() {
+        Color32::WHITE
+    } else {
+        theme::ACCENT
+    };
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.vline(x, line.y_range(), egui::Stroke::new(1.5, color));
+    painter.circle_filled(pos2(x, place.center().y), 5.0, color);
+    if response.hovered() || response.dragged() {
+        ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
+    }
+    if let Some(at) = response
+        .interact_pointer_pos()
+        .filter(|_| response.dragged())
+    {
+        out.push(Command::Wipe((at.x - place.left()) / place.width()));
+    }
+}
+
+/// Tells which pixel is under the cursor.
+fn probe(ui: &Ui, rect: Rect, place: Rect, relit: &Relit, sight: &Sight, out: &mut Vec<Command>) {
+    let at = ui.input(|i| i.pointer.latest_pos());
+    let over = at.filter(|at| rect.contains(*at) && ui.ui_contains_pointer());
+    let pixel = over.and_then(|at| {
+        let (u, v) = (
+            (at.x - place.left()) / place.width(),
+            (at.y - place.top()) / place.height(),
+        );
+        let inside = (0.0..1.0).contains(&u) && (0.0..1.0).contains(&v);
+        let at = |share: f32, length: usize| (share * length as f32) as usize;
+        inside.then_some([at(u, relit.width), at(v, relit.height)])
+    });
+    // The last pixel stays when the cursor goes to the panel that shows it.
+    if pixel.is_some() && pixel != sight.state.probed {
+        out.push(Command::Probe(pixel));
+    }
+}
+
+fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
+    let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::drag());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Relit picture"));
+    let shift = ui.input(|i| i.modifiers.shift);
+    let delta = response.drag_delta();
+    if response.dragged_by(PointerButton::Primary) {
+        out.push(Command::Turn(
+            delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 },
+        ));
+    } else if response.dragged_by(PointerButton::Secondary) && shift {
+        out.push(Command::Turn(delta.x * DEGREES_PER_POINT));
+    } else if response.dragged_by(PointerButton::Middle) {
+        out.push(Command::Pan(delta.into()));
+    }
+    if let Some(at) = response.hover_pos() {
+        let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
+        if factor != 1.0 {
+            out.push(Command::Zoom {
+                factor,
+                about: (at - rect.center()).into(),
+            });
+        }
+    }
+}
+
+/// A sentence to be read over the picture: why it is not the one that was asked for.
+fn overlay(sight: &Sight, relit: &Relit) -> Option<String> {
+    if let Some(failure) = &sight.news.failure {
+        return Some(failure.clone());
+    }
+    match sight.environment().map(|e| &e.panorama) {
+        None => Some("Add an environment: a lat-long panorama, .exr or .hdr".to_owned()),
+        Some(Reading::Waiting) => Some("Reading the environment".to_owned()),
+        Some(Reading::Failed(sentence)) => Some(sentence.clone()),
+        Some(Reading::Done { .. }) if relit.scene.frame != sight.state.frame => {
+            Some(format!("Predicting frame {}", sight.state.frame))
+        }
+        Some(Reading::Done { .. }) => None,
+    }
+}
+
+fn note_ui(ui: &Ui, rect: Rect, sentence: &str) {
+    let width = TEXT_WIDTH.min(rect.width() - 6.0 * GAP);
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let text = ui
+        .painter()
+        .layout(sentence.to_owned(), font, theme::TEXT, width);
+    let corner = rect.left_bottom() + vec2(2.0 * GAP, -2.0 * GAP - text.size().y);
+    let back = Rect::from_min_size(corner, text.size()).expand2(vec2(10.0, 6.0));
+    ui.painter()
+        .rect_filled(back, 4.0, Color32::from_black_alpha(200));
+    ui.painter().galley(corner, text, theme::TEXT);
+    let label = ui.interact(back, ui.scope_id().with("note"), Sense::hover());
+    label.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, sentence));
+}

@@ -1,0 +1,74 @@
+//! Where a frame's OLATs can be had besides the network in use: photographs, a truth, another network.
+
+use super::second::Rival;
+use crate::calibration::Calibration;
+use crate::compositor::Field;
+use crate::error::Result;
+use crate::evaluation::Truth;
+use crate::footage::{Exemplar, Frame};
+use crate::gpu::ComputeDevice;
+use crate::imaging::Response;
+use crate::project::Project;
+use crate::reflectance::{Predictor, ReflectanceField};
+use std::path::{Path, PathBuf};
+
+/// What is needed to find them.
+pub(super) struct Rivals {
+    project: Project,
+    response: Response,
+    compute: ComputeDevice,
+    /// The network of a checkpoint, which takes a while to read.
+    network: Option<(PathBuf, Predictor)>,
+}
+
+impl Rivals {
+    pub fn new(project: &Project, calibration: &Calibration, compute: &ComputeDevice) -> Self {
+        Self {
+            project: project.clone(),
+            response: calibration.response,
+            compute: compute.clone(),
+            network: None,
+        }
+    }
+
+    /// As a source has it.
+    pub fn find(mut self) -> impl FnMut(&Rival, usize) -> Result<(Frame, Field)> {
+        move |rival, index| match rival {
+            Rival::Exemplar(pose) => self.exemplar(*pose, index),
+            Rival::Truth(folder) => self.truth(folder, index),
+            Rival::Checkpoint(folder) => self.checkpoint(folder, index),
+        }
+    }
+
+    /// The photographs of a pose. Its matte stands in for the frame's.
+    fn exemplar(&self, pose: usize, index: usize) -> Result<(Frame, Field)> {
+        let exemplar = Exemplar::load(&self.project, &self.response, pose)?;
+        let mut frame = Frame::load(&self.project, &self.response, index)?;
+        frame.mask = exemplar.mask;
+        Ok((frame, field(&exemplar.olats)))
+    }
+
+    fn truth(&self, folder: &Path, index: usize) -> Result<(Frame, Field)> {
+        let truth = Truth::open(&self.project, folder)?;
+        let frame = Frame::load(&self.project, &self.response, index)?;
+        Ok((frame, field(&truth.olats(index)?)))
+    }
+
+    fn checkpoint(&mut self, folder: &Path, index: usize) -> Result<(Frame, Field)> {
+        let frame = Frame::load(&self.project, &self.response, index)?;
+        let known = self.network.take().filter(|(of, _)| of == folder);
+        let (_, network) = match known {
+            Some(known) => self.network.insert(known),
+            None => {
+                let read = Predictor::open_at(&self.project, folder, &self.compute.device)?;
+                self.network.insert((folder.to_path_buf(), read))
+            }
+        };
+        let predicted = network.predict(&frame)?;
+        Ok((frame, Field::from(predicted).halved()))
+    }
+}
+
+fn field(olats: &[crate::imaging::Image]) -> Field {
+    Field::from(ReflectanceField::from_olats(olats)).halved()
+}

@@ -1,0 +1,129 @@
+//! The second picture: what the relit one is compared with, made under the same view settings.
+
+use super::PredictedFrame;
+use crate::compositor::reference::scale;
+use crate::compositor::{CameraView, Extra, Ingredients, Levels, Upstream, compose, view};
+use crate::error::Result;
+use crate::imaging::color::byte_from_unit;
+use crate::imaging::{Encoded, Image};
+use crate::light::{Environment, LightWeights};
+use crate::scene::{Inspection, Scene};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What the relit picture is compared with.
+#[derive(Clone, Debug)]
+pub enum Second {
+    /// The interview's frame as it was filmed.
+    Plate,
+    /// The same frame under another environment.
+    Light(Arc<Environment>),
+    /// Other OLATs under the same light.
+    Rival(Rival),
+}
+
+impl PartialEq for Second {
+    /// Environments are equal where they are one and the same.
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Plate, Self::Plate) => true,
+            (Self::Light(one), Self::Light(other)) => Arc::ptr_eq(one, other),
+            (Self::Rival(one), Self::Rival(other)) => one == other,
+            _ => false,
+        }
+    }
+}
+
+/// OLATs that were not predicted by the network at hand.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Rival {
+    /// Those that were photographed in this pose.
+    Exemplar(usize),
+    /// The true ones of the shown frame, in a folder as [`crate::evaluation::Truth`] reads it.
+    Truth(PathBuf),
+    /// Those that a network in this folder predicts.
+    Checkpoint(PathBuf),
+}
+
+/// A picture as a texture takes it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Codes {
+    pub width: usize,
+    pub height: usize,
+    /// sRGB codes, three bytes a pixel, row by row.
+    pub rgb: Vec<u8>,
+}
+
+impl Codes {
+    /// Those of an encoded picture.
+    pub fn of(picture: &Encoded) -> Self {
+        let codes = picture.0.pixels.iter().flatten();
+        Self {
+            width: picture.0.width,
+            height: picture.0.height,
+            rgb: codes.map(|&code| byte_from_unit(code)).collect(),
+        }
+    }
+}
+
+/// The interview's frame under the exposure and the view transform of a scene.
+pub(super) fn plate(plate: &Image, scene: &Scene) -> Encoded {
+    let mut exposed = plate.clone();
+    scale(&mut exposed, scene.exposure_stops.exp2());
+    view(&exposed, scene.effects.view)
+}
+
+/// Other OLATs in the light of `weights`, at the level of the picture that they are compared with.
+///
+/// # Errors
+/// As [`compose`].
+pub(super) fn rival(
+    scene: &Scene,
+    rival: &PredictedFrame,
+    weights: &LightWeights,
+    environment: &Environment,
+    levels: Levels,
+) -> Result<Option<Encoded>> {
+    let picture = compose(
+        scene,
+        &Ingredients {
+            field: &rival.field,
+            mask: &rival.frame.mask,
+            weights,
+            environment,
+            levels,
+            view: CameraView::default(),
+            upstream: Upstream::default(),
+            extra: Extra::default(),
+        },
+    )?;
+    Ok(picture.display)
+}
+
+/// A scene as the second picture has it: nothing is inspected in it that needs a second one.
+pub(super) fn plain(scene: &Scene) -> Scene {
+    let mut plain = scene.clone();
+    if matches!(plain.effects.inspection, Inspection::Difference { .. }) {
+        plain.effects.inspection = Inspection::Picture;
+    }
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plate_is_shown_at_the_scene_s_exposure() {
+        let grey = Image::filled(2, 1, [0.25; 3]);
+        let code = |stops| {
+            let scene = Scene {
+                exposure_stops: stops,
+                ..Scene::default()
+            };
+            Codes::of(&plate(&grey, &scene)).rgb[0]
+        };
+        // sRGB of 1/4 and 1/2.
+        assert_eq!((code(0.0), code(1.0)), (137, 188));
+    }
+}
