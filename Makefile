@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test lint doc peers bench bench-relight starter clean-demo
+.PHONY: run build setup test lint doc peers bench bench-relight starter screenshots clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -55,6 +55,11 @@ starter: build
 	$(AFTERLIGHT) calibrate target/starter/project
 	$(AFTERLIGHT) train target/starter/project --fresh --preset quick --exclude-truth target/starter/shoot
 	$(AFTERLIGHT) pack target/starter/project --to assets/starter
+
+# The pictures of docs/guide.md, taken of a real window on the demo's project.
+screenshots: build
+	$(AFTERLIGHT) demo $(DEMO) --prepare
+	tools/screenshots.sh $(AFTERLIGHT) $(DEMO)/project
 
 clean-demo:
 	rm -rf $(DEMO)

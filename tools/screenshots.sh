@@ -1,0 +1,78 @@
+#!/bin/sh
+# Starts the studio on a project in a display of its own, goes the main path by keys and mouse, and
+# writes a picture of each step into docs/guide/. Usage: tools/screenshots.sh AFTERLIGHT PROJECT
+set -eu
+if [ $# != 2 ]; then
+	echo "usage: $0 AFTERLIGHT PROJECT" >&2
+	exit 2
+fi
+for tool in xvfb-run xdotool import convert; do
+	command -v "$tool" >/dev/null 2>&1 && continue
+	echo "$tool is missing. On Debian: apt-get install xvfb xauth xdotool imagemagick" >&2
+	exit 1
+done
+if [ -z "${INSIDE_SCREENSHOTS:-}" ]; then
+	export INSIDE_SCREENSHOTS=yes
+	exec xvfb-run -a -s "-screen 0 1280x720x24" "$0" "$@"
+fi
+out=docs/guide
+mkdir -p "$out"
+settings=$(mktemp -d)
+# A person's own arrangement stays as it is, and does not show in the pictures.
+XDG_CONFIG_HOME="$settings" "$1" studio "$2" &
+studio=$!
+trap 'kill $studio 2>/dev/null; rm -rf "$settings"' EXIT
+window=""
+for _ in $(seq 60); do
+	sleep 1
+	window=$(xdotool search --name Afterlight 2>/dev/null | head -n 1) && [ -n "$window" ] && break
+done
+[ -n "$window" ] || { echo "The studio's window did not open" >&2; exit 1; }
+xdotool windowsize "$window" 1280 720
+xdotool windowmove "$window" 0 0
+# The window takes keys while the cursor is in it: there is no window manager.
+xdotool mousemove 640 330 windowfocus "$window"
+key() { xdotool key --clearmodifiers "$@"; sleep 1; }
+shot() {
+	sleep "${2:-3}"
+	kill -0 "$studio" 2>/dev/null || { echo "The studio ended before $1" >&2; exit 1; }
+	import -window root -crop 1280x720+0+0 +repage "$out/$1.png"
+	# A window that was not drawn is one colour.
+	colors=$(convert "$out/$1.png" -format %k info:)
+	[ "$colors" -gt 200 ] || { echo "$out/$1.png is nearly empty: $colors colours" >&2; exit 1; }
+	echo "$out/$1.png"
+}
+drag() {
+	xdotool mousemove "$1" "$2" mousedown 1
+	sleep 0.3
+	xdotool mousemove "$3" "$4"
+	sleep 0.3
+	xdotool mouseup 1
+}
+shot relight 20
+drag 560 300 700 300
+shot turned
+xdotool mousemove 640 330
+key w
+shot wipe
+key w
+key Page_Down
+shot lamp
+key Page_Up
+key l
+shot luminance
+key c
+key ctrl+shift+p
+shot palette 2
+key Escape
+key question
+shot keys 2
+key Escape
+key ctrl+1
+shot calibrate 8
+key ctrl+2
+shot train 5
+key ctrl+4
+shot review 5
+key ctrl+5
+shot export
