@@ -6,7 +6,7 @@
 //! clip(e·x, 0, 1)^(1/2.2). PSNR is over all channels with peak 1, and the mean is over frames.
 
 use crate::error::{Error, Result};
-use crate::imaging::{Image, Mask, color::luminance};
+use crate::imaging::{Encoded, Image, Mask, Raster, color::luminance};
 
 /// Coverage above which a pixel counts as subject.
 pub const SUBJECT: f32 = 0.98;
@@ -134,6 +134,52 @@ fn percentile(values: &[f32], percent: f64) -> f64 {
     value.max(f64::from(f32::MIN_POSITIVE))
 }
 
+/// Mean of a map over the pixels that a matte calls subject.
+///
+/// # Errors
+/// When the matte has another size or no such pixel.
+pub fn mean_inside(map: &Raster<f32>, mask: &Mask) -> Result<f64> {
+    let size = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
+    let remedy = "Give the matte that belongs to this picture";
+    if map.size() != mask.size() {
+        let (expected, found) = (size(map.size()), size(mask.size()));
+        return Err(Error::unexpected("a matte", expected, found, remedy));
+    }
+    let (mut sum, mut count) = (0f64, 0u64);
+    for (&value, _) in (map.pixels.iter().zip(&mask.pixels)).filter(|&(_, &alpha)| alpha > SUBJECT)
+    {
+        sum += f64::from(value);
+        count += 1;
+    }
+    if count == 0 {
+        return Err(no_subject());
+    }
+    Ok(sum / count as f64)
+}
+
+/// Refuses pictures that cannot be compared pixel by pixel.
+pub(super) fn check_pair(reference: &Encoded, test: &Encoded) -> Result<()> {
+    let size = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
+    if test.0.size() == reference.0.size() && !test.0.pixels.is_empty() {
+        return Ok(());
+    }
+    Err(Error::unexpected(
+        "a picture to compare",
+        format!("at least one pixel and {}", size(reference.0.size())),
+        size(test.0.size()),
+        "Compare pictures of one size",
+    ))
+}
+
+fn no_subject() -> Error {
+    Error::unexpected(
+        "the subject of a frame to compare",
+        format!("a pixel that is covered by more than {SUBJECT}"),
+        "none",
+        "Check the mattes of the interview, or use a larger working size",
+    )
+}
+
 fn check(frame: &Compared) -> Result<()> {
     let remedy = "Give the truth that belongs to this shoot";
     if frame.pictures.len() != frame.truths.len() {
@@ -161,12 +207,7 @@ fn check(frame: &Compared) -> Result<()> {
         ));
     }
     if frame.truths.is_empty() || !frame.mask.pixels.iter().any(|&alpha| alpha > SUBJECT) {
-        return Err(Error::unexpected(
-            "the subject of a truth frame",
-            format!("a pixel that is covered by more than {SUBJECT}"),
-            "none",
-            "Check the mattes of the interview, or use a larger working size",
-        ));
+        return Err(no_subject());
     }
     Ok(())
 }
@@ -174,7 +215,6 @@ fn check(frame: &Compared) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Raster;
     use proptest::prelude::*;
 
     fn picture(seed: usize) -> Image {

@@ -1,12 +1,15 @@
 //! Evaluation: how near predicted pictures are to the truth, beside methods that need no network.
 
 mod accuracy;
+mod filter;
+pub mod flip;
 mod measure;
 pub mod metrics;
 mod table;
 mod truth;
 
 pub use accuracy::{Method, Scores, excluded_check, score, score_under};
+pub use flip::{FlipMap, flip};
 pub use measure::{EvaluateReport, EvaluateSettings, evaluate};
 pub use table::{Row, markdown};
 pub use truth::Truth;
