@@ -4,6 +4,8 @@
 mod calibrating;
 #[path = "studio/clay.rs"]
 mod clay;
+#[path = "studio/review.rs"]
+mod review;
 
 use afterlight::Error;
 use afterlight::compositor::Field;

@@ -235,7 +235,7 @@ fn hyab([l, a, b]: [f32; 3], [l2, a2, b2]: [f32; 3]) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::metrics::mean_inside;
     use super::*;
     use crate::imaging::Mask;
@@ -243,10 +243,10 @@ mod tests {
     use std::process::Command;
 
     /// Codes that every program makes alike, of 8 bits.
-    fn pattern(width: usize, height: usize, seed: u64) -> Encoded {
+    pub fn pattern(width: usize, height: usize, seed: u64) -> Encoded {
         let code = |x: usize, y: usize, c: usize| {
             let place = (x as u64 / 3) * 7 + (y as u64 / 2) * 131 + c as u64 * 29 + seed * 977;
-            (place * 2_654_435_761 >> 13) % 256
+            ((place * 2_654_435_761) >> 13) % 256
         };
         Encoded(Raster::from_fn(width, height, |x, y| {
             std::array::from_fn(|c| code(x, y, c) as f32 / 255.0)

@@ -2,6 +2,7 @@
 
 use super::layout::{Pane, Workspace};
 use crate::calibration::{Circle, Trial};
+use crate::evaluation::review::Marked;
 use crate::light::Lighting;
 use crate::scene::{Background, Effects};
 use crate::worker::Need;
@@ -64,6 +65,21 @@ pub enum Command {
     FindCircle,
     /// Calibrate with what is set by hand, or by fitting where nothing is.
     Calibrate,
+
+    /// Show the frame under this lamp alone; none is under the light.
+    Solo(Option<usize>),
+    /// Show it under this lamp too, or no longer.
+    SoloAlso(usize),
+    /// Compare the network with the truth: the one in this folder, or the one that was used last.
+    Measure(Option<PathBuf>),
+    /// Ask for a folder with truth with a dialog, and measure.
+    ChooseTruth,
+    /// Write the review's page.
+    Report(PathBuf),
+    /// Ask where the page shall be with a dialog, and write it.
+    ChooseReport,
+    /// Keep a verdict and a note.
+    Mark(Box<Marked>),
 
     /// Undo the last of the above, and do it again.
     Undo,

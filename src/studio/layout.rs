@@ -22,6 +22,8 @@ pub enum Pane {
     Environments,
     Light,
     Effects,
+    Lamps,
+    Review,
     Log,
 }
 
@@ -43,7 +45,7 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the list that opens them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Probe,
         Self::Gamma,
         Self::Picture,
@@ -51,6 +53,8 @@ impl Pane {
         Self::Environments,
         Self::Light,
         Self::Effects,
+        Self::Lamps,
+        Self::Review,
         Self::Log,
     ];
 
@@ -64,6 +68,8 @@ impl Pane {
             Self::Environments => "Environments",
             Self::Light => "Light",
             Self::Effects => "Effects",
+            Self::Lamps => "Lamps",
+            Self::Review => "Measured",
             Self::Log => "Log",
         }
     }
@@ -94,6 +100,7 @@ impl Workspace {
     pub fn main(self) -> &'static [Pane] {
         match self {
             Self::Calibrate => &[Pane::Probe, Pane::Gamma],
+            Self::Review => &[Pane::Lamps],
             _ => &[Pane::Picture],
         }
     }
@@ -111,7 +118,7 @@ impl Workspace {
                     &[(main, 0.0), (below, 78.0)],
                 )
             }
-            Self::Train | Self::Review | Self::Export => {
+            Self::Train | Self::Export => {
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 divided(
@@ -119,6 +126,24 @@ impl Workspace {
                     LinearDir::Vertical,
                     &[(main, 0.0), (below, 78.0)],
                 )
+            }
+            Self::Review => {
+                let main = tabs(&mut tiles, self.main());
+                let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
+                let picture = tabs(&mut tiles, &[Pane::Picture]);
+                let measured = tabs(&mut tiles, &[Pane::Review]);
+                let left = divided(
+                    &mut tiles,
+                    LinearDir::Vertical,
+                    &[(main, 0.0), (below, 78.0)],
+                );
+                let right = divided(
+                    &mut tiles,
+                    LinearDir::Vertical,
+                    &[(picture, 280.0), (measured, 420.0)],
+                );
+                let columns = [(left, 0.0), (right, 440.0)];
+                divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
             Self::Relight => {
                 let left = tabs(&mut tiles, &[Pane::Environments]);

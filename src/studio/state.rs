@@ -54,6 +54,8 @@ pub struct State {
     pub photograph: Option<usize>,
     /// The exemplar that is relit as the interview.
     pub pose: usize,
+    /// The lamps that the frame is shown under, ascending; none is the light.
+    pub solo: Vec<usize>,
     /// Where the wipe between two pictures stands: 0 left, 1 right.
     pub wipe: f32,
     /// Shown frame, from 0.
@@ -92,6 +94,7 @@ impl State {
             active: Workspace::default().main()[0],
             photograph: None,
             pose: 0,
+            solo: Vec::new(),
             wipe: 0.5,
             frame: 0,
             frames,
@@ -163,6 +166,11 @@ impl State {
             Command::Activate(pane) | Command::Pane(pane) => self.active = pane,
             Command::Photograph(lamp) => self.photograph = lamp,
             Command::Pose(pose) => self.pose = pose,
+            Command::Solo(lamp) => self.solo = lamp.into_iter().collect(),
+            Command::SoloAlso(lamp) => match self.solo.binary_search(&lamp) {
+                Ok(place) => drop(self.solo.remove(place)),
+                Err(place) => self.solo.insert(place, lamp),
+            },
             Command::Wipe(at) if at.is_finite() => self.wipe = at.clamp(0.0, 1.0),
             Command::StepWipe => {
                 self.wipe = match self.wipe {
@@ -337,6 +345,24 @@ mod tests {
         assert_eq!(s.look.yaw_deg, 180.0);
         s.apply(&Command::StepExposure(99.0), 1);
         assert_eq!(s.look.exposure_stops, 10.0);
+    }
+
+    #[test]
+    fn lamps_are_shown_alone_and_together() {
+        let mut s = state();
+        let lamps = [
+            Command::Solo(Some(7)),
+            Command::SoloAlso(2),
+            Command::SoloAlso(9),
+        ];
+        lamps.iter().for_each(|command| s.apply(command, 0));
+        assert_eq!(s.solo, [2, 7, 9]);
+        s.apply(&Command::SoloAlso(7), 0);
+        assert_eq!(s.solo, [2, 9]);
+        s.apply(&Command::Solo(Some(4)), 0);
+        assert_eq!(s.solo, [4]);
+        s.apply(&Command::Solo(None), 0);
+        assert!(s.solo.is_empty() && !s.can_undo());
     }
 
     #[test]

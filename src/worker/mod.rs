@@ -20,6 +20,7 @@ mod latest;
 mod library;
 mod network;
 mod relighter;
+mod review;
 mod study;
 
 pub use event::{Blocked, Event, Need};
@@ -28,6 +29,7 @@ pub use latest::Latest;
 pub use library::{Library, Origin, Panorama, Thumbnail};
 pub use network::{Predict, Source, open_project};
 pub use relighter::{Ask, Relit};
+pub use review::{KeptReview, LampSheet, ReviewDesk};
 pub use study::{GammaView, ProbeStudy, SeenLamp, Study, StudyAsk};
 
 use crate::compositor::Field;

@@ -54,6 +54,8 @@ pub struct Relit {
     pub rig: Arc<Rig>,
     /// Frames whose field is at hand.
     pub frames_at_hand: HashSet<usize>,
+    /// The frame and its field.
+    pub predicted: Arc<PredictedFrame>,
 }
 
 /// The thread's ends of what connects it.
@@ -252,6 +254,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             uncovered: light.weights.uncovered,
             rig: rig.clone(),
             frames_at_hand: self.cache.indices().collect(),
+            predicted: shown.clone(),
         })
     }
 }
