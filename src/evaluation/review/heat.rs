@@ -31,9 +31,9 @@ impl Metric {
     /// The figures that are shown as no error and as the largest.
     pub fn range(self) -> [f64; 2] {
         match self {
-            Self::Psnr => [45.0, 15.0],
+            Self::Psnr => [40.0, 20.0],
             Self::Ssim => [1.0, 0.5],
-            Self::Flip => [0.0, 0.4],
+            Self::Flip => [0.0, 0.25],
         }
     }
 }

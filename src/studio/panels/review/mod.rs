@@ -32,6 +32,8 @@ impl ReviewPanel {
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.add_space(GAP);
+            // Beside the scroll bar.
+            ui.set_max_width(ui.available_width() - GAP);
             self.contents_ui(ui, sight, out);
             ui.add_space(GAP);
         });
