@@ -7,6 +7,8 @@
 //!   calibration.toml    lamps, weights and camera response        (afterlight calibrate)
 //!   checkpoint/         the network, the optimiser and its place  (afterlight train)
 //!   training.csv        every step's losses                       (afterlight train)
+//!   measured.json       every predicted OLAT beside its truth     (afterlight review)
+//!   review.toml         a reviewer's marks and notes              (the studio)
 //! ```
 
 use crate::error::{Error, Result};
@@ -215,6 +217,16 @@ impl Project {
         self.root.join("calibration.toml")
     }
 
+    /// Where a review's figures are kept.
+    pub fn measured_path(&self) -> PathBuf {
+        self.root.join("measured.json")
+    }
+
+    /// Where a reviewer's marks are kept.
+    pub fn marks_path(&self) -> PathBuf {
+        self.root.join("review.toml")
+    }
+
     /// The folder of the trained network.
     pub fn checkpoint_path(&self) -> PathBuf {
         self.root.join("checkpoint")
@@ -245,4 +257,39 @@ pub fn save_toml(path: &Path, value: &impl Serialize) -> Result<()> {
         )
     })?;
     write_beside(path, |out| std::io::Write::write_all(out, text.as_bytes()))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A project in `root` that points at nothing, for tests of what is kept beside `project.toml`.
+    pub fn empty(root: &Path) -> Project {
+        Project {
+            root: root.to_path_buf(),
+            settings: Settings {
+                format: FORMAT,
+                name: "empty".to_owned(),
+                size: 16,
+                seed: 1,
+                shoot: Shoot {
+                    folder: PathBuf::from("."),
+                    frame_rate: 24.0,
+                    poses: vec![],
+                    lamps: vec![],
+                    other_lamps: vec![],
+                    frames: vec![],
+                    ball: Ball {
+                        center_px: [8.0; 2],
+                        radius_px: 6.0,
+                        radius_m: 0.1,
+                        camera_distance_m: 3.0,
+                    },
+                    dome_radius_m: None,
+                    environments: vec![],
+                    lamp_layout: vec![],
+                },
+            },
+        }
+    }
 }

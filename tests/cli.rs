@@ -133,6 +133,51 @@ fn a_small_shoot_goes_all_the_way() {
     );
     assert!(at.join("sheet.png").exists());
 
+    let page = at.join("review.html");
+    let of_poses = ["review", "film", "--device", "cpu", "--json"];
+    let reviewed = succeed(at, &of_poses);
+    assert_eq!(reviewed["unseen"], Value::Null, "every pose was trained on");
+    assert_eq!(reviewed["seen"]["cases"], 6);
+    let with_truth = [
+        "review",
+        "film",
+        "--truth",
+        "shoot",
+        "--report",
+        "review.html",
+        "--device",
+        "cpu",
+        "--json",
+    ];
+    let reviewed = succeed(at, &with_truth);
+    has_keys(&reviewed["unseen"], &["cases", "psnr_db", "ssim", "flip"]);
+    has_keys(&reviewed["worst"][0], &["case", "lamp", "flip"]);
+    // The same OLATs by the same measure: what is pooled over frames is between the frames' figures.
+    let by_frame = scores["olat_psnr_by_frame_db"].as_object().unwrap();
+    let by_frame: Vec<f64> = by_frame.values().filter_map(Value::as_f64).collect();
+    assert_eq!(reviewed["unseen"]["cases"], by_frame.len());
+    let pooled = reviewed["unseen"]["psnr_db"].as_f64().unwrap();
+    let errors = by_frame.iter().map(|db| 10f64.powf(-db / 10.0));
+    let mean = -10.0 * (errors.sum::<f64>() / by_frame.len() as f64).log10();
+    assert!(
+        (pooled - mean).abs() < 1e-6,
+        "{pooled} dB, {mean} dB by evaluate"
+    );
+    let text = std::fs::read_to_string(&page).unwrap();
+    assert_eq!(text.matches("<figure>").count(), 12);
+    assert!(text.ends_with("</html>\n") && text.matches("data:image/png").count() == 3 * 12 + 12);
+
+    // Nothing has changed: the page is written again from what is kept.
+    std::fs::remove_file(&page).unwrap();
+    let kept = std::fs::metadata(at.join("film/measured.json")).unwrap();
+    let from_kept = succeed(at, &with_truth);
+    for (set, figure) in ["seen", "unseen"].iter().zip(["psnr_db", "flip"]) {
+        let [a, b] = [&from_kept, &reviewed].map(|r| r[set][figure].as_f64().unwrap());
+        assert!((a - b).abs() < 1e-9, "{set} {figure}: {a}, {b}");
+    }
+    let again = std::fs::metadata(at.join("film/measured.json")).unwrap();
+    assert!(page.exists() && kept.modified().unwrap() == again.modified().unwrap());
+
     let to_stills = [
         "relight",
         "film",
@@ -240,6 +285,7 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         "train",
         "relight",
         "evaluate",
+        "review",
         "studio",
         "demo",
         "pack",

@@ -6,6 +6,8 @@ mod calibrating;
 mod clay;
 #[path = "studio/comparing.rs"]
 mod comparing;
+#[path = "studio/review.rs"]
+mod review;
 
 use afterlight::Error;
 use afterlight::compositor::Field;

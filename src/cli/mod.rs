@@ -5,6 +5,7 @@ mod console;
 mod parse;
 mod probe;
 mod relight;
+mod review;
 mod train;
 
 use crate::calibration::gamma::Comparison;
@@ -23,6 +24,7 @@ use console::Console;
 use parse::{parse_circle, parse_count, parse_trial};
 use probe::ProbeArgs;
 use relight::RelightArgs;
+use review::ReviewArgs;
 use std::path::PathBuf;
 use train::TrainArgs;
 
@@ -47,6 +49,7 @@ enum Command {
     Train(TrainArgs),
     Relight(RelightArgs),
     Evaluate(EvaluateArgs),
+    Review(ReviewArgs),
     Studio(StudioArgs),
     Demo(DemoArgs),
     Pack(PackArgs),
@@ -300,6 +303,7 @@ impl Cli {
                 };
                 do_job(&output, || Ok(Job::Evaluate { project, settings }))
             }
+            Command::Review(args) => do_job(&args.output, || Ok(args.job())),
             Command::Demo(args) => {
                 let DemoArgs {
                     dir,

@@ -1,14 +1,14 @@
 //! One evaluation from a project and a truth to figures, a table and a contact sheet.
 
+use super::shown::{shown, shown_gain};
 use super::{Method, Row, Scores, Truth, excluded_check, markdown, score};
 use crate::calibration::Calibration;
-use crate::compositor::reference::{extend_edges, view};
 use crate::error::{Error, Result};
 use crate::export::{Tile, contact_sheet};
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::imaging::file::{write_beside, write_png};
-use crate::imaging::{Encoded, Image, Mask, color::luminance};
+use crate::imaging::{Encoded, Image};
 use crate::light::weights::Weighting;
 use crate::progress::Progress;
 use crate::project::Project;
@@ -184,8 +184,8 @@ impl Shown {
         let field = predictor.predict(&frame)?;
         let predicted: Vec<Image> = (0..field.lamps).map(|lamp| field.olat(lamp)).collect();
         let all = |olats: &[Image]| {
-            let level = brightness(olats, &frame.mask);
-            let show = |olat| shown(olat, &frame.mask, level);
+            let gain = shown_gain(olats.iter(), &frame.mask);
+            let show = |olat| shown(olat, &frame.mask, gain);
             olats.iter().map(show).collect()
         };
         Ok(Self {
@@ -282,33 +282,6 @@ fn no_true_olats() -> Error {
         "none",
         "Leave out the contact sheet",
     )
-}
-
-/// Mean luminance of a set inside the subject.
-fn brightness(olats: &[Image], mask: &Mask) -> f32 {
-    let (mut sum, mut count) = (0f64, 0u64);
-    for olat in olats {
-        for (pixel, _) in olat
-            .pixels
-            .iter()
-            .zip(&mask.pixels)
-            .filter(|&(_, &alpha)| alpha > 0.98)
-        {
-            sum += f64::from(luminance(*pixel));
-            count += 1;
-        }
-    }
-    (sum / count.max(1) as f64) as f32
-}
-
-fn shown(olat: &Image, mask: &Mask, level: f32) -> Encoded {
-    let gain = 0.12 / level.max(f32::MIN_POSITIVE);
-    let mut tile = olat.clone();
-    extend_edges(&mut tile, mask);
-    for (pixel, &alpha) in tile.pixels.iter_mut().zip(&mask.pixels) {
-        *pixel = pixel.map(|v| v * gain * alpha);
-    }
-    view(&tile)
 }
 
 #[cfg(test)]

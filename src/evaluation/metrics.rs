@@ -6,10 +6,14 @@
 //! clip(e·x, 0, 1)^(1/2.2). PSNR is over all channels with peak 1, and the mean is over frames.
 
 use crate::error::{Error, Result};
-use crate::imaging::{Image, Mask, color::luminance};
+use crate::imaging::color::{luminance, unit};
+use crate::imaging::{Encoded, Image, Mask, Raster};
 
 /// Coverage above which a pixel counts as subject.
 pub const SUBJECT: f32 = 0.98;
+
+/// The power that pictures are encoded by before they are compared.
+const GAMMA: f64 = 2.2;
 
 /// Pictures this alike count as equal; so the figure is finite in every report.
 pub const MOST_DECIBELS: f64 = 120.0;
@@ -51,29 +55,18 @@ pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
         ));
     }
     frames.iter().try_for_each(check)?;
-    let mean = |pictures: fn(&Compared) -> Vec<[f32; 3]>| {
-        let total = |f: &Compared| {
-            pictures(f)
-                .iter()
-                .map(|&p| f64::from(luminance(p)))
-                .sum::<f64>()
-        };
-        frames.iter().map(total).sum::<f64>()
-    };
-    let ratio = mean(|f| subject(f.truths, f.mask)) / mean(|f| subject(f.pictures, f.mask));
-    // A black prediction cannot be scaled to anything.
-    let scale = if ratio.is_finite() && ratio > 0.0 {
-        ratio
-    } else {
-        1.0
-    };
-    let pictures_db: Vec<Vec<f64>> = frames.iter().map(|f| pictures_db(f, scale)).collect();
+    let total = |[pictures, truths]: [f64; 2], [p, t]: [f64; 2]| [pictures + p, truths + t];
+    let luminances = frames
+        .iter()
+        .map(Compared::luminances)
+        .fold([0.0; 2], total);
+    let scale = scale(luminances);
+    let pictures_db: Vec<Vec<f64>> = frames.iter().map(|f| f.pictures_db(scale)).collect();
     // The pictures of a frame have as many pixels each: their errors' mean is the frame's.
-    let pooled = |pictures: &Vec<f64>| {
-        let error = |db: &f64| 10f64.powf(-db / 10.0);
-        decibels(pictures.iter().map(error).sum::<f64>() / pictures.len() as f64)
-    };
-    let frames_db: Vec<f64> = pictures_db.iter().map(pooled).collect();
+    let frames_db: Vec<f64> = pictures_db
+        .iter()
+        .map(|p| pooled(p.iter().copied()))
+        .collect();
     Ok(Psnr {
         mean_db: frames_db.iter().sum::<f64>() / frames_db.len() as f64,
         frames_db,
@@ -99,22 +92,67 @@ fn subject(pictures: &[Image], mask: &Mask) -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// PSNR of each picture of a frame, at the frame's exposure.
-fn pictures_db(frame: &Compared, scale: f64) -> Vec<f64> {
-    let truths = subject(frame.truths, frame.mask);
-    let exposure = 0.5 / percentile(truths.as_flattened(), 95.0);
-    let encode = |v: f64| (exposure * v).clamp(0.0, 1.0).powf(1.0 / 2.2);
-    let pictures = subject(frame.pictures, frame.mask);
-    let pixels = truths.len() / frame.truths.len().max(1);
-    let pairs = pictures.chunks(pixels).zip(truths.chunks(pixels));
-    pairs
-        .map(|(picture, truth)| {
-            let values = picture.as_flattened().iter().zip(truth.as_flattened());
-            let squares = values
-                .map(|(&p, &t)| (encode(f64::from(p) * scale) - encode(f64::from(t))).powi(2));
-            decibels(squares.sum::<f64>() / (3 * pixels) as f64)
+impl Compared<'_> {
+    /// Sum of the subject's luminance over the pictures, and over the truths.
+    pub(super) fn luminances(&self) -> [f64; 2] {
+        [self.pictures, self.truths].map(|pictures| {
+            let pixels = subject(pictures, self.mask);
+            pixels.iter().map(|&p| f64::from(luminance(p))).sum()
         })
-        .collect()
+    }
+
+    /// The factor that the truths are encoded at.
+    pub(super) fn exposure(&self) -> f64 {
+        let truths = subject(self.truths, self.mask);
+        0.5 / percentile(truths.as_flattened(), 95.0)
+    }
+
+    /// PSNR of each picture, at the frame's exposure.
+    pub(super) fn pictures_db(&self, scale: f64) -> Vec<f64> {
+        let truths = subject(self.truths, self.mask);
+        let exposure = self.exposure();
+        let encode = |v: f64| (exposure * v).clamp(0.0, 1.0).powf(1.0 / GAMMA);
+        let pictures = subject(self.pictures, self.mask);
+        let pixels = truths.len() / self.truths.len().max(1);
+        let pairs = pictures.chunks(pixels).zip(truths.chunks(pixels));
+        pairs
+            .map(|(picture, truth)| {
+                let values = picture.as_flattened().iter().zip(truth.as_flattened());
+                let squares = values
+                    .map(|(&p, &t)| (encode(f64::from(p) * scale) - encode(f64::from(t))).powi(2));
+                decibels(squares.sum::<f64>() / (3 * pixels) as f64)
+            })
+            .collect()
+    }
+}
+
+/// What pictures are multiplied by, from the luminances of pictures and truths.
+pub(super) fn scale([pictures, truths]: [f64; 2]) -> f64 {
+    let ratio = truths / pictures;
+    // A black prediction cannot be scaled to anything.
+    if ratio.is_finite() && ratio > 0.0 {
+        ratio
+    } else {
+        1.0
+    }
+}
+
+/// A picture encoded as the measure has it, over black: clip(gain·x, 0, 1)^(1/2.2) where it is covered.
+/// What is no number is black.
+pub fn encoded(picture: &Image, mask: &Mask, gain: f32) -> Encoded {
+    let pairs = picture.pixels.iter().zip(&mask.pixels);
+    let code = |v: f32| unit(v).powf(1.0 / GAMMA as f32);
+    let pixels = pairs
+        .map(|(p, &alpha)| p.map(|v| code(v * gain * alpha)))
+        .collect();
+    Encoded(Raster { pixels, ..*picture })
+}
+
+/// PSNR of several pictures of one size together.
+pub(super) fn pooled(decibels_of: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = decibels_of.len();
+    let errors = decibels_of.map(|db| 10f64.powf(-db / 10.0));
+    decibels(errors.sum::<f64>() / count as f64)
 }
 
 /// A mean square error as PSNR, with 1 as the peak.
@@ -134,7 +172,53 @@ fn percentile(values: &[f32], percent: f64) -> f64 {
     value.max(f64::from(f32::MIN_POSITIVE))
 }
 
-fn check(frame: &Compared) -> Result<()> {
+/// Mean of a map over the pixels that a matte calls subject.
+///
+/// # Errors
+/// When the matte has another size or no such pixel.
+pub fn mean_inside(map: &Raster<f32>, mask: &Mask) -> Result<f64> {
+    let size = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
+    let remedy = "Give the matte that belongs to this picture";
+    if map.size() != mask.size() {
+        let (expected, found) = (size(map.size()), size(mask.size()));
+        return Err(Error::unexpected("a matte", expected, found, remedy));
+    }
+    let (mut sum, mut count) = (0f64, 0u64);
+    for (&value, _) in (map.pixels.iter().zip(&mask.pixels)).filter(|&(_, &alpha)| alpha > SUBJECT)
+    {
+        sum += f64::from(value);
+        count += 1;
+    }
+    if count == 0 {
+        return Err(no_subject());
+    }
+    Ok(sum / count as f64)
+}
+
+/// Refuses pictures that cannot be compared pixel by pixel.
+pub(super) fn check_pair(reference: &Encoded, test: &Encoded) -> Result<()> {
+    let size = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
+    if test.0.size() == reference.0.size() && !test.0.pixels.is_empty() {
+        return Ok(());
+    }
+    Err(Error::unexpected(
+        "a picture to compare",
+        format!("at least one pixel and {}", size(reference.0.size())),
+        size(test.0.size()),
+        "Compare pictures of one size",
+    ))
+}
+
+fn no_subject() -> Error {
+    Error::unexpected(
+        "the subject of a frame to compare",
+        format!("a pixel that is covered by more than {SUBJECT}"),
+        "none",
+        "Check the mattes of the interview, or use a larger working size",
+    )
+}
+
+pub(super) fn check(frame: &Compared) -> Result<()> {
     let remedy = "Give the truth that belongs to this shoot";
     if frame.pictures.len() != frame.truths.len() {
         let (expected, found) = (frame.truths.len(), frame.pictures.len());
@@ -161,12 +245,7 @@ fn check(frame: &Compared) -> Result<()> {
         ));
     }
     if frame.truths.is_empty() || !frame.mask.pixels.iter().any(|&alpha| alpha > SUBJECT) {
-        return Err(Error::unexpected(
-            "the subject of a truth frame",
-            format!("a pixel that is covered by more than {SUBJECT}"),
-            "none",
-            "Check the mattes of the interview, or use a larger working size",
-        ));
+        return Err(no_subject());
     }
     Ok(())
 }
@@ -174,7 +253,6 @@ fn check(frame: &Compared) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Raster;
     use proptest::prelude::*;
 
     fn picture(seed: usize) -> Image {

@@ -83,17 +83,35 @@ pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
 
 /// Writes encoded values as an 8-bit RGB PNG.
 pub fn write_png(path: &Path, picture: &Encoded) -> Result<()> {
-    let Raster {
-        width,
-        height,
-        pixels,
-    } = &picture.0;
-    let bytes: Vec<u8> = pixels
-        .iter()
-        .flatten()
-        .map(|&v| byte_from_unit(v))
-        .collect();
-    write_png_bytes(path, (*width, *height), &bytes, ExtendedColorType::Rgb8)
+    let codes = rgb_bytes(picture);
+    write_png_bytes(path, picture.0.size(), &codes, ExtendedColorType::Rgb8)
+}
+
+/// An 8-bit RGB PNG in memory.
+///
+/// # Errors
+/// When the picture has no pixel.
+pub fn png_bytes(picture: &Encoded) -> Result<Vec<u8>> {
+    let (width, height) = picture.0.size();
+    let mut bytes = Vec::new();
+    PngEncoder::new(&mut bytes)
+        .write_image(
+            &rgb_bytes(picture),
+            width as u32,
+            height as u32,
+            ExtendedColorType::Rgb8,
+        )
+        .map_err(|e| {
+            let found = format!("{width} × {height}: {e}");
+            let remedy = "Check the size of the picture";
+            Error::unexpected("a picture", "pixels that PNG can hold", found, remedy)
+        })?;
+    Ok(bytes)
+}
+
+fn rgb_bytes(picture: &Encoded) -> Vec<u8> {
+    let codes = picture.0.pixels.iter().flatten();
+    codes.map(|&v| byte_from_unit(v)).collect()
 }
 
 /// Writes coverage as an 8-bit grey PNG.

@@ -10,11 +10,13 @@ use super::panel::{Entry, Reading, Sight};
 use super::panels::{JobPanel, StatusPanel, TabsPanel};
 use super::panes::{Panes, Shown};
 use super::preferences::Preferences;
+use super::reviews::Reviews;
 use super::saver::Saver;
 use super::state::State;
 use super::studies::Studies;
 use super::{keys, theme};
 use crate::calibration::{CalibrateSettings, Circle};
+use crate::evaluation::review::ReviewSettings;
 use crate::gpu::DeviceChoice;
 use crate::light::built_in;
 use crate::project::Project;
@@ -45,6 +47,7 @@ pub struct StudioApp {
     /// What the worker was asked for last.
     asked: Option<Wanted>,
     studies: Studies,
+    reviews: Reviews,
     /// When the next frame is due while playing, in the window's seconds.
     due: f64,
     /// What a dialog brought.
@@ -131,6 +134,7 @@ impl StudioApp {
             relit: None,
             asked: None,
             studies: Studies::default(),
+            reviews: Reviews::default(),
             due: 0.0,
             chosen: Arc::new(Latest::new(wake.clone())),
             preferences,
@@ -170,6 +174,11 @@ impl StudioApp {
         &self.studies
     }
 
+    /// What was found out about the network.
+    pub fn reviews(&self) -> &Reviews {
+        &self.reviews
+    }
+
     /// The list of environments.
     pub fn environments(&self) -> &[Entry] {
         &self.environments
@@ -188,6 +197,7 @@ impl StudioApp {
         self.preferences.save(&self.saver);
         (self.relit, self.asked) = (None, None);
         self.studies = Studies::default();
+        self.reviews = Reviews::default();
         self.environments.clear();
         let named: Vec<_> = shoot
             .environments
@@ -230,6 +240,7 @@ impl StudioApp {
                 if matches!(event, Event::Finished { .. }) {
                     // The job may have calibrated.
                     self.studies.renew();
+                    self.reviews.renew();
                 }
                 self.news.hear(event);
             }
@@ -238,6 +249,7 @@ impl StudioApp {
             self.state.lamps = rig.map_or(0, |rig| rig.lamps.len());
         }
         self.studies.hear();
+        self.reviews.hear();
         self.saver
             .failures()
             .for_each(|failure| self.news.fail(failure));
@@ -333,7 +345,7 @@ impl StudioApp {
                     .pick_files()
                     .map(Command::AddEnvironments)
             }),
-            Command::ChooseTruth => {
+            Command::CompareTruth => {
                 let compare = self.state.compare.clone();
                 self.dialog(move || {
                     let dialog = rfd::FileDialog::new().set_title("Open a truth's folder");
@@ -410,6 +422,22 @@ impl StudioApp {
                 }
             }
             Command::Calibrate => self.calibrate(),
+            Command::Measure(truth) => self.review(truth, true, None),
+            Command::Report(to) => self.review(None, false, Some(to)),
+            Command::ChooseTruth => self.dialog(|| {
+                let dialog = rfd::FileDialog::new().set_title("Choose a folder with truth");
+                dialog
+                    .pick_folder()
+                    .map(|truth| Command::Measure(Some(truth)))
+            }),
+            Command::ChooseReport => self.dialog(|| {
+                let dialog = rfd::FileDialog::new().set_title("Write the review's page");
+                let dialog = dialog
+                    .add_filter("Page", &["html"])
+                    .set_file_name("review.html");
+                dialog.save_file().map(Command::Report)
+            }),
+            Command::Mark(marked) => self.reviews.mark(*marked),
             Command::Provide(need) => {
                 if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
                     worker.run(self.job(need, project.root.clone()));
@@ -463,6 +491,22 @@ impl StudioApp {
                 ..CalibrateSettings::default()
             };
             worker.run(Job::Calibrate {
+                project: project.root.clone(),
+                settings,
+            });
+        }
+    }
+
+    /// Compares the network with the truth, or writes what was found as a page.
+    fn review(&self, truth: Option<PathBuf>, fresh: bool, report: Option<PathBuf>) {
+        if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
+            let settings = ReviewSettings {
+                truth: truth.or_else(|| self.reviews.truth()),
+                fresh,
+                report,
+                device: self.device,
+            };
+            worker.run(Job::Review {
                 project: project.root.clone(),
                 settings,
             });
@@ -543,6 +587,7 @@ macro_rules! sight {
             relit: $app.relit.as_ref(),
             probe: $app.studies.probe.as_ref(),
             gamma: $app.studies.gamma.as_ref(),
+            reviews: &$app.reviews,
         }
     };
 }
@@ -632,7 +677,16 @@ impl eframe::App for StudioApp {
         self.ask();
         if let Some(project) = &self.project {
             let wake = self.wake();
-            self.studies.ask(project, &self.state, &self.shown, wake);
+            self.studies
+                .ask(project, &self.state, &self.shown, wake.clone());
+            if self
+                .shown
+                .iter()
+                .any(|pane| matches!(pane, Pane::Lamps | Pane::Review))
+            {
+                let still = self.relit.as_ref().filter(|_| !self.state.playing);
+                self.reviews.ask(project, still, wake);
+            }
         }
     }
 }

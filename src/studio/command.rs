@@ -3,6 +3,7 @@
 use super::compare::Compare;
 use super::layout::{Pane, Workspace};
 use crate::calibration::{Circle, Trial};
+use crate::evaluation::review::Marked;
 use crate::light::Lighting;
 use crate::scene::{Background, Effects, Inspection};
 use crate::worker::Need;
@@ -67,20 +68,33 @@ pub enum Command {
     ToggleWipe,
     /// Show the other of the two pictures alone.
     ToggleSecond,
-    /// Light the subject by these lamps alone; none is the environment.
-    Solo(Vec<usize>),
     /// Light the subject by the lamp this many places further alone.
     StepSolo(isize),
     /// Look at this in place of the picture, or at the picture again.
     Inspect(Inspection),
     /// Look at the pixel in this column and row.
     Probe(Option<[usize; 2]>),
-    /// Ask for the folder of a truth with a dialog.
-    ChooseTruth,
+    /// Ask for the folder of a truth with a dialog, and compare the picture with it.
+    CompareTruth,
     /// Take the silhouette that was found in the photographs.
     FindCircle,
     /// Calibrate with what is set by hand, or by fitting where nothing is.
     Calibrate,
+
+    /// Show the frame under this lamp alone; none is under the light.
+    Solo(Option<usize>),
+    /// Show it under this lamp too, or no longer.
+    SoloAlso(usize),
+    /// Compare the network with the truth: the one in this folder, or the one that was used last.
+    Measure(Option<PathBuf>),
+    /// Ask for a folder with truth with a dialog, and measure.
+    ChooseTruth,
+    /// Write the review's page.
+    Report(PathBuf),
+    /// Ask where the page shall be with a dialog, and write it.
+    ChooseReport,
+    /// Keep a verdict and a note.
+    Mark(Box<Marked>),
 
     /// Undo the last of the above, and do it again.
     Undo,

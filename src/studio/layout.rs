@@ -23,6 +23,8 @@ pub enum Pane {
     Light,
     Effects,
     Scopes,
+    Lamps,
+    Review,
     Log,
 }
 
@@ -44,7 +46,7 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the list that opens them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Probe,
         Self::Gamma,
         Self::Picture,
@@ -53,6 +55,8 @@ impl Pane {
         Self::Light,
         Self::Effects,
         Self::Scopes,
+        Self::Lamps,
+        Self::Review,
         Self::Log,
     ];
 
@@ -67,6 +71,8 @@ impl Pane {
             Self::Light => "Light",
             Self::Effects => "Effects",
             Self::Scopes => "Scopes",
+            Self::Lamps => "Lamps",
+            Self::Review => "Measured",
             Self::Log => "Log",
         }
     }
@@ -97,6 +103,7 @@ impl Workspace {
     pub fn main(self) -> &'static [Pane] {
         match self {
             Self::Calibrate => &[Pane::Probe, Pane::Gamma],
+            Self::Review => &[Pane::Lamps],
             _ => &[Pane::Picture],
         }
     }
@@ -114,7 +121,7 @@ impl Workspace {
                     &[(main, 0.0), (below, 78.0)],
                 )
             }
-            Self::Train | Self::Review | Self::Export => {
+            Self::Train | Self::Export => {
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 divided(
@@ -122,6 +129,24 @@ impl Workspace {
                     LinearDir::Vertical,
                     &[(main, 0.0), (below, 78.0)],
                 )
+            }
+            Self::Review => {
+                let main = tabs(&mut tiles, self.main());
+                let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
+                let picture = tabs(&mut tiles, &[Pane::Picture]);
+                let measured = tabs(&mut tiles, &[Pane::Review]);
+                let left = divided(
+                    &mut tiles,
+                    LinearDir::Vertical,
+                    &[(main, 0.0), (below, 78.0)],
+                );
+                let right = divided(
+                    &mut tiles,
+                    LinearDir::Vertical,
+                    &[(picture, 280.0), (measured, 420.0)],
+                );
+                let columns = [(left, 0.0), (right, 440.0)];
+                divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
             Self::Relight => {
                 let left = tabs(&mut tiles, &[Pane::Environments]);

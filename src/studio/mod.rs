@@ -12,6 +12,7 @@ mod panel;
 mod panels;
 mod panes;
 mod preferences;
+mod reviews;
 mod saver;
 mod state;
 mod studies;
@@ -24,6 +25,7 @@ pub use layout::{Layout, Pane, Workspace};
 pub use news::{Kind, LogLine, News, Phase, Work};
 pub use panel::{Entry, Reading};
 pub use preferences::Preferences;
+pub use reviews::Reviews;
 pub use state::{Look, State, View};
 pub use studies::Studies;
 

@@ -11,7 +11,10 @@ use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 const OTHERS: [(&str, Command); 5] = [
     ("add environments…", Command::ChooseEnvironments),
     ("open a project…", Command::ChooseProject),
-    ("compare with true OLATs in a folder…", Command::ChooseTruth),
+    (
+        "compare with true OLATs in a folder…",
+        Command::CompareTruth,
+    ),
     ("reset the arrangement of panels", Command::ResetLayout),
     ("clear the log", Command::ClearLog),
 ];

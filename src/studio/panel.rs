@@ -3,6 +3,7 @@
 
 use super::layout::Pane;
 use super::news::{News, Phase};
+use super::reviews::Reviews;
 use super::state::State;
 use crate::project::Project;
 use crate::worker::{GammaView, Origin, Panorama, ProbeStudy, Relit};
@@ -23,6 +24,8 @@ pub struct Sight<'a> {
     pub probe: Option<&'a Result<Arc<ProbeStudy>, String>>,
     /// How the tried response does, or why that cannot be told.
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
+    /// The shown frame under every lamp, and how near the network is to the truth.
+    pub reviews: &'a Reviews,
 }
 
 /// An environment in the list.

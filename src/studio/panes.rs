@@ -4,8 +4,8 @@ use super::command::Command;
 use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel::Sight;
 use super::panels::{
-    EffectsPanel, EnvironmentsPanel, GammaPanel, LightPanel, LogPanel, PicturePanel, ProbePanel,
-    ScopesPanel, TimelinePanel, ViewportPanel,
+    EffectsPanel, EnvironmentsPanel, GammaPanel, LampSheetPanel, LightPanel, LogPanel,
+    PicturePanel, ProbePanel, ReviewPanel, ScopesPanel, TimelinePanel, ViewportPanel,
 };
 use super::theme::{self, GAP};
 use egui::{Color32, Frame, Margin, Panel, ScrollArea, Stroke, Ui, Visuals};
@@ -24,6 +24,8 @@ pub struct Panes {
     effects: EffectsPanel,
     probe: ProbePanel,
     gamma: GammaPanel,
+    lamps: LampSheetPanel,
+    review: ReviewPanel,
     log: LogPanel,
     scopes: ScopesPanel,
 }
@@ -93,6 +95,8 @@ impl Shown<'_> {
             Pane::Scopes => padded(ui, |ui| {
                 scrolled(ui, |ui| panes.scopes.ui(ui, sight, out));
             }),
+            Pane::Lamps => padded(ui, |ui| panes.lamps.ui(ui, sight, out)),
+            Pane::Review => padded(ui, |ui| panes.review.ui(ui, sight, out)),
             Pane::Log => padded(ui, |ui| panes.log.ui(ui, sight, out)),
         }
     }

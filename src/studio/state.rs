@@ -58,11 +58,11 @@ pub struct State {
     pub photograph: Option<usize>,
     /// The exemplar that is relit as the interview.
     pub pose: usize,
+    /// The lamps that the frame is shown under, ascending; none is the light.
+    pub solo: Vec<usize>,
     /// Where the wipe between two pictures stands: 0 left, 1 right.
     pub wipe: f32,
     pub compare: Compare,
-    /// Lamps that light the subject alone; none is the environment.
-    pub solo: Vec<usize>,
     /// Number of lamps, once it is known.
     pub lamps: usize,
     /// The pixel that is looked at, in columns and rows.
@@ -185,11 +185,15 @@ impl State {
             Command::Activate(pane) | Command::Pane(pane) => self.active = pane,
             Command::Photograph(lamp) => self.photograph = lamp,
             Command::Pose(pose) => self.pose = pose,
+            Command::Solo(lamp) => self.solo = lamp.into_iter().collect(),
+            Command::SoloAlso(lamp) => match self.solo.binary_search(&lamp) {
+                Ok(place) => drop(self.solo.remove(place)),
+                Err(place) => self.solo.insert(place, lamp),
+            },
             Command::Wipe(at) if at.is_finite() => self.wipe = at.clamp(0.0, 1.0),
             Command::Compare(compare) => self.compare = compare,
             Command::ToggleWipe => self.compare.toggle_wipe(),
             Command::ToggleSecond => self.compare.toggle_second(),
-            Command::Solo(lamps) => self.solo = lamps,
             Command::StepSolo(step) if self.lamps > 0 => {
                 // The environment stands before the first lamp.
                 let shown = self.solo.first().map_or(0, |lamp| lamp + 1) as isize + step;
@@ -380,6 +384,24 @@ mod tests {
         assert_eq!(s.look.yaw_deg, 180.0);
         s.apply(&Command::StepExposure(99.0), 1);
         assert_eq!(s.look.exposure_stops, 10.0);
+    }
+
+    #[test]
+    fn lamps_are_shown_alone_and_together() {
+        let mut s = state();
+        let lamps = [
+            Command::Solo(Some(7)),
+            Command::SoloAlso(2),
+            Command::SoloAlso(9),
+        ];
+        lamps.iter().for_each(|command| s.apply(command, 0));
+        assert_eq!(s.solo, [2, 7, 9]);
+        s.apply(&Command::SoloAlso(7), 0);
+        assert_eq!(s.solo, [2, 9]);
+        s.apply(&Command::Solo(Some(4)), 0);
+        assert_eq!(s.solo, [4]);
+        s.apply(&Command::Solo(None), 0);
+        assert!(s.solo.is_empty() && !s.can_undo());
     }
 
     #[test]

@@ -4,6 +4,7 @@ use crate::calibration::develop::{DevelopReport, DevelopSettings, develop};
 use crate::calibration::{self, CalibrateSettings, Calibration};
 use crate::demo::{self, DemoReport};
 use crate::error::Result;
+use crate::evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use crate::evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use crate::export::relight::{RelightReport, RelightSettings, relight};
 use crate::footage::{self, ImportSettings};
@@ -55,6 +56,11 @@ pub enum Job {
         project: PathBuf,
         settings: EvaluateSettings,
     },
+    /// Compare every predicted OLAT with its truth.
+    Review {
+        project: PathBuf,
+        settings: ReviewSettings,
+    },
     /// Run the demo in `folder`, or only make its project.
     Demo {
         folder: PathBuf,
@@ -76,6 +82,7 @@ pub enum Outcome {
     Trained(TrainReport),
     Relit(RelightReport),
     Evaluated(EvaluateReport),
+    Reviewed(ReviewReport),
     Shown(Box<DemoReport>),
     Packed(CheckpointInfo),
 }
@@ -109,6 +116,7 @@ impl Job {
             Self::Train { .. } => "training the network",
             Self::Relight { .. } => "relighting the interview",
             Self::Evaluate { .. } => "measuring",
+            Self::Review { .. } => "reviewing the network",
             Self::Demo { .. } => "making the demo",
             Self::Pack { .. } => "packing the network",
         }
@@ -157,6 +165,9 @@ impl Job {
             }
             Self::Evaluate { project, settings } => {
                 evaluate(&Project::open(&project)?, &settings, progress).map(Outcome::Evaluated)
+            }
+            Self::Review { project, settings } => {
+                review(&Project::open(&project)?, &settings, progress).map(Outcome::Reviewed)
             }
             Self::Demo {
                 folder,
@@ -223,6 +234,7 @@ impl Outcome {
                 report.frames, report.ms_per_frame, report.output
             ),
             Self::Evaluated(report) => evaluated(report),
+            Self::Reviewed(report) => reviewed(report),
             Self::Shown(report) => report.sentence(),
             Self::Packed(info) => {
                 format!(
@@ -329,4 +341,27 @@ fn evaluated(report: &EvaluateReport) -> String {
         relit.join(", "),
         scores.frames
     )
+}
+
+fn reviewed(report: &ReviewReport) -> String {
+    let over = |what: &str, means: &Means| {
+        let cell = &means.over_cells;
+        format!(
+            "{} {what}: FLIP {:.3}, PSNR {:.1} dB, SSIM {:.3}",
+            means.cases, cell.flip, cell.psnr_db, cell.ssim
+        )
+    };
+    let unseen = (report.unseen.iter()).map(|m| over("frames or poses kept out of training", m));
+    let seen = report.seen.iter().map(|m| over("seen in training", m));
+    let mut text = unseen.chain(seen).collect::<Vec<_>>().join("; ");
+    if let Some(worst) = report.worst.first() {
+        text += &format!(
+            ". The worst is {} in {}, FLIP {:.3}",
+            worst.lamp, worst.case, worst.cell.flip
+        );
+    }
+    if let Some(path) = &report.report {
+        text += &format!(". The page is {}", path.display());
+    }
+    text
 }

@@ -20,6 +20,7 @@ mod latest;
 mod library;
 mod network;
 mod relighter;
+mod review;
 mod rivals;
 mod second;
 mod study;
@@ -30,6 +31,7 @@ pub use latest::Latest;
 pub use library::{Library, Origin, Panorama, Thumbnail};
 pub use network::{Find, Predict, Source, open_project};
 pub use relighter::{Ask, Relit};
+pub use review::{KeptReview, LampSheet, ReviewDesk};
 pub use second::{Codes, Rival, Second};
 pub use study::{GammaView, ProbeStudy, SeenLamp, Study, StudyAsk};
 

@@ -53,8 +53,7 @@ pub struct Relit {
     pub solo: Vec<usize>,
     /// Scene-linear light of each pixel, premultiplied, where it is in memory.
     pub linear: Option<Image>,
-    /// The OLATs, and what each lamp's picture was multiplied with.
-    pub field: Arc<PredictedFrame>,
+    /// What each lamp's picture was multiplied with.
     pub weights: Vec<[f32; 3]>,
     /// What ran and what did not.
     pub passes: Vec<PassReport>,
@@ -68,6 +67,8 @@ pub struct Relit {
     pub rig: Arc<Rig>,
     /// Frames whose field is at hand.
     pub frames_at_hand: HashSet<usize>,
+    /// The frame and its field.
+    pub predicted: Arc<PredictedFrame>,
 }
 
 /// The thread's ends of what connects it.
@@ -334,7 +335,6 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             scene: ask.scene.clone(),
             second: second.map(|(of, picture)| (of, Codes::of(&picture))),
             solo: ask.solo.clone(),
-            field: shown.clone(),
             weights: scaled(&weights.per_lamp, light.levels.subject),
             environment: light.environment.name.clone(),
             width,
@@ -347,6 +347,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             uncovered: light.weights.uncovered,
             rig: rig.clone(),
             frames_at_hand: self.cache.indices().collect(),
+            predicted: shown.clone(),
         })
     }
 }

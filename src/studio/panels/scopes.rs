@@ -130,7 +130,7 @@ fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
     if let Some([r, g, b]) = linear {
         row(ui, "Linear", format!("{r:.4} {g:.4} {b:.4}"));
     }
-    match relit.field.field.texel(x, y) {
+    match relit.predicted.field.texel(x, y) {
         Some(texel) => lamps_ui(ui, &texel, sight, relit, out),
         None => {
             let why = "What each lamp gives to a pixel is read where the OLATs are in memory, not on a GPU";
@@ -169,7 +169,7 @@ fn lamps_ui(ui: &mut Ui, texel: &[[f32; 3]], sight: &Sight, relit: &Relit, out: 
         return;
     };
     if response.clicked() {
-        out.push(Command::Solo(vec![lamp]));
+        out.push(Command::Solo(Some(lamp)));
     }
     let names = sight.project.map(|project| &project.settings.shoot.lamps);
     let name = names.and_then(|names| names.get(lamp));

@@ -99,7 +99,7 @@ fn compare_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             }
         });
         if ui.button("True OLATs in a folder…").clicked() {
-            out.push(Command::ChooseTruth);
+            out.push(Command::CompareTruth);
         }
     })
     .response
@@ -143,7 +143,7 @@ fn solo_ui(ui: &mut Ui, lamp: usize, sight: &Sight, out: &mut Vec<Command>) {
     let back = Button::new(RichText::new(format!("{text} alone ×")).color(theme::ACCENT));
     let hint = "Back to the environment. Keys: Page up and Page down go through the lamps";
     if ui.add(back).on_hover_text(hint).clicked() {
-        out.push(Command::Solo(Vec::new()));
+        out.push(Command::Solo(None));
     }
 }
 

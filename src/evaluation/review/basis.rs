@@ -1,0 +1,89 @@
+//! What a review rests on, so that a kept one can be told from one that no longer holds.
+
+use crate::error::{Error, Result};
+use crate::project::Project;
+use serde::{Deserialize, Serialize};
+
+/// Marks of the files that figures follow from.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Basis {
+    network: String,
+    calibration: String,
+    shoot: String,
+}
+
+impl Basis {
+    /// The basis of a project as it is now.
+    ///
+    /// # Errors
+    /// When it has no network or no calibration.
+    pub fn of(project: &Project) -> Result<Self> {
+        let mark = |path: std::path::PathBuf, remedy: &str| match std::fs::read(&path) {
+            Ok(bytes) => Ok(mark(&bytes)),
+            Err(e) => Err(Error::file("open", path, e, remedy)),
+        };
+        Ok(Self {
+            // The table changes with every checkpoint: it counts seconds.
+            network: mark(
+                project.checkpoint_path().join("checkpoint.toml"),
+                "Train this project first: afterlight train PROJECT",
+            )?,
+            calibration: mark(
+                project.calibration_path(),
+                "Calibrate this project first: afterlight calibrate PROJECT",
+            )?,
+            shoot: mark(
+                project.root.join("project.toml"),
+                "Make a project first: afterlight import PROJECT --shoot DIR",
+            )?,
+        })
+    }
+
+    /// What has changed since `self`, as the subject of a sentence; none where nothing has.
+    pub fn difference(&self, now: &Self) -> Option<&'static str> {
+        let pairs = [
+            (&self.shoot, &now.shoot, "the project"),
+            (&self.calibration, &now.calibration, "the calibration"),
+            (&self.network, &now.network, "the network"),
+        ];
+        pairs
+            .into_iter()
+            .find(|(old, new, _)| old != new)
+            .map(|(.., what)| what)
+    }
+}
+
+/// FNV-1a of 64 bits, which stays the same from program to program.
+fn mark(bytes: &[u8]) -> String {
+    let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
+    });
+    format!("{hash:016x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_changed_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = crate::project::tests::empty(folder.path());
+        let missing = Basis::of(&project).unwrap_err().to_string();
+        assert!(missing.contains("afterlight train"), "{missing}");
+        project.save().unwrap();
+        std::fs::create_dir(project.checkpoint_path()).unwrap();
+        let table = project.checkpoint_path().join("checkpoint.toml");
+        std::fs::write(&table, "seconds = 1.0").unwrap();
+        std::fs::write(project.calibration_path(), "exposure = 1.0").unwrap();
+        let first = Basis::of(&project).unwrap();
+        assert_eq!(first.difference(&Basis::of(&project).unwrap()), None);
+        std::fs::write(&table, "seconds = 2.0").unwrap();
+        let trained = Basis::of(&project).unwrap();
+        assert_eq!(first.difference(&trained), Some("the network"));
+        std::fs::write(project.calibration_path(), "exposure = 1.1").unwrap();
+        let calibrated = Basis::of(&project).unwrap();
+        assert_eq!(trained.difference(&calibrated), Some("the calibration"));
+        assert_eq!(mark(b""), "cbf29ce484222325");
+    }
+}

@@ -1,0 +1,195 @@
+//! What a reviewer says of lamps and frames, kept in the project's `review.toml`.
+
+use crate::error::{Error, Result};
+use crate::project::{Project, save_toml};
+use serde::{Deserialize, Serialize};
+
+/// The version of `review.toml` that this program writes and reads.
+const FORMAT: u32 = 1;
+
+/// A verdict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mark {
+    Bad,
+    Doubtful,
+    Good,
+}
+
+impl Mark {
+    pub const ALL: [Self; 3] = [Self::Good, Self::Doubtful, Self::Bad];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Doubtful => "doubtful",
+            Self::Bad => "bad",
+        }
+    }
+}
+
+/// A verdict or a note on one lamp in one frame or pose. Both go by the names of their files, so that they
+/// outlive another import.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Marked {
+    pub case: String,
+    pub lamp: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mark: Option<Mark>,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub note: String,
+    /// What a later version wrote, kept.
+    #[serde(flatten)]
+    other: toml::Table,
+}
+
+/// All of them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Marks {
+    format: u32,
+    #[serde(default)]
+    cells: Vec<Marked>,
+    /// What a later version wrote, kept.
+    #[serde(flatten)]
+    other: toml::Table,
+}
+
+impl Default for Marks {
+    fn default() -> Self {
+        Self {
+            format: FORMAT,
+            cells: Vec::new(),
+            other: toml::Table::new(),
+        }
+    }
+}
+
+impl Marked {
+    /// A verdict and a note on a lamp in a frame or pose.
+    pub fn new(case: &str, lamp: &str, mark: Option<Mark>, note: &str) -> Self {
+        Self {
+            case: case.to_owned(),
+            lamp: lamp.to_owned(),
+            mark,
+            note: note.to_owned(),
+            other: toml::Table::new(),
+        }
+    }
+}
+
+impl Marks {
+    /// Reads the project's; none were made where there is no file.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is not understood or is of another format version.
+    pub fn load(project: &Project) -> Result<Self> {
+        let path = project.marks_path();
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
+            Err(e) => return Err(Error::file("open", path, e, "Check that it can be read")),
+        };
+        let marks: Self = toml::from_str(&text).map_err(|e| {
+            let remedy = "Mend the line, or move the file away to start with no marks";
+            Error::file("read", &path, e.message().trim(), remedy)
+        })?;
+        if marks.format != FORMAT {
+            return Err(Error::unexpected(
+                path.display(),
+                format!("format {FORMAT}"),
+                format!("format {}", marks.format),
+                "Open it with the version of Afterlight that wrote it",
+            ));
+        }
+        Ok(marks)
+    }
+
+    /// Keeps them in the project.
+    pub fn save(&self, project: &Project) -> Result<()> {
+        save_toml(&project.marks_path(), self)
+    }
+
+    /// Every lamp and frame that has a verdict or a note, in the order in which they were first marked.
+    pub fn all(&self) -> &[Marked] {
+        &self.cells
+    }
+
+    /// What was said of a lamp in a frame or pose.
+    pub fn of(&self, case: &str, lamp: &str) -> Option<&Marked> {
+        self.cells.iter().find(|m| m.case == case && m.lamp == lamp)
+    }
+
+    /// Sets verdict and note; with neither there is nothing to keep.
+    pub fn set(&mut self, marked: Marked) {
+        let same = |m: &Marked| m.case == marked.case && m.lamp == marked.lamp;
+        match self.cells.iter().position(same) {
+            Some(place) if marked.mark.is_none() && marked.note.is_empty() => {
+                self.cells.remove(place);
+            }
+            Some(place) => {
+                self.cells[place].mark = marked.mark;
+                self.cells[place].note = marked.note;
+            }
+            None if marked.mark.is_none() && marked.note.is_empty() => {}
+            None => self.cells.push(marked),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_come_back_and_what_is_not_known_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = crate::project::tests::empty(folder.path());
+        assert_eq!(Marks::load(&project).unwrap(), Marks::default());
+        let text = "format = 1\nauthor = \"later\"\n[[cells]]\ncase = \"frame_005\"\nlamp = \"olat_01\"\n\
+                    mark = \"bad\"\nstamp = 12\n";
+        std::fs::write(project.marks_path(), text).unwrap();
+        let mut marks = Marks::load(&project).unwrap();
+        assert_eq!(
+            marks.of("frame_005", "olat_01").unwrap().mark,
+            Some(Mark::Bad)
+        );
+        assert_eq!(marks.of("frame_005", "olat_02"), None);
+        let note = "a \"hard\" edge\nunder <the> chin";
+        marks.set(Marked::new(
+            "frame_005",
+            "olat_01",
+            Some(Mark::Doubtful),
+            note,
+        ));
+        marks.set(Marked::new("pose02", "olat_00", None, "fine"));
+        marks.set(Marked::new("pose02", "olat_01", None, ""));
+        marks.save(&project).unwrap();
+        let text = std::fs::read_to_string(project.marks_path()).unwrap();
+        assert!(
+            text.contains("author = \"later\"") && text.contains("stamp = 12"),
+            "{text}"
+        );
+        let again = Marks::load(&project).unwrap();
+        assert_eq!(again, marks);
+        assert_eq!(again.all().len(), 2);
+        assert_eq!(again.of("frame_005", "olat_01").unwrap().note, note);
+        marks.set(Marked::new("pose02", "olat_00", None, ""));
+        assert_eq!(marks.all().len(), 1);
+    }
+
+    #[test]
+    fn a_file_that_is_not_understood_is_named_with_a_remedy() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = crate::project::tests::empty(folder.path());
+        for text in [
+            "format = 2",
+            "format = 1\ncells = 3",
+            "[[",
+            "format = 1\n[[cells]]\nlamp = \"a\"\ncase = \"b\"\nmark = \"lovely\"",
+        ] {
+            std::fs::write(project.marks_path(), text).unwrap();
+            let refused = Marks::load(&project).unwrap_err().to_string();
+            assert!(refused.contains("review.toml"), "{refused}");
+        }
+    }
+}

@@ -1,0 +1,344 @@
+//! A review of a trained network: how near each predicted OLAT is to its truth, lamp by lamp and frame by
+//! frame, what a person marked in it, and a page to hand on.
+
+mod basis;
+mod heat;
+mod layout;
+mod marks;
+mod measure;
+mod page;
+mod pictures;
+mod report;
+
+pub use basis::Basis;
+pub use heat::{badness, heat};
+pub use layout::{Placed, place_by_direction};
+pub use marks::{Mark, Marked, Marks};
+pub use measure::{Means, ReviewReport, ReviewSettings, own_truth, review};
+
+use super::metrics::pooled;
+use crate::error::{Error, Result};
+use crate::imaging::file::write_beside;
+use crate::project::Project;
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// The version of `measured.json` that this program writes and reads.
+const FORMAT: u32 = 1;
+
+/// What a network is measured on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Case {
+    /// An interview frame whose true OLATs are known.
+    Frame(usize),
+    /// A pose of the OLAT session, relit as the interview.
+    Pose(usize),
+}
+
+/// One predicted OLAT beside its truth.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// Of the encoded subject, at its case's exposure, in decibels.
+    pub psnr_db: f64,
+    /// Mean over the subject, −1 to 1.
+    pub ssim: f64,
+    /// Mean error over the subject, 0 to 1.
+    pub flip: f64,
+}
+
+/// A case under every lamp.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    pub case: Case,
+    /// The name of the frame or pose, as its files have it.
+    pub name: String,
+    /// Whether the network was trained on it.
+    pub seen: bool,
+    /// What predictions were multiplied by: one number for all frames, and one for all poses.
+    pub scale: f64,
+    /// One for each lamp that the network learns.
+    pub cells: Vec<Cell>,
+}
+
+/// Everything that was measured, as kept in `measured.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Review {
+    /// Version of this file.
+    format: u32,
+    /// What it was measured with.
+    pub basis: Basis,
+    /// The folder with the truth of frames, where one was given.
+    pub truth: Option<PathBuf>,
+    /// Steps and seconds of the network's training.
+    pub training_steps: u64,
+    pub training_seconds: f64,
+    /// Names of the lamps that the network learns.
+    pub lamps: Vec<String>,
+    /// Frames first, then poses. At least one.
+    pub cases: Vec<Measured>,
+}
+
+/// A figure of a cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Metric {
+    Psnr,
+    Ssim,
+    /// What a viewer would notice.
+    #[default]
+    Flip,
+}
+
+impl Metric {
+    pub const ALL: [Self; 3] = [Self::Flip, Self::Psnr, Self::Ssim];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Psnr => "PSNR",
+            Self::Ssim => "SSIM",
+            Self::Flip => "FLIP",
+        }
+    }
+
+    /// The figure of a cell.
+    pub fn of(self, cell: &Cell) -> f64 {
+        match self {
+            Self::Psnr => cell.psnr_db,
+            Self::Ssim => cell.ssim,
+            Self::Flip => cell.flip,
+        }
+    }
+
+    /// The figure of several cells together: the mean; of PSNR, that of the pooled error.
+    pub fn mean<'a>(self, cells: impl ExactSizeIterator<Item = &'a Cell>) -> f64 {
+        let count = cells.len();
+        let values = cells.map(|cell| self.of(cell));
+        match self {
+            Self::Psnr => pooled(values),
+            Self::Ssim | Self::Flip => values.sum::<f64>() / count as f64,
+        }
+    }
+
+    /// Larger is worse.
+    fn order(self, value: f64) -> f64 {
+        match self {
+            Self::Psnr | Self::Ssim => -value,
+            Self::Flip => value,
+        }
+    }
+
+    /// The figure in words.
+    pub fn text(self, value: f64) -> String {
+        match self {
+            Self::Psnr => format!("{value:.1} dB"),
+            Self::Ssim | Self::Flip => format!("{value:.3}"),
+        }
+    }
+}
+
+impl Review {
+    /// The cases that a network is judged by: those that it was not trained on; all where there are none.
+    pub fn judged(&self) -> Vec<&Measured> {
+        let unseen: Vec<&Measured> = self.cases.iter().filter(|c| !c.seen).collect();
+        if unseen.is_empty() {
+            self.cases.iter().collect()
+        } else {
+            unseen
+        }
+    }
+
+    /// Cases and lamps by their places in `cases` and `lamps`, the worst first.
+    pub fn worst(&self, metric: Metric) -> Vec<(usize, usize)> {
+        let figure =
+            |&(case, lamp): &(usize, usize)| metric.order(metric.of(&self.cases[case].cells[lamp]));
+        let lamps = 0..self.lamps.len();
+        let mut cells: Vec<(usize, usize)> = (0..self.cases.len())
+            .flat_map(|case| lamps.clone().map(move |lamp| (case, lamp)))
+            .collect();
+        cells.sort_by(|a, b| figure(b).total_cmp(&figure(a)));
+        cells
+    }
+
+    /// Each lamp's figure over the cases that the network is judged by.
+    pub fn lamp_means(&self, metric: Metric) -> Vec<f64> {
+        let judged = self.judged();
+        (0..self.lamps.len())
+            .map(|lamp| metric.mean(judged.iter().map(|case| &case.cells[lamp])))
+            .collect()
+    }
+
+    /// The lamps, the worst first.
+    pub fn worst_lamps(&self, metric: Metric) -> Vec<usize> {
+        let means = self.lamp_means(metric);
+        let mut lamps: Vec<usize> = (0..means.len()).collect();
+        lamps.sort_by(|&a, &b| metric.order(means[b]).total_cmp(&metric.order(means[a])));
+        lamps
+    }
+
+    /// Each case's figure over all lamps.
+    pub fn case_means(&self, metric: Metric) -> Vec<f64> {
+        let mean = |case: &Measured| metric.mean(case.cells.iter());
+        self.cases.iter().map(mean).collect()
+    }
+
+    /// The figure over all cells of `cases`; none where there is no case.
+    pub fn mean(metric: Metric, cases: &[&Measured]) -> Option<f64> {
+        let cells: Vec<&Cell> = cases.iter().flat_map(|case| &case.cells).collect();
+        (!cells.is_empty()).then(|| metric.mean(cells.into_iter()))
+    }
+
+    /// Reads what was measured last; none where nothing was. [`Basis::difference`] tells whether it
+    /// still holds.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is not understood.
+    pub fn load(project: &Project) -> Result<Option<Self>> {
+        const REMEDY: &str = "Measure again: afterlight review PROJECT --fresh";
+        let path = project.measured_path();
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(Error::file("open", path, e, REMEDY)),
+        };
+        let review: Self =
+            serde_json::from_str(&text).map_err(|e| Error::file("read", &path, e, REMEDY))?;
+        let lamps = review.lamps.len();
+        let whole = review.format == FORMAT
+            && lamps > 0
+            && !review.cases.is_empty()
+            && review.cases.iter().all(|case| case.cells.len() == lamps);
+        if whole {
+            return Ok(Some(review));
+        }
+        Err(Error::unexpected(
+            path.display(),
+            format!("format {FORMAT}, with a cell for each case and lamp"),
+            format!(
+                "format {}, {} cases, {lamps} lamps",
+                review.format,
+                review.cases.len()
+            ),
+            REMEDY,
+        ))
+    }
+
+    /// Keeps it in the project.
+    pub fn save(&self, project: &Project) -> Result<()> {
+        let path = project.measured_path();
+        let fault = "Please report this: it is a fault of the program";
+        let text =
+            serde_json::to_string(self).map_err(|e| Error::file("write", &path, e, fault))?;
+        write_beside(&path, |out| out.write_all(text.as_bytes()))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Three lamps; a frame and a held-out pose that training has not seen, and a pose that it has.
+    pub fn example() -> Review {
+        let cell = |psnr_db: f64, flip: f64| Cell {
+            psnr_db,
+            ssim: 1.0 - flip,
+            flip,
+        };
+        let measured = |case, name: &str, seen, cells: [Cell; 3]| Measured {
+            case,
+            name: name.to_owned(),
+            seen,
+            scale: 1.0,
+            cells: cells.to_vec(),
+        };
+        Review {
+            format: FORMAT,
+            basis: Basis::default(),
+            truth: None,
+            training_steps: 1200,
+            training_seconds: 600.0,
+            lamps: ["olat_00", "olat_01", "olat_02"]
+                .map(str::to_owned)
+                .to_vec(),
+            cases: vec![
+                measured(
+                    Case::Frame(5),
+                    "frame_005",
+                    false,
+                    [cell(30.0, 0.1), cell(20.0, 0.3), cell(25.0, 0.2)],
+                ),
+                measured(
+                    Case::Pose(0),
+                    "pose00",
+                    true,
+                    [cell(50.0, 0.5), cell(40.0, 0.02), cell(45.0, 0.01)],
+                ),
+                measured(
+                    Case::Pose(1),
+                    "pose01",
+                    false,
+                    [cell(40.0, 0.05), cell(22.0, 0.15), cell(19.0, 0.25)],
+                ),
+            ],
+        }
+    }
+
+    #[test]
+    fn the_worst_comes_first_by_any_figure() {
+        let review = example();
+        assert_eq!(review.worst(Metric::Flip)[..3], [(1, 0), (0, 1), (2, 2)]);
+        assert_eq!(review.worst(Metric::Psnr)[..3], [(2, 2), (0, 1), (2, 1)]);
+        assert_eq!(review.worst(Metric::Ssim), review.worst(Metric::Flip));
+        assert_eq!(review.worst(Metric::Flip).len(), 9);
+    }
+
+    #[test]
+    fn lamps_are_judged_by_what_training_has_not_seen() {
+        let review = example();
+        let near = |a: &[f64], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
+        assert!(near(
+            &review.lamp_means(Metric::Flip),
+            [0.075, 0.225, 0.225]
+        ));
+        assert_eq!(review.worst_lamps(Metric::Flip)[2], 0);
+        let pooled = |a: f64, b: f64| {
+            -10.0 * ((10f64.powf(-a / 10.0) + 10f64.powf(-b / 10.0)) / 2.0).log10()
+        };
+        let wanted = [pooled(30.0, 40.0), pooled(20.0, 22.0), pooled(25.0, 19.0)];
+        assert!(near(&review.lamp_means(Metric::Psnr), wanted));
+        assert!(near(
+            &review.case_means(Metric::Flip),
+            [0.2, 0.53 / 3.0, 0.15]
+        ));
+        let mut trained = review;
+        trained.cases.iter_mut().for_each(|case| case.seen = true);
+        assert_eq!(trained.judged().len(), 3);
+    }
+
+    #[test]
+    fn it_survives_its_file_and_a_broken_one_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = crate::project::tests::empty(folder.path());
+        assert_eq!(Review::load(&project).unwrap(), None);
+        let review = example();
+        review.save(&project).unwrap();
+        assert_eq!(Review::load(&project).unwrap(), Some(review.clone()));
+        let torn = Review {
+            lamps: vec!["olat_00".into()],
+            ..review
+        };
+        torn.save(&project).unwrap();
+        for text in [None, Some("{"), Some("{\"format\": 1}")] {
+            if let Some(text) = text {
+                std::fs::write(project.measured_path(), text).unwrap();
+            }
+            let refused = Review::load(&project).unwrap_err().to_string();
+            assert!(
+                refused.contains("measured.json") && refused.contains("--fresh"),
+                "{refused}"
+            );
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! A case's OLATs as they were compared, as pictures of a page.
+
+use super::super::flip::{PIXELS_PER_DEGREE, flip};
+use super::super::metrics::encoded;
+use super::heat;
+use super::measure::Attempt;
+use crate::error::Result;
+use crate::imaging::file::png_bytes;
+use crate::imaging::resample::resize_area;
+use crate::imaging::{Encoded, Image};
+
+/// Longest side of a picture in a page.
+const SIDE_PX: usize = 256;
+/// Side of a picture in the contact sheet.
+const SMALL_PX: usize = 96;
+
+/// A case beside its truth, in the codes that the figures are of.
+pub(super) struct Pictures {
+    attempt: Attempt,
+    exposure: f64,
+    scale: f64,
+}
+
+impl Pictures {
+    /// `scale` brings predictions to the truth's units.
+    pub fn new(attempt: Attempt, scale: f64) -> Self {
+        Self {
+            exposure: attempt.compared().exposure(),
+            attempt,
+            scale,
+        }
+    }
+
+    fn code(&self, olat: &Image, scale: f64) -> Encoded {
+        encoded(olat, &self.attempt.mask, (self.exposure * scale) as f32)
+    }
+
+    fn predicted(&self, lamp: usize) -> Encoded {
+        self.code(&self.attempt.predicted[lamp], self.scale)
+    }
+
+    /// A lamp's true and predicted picture and their FLIP, each a data URI.
+    pub fn row(&self, lamp: usize) -> Result<[String; 3]> {
+        let truth = self.code(&self.attempt.truths[lamp], 1.0);
+        let predicted = self.predicted(lamp);
+        let errors = flip(&truth, &predicted, PIXELS_PER_DEGREE)?.error;
+        let errors = Encoded(errors.map(heat));
+        Ok([
+            data_uri(&truth, SIDE_PX)?,
+            data_uri(&predicted, SIDE_PX)?,
+            data_uri(&errors, SIDE_PX)?,
+        ])
+    }
+
+    /// A small predicted picture of every lamp, each a data URI.
+    pub fn sheet(&self) -> Result<Vec<String>> {
+        (0..self.attempt.predicted.len())
+            .map(|lamp| data_uri(&self.predicted(lamp), SMALL_PX))
+            .collect()
+    }
+}
+
+/// A PNG picture of at most `side` pixels, in the text of a page.
+fn data_uri(picture: &Encoded, side: usize) -> Result<String> {
+    let (width, height) = picture.0.size();
+    let longest = width.max(height).max(1);
+    let bytes = if longest <= side {
+        png_bytes(picture)?
+    } else {
+        let reduce = |length: usize| (length * side / longest).max(1);
+        // Codes are averaged: what matters is how it looks.
+        let small = resize_area(&picture.0, reduce(width), reduce(height));
+        png_bytes(&Encoded(small))?
+    };
+    Ok(format!("data:image/png;base64,{}", base64(&bytes)))
+}
+
+/// RFC 4648, section 4.
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for i in 0..4 {
+            text.push(if i <= three.len() {
+                char::from(LETTERS[(bits >> (18 - 6 * i) & 63) as usize])
+            } else {
+                '='
+            });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imaging::{Mask, Raster};
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        let vectors = [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ];
+        for (plain, wanted) in vectors {
+            assert_eq!(base64(plain.as_bytes()), wanted);
+        }
+        assert_eq!(base64(&[0xfb, 0xff, 0xfe]), "+//+");
+    }
+
+    #[test]
+    fn pictures_of_a_page_are_small_and_where_nothing_differs_the_third_is_dark() {
+        let olat = |seed: usize| -> Image {
+            Raster::from_fn(600, 300, |x, y| {
+                [((x * 3 + y * 5 + seed) % 17) as f32 / 17.0; 3]
+            })
+        };
+        let attempt = Attempt {
+            mask: Mask::filled(600, 300, 1.0),
+            predicted: vec![olat(0), olat(9)],
+            truths: vec![olat(0), olat(0)],
+        };
+        let pictures = Pictures::new(attempt, 1.0);
+        let [truth, predicted, same] = pictures.row(0).unwrap();
+        assert_eq!(truth, predicted);
+        let [.., different] = pictures.row(1).unwrap();
+        assert!(different.len() > same.len(), "an even picture packs well");
+        assert!(
+            pictures
+                .sheet()
+                .unwrap()
+                .iter()
+                .all(|uri| uri.len() < truth.len())
+        );
+    }
+}

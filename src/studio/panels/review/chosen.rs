@@ -1,0 +1,70 @@
+//! The chosen cell: its figures, its verdict and its note.
+
+use crate::evaluation::review::{Mark, Marked, Metric, Review};
+use crate::studio::command::Command;
+use crate::studio::reviews::Reviews;
+use crate::studio::theme;
+use egui::{RichText, TextEdit, Ui};
+
+/// The note as it is being written, and the names of the cell that it belongs to.
+#[derive(Default)]
+pub struct Draft {
+    cell: Option<(String, String)>,
+    text: String,
+}
+
+/// What is shown of a cell.
+pub struct ChosenUi<'a> {
+    pub review: &'a Review,
+    /// Places of case and lamp in the review.
+    pub cell: (usize, usize),
+    pub reviews: &'a Reviews,
+    pub metric: Metric,
+}
+
+impl ChosenUi<'_> {
+    pub fn ui(&self, ui: &mut Ui, draft: &mut Draft, out: &mut Vec<Command>) {
+        let (case, lamp) = self.cell;
+        let (case, lamp_name) = (&self.review.cases[case], &self.review.lamps[lamp]);
+        let marked = self.reviews.marks.of(&case.name, lamp_name);
+        let mark = marked.and_then(|m| m.mark);
+        let note = marked.map_or("", |m| m.note.as_str());
+        let name = Some((case.name.clone(), lamp_name.clone()));
+        if draft.cell != name {
+            *draft = Draft {
+                cell: name,
+                text: note.to_owned(),
+            };
+        }
+        ui.strong(format!("{}, {lamp_name}", case.name));
+        let figures = Metric::ALL.map(|m| {
+            let text = format!("{} {}", m.name(), m.text(m.of(&case.cells[lamp])));
+            let strong = m == self.metric;
+            RichText::new(text).color(if strong { theme::TEXT } else { theme::QUIET })
+        });
+        ui.horizontal_wrapped(|ui| figures.map(|text| ui.label(text)));
+        let mut wanted = mark;
+        ui.horizontal(|ui| {
+            for one in Mark::ALL {
+                let chosen = mark == Some(one);
+                if ui.selectable_label(chosen, capitalized(one)).clicked() {
+                    wanted = (!chosen).then_some(one);
+                }
+            }
+        });
+        let label = ui.label(RichText::new("Note").color(theme::QUIET));
+        let field = TextEdit::multiline(&mut draft.text)
+            .desired_rows(2)
+            .desired_width(f32::INFINITY)
+            .hint_text("What is wrong, or right, here");
+        ui.add(field).labelled_by(label.id);
+        if wanted != mark || draft.text != note {
+            let marked = Marked::new(&case.name, lamp_name, wanted, &draft.text);
+            out.push(Command::Mark(Box::new(marked)));
+        }
+    }
+}
+
+fn capitalized(mark: Mark) -> String {
+    crate::studio::panels::job::capitalized(mark.name())
+}

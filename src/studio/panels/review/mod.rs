@@ -1,0 +1,221 @@
+//! The review: how near the network is to the truth, lamp by lamp and frame by frame, and what a person says
+//! of it.
+
+mod chosen;
+mod map;
+mod sheet;
+
+pub use sheet::LampSheetPanel;
+
+use crate::evaluation::review::{Case, Means, Metric, Review};
+use crate::studio::command::Command;
+use crate::studio::news::Phase;
+use crate::studio::panel::Sight;
+use crate::studio::theme::{self, GAP};
+use crate::worker::{Blocked, KeptReview};
+use chosen::ChosenUi;
+use egui::{Button, Color32, RichText, ScrollArea, Ui};
+
+/// Cells in the list of the worst.
+const WORST: usize = 12;
+
+/// The panel, what it shows of the figures, and the note that is being written.
+#[derive(Default)]
+pub struct ReviewPanel {
+    metric: Metric,
+    /// A case and a lamp by their places in the review.
+    chosen: Option<(usize, usize)>,
+    note: chosen::Draft,
+}
+
+impl ReviewPanel {
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            ui.add_space(GAP);
+            // Beside the scroll bar.
+            ui.set_max_width(ui.available_width() - GAP);
+            self.contents_ui(ui, sight, out);
+            ui.add_space(GAP);
+        });
+    }
+
+    fn contents_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let kept = match &sight.reviews.kept {
+            _ if sight.project.is_none() => {
+                return quiet_ui(ui, "Open a project to review its network.");
+            }
+            None => return quiet_ui(ui, "Reading what was measured."),
+            Some(Err(sentence)) => {
+                ui.colored_label(theme::ACCENT, sentence);
+                ui.add_space(GAP);
+                return buttons_ui(ui, sight, None, out);
+            }
+            Some(Ok(kept)) => kept,
+        };
+        let Some(review) = &kept.review else {
+            return empty_ui(ui, sight, kept, out);
+        };
+        buttons_ui(ui, sight, Some(kept), out);
+        if let Some(what) = kept.outdated {
+            let changed = format!("This was measured before {what} changed. Measure again.");
+            ui.colored_label(theme::ACCENT, changed);
+        }
+        if let Some(failure) = &sight.reviews.failure {
+            ui.colored_label(theme::ACCENT, failure);
+        }
+        // Another measurement may have fewer of them.
+        self.chosen = (self.chosen)
+            .filter(|&(case, lamp)| case < review.cases.len() && lamp < review.lamps.len());
+        ui.add_space(GAP);
+        metrics_ui(ui, &mut self.metric);
+        means_ui(ui, review, self.metric);
+        ui.add_space(GAP);
+        let view = map::MapUi {
+            review,
+            metric: self.metric,
+            marks: &sight.reviews.marks,
+            chosen: self.chosen,
+            solo: &sight.state.solo,
+            frame: sight.state.frame,
+        };
+        let from_map = view.ui(ui);
+        ui.add_space(GAP);
+        if let Some(cell) = self.chosen {
+            let ui_of_chosen = ChosenUi {
+                review,
+                cell,
+                reviews: sight.reviews,
+                metric: self.metric,
+            };
+            ui_of_chosen.ui(ui, &mut self.note, out);
+            ui.add_space(GAP);
+        }
+        let from_list = worst_ui(ui, review, self.metric, self.chosen);
+        if let Some(cell) = from_map.or(from_list) {
+            self.choose(review, cell, out);
+        }
+    }
+
+    /// Chooses a cell: its frame is shown under its lamp.
+    fn choose(&mut self, review: &Review, cell: (usize, usize), out: &mut Vec<Command>) {
+        self.chosen = Some(cell);
+        if let Case::Frame(frame) = review.cases[cell.0].case {
+            out.push(Command::Frame(frame));
+        }
+        out.push(Command::Solo(Some(cell.1)));
+    }
+}
+
+fn quiet_ui(ui: &mut Ui, sentence: &str) {
+    ui.label(RichText::new(sentence).color(theme::QUIET));
+}
+
+/// Why there are no figures, and what brings them.
+fn empty_ui(ui: &mut Ui, sight: &Sight, kept: &KeptReview, out: &mut Vec<Command>) {
+    if let Phase::Blocked(Blocked { sentence, .. }) = &sight.news.phase {
+        ui.label("There is no network to compare with the truth yet.");
+        return quiet_ui(ui, sentence);
+    }
+    let poses = match sight.project.map_or(0, |p| p.settings.shoot.poses.len()) {
+        1 => "the pose".to_owned(),
+        poses => format!("each of {poses} poses"),
+    };
+    ui.label("Nothing was measured yet.");
+    let frames = match &kept.truth {
+        Some(folder) => format!(", and in the frames whose truth is in {}", folder.display()),
+        None => String::new(),
+    };
+    quiet_ui(
+        ui,
+        &format!(
+            "Measuring compares what the network predicts under every lamp with the photograph, in {poses}\
+             {frames}."
+        ),
+    );
+    ui.add_space(GAP);
+    buttons_ui(ui, sight, Some(kept), out);
+}
+
+fn buttons_ui(ui: &mut Ui, sight: &Sight, kept: Option<&KeptReview>, out: &mut Vec<Command>) {
+    let idle = sight.news.work.is_none();
+    let able = idle && sight.is_live();
+    let why = match (idle, sight.is_live()) {
+        (false, _) => "A job is running; it has to end first.",
+        (_, false) => "There is no network yet.",
+        _ => "",
+    };
+    let mut button = |ui: &mut Ui,
+                      text: &str,
+                      fill: Option<Color32>,
+                      able: bool,
+                      hint: &str,
+                      command: Command| {
+        let mut button = Button::new(text);
+        if let Some(fill) = fill {
+            button = button.fill(fill);
+        }
+        let response = ui.add_enabled(able, button);
+        if response
+            .on_hover_text(hint)
+            .on_disabled_hover_text(why)
+            .clicked()
+        {
+            out.push(command);
+        }
+    };
+    ui.horizontal_wrapped(|ui| {
+        let hint = "Compares every predicted picture under one lamp with the true one, and keeps the figures with the project";
+        button(ui, "Measure", Some(theme::ACCENT_DIM), able, hint, Command::Measure(None));
+        let hint = "Measures on the frames of another truth: a folder with truth/";
+        button(ui, "Truth…", None, able, hint, Command::ChooseTruth);
+        if kept.is_some_and(|kept| kept.review.is_some()) {
+            let hint = "Writes one page with figures, pictures and notes, to hand on";
+            button(ui, "Report…", None, able, hint, Command::ChooseReport);
+        }
+    });
+}
+
+fn metrics_ui(ui: &mut Ui, chosen: &mut Metric) {
+    ui.horizontal(|ui| {
+        for metric in Metric::ALL {
+            let hint = match metric {
+                Metric::Flip => "What a viewer notices when one picture is flipped into the other: 0 to 1, less is better",
+                Metric::Psnr => "The error's power against white: more decibels are better",
+                Metric::Ssim => "How alike the structure is: up to 1, more is better",
+            };
+            ui.selectable_value(chosen, metric, metric.name()).on_hover_text(hint);
+        }
+    });
+}
+
+/// The figures over all cells.
+fn means_ui(ui: &mut Ui, review: &Review, metric: Metric) {
+    let (seen, unseen): (Vec<_>, Vec<_>) = review.cases.iter().partition(|case| case.seen);
+    for (what, cases) in [("kept out of training", unseen), ("seen in training", seen)] {
+        if let Some(means) = Means::of(&cases) {
+            let figure = metric.text(metric.of(&means.over_cells));
+            let text = format!("{figure} over {} {what}", means.cases);
+            ui.label(RichText::new(text).color(theme::QUIET));
+        }
+    }
+}
+
+/// The worst cells, one button each; the one that was pressed.
+fn worst_ui(
+    ui: &mut Ui,
+    review: &Review,
+    metric: Metric,
+    chosen: Option<(usize, usize)>,
+) -> Option<(usize, usize)> {
+    let mut pressed = None;
+    ui.label(RichText::new("Furthest from the truth").color(theme::QUIET));
+    for cell in review.worst(metric).into_iter().take(WORST) {
+        let (case, lamp) = (&review.cases[cell.0], &review.lamps[cell.1]);
+        let figure = metric.text(metric.of(&case.cells[cell.1]));
+        let text = format!("{}, {lamp}: {figure}", case.name);
+        if ui.selectable_label(chosen == Some(cell), text).clicked() {
+            pressed = Some(cell);
+        }
+    }
+    pressed
+}

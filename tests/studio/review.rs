@@ -1,0 +1,250 @@
+//! The review's panels: what they say, what a click in them asks for, and what is kept.
+
+use super::{Window, clay, drag, snapshot, until, until_shown, window};
+use afterlight::evaluation::review::{Mark, Marks, Metric};
+use afterlight::project::Project;
+use afterlight::studio::StudioApp;
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
+use egui_kittest::kittest::Queryable;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+const LAMPS: usize = 24;
+
+/// A project that was measured on two frames and a pose, with figures that tell every cell from the others.
+fn measured(project: &Project) {
+    let cases = [
+        ("frame", 2, "frame_002", false),
+        ("frame", 5, "frame_005", false),
+        ("pose", 0, "pose00", true),
+    ];
+    let cases: Vec<serde_json::Value> = (cases.iter().enumerate())
+        .map(|(row, &(kind, number, name, seen))| {
+            let cell = |lamp: usize| {
+                let flip = 0.02 + 0.012 * ((lamp * 7 + row * 11) % LAMPS) as f64;
+                let flip = if seen { 0.3 * flip } else { flip };
+                serde_json::json!({
+                    "flip": flip, "psnr_db": 40.0 - 60.0 * flip, "ssim": 1.0 - flip
+                })
+            };
+            let cells: Vec<_> = (0..LAMPS).map(cell).collect();
+            serde_json::json!({
+                "case": { kind: number }, "name": name, "seen": seen, "scale": 1.0, "cells": cells
+            })
+        })
+        .collect();
+    let review = serde_json::json!({
+        "format": 1,
+        "basis": { "network": "", "calibration": "", "shoot": "" },
+        "truth": null,
+        "training_steps": 1200,
+        "training_seconds": 600.0,
+        "lamps": project.settings.shoot.lamps,
+        "cases": cases,
+    });
+    std::fs::write(project.measured_path(), review.to_string()).unwrap();
+}
+
+/// A shoot of clay.
+fn clay_project(folder: &Path) -> Project {
+    let project = clay::project(folder, clay::environments(folder));
+    project.save().unwrap();
+    project
+}
+
+/// The review of a project, once its frame was drawn under every lamp.
+fn opened(project: &Project) -> Window {
+    let project = project.clone();
+    let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some()
+    });
+    until_shown(&mut window);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
+    window.run_steps(2);
+    until(&mut window, "review", |app| {
+        app.reviews().kept.is_some() && app.reviews().sheet.is_some()
+    });
+    window
+}
+
+fn measured_window(folder: &Path) -> (Project, Window) {
+    let project = clay_project(folder);
+    measured(&project);
+    let window = opened(&project);
+    (project, window)
+}
+
+fn click(window: &mut Window, at: Pos2, modifiers: Modifiers) {
+    drag(window, at, at, PointerButton::Primary, modifiers);
+    window.run_steps(2);
+}
+
+/// Where a lamp is in the map of errors, in a row.
+fn in_map(window: &Window, row: usize, lamp: usize) -> Pos2 {
+    let map = window.get_by_label("FLIP by lamp and frame").rect();
+    let column = (map.width() - 86.0) / LAMPS as f32;
+    map.min
+        + vec2(
+            86.0 + (lamp as f32 + 0.5) * column,
+            40.0 + (row as f32 + 0.5) * 18.0,
+        )
+}
+
+#[test]
+fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, mut window) = measured_window(folder.path());
+    let lamp = |window: &Window, name: &str| {
+        let found = window.get_by_role_and_label(Role::Button, name);
+        found.rect().center()
+    };
+    let places = ["olat_07", "olat_03"].map(|name| lamp(&window, name));
+    click(&mut window, places[0], Modifiers::NONE);
+    assert_eq!(window.state().state().solo, [7]);
+    click(&mut window, places[1], Modifiers::COMMAND);
+    assert_eq!(window.state().state().solo, [3, 7]);
+    click(&mut window, places[1], Modifiers::NONE);
+    assert_eq!(window.state().state().solo, [3]);
+    click(&mut window, places[1], Modifiers::NONE);
+    assert!(
+        window.state().state().solo.is_empty(),
+        "the second click ends it"
+    );
+    click(&mut window, places[0], Modifiers::NONE);
+    window.get_by_label("Whole light").click();
+    window.run_steps(2);
+    assert!(window.state().state().solo.is_empty());
+    assert_eq!(
+        window
+            .state()
+            .reviews
+            .sheet
+            .as_ref()
+            .unwrap()
+            .as_ref()
+            .unwrap()
+            .lamps
+            .len(),
+        LAMPS
+    );
+}
+
+#[test]
+fn a_cell_is_found_looked_at_and_marked() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, mut window) = measured_window(folder.path());
+    let at = in_map(&window, 1, 10);
+    click(&mut window, at, Modifiers::NONE);
+    let state = window.state().state();
+    assert_eq!((state.frame, &state.solo[..]), (5, &[10][..]));
+    window.get_by_label("frame_005, olat_10");
+
+    window.get_by_label("Bad").click();
+    window.run_steps(2);
+    window.get_by_label("Note").focus();
+    window.run_steps(2);
+    window.event(Event::Text("the chin's shadow".to_owned()));
+    window.run_steps(3);
+    let marks_of = |window: &Window| Marks::load(&window.state().project).unwrap();
+    let started = Instant::now();
+    while marks_of(&window)
+        .of("frame_005", "olat_10")
+        .is_none_or(|m| m.note.is_empty())
+    {
+        assert!(started.elapsed() < Duration::from_secs(60));
+        window.step();
+    }
+    let kept = marks_of(&project);
+    let marked = kept.of("frame_005", "olat_10").unwrap();
+    assert_eq!(
+        (marked.mark, marked.note.as_str()),
+        (Some(Mark::Bad), "the chin's shadow")
+    );
+
+    // The other figures put other cells first.
+    window.get_by_label("PSNR").click();
+    window.run_steps(2);
+    window.get_by_label("PSNR by lamp and frame");
+    let worst = window
+        .state()
+        .reviews
+        .kept
+        .as_ref()
+        .unwrap()
+        .as_ref()
+        .unwrap()
+        .review
+        .clone()
+        .unwrap();
+    let (case, lamp) = worst.worst(Metric::Psnr)[0];
+    let name = format!("{}, {}:", worst.cases[case].name, worst.lamps[lamp]);
+    window.get_by_label_contains(&name).click();
+    window.run_steps(3);
+    assert_eq!(window.state().state().solo, [lamp]);
+}
+
+#[test]
+fn what_changed_since_the_measurement_is_said_and_a_measurement_that_fails_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = clay_project(folder.path());
+    measured(&project);
+    std::fs::create_dir(project.checkpoint_path()).unwrap();
+    std::fs::write(project.checkpoint_path().join("checkpoint.toml"), "").unwrap();
+    std::fs::write(project.calibration_path(), "").unwrap();
+    let mut window = opened(&project);
+    window.get_by_label_contains("before the project changed");
+    window.get_by_label("Report…");
+    window.get_by_label("Measure").click();
+    window.run_steps(2);
+    until(&mut window, "end of the measurement", |app| {
+        app.news().said.is_some()
+    });
+    let said = window.state().news().said.clone().unwrap();
+    assert!(said.contains("calibration.toml"), "{said}");
+}
+
+#[test]
+fn the_review_looks_as_it_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, mut window) = measured_window(folder.path());
+    let at = in_map(&window, 1, 21);
+    click(&mut window, at, Modifiers::NONE);
+    until_shown(&mut window);
+    until(&mut window, "sheet of the frame", |app| {
+        app.reviews()
+            .sheet
+            .as_ref()
+            .unwrap()
+            .as_ref()
+            .unwrap()
+            .frame
+            == 5
+    });
+    window.get_by_label("Doubtful").click();
+    window.run_steps(2);
+    snapshot(&mut window, "studio_review");
+}
+
+#[test]
+fn what_keeps_the_review_empty_is_said_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = opened(&clay_project(folder.path()));
+    window.get_by_label_contains("Nothing was measured yet");
+    window.get_by_label_contains("in the pose.");
+    window.get_by_label("Measure");
+    assert!(window.query_by_label("Report…").is_none());
+    snapshot(&mut window, "studio_review_empty");
+}
+
+#[test]
+fn figures_that_cannot_be_read_are_named_and_can_be_measured_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = clay_project(folder.path());
+    std::fs::write(project.measured_path(), "no figures").unwrap();
+    let mut window = opened(&project);
+    window.get_by_label_contains("measured.json");
+    window.get_by_label("Measure");
+    snapshot(&mut window, "studio_review_error");
+}
