@@ -6,7 +6,6 @@ use super::event::{Blocked, Event, Need};
 use super::latest::Latest;
 use crate::calibration::Calibration;
 use crate::compositor::Field;
-use crate::compositor::passes::RelightPass;
 use crate::error::Error;
 use crate::footage::Frame;
 use crate::gpu::ComputeDevice;
@@ -47,14 +46,14 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     let untrained = !project.checkpoint_path().exists();
     let need = untrained.then_some(Need::Network);
     let predictor = Predictor::open(project, &compute.device).map_err(blocked(need))?;
-    let pass = RelightPass::beside(compute).map(Arc::new);
+    let passes = compute.passes().cloned();
     let (project, response) = (project.clone(), calibration.response);
     Ok(Source {
         rig: calibration.rig,
         device: compute.description.clone(),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
-            let field = Field::predicted(predictor.predict_on_device(&frame)?, pass.as_ref())?;
+            let field = Field::predicted(predictor.predict_on_device(&frame)?, passes.as_ref())?;
             // Twice as many frames stay at hand, at 2⁻¹¹ of a value.
             let field = field.halved();
             Ok((frame, field))

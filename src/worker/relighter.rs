@@ -237,7 +237,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             reuse,
         )?;
         *steady = picture.steady;
-        let (width, height) = picture.linear.size();
+        let (width, height) = picture.alpha.size();
         let codes = picture
             .display
             .iter()
