@@ -10,6 +10,8 @@ struct Params {
     turn: f32,
     // Along each axis of a pixel.
     samples: u32,
+    // The subject stands before it: the picture is covered wholly from here on.
+    opaque: u32,
     // From the stage to the environment before its pitch and roll.
     untilt: mat3x3<f32>,
     // Per channel.
@@ -81,5 +83,6 @@ fn background(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     let share = params.level / f32(params.samples * params.samples);
-    result[i] = vec4<f32>(subject.rgb + (1.0 - subject.a) * share * sum, subject.a);
+    let alpha = select(subject.a, 1.0, params.opaque == 1u);
+    result[i] = vec4<f32>(subject.rgb + (1.0 - subject.a) * share * sum, alpha);
 }

@@ -1,5 +1,6 @@
-// Pass `despill`: takes green or blue beyond what is natural out of the rim. The twin on the CPU is
-// `compositor::despill`.
+// Pass `despill`: takes green or blue beyond what is natural out of the rim. What it goes by is made by
+// `rim`, `inside` and `guide`, between which `background_blur.wgsl` blurs; `spill` is what it is measured
+// by. The twins on the CPU are the functions of these names in `compositor::despill`.
 
 struct Params {
     size: vec2<u32>,
@@ -27,4 +28,73 @@ fn despill(@builtin(global_invocation_id) id: vec3<u32>) {
     let surplus = max(pixel[params.channel] - guide[params.channel] * others, 0.0);
     pixel[params.channel] -= params.amount * guide.r * surplus;
     result[i] = pixel;
+}
+
+const LUMINANCE: vec3<f32> = vec3<f32>(0.2126, 0.7152, 0.0722);
+
+fn is_number(v: vec3<f32>) -> bool {
+    let exponent = bitcast<vec3<u32>>(v) & vec3<u32>(0x7f800000u);
+    return all(exponent != vec3<u32>(0x7f800000u));
+}
+
+// `first` has the matte as its fourth value, `second` its blurred opening.
+@compute @workgroup_size(8, 8)
+fn rim(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let i = id.y * params.size.x + id.x;
+    let alpha = first[i].a;
+    let rim = select(0.0, min(6.0 * second[i].a, 1.0), alpha > 0.0);
+    result[i] = vec4<f32>(rim, 0.0, 0.0, alpha);
+}
+
+// `first` is the subject, `second` the rim.
+@compute @workgroup_size(8, 8)
+fn inside(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let i = id.y * params.size.x + id.x;
+    let pixel = first[i];
+    // Nothing of the rim: its colour is what is in doubt.
+    let weight = select(pixel.a, 0.0, second[i].r > 0.0);
+    result[i] = vec4<f32>(weight * pixel.rgb, weight);
+}
+
+fn natural(green: f32, others: f32, weight: f32) -> f32 {
+    // Too little to go by: a hundredth of the disc, or no light at all.
+    return select(1.0, 1.05 * green / others, weight > 0.01 && others > 0.0);
+}
+
+// `first` is what is inside, blurred; `second` the rim.
+@compute @workgroup_size(8, 8)
+fn guide(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let i = id.y * params.size.x + id.x;
+    let inner = first[i];
+    let green = natural(inner.g, 0.5 * (inner.r + inner.b), inner.a);
+    let blue = natural(inner.b, 0.5 * (inner.r + inner.g), inner.a);
+    result[i] = vec4<f32>(second[i].r, green, blue, second[i].a);
+}
+
+// `first` is the subject, `second` the guide: the luminance that green and blue spill have there, and the
+// rim's own.
+@compute @workgroup_size(8, 8)
+fn spill(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let i = id.y * params.size.x + id.x;
+    let pixel = first[i].rgb;
+    let guide = second[i];
+    var found = vec3<f32>(0.0);
+    if guide.r > 0.0 && is_number(pixel) {
+        let green = max(pixel.g - guide.g * 0.5 * (pixel.r + pixel.b), 0.0);
+        let blue = max(pixel.b - guide.b * 0.5 * (pixel.r + pixel.g), 0.0);
+        found = guide.r * vec3<f32>(green * LUMINANCE.g, blue * LUMINANCE.b, dot(pixel, LUMINANCE));
+    }
+    result[i] = vec4<f32>(found, 0.0);
 }

@@ -17,8 +17,8 @@ fn dither(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = id.y * params.size.x + id.x;
-    // The red of `second` is the subject's matte.
+    // The fourth value of `second` is the subject's matte.
     let noise = fract(52.982918 * fract(0.06711056 * f32(id.x) + 0.00583715 * f32(id.y))) - 0.5;
-    let step = noise * (1.0 - second[i].r) / 255.0;
+    let step = noise * (1.0 - second[i].a) / 255.0;
     result[i] = vec4<f32>(clamp(first[i].rgb + step, vec3<f32>(0.0), vec3<f32>(1.0)), first[i].a);
 }

@@ -1,9 +1,12 @@
-// Pass `grain`: adds the plate's grain to codes. The twin on the CPU is `compositor::grain`.
+// Pass `grain`: adds the plate's grain to codes. `survey` is what a picture's own grain is measured by. The
+// twins on the CPU are `compositor::grain` and `Grain::of`.
 
 struct Params {
+    // Of the picture.
     size: vec2<u32>,
     frame: u32,
-    unused: u32,
+    // `survey`: the step between the places that are looked at.
+    step: u32,
     // Deviations in codes for eight classes of brightness: on the subject, and behind it.
     inside: array<vec4<f32>, 8>,
     outside: array<vec4<f32>, 8>,
@@ -32,8 +35,8 @@ fn grain(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = id.y * params.size.x + id.x;
-    // The fourth value of `first` is the picture's coverage, the red of `second` the subject's matte.
-    let matte = second[i].r;
+    // The fourth value of `first` is the picture's coverage, that of `second` the subject's matte.
+    let matte = second[i].a;
     let hashed = hash(hash(params.frame) ^ i);
     var pixel = first[i];
     for (var c = 0u; c < 3u; c++) {
@@ -46,4 +49,34 @@ fn grain(@builtin(global_invocation_id) id: vec3<u32>) {
         pixel[c] = clamp(pixel[c] + deviation * normal(hash(hashed ^ c)), 0.0, 1.0);
     }
     result[i] = pixel;
+}
+
+// At each place, a column of `result`, and in each channel, a row: the smoothed code, the square of its
+// gradient and the high-pass. Places are pixels that have neighbours on all sides.
+@compute @workgroup_size(8, 8)
+fn survey(@builtin(global_invocation_id) id: vec3<u32>) {
+    let inner = params.size - vec2<u32>(2u);
+    let places = (inner.x * inner.y + params.step - 1u) / params.step;
+    if id.x >= places || id.y >= 3u {
+        return;
+    }
+    let place = id.x * params.step;
+    let middle = (place / inner.x + 1u) * params.size.x + place % inner.x + 1u;
+    var code = 0.0;
+    var across = 0.0;
+    var down = 0.0;
+    var high = 0.0;
+    for (var j = 0u; j < 3u; j++) {
+        for (var i = 0u; i < 3u; i++) {
+            let value = first[middle + j * params.size.x + i - params.size.x - 1u][id.y];
+            let x = f32(i) - 1.0;
+            let y = f32(j) - 1.0;
+            let near = vec2<f32>(2.0 - abs(x), 2.0 - abs(y));
+            code += near.x * near.y * value / 16.0;
+            across += x * near.y * value;
+            down += y * near.x * value;
+            high += (3.0 * abs(x) - 2.0) * (3.0 * abs(y) - 2.0) * value / 6.0;
+        }
+    }
+    result[id.y * places + id.x] = vec4<f32>(code, across * across + down * down, high, 0.0);
 }

@@ -1,5 +1,6 @@
 // Pass `light_wrap`: the background's light reaches around the subject's rim. Between `open` and `wrap`
-// the light is blurred by `background_blur.wgsl`. The twin on the CPU is `compositor::light_wrap`.
+// the light is blurred by `background_blur.wgsl`. `over` lays the subject over what is behind it. The
+// twins on the CPU are `compositor::light_wrap` and the end of that pass in `compositor::stage`.
 
 struct Params {
     size: vec2<u32>,
@@ -39,4 +40,15 @@ fn wrap(@builtin(global_invocation_id) id: vec3<u32>) {
     let past = second[i];
     let more = max(subject.a * past.rgb - past.a * subject.rgb, vec3<f32>(0.0));
     result[i] = vec4<f32>(subject.rgb + params.amount * more, subject.a);
+}
+
+@compute @workgroup_size(8, 8)
+fn over(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let i = id.y * params.size.x + id.x;
+    let subject = first[i];
+    // What stands before a background covers the whole picture.
+    result[i] = vec4<f32>(subject.rgb + (1.0 - subject.a) * second[i].rgb, 1.0);
 }

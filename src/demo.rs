@@ -178,10 +178,11 @@ impl DemoReport {
         );
         for pass in &self.relight.passes {
             let ran = if pass.ran { "yes" } else { "no" };
-            text += &format!(
-                "| {} | {ran} | {} | {:.2} |\n",
-                pass.name, pass.reason, pass.ms
-            );
+            let ms = match pass.ms {
+                Some(ms) => format!("{ms:.2}"),
+                None => "not timed".to_owned(),
+            };
+            text += &format!("| {} | {ran} | {} | {ms} |\n", pass.name, pass.reason);
         }
         text += "\n![Predicted and true OLATs](olats.png)\n";
         text

@@ -1,9 +1,10 @@
 //! The network and the pass `relight` on one GPU, a software one where there is no other.
 
+mod mapped;
+
 use afterlight::compositor::Field;
-use afterlight::compositor::passes::RelightPass;
 use afterlight::footage::Frame;
-use afterlight::gpu::{ComputeDevice, DeviceChoice};
+use afterlight::gpu::ComputeDevice;
 use afterlight::imaging::{Image, Raster};
 use afterlight::reflectance::checkpoint::CheckpointInfo;
 use afterlight::reflectance::predictor::predicts_in_half;
@@ -12,65 +13,10 @@ use afterlight::reflectance::{
 };
 use burn::module::Module;
 use burn::tensor::Device;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use mapped::{gpu, mapped_during};
 
 const SIZE: usize = 16;
 const LAMPS: usize = 4;
-
-/// Bytes of each buffer that was mapped since the last look, by anyone in this process: every way from a
-/// buffer of wgpu to memory goes through `map_async`, which says so in the log. A copy by other means
-/// than wgpu would not be seen; there is none while the device has no
-/// `Features::MAPPABLE_PRIMARY_BUFFERS`. burn reads what it was asked for when its values are looked at:
-/// an `into_data` that nobody looks into is no read, and is not seen either.
-static MAPPED: Mutex<Vec<u64>> = Mutex::new(Vec::new());
-
-struct MapLog;
-
-impl log::Log for MapLog {
-    fn enabled(&self, _: &log::Metadata) -> bool {
-        true
-    }
-
-    fn log(&self, record: &log::Record) {
-        if record.target().starts_with("wgpu_core") {
-            let message = record.args().to_string();
-            if message.starts_with("Buffer::map_async") {
-                let size = message.split("size Some(").nth(1);
-                let size = size.and_then(|rest| rest.split(')').next()?.parse().ok());
-                mapped().push(size.unwrap_or(u64::MAX));
-            }
-        }
-    }
-
-    fn flush(&self) {}
-}
-
-fn mapped() -> MutexGuard<'static, Vec<u64>> {
-    MAPPED.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// What was mapped while `work` ran. Tests take turns, since they share the log.
-fn mapped_during<T>(work: impl FnOnce() -> T) -> (T, Vec<u64>) {
-    mapped().clear();
-    let result = work();
-    (result, mapped().clone())
-}
-
-static TURN: Mutex<()> = Mutex::new(());
-
-/// The GPU of this machine, and the turn to use it.
-fn gpu() -> Option<(ComputeDevice, MutexGuard<'static, ()>)> {
-    let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-    // It is set once, whichever test is first.
-    let _ = log::set_logger(&MapLog).map(|()| log::set_max_level(log::LevelFilter::Trace));
-    let compute = ComputeDevice::choose(DeviceChoice::Gpu);
-    println!("on the {}", compute.description);
-    if compute.gpu.is_none() {
-        println!("skipped: no adapter for compute shaders");
-        return None;
-    }
-    Some((compute, turn))
-}
 
 fn config(precision: Precision) -> UNetConfig {
     UNetConfig {
@@ -143,9 +89,9 @@ fn a_field_lit_where_the_network_left_it_is_the_cpu_s() {
     let Some((compute, _turn)) = gpu() else {
         return;
     };
-    let pass = Arc::new(RelightPass::beside(&compute).unwrap());
+    let passes = compute.passes();
     let [here, there] = both(&compute, Precision::Full);
-    let there = Field::predicted(there.predict_on_device(&frame()).unwrap(), Some(&pass)).unwrap();
+    let there = Field::predicted(there.predict_on_device(&frame()).unwrap(), passes).unwrap();
     let here = Field::predicted(here.predict_on_device(&frame()).unwrap(), None).unwrap();
     assert_eq!((there.size(), there.lamps()), ((SIZE, SIZE), LAMPS));
     assert_eq!((here.size(), here.lamps()), ((SIZE, SIZE), LAMPS));
@@ -163,10 +109,10 @@ fn of_a_prediction_that_is_lit_nothing_but_the_picture_is_read_back() {
     let Some((compute, _turn)) = gpu() else {
         return;
     };
-    let pass = Arc::new(RelightPass::beside(&compute).unwrap());
+    let passes = compute.passes();
     let [_, predictor] = both(&compute, Precision::Full);
     let lit = || {
-        let field = Field::predicted(predictor.predict_on_device(&frame()).unwrap(), Some(&pass));
+        let field = Field::predicted(predictor.predict_on_device(&frame()).unwrap(), passes);
         field.unwrap().relight(&weights()).unwrap()
     };
     // The first time kernels are timed against each other, which reads clocks.

@@ -8,7 +8,7 @@ use super::levels::Levels;
 use super::plan::{PlannedPass, plan};
 use super::reuse::Reuse;
 use super::smoothing::Steady;
-use super::stage::Stage;
+use super::stage::{Hand, InMemory, OnGpu, Stage, inputs};
 use crate::error::{Error, Result};
 use crate::imaging::{Encoded, Image, Mask};
 use crate::light::{Environment, LightWeights};
@@ -67,8 +67,9 @@ pub struct Upstream {
 /// A relit picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Scene-linear light, premultiplied by `alpha`. Glare may lie where `alpha` is 0.
-    pub linear: Image,
+    /// Scene-linear light, premultiplied by `alpha`. Glare may lie where `alpha` is 0. It is there where
+    /// the scene's output is linear or the picture is not opaque; from the CPU always.
+    pub linear: Option<Image>,
     /// Coverage: the subject's matte, or 1 everywhere in front of a background.
     pub alpha: Mask,
     /// sRGB codes of `linear` under the scene's view transform with grain and dither, or what is inspected
@@ -90,8 +91,10 @@ pub struct PassReport {
     pub name: String,
     pub ran: bool,
     pub reason: String,
-    /// Time it took in milliseconds, measuring whether it is called for included.
-    pub ms: f64,
+    /// Time it took in milliseconds, measuring whether it is called for included: on the CPU by the wall,
+    /// on a GPU by its own clock, from the start to the end of each shader. None on a GPU without such a
+    /// clock; 0 where nothing was done.
+    pub ms: Option<f64>,
 }
 
 /// Makes the picture that `scene` asks for.
@@ -123,36 +126,40 @@ fn make(
     scene: &Scene,
     of: &Ingredients,
     given: Option<&[PlannedPass]>,
-    reuse: Option<&mut Reuse>,
+    mut reuse: Option<&mut Reuse>,
 ) -> Result<Picture> {
     check(of)?;
-    let mut stage = Stage::new(scene, of, reuse);
-    let mut planned = plan(scene, stage.facts());
-    let mut reports = Vec::with_capacity(planned.len());
+    let inputs = inputs(of);
+    match of.field {
+        Field::Gpu(field, passes) => {
+            let uploads = reuse.as_mut().map(|r| r.gpu.own.clone());
+            let hand = OnGpu::new(of, inputs, (field, passes), uploads.unwrap_or_default())?;
+            perform(Stage::new(scene, of, inputs, hand, reuse), given)
+        }
+        _ => {
+            let rim = reuse.as_mut().map(|r| r.memory.own.clone());
+            let hand = InMemory::new(of, inputs, rim.unwrap_or_default());
+            perform(Stage::new(scene, of, inputs, hand, reuse), given)
+        }
+    }
+}
+
+/// Goes through the plan, pass by pass.
+fn perform<H: Hand>(mut stage: Stage<H>, given: Option<&[PlannedPass]>) -> Result<Picture> {
+    let mut planned = plan(stage.scene, stage.facts());
+    let mut done = Vec::with_capacity(planned.len());
     for index in 0..planned.len() {
-        let started = std::time::Instant::now();
+        stage.begin(planned[index].pass);
         let measured = stage.measure(&planned[..=index])?;
         if measured {
-            planned = plan(scene, stage.facts());
+            planned = plan(stage.scene, stage.facts());
         }
         if let Some(forced) = given.and_then(|given| given.get(index)) {
             planned[index] = forced.clone();
         }
-        let done = stage.run(&planned, index)?;
-        let before = done.ms;
-        let elapsed = started.elapsed().as_secs_f64() * 1e3;
-        reports.push(PassReport {
-            name: planned[index].pass.name().to_owned(),
-            ran: done.ran,
-            reason: done.reason,
-            ms: match before {
-                Some(ms) => ms,
-                None if done.ran || measured => elapsed,
-                None => 0.0,
-            },
-        });
+        done.push(stage.run(&planned, index, measured)?);
     }
-    Ok(stage.finish(reports))
+    stage.finish(done)
 }
 
 fn check(of: &Ingredients) -> Result<()> {

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 const REACH: f32 = 1.0 / 48.0;
 
 /// How far inside the natural colour is looked for, in units of that reach.
-const INSIDE: f32 = 3.0;
+pub(super) const INSIDE: f32 = 3.0;
 
 /// Colours differ by this much by themselves.
 const TOLERANCE: f32 = 1.05;
@@ -36,6 +36,22 @@ pub struct Spill {
     pub excess: f32,
 }
 
+impl Spill {
+    /// The spill of a rim that has this `light` and this much of it, green and blue, in excess.
+    pub(super) fn of([green, blue]: [f64; 2], light: f64) -> Self {
+        let (screen, excess) = if blue > green {
+            (Screen::Blue, blue)
+        } else {
+            (Screen::Green, green)
+        };
+        let excess = if light > 0.0 { excess / light } else { 0.0 };
+        Self {
+            screen,
+            excess: excess as f32,
+        }
+    }
+}
+
 impl Screen {
     /// The channel of this colour.
     pub fn channel(self) -> usize {
@@ -46,7 +62,7 @@ impl Screen {
     }
 }
 
-fn reach(height: usize) -> f32 {
+pub(super) fn reach(height: usize) -> f32 {
     (REACH * height as f32).max(1.0)
 }
 
@@ -108,35 +124,19 @@ pub fn guide(subject: &Image, mask: &Mask, rim: &Mask) -> Image {
 
 /// Measures the spill of a subject under its [`guide`].
 pub fn spill(subject: &Image, guide: &Image) -> Spill {
-    let excess = |screen: Screen| {
-        let channel = screen.channel();
-        let (mut excess, mut light) = (0f64, 0f64);
-        for (pixel, guide) in subject.pixels.iter().zip(&guide.pixels) {
-            if guide[0] > 0.0 && pixel.iter().all(|v| v.is_finite()) {
+    let (mut excess, mut light) = ([0f64; 2], 0f64);
+    for (pixel, guide) in subject.pixels.iter().zip(&guide.pixels) {
+        if guide[0] > 0.0 && pixel.iter().all(|v| v.is_finite()) {
+            for (excess, screen) in excess.iter_mut().zip([Screen::Green, Screen::Blue]) {
+                let channel = screen.channel();
                 let mut lost = [0.0; 3];
                 lost[channel] = surplus(*pixel, *guide, channel);
-                excess += f64::from(luminance(lost));
-                light += f64::from(guide[0] * luminance(*pixel));
+                *excess += f64::from(luminance(lost));
             }
-        }
-        if light > 0.0 {
-            (excess / light) as f32
-        } else {
-            0.0
-        }
-    };
-    let [green, blue] = [Screen::Green, Screen::Blue].map(excess);
-    if blue > green {
-        Spill {
-            screen: Screen::Blue,
-            excess: blue,
-        }
-    } else {
-        Spill {
-            screen: Screen::Green,
-            excess: green,
+            light += f64::from(guide[0] * luminance(*pixel));
         }
     }
+    Spill::of(excess, light)
 }
 
 /// Takes `amount` (`[0, 1]`) of a screen's spill out of a subject, as its [`guide`] says.

@@ -10,20 +10,26 @@ use rayon::prelude::*;
 /// # Errors
 /// When the pictures differ in size.
 pub fn difference(codes: &mut Encoded, second: &Encoded, gain: f32) -> Result<()> {
-    let ((width, height), found) = (codes.0.size(), second.0.size());
-    if (width, height) != found {
-        return Err(Error::unexpected(
-            "the second picture",
-            format!("{width} × {height} pixels as in the first"),
-            format!("{} × {}", found.0, found.1),
-            "Compare pictures of one size",
-        ));
-    }
+    check_size(codes.0.size(), second)?;
     let pairs = codes.0.pixels.par_iter_mut().zip(&second.0.pixels);
     pairs.with_min_len(4096).for_each(|(pixel, other)| {
         *pixel = std::array::from_fn(|c| unit(gain * (pixel[c] - other[c]).abs()));
     });
     Ok(())
+}
+
+/// Refuses a second picture of another size than the first.
+pub(super) fn check_size((width, height): (usize, usize), second: &Encoded) -> Result<()> {
+    let found = second.0.size();
+    if (width, height) == found {
+        return Ok(());
+    }
+    Err(Error::unexpected(
+        "the second picture",
+        format!("{width} × {height} pixels as in the first"),
+        format!("{} × {}", found.0, found.1),
+        "Compare pictures of one size",
+    ))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A frame under every lamp, in memory or on the GPU, and its sum under the lamps' weights.
 
-use super::passes::RelightPass;
+use super::passes::PicturePasses;
 use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
 use crate::error::Result;
 use crate::imaging::Image;
@@ -15,8 +15,8 @@ pub enum Field {
     Half(HalfField),
     /// As few principal components over its lamps.
     Compressed(CompressedField),
-    /// Where the network left them, and the pass that sums them there.
-    Gpu(FieldBuffer, Arc<RelightPass>),
+    /// Where the network left them, and the passes that make pictures of them there.
+    Gpu(FieldBuffer, Arc<PicturePasses>),
 }
 
 impl From<ReflectanceField> for Field {
@@ -47,14 +47,14 @@ impl Field {
         }
     }
 
-    /// A prediction: where there is a pass for the network's GPU it stays there, else it is copied to
+    /// A prediction: where there are passes for the network's GPU it stays there, else it is copied to
     /// memory.
     ///
     /// # Errors
     /// When the device fails.
-    pub fn predicted(field: DeviceField, pass: Option<&Arc<RelightPass>>) -> Result<Self> {
-        match pass {
-            Some(pass) => Ok(Self::Gpu(field.into_buffer()?, pass.clone())),
+    pub fn predicted(field: DeviceField, passes: Option<&Arc<PicturePasses>>) -> Result<Self> {
+        match passes {
+            Some(passes) => Ok(Self::Gpu(field.into_buffer()?, passes.clone())),
             None => Ok(Self::Memory(field.read()?)),
         }
     }
@@ -99,7 +99,7 @@ impl Field {
             Self::Memory(field) => Ok(relight(field, weights, &lit_lamps(weights))),
             Self::Half(field) => Ok(relight_half(field, weights, &lit_lamps(weights))),
             Self::Compressed(field) => Ok(relight_compressed(field, weights)),
-            Self::Gpu(field, pass) => pass.sum(field, weights),
+            Self::Gpu(field, passes) => passes.relight.sum(field, weights),
         }
     }
 }

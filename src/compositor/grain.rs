@@ -39,27 +39,38 @@ impl Grain {
 
     /// The grain of a picture where the matte is solid. Without enough flat places it is 0.
     pub fn of(codes: &Encoded, mask: &Mask) -> Self {
-        let (width, height) = codes.0.size();
-        if width < 3 || height < 3 || mask.size() != (width, height) {
+        if mask.size() != codes.0.size() {
             return Self::default();
         }
-        let inner = (width - 2) * (height - 2);
-        let step = inner.div_ceil(SAMPLES) | 1;
-        let places: Vec<usize> = (0..inner)
-            .step_by(step)
-            .map(|i| (i / (width - 2) + 1) * width + i % (width - 2) + 1)
-            .filter(|&i| mask.pixels[i] >= SOLID)
+        let width = mask.width as isize;
+        Self::measured(mask, |_, pixel, channel| {
+            sample(|dx, dy| {
+                let near = pixel as isize + dy * width + dx;
+                codes.0.pixels[near as usize][channel]
+            })
+        })
+    }
+
+    /// The grain of a picture whose `sample` at a place, which is a pixel, in a channel is known.
+    pub(super) fn measured(
+        mask: &Mask,
+        sample: impl Fn(usize, usize, usize) -> Sample + Sync,
+    ) -> Self {
+        let Some((step, count)) = places(mask.size()) else {
+            return Self::default();
+        };
+        let inner = mask.width - 2;
+        let places: Vec<(usize, usize)> = (0..count)
+            .map(|place| (place, place * step))
+            .map(|(place, i)| (place, (i / inner + 1) * mask.width + i % inner + 1))
+            .filter(|&(_, pixel)| mask.pixels[pixel] >= SOLID)
             .collect();
         let deviations: Vec<[f32; BINS]> = (0..3)
             .into_par_iter()
             .map(|channel| {
                 let mut classes: [Vec<(f32, f32)>; BINS] = Default::default();
-                for &i in &places {
-                    let at = |dx: isize, dy: isize| {
-                        let j = i as isize + dy * width as isize + dx;
-                        codes.0.pixels[j as usize][channel]
-                    };
-                    let sample = sample(at);
+                for &(place, pixel) in &places {
+                    let sample = sample(place, pixel, channel);
                     classes[class(sample.code)].push((sample.gradient, sample.high));
                 }
                 let known = classes.map(deviation_of);
@@ -100,11 +111,22 @@ impl Grain {
     }
 }
 
-struct Sample {
-    code: f32,
-    gradient: f32,
+/// The places of a picture that its grain is measured at, among the pixels that have neighbours on all
+/// sides, in order: the step from one to the next, and how many. None where there are no such pixels.
+pub(super) fn places((width, height): (usize, usize)) -> Option<(usize, usize)> {
+    let inner = width.saturating_sub(2) * height.saturating_sub(2);
+    let step = inner.div_ceil(SAMPLES) | 1;
+    (inner > 0).then(|| (step, inner.div_ceil(step)))
+}
+
+/// What is seen of one place.
+pub(super) struct Sample {
+    /// Smoothed.
+    pub code: f32,
+    /// Its square.
+    pub gradient: f32,
     /// Of white noise of deviation 1 it has the deviation 1.
-    high: f32,
+    pub high: f32,
 }
 
 fn sample(at: impl Fn(isize, isize) -> f32) -> Sample {

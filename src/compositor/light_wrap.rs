@@ -3,7 +3,7 @@
 
 use super::background_blur::defocused;
 use super::pyramid::{Rgba, rgba};
-use crate::imaging::{Image, Mask, color::luminance, resample::resize_area};
+use crate::imaging::{Image, Mask, color::luminance};
 use rayon::prelude::*;
 
 /// How far the light reaches around a rim, as a share of the picture's height.
@@ -32,19 +32,17 @@ pub fn light_wrap(subject: &mut Image, mask: &Mask, behind: &Image, amount: f32)
     });
 }
 
-/// What wrapping wholly would add to the rim, as a share of the light that the rim has: the need for it.
-/// Measured on pictures of at most 64 pixels. 0 where there is no rim.
-pub fn need(subject: &Image, mask: &Mask, behind: &Image) -> f32 {
-    let (width, height) = subject.size();
-    if width * height == 0 {
-        return 0.0;
-    }
-    let scale = (MEASURED as f32 / width.max(height) as f32).min(1.0);
-    let [width, height] = [width, height].map(|n| ((n as f32 * scale).round() as usize).max(1));
-    let small = |image: &Image| resize_area(image, width, height);
-    let (subject, behind) = (small(subject), small(behind));
-    let mask = resize_area(mask, width, height);
-    let past = light_past(&mask, &behind);
+/// The size at which the need for wrapping is measured: at most 64 pixels along each side.
+pub(super) fn measured_size((width, height): (usize, usize)) -> (usize, usize) {
+    let scale = (MEASURED as f32 / width.max(height).max(1) as f32).min(1.0);
+    let small = |n: usize| ((n as f32 * scale).round() as usize).max(1);
+    (small(width), small(height))
+}
+
+/// What wrapping wholly would add to the rim, as a share of the light that the rim has: the need for it,
+/// of pictures that were brought to [`measured_size`]. 0 where there is no rim.
+pub(super) fn need(subject: &Image, mask: &Mask, behind: &Image) -> f32 {
+    let past = light_past(mask, behind);
     let (mut added, mut there) = (0f64, 0f64);
     for (i, &pixel) in subject.pixels.iter().enumerate() {
         let (alpha, past) = (mask.pixels[i], past.pixels[i]);

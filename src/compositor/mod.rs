@@ -1,8 +1,8 @@
 //! The compositor: a reflectance field, the weights of its lamps and a scene become a picture.
 //!
 //! [`plan()`] decides which passes a scene calls for, [`compose()`] runs those and reports on all of
-//! them. [`mod@reference`] holds the passes for the CPU; a pass that also runs on the GPU has a shader of
-//! its name under `shaders/` and a host under [`passes`], tested against its twin here.
+//! them: on the CPU where the field is in memory, on the GPU where the network left it there. A pass on the
+//! GPU has a shader of its name under `shaders/` and a host under [`passes`], tested against its twin here.
 
 mod background;
 mod background_blur;
@@ -11,6 +11,7 @@ mod compose;
 mod curve;
 mod despill;
 mod difference;
+mod edges;
 mod false_color;
 mod field;
 mod glare;
@@ -48,3 +49,6 @@ pub use plan::{Facts, Inputs, PlannedPass, plan};
 pub use reuse::Reuse;
 pub use smoothing::Steady;
 pub use view::{code, view};
+
+#[cfg(test)]
+mod on_gpu_tests;

@@ -2,25 +2,56 @@
 //! made under.
 
 use super::despill::Spill;
-use crate::imaging::{Image, Mask};
+use super::grain::Grain;
+use super::passes::GpuPicture;
+use super::stage::{Rim, Uploads};
+use crate::imaging::Image;
 use std::sync::Arc;
 
-/// What is kept from one picture to the next. It belongs to one series of pictures, such as those of a
-/// window, and holds at most five pictures and a matte.
+/// What is kept from one picture to the next, for each device that made one. It belongs to one series of
+/// pictures, such as those of a window, and holds at most six pictures, a matte and a panorama.
 #[derive(Clone, Debug, Default)]
 pub struct Reuse {
-    /// After `relight`, and how many pixels were mended.
-    pub(super) relit: Kept<(Arc<Image>, usize)>,
+    pub(super) memory: Slots<Arc<Image>, Rim>,
+    pub(super) gpu: Slots<GpuPicture, Uploads>,
+}
+
+/// What one device keeps, in pictures of the kind `L`.
+#[derive(Clone, Debug)]
+pub(super) struct Slots<L, O> {
+    /// After `relight`.
+    pub relit: Kept<L>,
     /// What is behind the subject, after `background_blur`.
-    pub(super) behind: Kept<Arc<Image>>,
+    pub behind: Kept<L>,
     /// After `light_wrap`, when the subject lies over its background.
-    pub(super) laid: Kept<Arc<Image>>,
+    pub laid: Kept<L>,
     /// After `glare`.
-    pub(super) glared: Kept<Arc<Image>>,
-    pub(super) rim: Kept<Arc<Mask>>,
+    pub glared: Kept<L>,
     /// What despill goes by, and what it measured.
-    pub(super) spill: Kept<(Arc<Image>, Spill)>,
-    pub(super) wrap_need: Kept<f32>,
+    pub spill: Kept<(L, Spill)>,
+    pub wrap_need: Kept<f32>,
+    /// The largest value before glare.
+    pub brightest: Kept<f32>,
+    /// The codes' own grain.
+    pub grain: Kept<Grain>,
+    /// What the device keeps for itself.
+    pub own: O,
+}
+
+impl<L, O: Default> Default for Slots<L, O> {
+    fn default() -> Self {
+        Self {
+            relit: Kept::default(),
+            behind: Kept::default(),
+            laid: Kept::default(),
+            glared: Kept::default(),
+            spill: Kept::default(),
+            wrap_need: Kept::default(),
+            brightest: Kept::default(),
+            grain: Kept::default(),
+            own: O::default(),
+        }
+    }
 }
 
 /// One thing and the key that it was made under.

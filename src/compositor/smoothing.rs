@@ -6,10 +6,9 @@
 //! With x the logarithm of that level, the shown one is y = (1 − s)·x + s·(y before), an exponential
 //! mean. The gain multiplies the lamps' weights: the pass costs no picture, and has no shader.
 
-use super::field::Field;
 use super::reference::SOLID;
 use crate::error::Result;
-use crate::imaging::{Image, Mask};
+use crate::imaging::Mask;
 
 /// Pixels that are compared, at most.
 const SAMPLES: usize = 16_384;
@@ -33,23 +32,21 @@ pub struct Steady {
 
 impl Steady {
     /// Looks at a frame after `before`, holding back `share` (`[0, 1]`) of a jump. `before` counts where
-    /// it is the frame before this one and of its size; the same frame again keeps its gain.
+    /// it is the frame before this one and of its size; the same frame again keeps its gain. `even` gives
+    /// the [`samples`] of the frame under [`even_light`].
     ///
     /// # Errors
-    /// When the GPU that the field is on fails.
+    /// When `even` does.
     pub fn after(
         before: Option<&Self>,
         frame: usize,
-        field: &Field,
-        mask: &Mask,
         share: f32,
+        even: impl FnOnce() -> Result<Vec<[f32; 3]>>,
     ) -> Result<Self> {
         if let Some(same) = before.filter(|before| before.frame == frame) {
             return Ok(same.clone());
         }
-        let lamps = field.lamps();
-        let even = field.relight(&vec![[1.0 / lamps.max(1) as f32; 3]; lamps])?;
-        let samples = samples(&even, mask);
+        let samples = even()?;
         let before = before.filter(|b| b.frame + 1 == frame && b.samples.len() == samples.len());
         let gain = before.map_or([1.0; 3], |before| {
             std::array::from_fn(|c| {
@@ -75,14 +72,23 @@ impl Steady {
     }
 }
 
-fn samples(even: &Image, mask: &Mask) -> Vec<[f32; 3]> {
-    let step = mask.pixels.len().div_ceil(SAMPLES).max(1);
+/// Weights of all lamps alike.
+pub fn even_light(lamps: usize) -> Vec<[f32; 3]> {
+    vec![[1.0 / lamps.max(1) as f32; 3]; lamps]
+}
+
+/// The step between the pixels that are compared, of so many.
+pub(super) fn step(pixels: usize) -> usize {
     // An odd step is no divisor of a width that is a power of two: samples are not one column.
-    let step = step | 1;
-    let pixels = even.pixels.iter().zip(&mask.pixels).step_by(step);
-    pixels
-        .map(|(&pixel, &alpha)| if alpha >= SOLID { pixel } else { [f32::NAN; 3] })
-        .collect()
+    pixels.div_ceil(SAMPLES).max(1) | 1
+}
+
+/// What is compared of a subject: every so many pixels one, NaN where it is not solid. `even` has every
+/// [`step`]-th pixel, in order.
+pub(super) fn samples(even: impl Iterator<Item = [f32; 3]>, mask: &Mask) -> Vec<[f32; 3]> {
+    let alphas = mask.pixels.iter().step_by(step(mask.pixels.len()));
+    let solid = |(pixel, &alpha)| if alpha >= SOLID { pixel } else { [f32::NAN; 3] };
+    even.zip(alphas).map(solid).collect()
 }
 
 /// The median of now / before over pixels that are light in both; 1 where there are none.
@@ -100,9 +106,26 @@ fn median_ratio(before: &[[f32; 3]], now: &[[f32; 3]], channel: usize) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+    use crate::compositor::Field;
+    use crate::imaging::Image;
     use crate::reflectance::ReflectanceField;
+
+    pub fn after(
+        before: Option<&Steady>,
+        index: usize,
+        field: &Field,
+        mask: &Mask,
+        share: f32,
+    ) -> Steady {
+        let even = || {
+            let even = field.relight(&even_light(field.lamps()))?;
+            let every = even.pixels.into_iter().step_by(step(mask.pixels.len()));
+            Ok(samples(every, mask))
+        };
+        Steady::after(before, index, share, even).unwrap()
+    }
 
     /// A subject of some texture at a level; its right third moves with the frame.
     fn frame(index: usize, level: f32) -> Field {
@@ -123,8 +146,8 @@ mod tests {
         let levels = levels.iter().enumerate();
         levels
             .map(|(i, &level)| {
-                let next = Steady::after(before.as_ref(), i, &frame(i, level), &mask, share);
-                before.insert(next.unwrap()).gain[0]
+                let next = after(before.as_ref(), i, &frame(i, level), &mask, share);
+                before.insert(next).gain[0]
             })
             .collect()
     }
@@ -165,13 +188,13 @@ mod tests {
     #[test]
     fn what_is_not_the_frame_before_does_not_count() {
         let mask = Mask::filled(48, 48, 1.0);
-        let first = Steady::after(None, 4, &frame(4, 1.0), &mask, 1.0).unwrap();
+        let first = after(None, 4, &frame(4, 1.0), &mask, 1.0);
         assert_eq!(first.gain, [1.0; 3]);
         assert_eq!(first.change(), 0.0);
-        let after = |index| Steady::after(Some(&first), index, &frame(index, 1.1), &mask, 1.0);
-        assert!(after(5).unwrap().change() > 0.05);
-        assert_eq!(after(6).unwrap().change(), 0.0);
-        assert_eq!(after(4).unwrap(), first);
+        let after = |index| after(Some(&first), index, &frame(index, 1.1), &mask, 1.0);
+        assert!(after(5).change() > 0.05);
+        assert_eq!(after(6).change(), 0.0);
+        assert_eq!(after(4), first);
     }
 
     #[test]
@@ -181,8 +204,8 @@ mod tests {
                 let olat = Image::filled(size, size, [value; 3]);
                 let field: Field = ReflectanceField::from_olats(&[olat]).into();
                 let mask = Mask::filled(size, size, alpha);
-                let first = Steady::after(None, 0, &field, &mask, 0.9).unwrap();
-                let next = Steady::after(Some(&first), 1, &field, &mask, 0.9).unwrap();
+                let first = after(None, 0, &field, &mask, 0.9);
+                let next = after(Some(&first), 1, &field, &mask, 0.9);
                 assert_eq!(next.gain, [1.0; 3]);
             }
         }

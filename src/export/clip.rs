@@ -1,7 +1,7 @@
 //! A movie, encoded by the system's ffmpeg as a child process that reads raw frames.
 
 use super::rational_rate;
-use super::still::{no_display, straight};
+use super::still::{no_display, no_light, straight};
 use crate::compositor::Picture;
 use crate::error::{Error, Result};
 use crate::imaging::color::byte_from_unit;
@@ -110,9 +110,9 @@ impl ClipWriter {
     /// # Errors
     /// When the picture has another size or no display codes, or ffmpeg has stopped.
     pub fn push(&mut self, picture: &Picture) -> Result<()> {
-        if picture.linear.size() != self.size {
+        if picture.alpha.size() != self.size {
             let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
-            let (expected, found) = (say(self.size), say(picture.linear.size()));
+            let (expected, found) = (say(self.size), say(picture.alpha.size()));
             return Err(Error::unexpected(
                 self.path.display(),
                 expected,
@@ -126,13 +126,9 @@ impl ClipWriter {
             .ok_or_else(|| no_display(&self.path))?;
         let bytes: Vec<u8> = if self.alpha {
             let word = |v: f32| ((v.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16).to_le_bytes();
-            padded(
-                &straight(picture).map(|p| p.map(word)).collect::<Vec<_>>(),
-                self.size,
-            )
-            .flatten()
-            .flatten()
-            .collect()
+            let straight = straight(picture).ok_or_else(|| no_light(&self.path))?;
+            let pixels: Vec<_> = straight.map(|p| p.map(word)).collect();
+            padded(&pixels, self.size).flatten().flatten().collect()
         } else {
             let pixels: Vec<[u8; 3]> = display
                 .0

@@ -2,9 +2,9 @@
 
 use super::{ClipWriter, Destination, write_still};
 use crate::calibration::Calibration;
-use crate::compositor::passes::RelightPass;
 use crate::compositor::{
-    CameraView, Extra, Field, Grain, Ingredients, Levels, PassReport, Picture, Upstream, compose,
+    CameraView, Extra, Field, Grain, Identity, Ingredients, Levels, PassReport, Picture, Reuse,
+    Upstream, compose_reusing,
 };
 use crate::error::{Error, Result};
 use crate::footage::Frame;
@@ -19,7 +19,6 @@ use crate::reflectance::Predictor;
 use crate::scene::{Background, Effects, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 
 /// What a person asks for.
@@ -87,7 +86,6 @@ pub fn relight(
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let predictor = Predictor::open(project, &compute.device)?;
-    let pass = RelightPass::beside(&compute).map(Arc::new);
     let mut lit = Lit::new(&environment, &calibration.rig, settings.lighting.weighting);
     let frame_rate = project.settings.shoot.frame_rate;
     let size = project.settings.size;
@@ -96,6 +94,8 @@ pub fn relight(
         Destination::Stills(_) => None,
     };
     let (mut levels, mut steady) = (None, None);
+    // What does not change from frame to frame is made, and copied to a GPU, once.
+    let mut reuse = Reuse::default();
     let mut passes: Vec<PassReport> = Vec::new();
     let mut uncovered_energy = 0.0;
     let started = Instant::now();
@@ -127,7 +127,7 @@ pub fn relight(
         };
         let frame = Frame::load(project, &calibration.response, index)?;
         let start = Instant::now();
-        let field = Field::predicted(predictor.predict_on_device(&frame)?, pass.as_ref())?;
+        let field = Field::predicted(predictor.predict_on_device(&frame)?, compute.passes())?;
         let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         // One level for the whole clip, or it would flicker.
         let levels = match levels {
@@ -143,7 +143,7 @@ pub fn relight(
         uncovered_energy = weights.uncovered;
         let grain = (settings.effects.grain > 0.0)
             .then(|| Grain::of_plate(&frame.plate, &frame.mask, settings.effects.view));
-        let picture = compose(
+        let picture = compose_reusing(
             &scene,
             &Ingredients {
                 field: &field,
@@ -159,9 +159,14 @@ pub fn relight(
                 extra: Extra {
                     before: steady.as_ref(),
                     grain: grain.as_ref(),
-                    ..Extra::default()
+                    second: None,
+                    identity: Identity {
+                        frame: index as u64,
+                        ..Identity::default()
+                    },
                 },
             },
+            &mut reuse,
         )?;
         match (&destination, &mut clip) {
             (Destination::Stills(stills), _) => {
@@ -177,14 +182,20 @@ pub fn relight(
         clip.finish()?;
     }
     progress.step("relighting", count as u64, count as u64, "");
-    passes.iter_mut().for_each(|pass| pass.ms /= count as f64);
+    for pass in &mut passes {
+        pass.ms = pass.ms.map(|ms| ms / count as f64);
+    }
     if settings.profile {
         progress.say(conventions::sentence(settings.yaw_deg));
+        progress.say(match compute.passes() {
+            Some(_) => "The passes ran on the GPU; their times are its own clock's",
+            None => "The passes ran on the CPU; their times are by the wall",
+        });
         for pass in &passes {
-            let time = if pass.ran || pass.ms > 0.0 {
-                format!("{:9.3} ms", pass.ms)
-            } else {
-                "     skipped".to_owned()
+            let time = match pass.ms {
+                None => "   not timed".to_owned(),
+                Some(ms) if pass.ran || ms > 0.0 => format!("{ms:9.3} ms"),
+                Some(_) => "     skipped".to_owned(),
             };
             progress.say(format!("{:16} {time}  {}", pass.name, pass.reason));
         }
@@ -256,9 +267,9 @@ fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usiz
 }
 
 fn add_times(sums: &mut Vec<PassReport>, picture: Picture) {
-    let times: Vec<f64> = sums.iter().map(|pass| pass.ms).collect();
+    let times: Vec<Option<f64>> = sums.iter().map(|pass| pass.ms).collect();
     *sums = picture.passes;
     for (pass, earlier) in sums.iter_mut().zip(times) {
-        pass.ms += earlier;
+        pass.ms = pass.ms.zip(earlier).map(|(ms, earlier)| ms + earlier);
     }
 }

@@ -3,7 +3,6 @@
 use super::rational_rate;
 use crate::compositor::{Picture, code};
 use crate::error::{Error, Result};
-use crate::imaging::Raster;
 use crate::imaging::color::byte_from_unit;
 use crate::imaging::file::{write_beside, write_png};
 use image::codecs::png::PngEncoder;
@@ -38,7 +37,8 @@ pub fn write_still_png(path: &Path, picture: &Picture) -> Result<()> {
         return write_png(path, display);
     }
     let (width, height) = picture.alpha.size();
-    let bytes: Vec<u8> = straight(picture).flatten().map(byte_from_unit).collect();
+    let straight = straight(picture).ok_or_else(|| no_light(path))?;
+    let bytes: Vec<u8> = straight.flatten().map(byte_from_unit).collect();
     write_beside(path, |out| {
         PngEncoder::new(out).write_image(
             &bytes,
@@ -53,16 +53,17 @@ pub fn write_still_png(path: &Path, picture: &Picture) -> Result<()> {
 /// header names the colour space and the frame rate. Values beyond half floats are clipped to ±65504.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// When the file cannot be written or the picture has no linear light.
 pub fn write_still_exr(path: &Path, picture: &Picture, frame_rate: f64) -> Result<()> {
     use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
     use exr::prelude::{
         Compression, Encoding, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage, f16,
     };
 
+    let linear = picture.linear.as_ref().ok_or_else(|| no_light(path))?;
     let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0));
     let channels = SpecificChannels::rgba(|at: Vec2<usize>| {
-        let [r, g, b] = picture.linear.at(at.x(), at.y());
+        let [r, g, b] = linear.at(at.x(), at.y());
         (
             half(r),
             half(g),
@@ -79,12 +80,8 @@ pub fn write_still_exr(path: &Path, picture: &Picture, frame_rate: f64) -> Resul
         software_name: Some(Text::from("Afterlight")),
         ..LayerAttributes::default()
     };
-    let mut file = exr::prelude::Image::from_layer(Layer::new(
-        picture.linear.size(),
-        about,
-        encoding,
-        channels,
-    ));
+    let mut file =
+        exr::prelude::Image::from_layer(Layer::new(linear.size(), about, encoding, channels));
     // ITU-R BT.709, and the name that the ASWF's Color Interop Forum gives to its linear form.
     file.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
@@ -104,18 +101,33 @@ pub fn write_still_exr(path: &Path, picture: &Picture, frame_rate: f64) -> Resul
 }
 
 /// Display codes with straight alpha, all in `[0, 1]`: RGB is divided by alpha in linear light. Where
-/// the picture is opaque these are its display codes.
-pub(super) fn straight(picture: &Picture) -> impl Iterator<Item = [f32; 4]> + '_ {
+/// the picture is opaque these are its display codes. None where light is needed and not there.
+pub(super) fn straight(picture: &Picture) -> Option<impl Iterator<Item = [f32; 4]> + '_> {
     let codes = picture.display.as_ref().map(|display| &display.0);
-    (0..picture.linear.pixels.len()).map(move |i| {
+    let light = picture.linear.as_ref();
+    let opaque = picture.alpha.pixels.iter().all(|&alpha| alpha >= 1.0);
+    let pixels = (0..picture.alpha.pixels.len()).map(move |i| {
         let alpha = picture.alpha.pixels[i];
-        let [r, g, b] = match codes {
-            Some(Raster { pixels, .. }) if alpha >= 1.0 => pixels[i],
-            _ if alpha > 0.0 => code(picture.linear.pixels[i].map(|v| v / alpha), picture.view),
+        let [r, g, b] = match (codes, light) {
+            (Some(codes), _) if alpha >= 1.0 => codes.pixels[i],
+            (_, Some(light)) if alpha > 0.0 => {
+                code(light.pixels[i].map(|v| v / alpha), picture.view)
+            }
             _ => [0.0; 3],
         };
         [r, g, b, alpha]
-    })
+    });
+    (light.is_some() || (opaque && codes.is_some())).then_some(pixels)
+}
+
+/// A picture that was made for a display alone is asked for in linear light.
+pub(super) fn no_light(path: &Path) -> Error {
+    Error::unexpected(
+        path.display(),
+        "a picture in linear light",
+        "one made for a display",
+        "Ask the scene for Output::Linear, or write a PNG",
+    )
 }
 
 /// A picture that was made in linear light is asked for in display codes.
@@ -149,7 +161,7 @@ pub(super) mod tests {
         let linear: Image = alpha.map(|a| color.map(|v| v * a));
         Picture {
             display: Some(view(&linear)),
-            linear,
+            linear: Some(linear),
             alpha,
             passes: Vec::new(),
             view: ViewTransform::default(),
@@ -163,7 +175,7 @@ pub(super) mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("new/look.exr");
         let mut wanted = picture(5, 3, [0.5, 2.0, 8.0], false);
-        wanted.linear.pixels[0] = [1e9, -1e9, 0.25];
+        wanted.linear.as_mut().unwrap().pixels[0] = [1e9, -1e9, 0.25];
         write_still(&path, &wanted, 23.976).unwrap();
         let read = exr::prelude::read_first_rgba_layer_from_file(
             &path,

@@ -7,6 +7,7 @@ use burn_cubecl::cubecl::wgpu::{AutoCompiler, WgpuResource, WgpuServer};
 use burn_cubecl::kernel::into_contiguous;
 use burn_cubecl::{Cube, CubeBackend};
 use cubecl_runtime::storage::ManagedResource;
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// A predicted field on the network's device: `[lamps, 3, height, width]`.
 pub struct DeviceField {
@@ -14,14 +15,21 @@ pub struct DeviceField {
 }
 
 /// A field in a buffer of the GPU that network and passes share, as f32 in the layout of
-/// [`ReflectanceField::values`]. The buffer is the network's own, and kept from being used anew.
+/// [`ReflectanceField::values`].
 #[derive(Debug)]
 pub struct FieldBuffer {
     pub width: usize,
     pub height: usize,
     /// Number of lamps.
     pub lamps: usize,
-    resource: ManagedResource<WgpuResource>,
+    place: Place,
+}
+
+#[derive(Debug)]
+enum Place {
+    /// The network's own buffer, kept from being used anew.
+    Predicted(ManagedResource<WgpuResource>),
+    Uploaded(wgpu::Buffer),
 }
 
 impl DeviceField {
@@ -67,15 +75,33 @@ impl DeviceField {
             width,
             height,
             lamps,
-            resource,
+            place: Place::Predicted(resource),
         })
     }
 }
 
 impl FieldBuffer {
+    /// Copies a field, which may not be empty, to a GPU.
+    pub fn upload(field: &ReflectanceField, device: &wgpu::Device) -> Self {
+        let buffer = device.create_buffer_init(&BufferInitDescriptor {
+            label: Some("reflectance field"),
+            contents: bytemuck::cast_slice(&field.values),
+            usage: wgpu::BufferUsages::STORAGE,
+        });
+        Self {
+            width: field.width,
+            height: field.height,
+            lamps: field.lamps,
+            place: Place::Uploaded(buffer),
+        }
+    }
+
     /// What a compute pass binds.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
-        self.resource.resource().as_wgpu_bind_resource()
+        match &self.place {
+            Place::Predicted(resource) => resource.resource().as_wgpu_bind_resource(),
+            Place::Uploaded(buffer) => buffer.as_entire_binding(),
+        }
     }
 }
 

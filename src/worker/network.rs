@@ -8,7 +8,6 @@ use super::rivals::Rivals;
 use super::second::Rival;
 use crate::calibration::Calibration;
 use crate::compositor::Field;
-use crate::compositor::passes::RelightPass;
 use crate::error::Error;
 use crate::footage::Frame;
 use crate::gpu::ComputeDevice;
@@ -54,7 +53,7 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     let untrained = !project.checkpoint_path().exists();
     let need = untrained.then_some(Need::Network);
     let predictor = Predictor::open(project, &compute.device).map_err(blocked(need))?;
-    let pass = RelightPass::beside(compute).map(Arc::new);
+    let passes = compute.passes().cloned();
     let (project, response) = (project.clone(), calibration.response);
     let rivals = Rivals::new(&project, &calibration, compute);
     Ok(Source {
@@ -63,7 +62,7 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
         rival: Box::new(rivals.find()),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
-            let field = Field::predicted(predictor.predict_on_device(&frame)?, pass.as_ref())?;
+            let field = Field::predicted(predictor.predict_on_device(&frame)?, passes.as_ref())?;
             // Twice as many frames stay at hand, at 2⁻¹¹ of a value.
             let field = field.halved();
             Ok((frame, field))

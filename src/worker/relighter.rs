@@ -329,7 +329,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             reuse,
         )?;
         *steady = picture.steady;
-        let (width, height) = picture.linear.size();
+        let (width, height) = picture.alpha.size();
         let display = picture.display.as_ref().map(Codes::of);
         Ok(Relit {
             scene: ask.scene.clone(),
@@ -340,7 +340,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             width,
             height,
             rgb: display.map_or_else(Vec::new, |codes| codes.rgb),
-            linear: Some(picture.linear),
+            linear: picture.linear,
             passes: picture.passes,
             predict_ms: shown.ms,
             relight_ms: started.elapsed().as_secs_f64() * 1e3,

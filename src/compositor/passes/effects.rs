@@ -1,7 +1,8 @@
 //! What each pass from picture to picture asks of its shader. The twins on the CPU are the functions of
 //! the same names in [`crate::compositor`].
 
-use super::pictures::{GpuPicture, PicturePasses};
+use super::pictures::GpuPicture;
+use super::work::Work;
 use crate::compositor::background::{Backdrop, CameraView, Sampling};
 use crate::compositor::background_blur::{LARGEST_RADIUS, halved};
 use crate::compositor::grain::BINS;
@@ -25,8 +26,8 @@ pub(super) struct PyramidParams {
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct PlainParams {
-    size: [u32; 2],
-    values: [u32; 2],
+    pub size: [u32; 2],
+    pub values: [u32; 2],
 }
 
 #[repr(C)]
@@ -37,7 +38,7 @@ pub(super) struct BackgroundParams {
     pixel: f32,
     turn: f32,
     samples: u32,
-    unused: u32,
+    opaque: u32,
     untilt: [[f32; 4]; 3],
     level: [f32; 4],
 }
@@ -45,11 +46,11 @@ pub(super) struct BackgroundParams {
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct GrainParams {
-    size: [u32; 2],
-    frame: u32,
-    unused: u32,
-    inside: [[f32; 4]; BINS],
-    outside: [[f32; 4]; BINS],
+    pub size: [u32; 2],
+    pub frame: u32,
+    pub step: u32,
+    pub inside: [[f32; 4]; BINS],
+    pub outside: [[f32; 4]; BINS],
 }
 
 #[repr(C)]
@@ -61,16 +62,16 @@ pub(super) struct FalseColorParams {
     clipped: [f32; 4],
 }
 
-fn size_of_picture((width, height): (usize, usize)) -> [u32; 2] {
+pub(super) fn size_of_picture((width, height): (usize, usize)) -> [u32; 2] {
     [width as u32, height as u32]
 }
 
-/// Every function submits its work and leaves a new picture on the GPU. Each fails where the GPU cannot
-/// hold that picture. A second picture has the size of the first, where it is no panorama.
-impl PicturePasses {
-    fn plain(
-        &self,
-        entry: &str,
+/// Every function records its work and gives the new picture that it leaves on the GPU. Each fails where the
+/// GPU cannot hold that picture. A second picture has the size of the first, where it is no panorama.
+impl Work<'_> {
+    pub(super) fn plain(
+        &mut self,
+        entry: &'static str,
         values: [u32; 2],
         first: &GpuPicture,
         second: Option<&GpuPicture>,
@@ -80,7 +81,7 @@ impl PicturePasses {
         self.run(entry, bytes_of(&params), first, second, first.size())
     }
 
-    fn halve(&self, fine: &GpuPicture, odd_end: f32) -> Result<GpuPicture> {
+    fn halve(&mut self, fine: &GpuPicture, odd_end: f32) -> Result<GpuPicture> {
         let size = (fine.width.div_ceil(2), fine.height.div_ceil(2));
         let params = PyramidParams {
             size: size_of_picture(size),
@@ -93,7 +94,7 @@ impl PicturePasses {
     }
 
     fn double_onto(
-        &self,
+        &mut self,
         coarse: &GpuPicture,
         fine: &GpuPicture,
         keep: f32,
@@ -111,7 +112,7 @@ impl PicturePasses {
 
     /// Pass `despill`; `guide` is as [`crate::compositor::guide`] makes it.
     pub fn despill(
-        &self,
+        &mut self,
         subject: &GpuPicture,
         guide: &GpuPicture,
         screen: Screen,
@@ -121,13 +122,15 @@ impl PicturePasses {
         self.plain("despill", values, subject, Some(guide))
     }
 
-    /// Pass `background`: the fourth value of `subject` is its matte, and stays.
+    /// Pass `background`: the fourth value of `subject` is its matte; after it, it is 1 where the subject
+    /// is `laid` over the background by this, and stays where it is not.
     pub fn background(
-        &self,
+        &mut self,
         subject: &GpuPicture,
         panorama: &GpuPicture,
         backdrop: &Backdrop,
         view: CameraView,
+        laid: bool,
     ) -> Result<GpuPicture> {
         let sampling = Sampling::of(subject.height, panorama.height, backdrop.yaw_deg, view);
         let [x, y, z] = glam::Mat3::from_quat(backdrop.tilt.inverse())
@@ -140,7 +143,7 @@ impl PicturePasses {
             pixel: sampling.pixel,
             turn: sampling.turn,
             samples: sampling.samples as u32,
-            unused: 0,
+            opaque: u32::from(laid),
             untilt: [x, y, z],
             level: [r, g, b, 0.0],
         };
@@ -155,17 +158,18 @@ impl PicturePasses {
     }
 
     /// Pass `background_blur`, by a disc of `radius` pixels. All four values are blurred.
-    pub fn background_blur(&self, picture: &GpuPicture, radius: f32) -> Result<GpuPicture> {
+    pub fn background_blur(&mut self, picture: &GpuPicture, radius: f32) -> Result<GpuPicture> {
         if radius < LARGEST_RADIUS || picture.width * picture.height <= 1 {
             return self.plain("disc", [radius.max(0.0).to_bits(), 0], picture, None);
         }
-        let small = self.background_blur(&self.halve(picture, 1.0)?, halved(radius))?;
+        let half = self.halve(picture, 1.0)?;
+        let small = self.background_blur(&half, halved(radius))?;
         self.double_onto(&small, picture, 0.0, 1.0)
     }
 
     /// Pass `light_wrap`: the fourth value of `subject` is its matte, `behind` is not yet laid under it.
     pub fn light_wrap(
-        &self,
+        &mut self,
         subject: &GpuPicture,
         behind: &GpuPicture,
         amount: f32,
@@ -175,8 +179,13 @@ impl PicturePasses {
         self.plain("wrap", [amount.to_bits(), 0], subject, Some(&past))
     }
 
+    /// A premultiplied subject over what is behind it. The fourth value becomes 1.
+    pub fn over(&mut self, subject: &GpuPicture, behind: &GpuPicture) -> Result<GpuPicture> {
+        self.plain("over", [0; 2], subject, Some(behind))
+    }
+
     /// Pass `glare`.
-    pub fn glare(&self, picture: &GpuPicture, amount: f32, white: f32) -> Result<GpuPicture> {
+    pub fn glare(&mut self, picture: &GpuPicture, amount: f32, white: f32) -> Result<GpuPicture> {
         let values = [white.to_bits(), amount.to_bits()];
         let shares = glare::shares(picture.width, picture.height);
         let mut scattered = self.plain("excess", values, picture, None)?;
@@ -200,12 +209,12 @@ impl PicturePasses {
     }
 
     /// Pass `exposure`.
-    pub fn exposure(&self, picture: &GpuPicture, stops: f32) -> Result<GpuPicture> {
+    pub fn exposure(&mut self, picture: &GpuPicture, stops: f32) -> Result<GpuPicture> {
         self.plain("exposure", [stops.exp2().to_bits(), 0], picture, None)
     }
 
     /// Pass `view`.
-    pub fn view(&self, picture: &GpuPicture, transform: ViewTransform) -> Result<GpuPicture> {
+    pub fn view(&mut self, picture: &GpuPicture, transform: ViewTransform) -> Result<GpuPicture> {
         let curve = match transform {
             ViewTransform::Srgb => 0,
             ViewTransform::Filmic => 1,
@@ -214,9 +223,9 @@ impl PicturePasses {
         self.plain("view", [curve, 0], picture, None)
     }
 
-    /// Pass `grain`: the fourth value of `codes` is the picture's coverage, the red of `matte` the subject's.
+    /// Pass `grain`: the fourth value of `codes` is the picture's coverage, that of `matte` the subject's.
     pub fn grain(
-        &self,
+        &mut self,
         codes: &GpuPicture,
         matte: &GpuPicture,
         [plate, own]: [&Grain; 2],
@@ -227,20 +236,20 @@ impl PicturePasses {
         let params = GrainParams {
             size: size_of_picture(codes.size()),
             frame: frame as u32,
-            unused: 0,
+            step: 1,
             inside: padded(plate.beyond(own, amount)),
             outside: padded(plate.beyond(&Grain::default(), amount)),
         };
         self.run("grain", bytes_of(&params), codes, Some(matte), codes.size())
     }
 
-    /// Pass `dither`: the red of `matte` is the subject's matte.
-    pub fn dither(&self, codes: &GpuPicture, matte: &GpuPicture) -> Result<GpuPicture> {
+    /// Pass `dither`: the fourth value of `matte` is the subject's matte.
+    pub fn dither(&mut self, codes: &GpuPicture, matte: &GpuPicture) -> Result<GpuPicture> {
         self.plain("dither", [0; 2], codes, Some(matte))
     }
 
     /// Pass `channels`.
-    pub fn channels(&self, codes: &GpuPicture, channel: Channel) -> Result<GpuPicture> {
+    pub fn channels(&mut self, codes: &GpuPicture, channel: Channel) -> Result<GpuPicture> {
         let channel = match channel {
             Channel::Red => 0,
             Channel::Green => 1,
@@ -253,7 +262,7 @@ impl PicturePasses {
 
     /// Pass `difference`.
     pub fn difference(
-        &self,
+        &mut self,
         codes: &GpuPicture,
         second: &GpuPicture,
         gain: f32,
@@ -262,7 +271,7 @@ impl PicturePasses {
     }
 
     /// Pass `false_color`.
-    pub fn false_color(&self, linear: &GpuPicture) -> Result<GpuPicture> {
+    pub fn false_color(&mut self, linear: &GpuPicture) -> Result<GpuPicture> {
         let limits = false_color::limits();
         let zones = std::array::from_fn(|i| {
             let [r, g, b] = LEGEND[i].color.unwrap_or([-1.0; 3]);

@@ -1,9 +1,10 @@
-use super::super::pictures::SHADERS;
+use super::super::pictures::{PicturePasses, SHADERS};
 use super::super::relight::tests::any_device;
+use super::super::subject::EdgeParams;
 use super::*;
 use crate::compositor::pyramid::Rgba;
 use crate::compositor::{self as cpu, compose::tests::disc, reference};
-use crate::imaging::{Encoded, Image, Mask, Raster};
+use crate::imaging::{Encoded, Image, Mask, Raster, resample::resize_area};
 
 /// Sizes with nothing in common: a pixel, odd and even ones, one that halves many times.
 const SIZES: [(usize, usize); 4] = [(1, 1), (37, 61), (96, 96), (129, 64)];
@@ -44,18 +45,25 @@ fn on_every_size(test: impl Fn(&Set)) {
 }
 
 impl Set {
+    /// What the GPU makes.
+    fn there(&self, make: impl FnOnce(&mut Work) -> Result<GpuPicture>) -> Rgba {
+        let mut work = self.passes.begin();
+        let made = make(&mut work).unwrap();
+        let [made] = work.look([&made]).unwrap();
+        made
+    }
+
     fn upload(&self, image: &Image) -> GpuPicture {
         self.passes.upload(image, &self.mask).unwrap()
     }
 
-    fn matte(&self, mask: &Mask) -> GpuPicture {
-        self.upload(&mask.map(|a| [a; 3]))
+    fn matte(&self) -> GpuPicture {
+        self.upload(&self.mask.map(|_| [0.0; 3]))
     }
 
     /// The GPU's picture is the CPU's: no value is apart by more than `most`, in units of 1 and of the
     /// value itself, whichever is larger. The fourth values are the matte.
-    fn assert_same(&self, name: &str, there: &GpuPicture, here: &Image, most: f32) {
-        let there = self.passes.read(there).unwrap();
+    fn assert_same(&self, name: &str, there: &Rgba, here: &Image, most: f32) {
         assert_eq!(there.size(), here.size());
         let values = there.pixels.iter().zip(&here.pixels);
         let apart = values.flat_map(|(there, here)| {
@@ -87,14 +95,97 @@ fn parameters_are_laid_out_as_the_shaders_say() {
             "pyramid" => (size_of::<PyramidParams>(), &[0, 8, 16, 20, 24]),
             "grain" => (size_of::<GrainParams>(), &[0, 8, 12, 16, 144]),
             "false_color" => (size_of::<FalseColorParams>(), &[0, 8, 16, 144]),
-            "background" => (size_of::<BackgroundParams>(), &[0, 8, 16, 20, 24, 32, 80]),
-            "dither" => (size_of::<PlainParams>(), &[0, 8]),
+            "background" => (
+                size_of::<BackgroundParams>(),
+                &[0, 8, 16, 20, 24, 28, 32, 80],
+            ),
+            "dither" | "measure" => (size_of::<PlainParams>(), &[0, 8]),
+            "edges" => (size_of::<EdgeParams>(), &[0, 8, 12]),
             _ => (size_of::<PlainParams>(), &[0, 8, 12]),
         };
         assert_eq!(*span as usize, size, "{name}");
         let found: Vec<usize> = members.iter().map(|m| m.offset as usize).collect();
         assert_eq!(found, offsets, "{name}");
     }
+}
+
+#[test]
+fn the_subject_s_edge_agrees_with_its_twin() {
+    on_every_size(|set| {
+        for hole in [None, Some(set.image.pixels.len() / 2)] {
+            let mut sum = set.image.clone();
+            hole.iter().for_each(|&i| sum.pixels[i] = [f32::NAN; 3]);
+            let mut here = sum.clone();
+            let mended = reference::extend_edges(&mut here, &set.mask);
+            let pixels = here.pixels.iter_mut().zip(&set.mask.pixels);
+            pixels.for_each(|(pixel, alpha)| *pixel = pixel.map(|v| v * alpha));
+            let matte = set.passes.upload_matte(&set.mask).unwrap();
+            let sum = set.passes.upload_opaque(&sum).unwrap();
+            let there = set.there(|work| work.cut_out(&sum, &matte));
+            // Means of up to eight values, each of which may be such a mean.
+            set.assert_same("edges", &there, &here, 1e-5);
+            let mut work = set.passes.begin();
+            let cut = work.cut_out(&sum, &matte).unwrap();
+            assert_eq!(work.finish(&[&cut]).unwrap().mended, mended);
+        }
+    });
+}
+
+#[test]
+fn what_is_measured_on_the_gpu_is_what_is_measured_in_memory() {
+    on_every_size(|set| {
+        let near = |there: f32, here: f32, most: f32| {
+            assert!(
+                (there - here).abs() <= most * here.abs().max(1.0),
+                "{there} is not {here}"
+            );
+        };
+        let mut work = set.passes.begin();
+        assert_eq!(
+            work.brightest(&set.on_gpu).unwrap(),
+            cpu::brightest(&set.image)
+        );
+        let every: Vec<[f32; 3]> = set.image.pixels.iter().copied().step_by(7).collect();
+        let picked = work.every(&set.on_gpu, 7).unwrap();
+        assert_eq!(
+            picked
+                .iter()
+                .map(|p| [p[0], p[1], p[2]])
+                .collect::<Vec<_>>(),
+            every
+        );
+
+        let codes = cpu::view(&set.image, ViewTransform::Srgb);
+        let grain = work.grain_of(&set.upload(&codes.0), &set.mask).unwrap();
+        let deviations = grain.deviation.iter().flatten();
+        let own = Grain::of(&codes, &set.mask);
+        for (there, here) in deviations.zip(own.deviation.iter().flatten()) {
+            near(*there, *here, 1e-5);
+        }
+
+        let rim = work.rim(&set.matte()).unwrap();
+        let (guide, spill) = work.guide(&set.on_gpu, &rim).unwrap();
+        let rim_here = cpu::rim(&set.mask);
+        let guide_here = cpu::guide(&set.image, &set.mask, &rim_here);
+        let spill_here = cpu::spill(&set.image, &guide_here);
+        assert_eq!(spill.screen, spill_here.screen);
+        // A share of the light: of the brightest lamps, most of it cancels.
+        near(spill.excess, spill_here.excess, 1e-4);
+        let guide = set.there(|_| Ok(guide));
+        set.assert_same("guide", &guide, &guide_here, 1e-3);
+
+        let size = light_wrap::measured_size(set.image.size());
+        let small = |image: &Image| resize_area(image, size.0, size.1);
+        let subject = set.image.map(|p| p.map(|v| 1e-3 * v.min(1.0)));
+        let mask = resize_area(&set.mask, size.0, size.1);
+        let need = light_wrap::need(&small(&subject), &mask, &small(&set.image));
+        let subject = set.upload(&subject);
+        near(
+            work.wrap_need(&subject, &set.on_gpu).unwrap() / need.max(1e-9),
+            need / need.max(1e-9),
+            1e-3,
+        );
+    });
 }
 
 #[test]
@@ -105,9 +196,9 @@ fn despill_agrees_with_its_twin() {
             let mut here = set.image.clone();
             cpu::despill(&mut here, &guide, screen, 0.8);
             let guide = set.upload(&guide);
-            let there = set.passes.despill(&set.on_gpu, &guide, screen, 0.8);
+            let there = set.there(|work| work.despill(&set.on_gpu, &guide, screen, 0.8));
             // A difference of two products of the brightest light, each rounded.
-            set.assert_same("despill", &there.unwrap(), &here, 1e-6);
+            set.assert_same("despill", &there, &here, 1e-6);
         }
     });
 }
@@ -129,13 +220,13 @@ fn background_agrees_with_its_twin() {
                 level: [0.7, 0.5, 0.6],
             };
             cpu::draw_background(&mut here, &set.mask, &panorama, &backdrop, view);
-            let opaque = Mask::filled(2 * rows, rows, 1.0);
-            let panorama = set.passes.upload(&panorama, &opaque).unwrap();
-            let there = set
-                .passes
-                .background(&set.on_gpu, &panorama, &backdrop, view);
+            let panorama = set.passes.upload_opaque(&panorama).unwrap();
+            let draw = |laid| {
+                set.there(|work| work.background(&set.on_gpu, &panorama, &backdrop, view, laid))
+            };
             // An angle's arc tangent is good to 1e-4 of a texel's weight on GPUs.
-            set.assert_same("background", &there.unwrap(), &here, 2e-3);
+            set.assert_same("background", &draw(false), &here, 2e-3);
+            assert!(draw(true).pixels.iter().all(|pixel| pixel[3] == 1.0));
         }
     });
 }
@@ -146,10 +237,8 @@ fn background_blur_agrees_with_its_twin() {
         for radius in [0.4, 2.0, 11.0, 40.0] {
             let mut here = set.image.clone();
             cpu::background_blur(&mut here, radius);
-            let opaque = Mask::filled(here.width, here.height, 1.0);
-            let there = set.passes.upload(&set.image, &opaque).unwrap();
-            let there = set.passes.background_blur(&there, radius).unwrap();
-            let there = set.passes.read(&there).unwrap();
+            let there = set.passes.upload_opaque(&set.image).unwrap();
+            let there = set.there(|work| work.background_blur(&there, radius));
             // Up to a hundred terms of one sign, summed in one order and weighed in another.
             for (there, here) in there.pixels.iter().zip(&here.pixels) {
                 for c in 0..3 {
@@ -174,10 +263,9 @@ fn light_wrap_agrees_with_its_twin() {
         };
         let mut here = subject.clone();
         cpu::light_wrap(&mut here, &set.mask, &set.image, 0.6);
-        let there = set
-            .passes
-            .light_wrap(&set.upload(&subject), &set.on_gpu, 0.6);
-        set.assert_same("light_wrap", &there.unwrap(), &here, 1e-5);
+        let subject = set.upload(&subject);
+        let there = set.there(|work| work.light_wrap(&subject, &set.on_gpu, 0.6));
+        set.assert_same("light_wrap", &there, &here, 1e-5);
     });
 }
 
@@ -186,7 +274,7 @@ fn glare_agrees_with_its_twin() {
     on_every_size(|set| {
         let mut here = set.image.clone();
         cpu::glare(&mut here, 0.3, 0.5);
-        let there = set.passes.glare(&set.on_gpu, 0.3, 0.5).unwrap();
+        let there = set.there(|work| work.glare(&set.on_gpu, 0.3, 0.5));
         set.assert_same("glare", &there, &here, 1e-5);
     });
 }
@@ -196,7 +284,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
     on_every_size(|set| {
         let mut here = set.image.clone();
         reference::scale(&mut here, 1.5f32.exp2());
-        let there = set.passes.exposure(&set.on_gpu, 1.5).unwrap();
+        let there = set.there(|work| work.exposure(&set.on_gpu, 1.5));
         set.assert_same("exposure", &there, &here, 1e-6);
         let curves = [
             ViewTransform::Srgb,
@@ -205,7 +293,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
         ];
         for curve in curves {
             let here = cpu::view(&set.image, curve).0;
-            let there = set.passes.view(&set.on_gpu, curve).unwrap();
+            let there = set.there(|work| work.view(&set.on_gpu, curve));
             // A twentieth of a step of 8 bits: powers and logarithms are approximate on GPUs.
             set.assert_same(&format!("{curve:?}"), &there, &here, 2e-4);
         }
@@ -221,14 +309,15 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
         for channel in all {
             let mut here = codes.clone();
             cpu::channels(&mut here, &set.mask, channel);
-            let there = set.passes.channels(&on_gpu, channel).unwrap();
+            let there = set.there(|work| work.channels(&on_gpu, channel));
             set.assert_same(&format!("{channel:?}"), &there, &here.0, 2e-4);
         }
         let second = Encoded(codes.0.map(|[r, g, b]| [g, b, 1.0 - r]));
         let mut here = codes.clone();
         cpu::difference(&mut here, &second, 3.0).unwrap();
-        let there = set.passes.difference(&on_gpu, &set.upload(&second.0), 3.0);
-        set.assert_same("difference", &there.unwrap(), &here.0, 1e-6);
+        let second = set.upload(&second.0);
+        let there = set.there(|work| work.difference(&on_gpu, &second, 3.0));
+        set.assert_same("difference", &there, &here.0, 1e-6);
     });
 }
 
@@ -236,8 +325,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
 fn false_color_agrees_with_its_twin() {
     on_every_size(|set| {
         let here = cpu::false_color(&set.image).0;
-        let there = set.passes.false_color(&set.on_gpu).unwrap();
-        let there = set.passes.read(&there).unwrap();
+        let there = set.there(|work| work.false_color(&set.on_gpu));
         // A luminance on the border of two zones may fall to either side.
         let apart = there
             .pixels
@@ -261,9 +349,9 @@ fn grain_agrees_with_its_twin() {
         let mut here = cpu::view(&set.image, ViewTransform::Srgb);
         let codes = set.upload(&here.0);
         cpu::grain(&mut here, [&set.mask; 2], [&plate, &own], 1.0, 17);
-        let matte = set.matte(&set.mask);
-        let there = set.passes.grain(&codes, &matte, [&plate, &own], 1.0, 17);
-        set.assert_same("grain", &there.unwrap(), &here.0, 1e-6);
+        let grains = [&plate, &own];
+        let there = set.there(|work| work.grain(&codes, &set.matte(), grains, 1.0, 17));
+        set.assert_same("grain", &there, &here.0, 1e-6);
     });
 }
 
@@ -273,8 +361,7 @@ fn dither_agrees_with_its_twin() {
         let mut here = cpu::view(&set.image, ViewTransform::Srgb);
         let codes = set.upload(&here.0);
         reference::dither(&mut here, &set.mask);
-        let there = set.passes.dither(&codes, &set.matte(&set.mask)).unwrap();
-        let there = set.passes.read(&there).unwrap();
+        let there = set.there(|work| work.dither(&codes, &set.matte()));
         // The pattern enlarges rounding, and where it wraps it moves a code by a whole step.
         let values = there.pixels.iter().zip(&here.0.pixels);
         let apart: Vec<f32> = values
@@ -303,13 +390,15 @@ fn no_value_that_is_no_number_spreads_on_the_gpu() {
         let plain = passes
             .upload(&Image::filled(24, 24, [0.1; 3]), &mask)
             .unwrap();
-        for picture in [
-            passes.background_blur(&picture, 2.0).unwrap(),
-            passes.background_blur(&picture, 9.0).unwrap(),
-            passes.glare(&picture, 1.0, 0.1).unwrap(),
-            passes.light_wrap(&plain, &picture, 1.0).unwrap(),
-        ] {
-            assert!(finite(&passes.read(&picture).unwrap()), "{value}");
+        let mut work = passes.begin();
+        let made = [
+            work.background_blur(&picture, 2.0).unwrap(),
+            work.background_blur(&picture, 9.0).unwrap(),
+            work.glare(&picture, 1.0, 0.1).unwrap(),
+            work.light_wrap(&plain, &picture, 1.0).unwrap(),
+        ];
+        for picture in work.look(made.each_ref()).unwrap() {
+            assert!(finite(&picture), "{value}");
         }
     }
     assert!(

@@ -1,9 +1,15 @@
 //! Passes on the GPU, each beside a shader of its name.
 
+mod clock;
 mod effects;
+mod measures;
 mod pictures;
 mod read;
-mod relight;
+pub(in crate::compositor) mod relight;
+mod subject;
+mod work;
 
 pub use pictures::{GpuPicture, PicturePasses};
 pub use relight::{Layout, RelightPass};
+pub use subject::GpuMatte;
+pub use work::{Finished, Work};

@@ -1,25 +1,39 @@
 //! One host for all passes from picture to picture: shaders over buffers of four values a pixel.
 
-use crate::compositor::pyramid::Rgba;
+use super::relight::RelightPass;
+use super::work::Work;
 use crate::error::{Error, Result};
-use crate::gpu::ComputeDevice;
 use crate::imaging::{Image, Mask};
+use std::sync::OnceLock;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Pixels of a workgroup along each axis, as in the shaders.
-const WORKGROUP: u32 = 8;
+pub(super) const WORKGROUP: u32 = 8;
 
-/// Every shader of this host: its name, its text and its entry points.
-pub(super) const SHADERS: [(&str, &str, &[&str]); 13] = [
+/// A shader's name, its text and its entry points.
+pub(super) type Shader = (&'static str, &'static str, &'static [&'static str]);
+
+/// Every shader of this host: no two entry points have one name.
+pub(super) const SHADERS: [Shader; 15] = [
     shader(
         "pyramid",
         include_str!("../../../shaders/pyramid.wgsl"),
         &["halve", "double"],
     ),
     shader(
+        "edges",
+        include_str!("../../../shaders/edges.wgsl"),
+        &["mend", "extend", "cut"],
+    ),
+    shader(
+        "measure",
+        include_str!("../../../shaders/measure.wgsl"),
+        &["total", "largest", "shrink", "pick"],
+    ),
+    shader(
         "despill",
         include_str!("../../../shaders/despill.wgsl"),
-        &["despill"],
+        &["despill", "rim", "inside", "guide", "spill"],
     ),
     shader(
         "background",
@@ -34,7 +48,7 @@ pub(super) const SHADERS: [(&str, &str, &[&str]); 13] = [
     shader(
         "light_wrap",
         include_str!("../../../shaders/light_wrap.wgsl"),
-        &["open", "wrap"],
+        &["open", "wrap", "over"],
     ),
     shader(
         "glare",
@@ -54,7 +68,7 @@ pub(super) const SHADERS: [(&str, &str, &[&str]); 13] = [
     shader(
         "grain",
         include_str!("../../../shaders/grain.wgsl"),
-        &["grain"],
+        &["grain", "survey"],
     ),
     shader(
         "dither",
@@ -82,18 +96,19 @@ const fn shader(
     name: &'static str,
     text: &'static str,
     entries: &'static [&'static str],
-) -> (&'static str, &'static str, &'static [&'static str]) {
+) -> Shader {
     (name, text, entries)
 }
 
-/// The compiled passes, for one device. What each one does is in `super::effects`.
+/// All passes for one device. Each is compiled when it is first used.
 #[derive(Debug)]
 pub struct PicturePasses {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-    layout: wgpu::BindGroupLayout,
-    /// By entry point: no two shaders share one.
-    pipelines: Vec<(&'static str, wgpu::ComputePipeline)>,
+    pub(in crate::compositor) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) layout: wgpu::BindGroupLayout,
+    pipelines: Vec<(&'static str, OnceLock<wgpu::ComputePipeline>)>,
+    /// The sum of lamps.
+    pub relight: RelightPass,
 }
 
 /// A picture on the GPU: RGBA f32, row by row. The fourth value is coverage.
@@ -101,7 +116,7 @@ pub struct PicturePasses {
 pub struct GpuPicture {
     pub width: usize,
     pub height: usize,
-    buffer: wgpu::Buffer,
+    pub(super) buffer: wgpu::Buffer,
 }
 
 impl GpuPicture {
@@ -117,7 +132,7 @@ impl GpuPicture {
 }
 
 impl PicturePasses {
-    /// Compiles the shaders.
+    /// The passes of a device.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
@@ -137,48 +152,60 @@ impl PicturePasses {
                 buffer(1, storage(true)),
                 buffer(2, storage(false)),
                 buffer(3, wgpu::BufferBindingType::Uniform),
+                buffer(4, storage(false)),
             ],
         });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("picture to picture"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let mut pipelines = Vec::new();
-        for (name, text, entries) in SHADERS {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(name),
-                source: wgpu::ShaderSource::Wgsl(text.into()),
-            });
-            for entry in entries {
-                let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(entry),
-                    layout: Some(&pipeline_layout),
-                    module: &module,
-                    entry_point: Some(entry),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    cache: None,
-                });
-                pipelines.push((*entry, pipeline));
-            }
-        }
+        let entries = SHADERS.iter().flat_map(|(_, _, entries)| *entries);
         Self {
             device: device.clone(),
             queue: queue.clone(),
             layout,
-            pipelines,
+            pipelines: entries.map(|entry| (*entry, OnceLock::new())).collect(),
+            relight: RelightPass::new(device, queue),
         }
     }
 
-    /// The passes on the GPU that the network computes on; none where it computes on a CPU.
-    pub fn beside(network: &ComputeDevice) -> Option<Self> {
-        let gpu = network.gpu.as_ref()?;
-        Some(Self::new(&gpu.device, &gpu.queue))
+    /// Begins a picture.
+    pub fn begin(&self) -> Work<'_> {
+        Work::new(self)
     }
 
-    /// A buffer that another pass of this device has left, `width · height` pixels of RGBA f32, as
-    /// [`super::RelightPass::dispatch`] does.
-    pub fn adopt(&self, width: usize, height: usize, buffer: wgpu::Buffer) -> GpuPicture {
+    /// The compiled shader of this entry point.
+    pub(super) fn pipeline(&self, entry: &'static str) -> Result<&wgpu::ComputePipeline> {
+        let shader = SHADERS.iter().find(|(_, _, all)| all.contains(&entry));
+        let slot = self.pipelines.iter().find(|(name, _)| *name == entry);
+        let (Some((name, text, _)), Some((_, slot))) = (shader, slot) else {
+            return Err(Error::unexpected(
+                "the GPU's passes",
+                "a shader of this host",
+                entry,
+                "Make the picture on the CPU",
+            ));
+        };
+        Ok(slot.get_or_init(|| {
+            let device = &self.device;
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(name),
+                source: wgpu::ShaderSource::Wgsl((*text).into()),
+            });
+            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("picture to picture"),
+                bind_group_layouts: &[Some(&self.layout)],
+                immediate_size: 0,
+            });
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        }))
+    }
+
+    /// `width · height` pixels of RGBA f32 that this device has.
+    pub(super) fn adopt(&self, width: usize, height: usize, buffer: wgpu::Buffer) -> GpuPicture {
         GpuPicture {
             width,
             height,
@@ -191,9 +218,21 @@ impl PicturePasses {
     /// # Errors
     /// When the picture is empty or larger than what the GPU binds at once.
     pub fn upload(&self, image: &Image, alpha: &Mask) -> Result<GpuPicture> {
+        self.upload_with(image, |i| alpha.pixels[i])
+    }
+
+    /// Copies a picture that covers everything, as [`Self::upload`].
+    ///
+    /// # Errors
+    /// As [`Self::upload`].
+    pub fn upload_opaque(&self, image: &Image) -> Result<GpuPicture> {
+        self.upload_with(image, |_| 1.0)
+    }
+
+    fn upload_with(&self, image: &Image, alpha: impl Fn(usize) -> f32) -> Result<GpuPicture> {
         self.fits(image.width, image.height)?;
-        let pixels = image.pixels.iter().zip(&alpha.pixels);
-        let pixels: Vec<[f32; 4]> = pixels.map(|(&[r, g, b], &a)| [r, g, b, a]).collect();
+        let pixels = image.pixels.iter().enumerate();
+        let pixels: Vec<[f32; 4]> = pixels.map(|(i, &[r, g, b])| [r, g, b, alpha(i)]).collect();
         let buffer = self.device.create_buffer_init(&BufferInitDescriptor {
             label: Some("picture"),
             contents: bytemuck::cast_slice(&pixels),
@@ -202,7 +241,8 @@ impl PicturePasses {
         Ok(self.adopt(image.width, image.height, buffer))
     }
 
-    fn fits(&self, width: usize, height: usize) -> Result<()> {
+    /// Refuses a picture that is empty or that the GPU cannot bind at once.
+    pub(crate) fn fits(&self, width: usize, height: usize) -> Result<()> {
         let limits = self.device.limits();
         let side = limits.max_compute_workgroups_per_dimension as usize * WORKGROUP as usize;
         let pixels = (limits.max_storage_buffer_binding_size / 16) as usize;
@@ -215,77 +255,5 @@ impl PicturePasses {
             format!("{width} × {height}"),
             "Make it on the CPU, or choose a smaller working size",
         ))
-    }
-
-    /// Submits one shader over every pixel of a new picture of `size`. `params` is laid out as the shader's
-    /// `Params`. Where there is no `second`, the shader does not look at it.
-    pub(super) fn run(
-        &self,
-        entry: &str,
-        params: &[u8],
-        first: &GpuPicture,
-        second: Option<&GpuPicture>,
-        size: (usize, usize),
-    ) -> Result<GpuPicture> {
-        self.fits(size.0, size.1)?;
-        let found = self.pipelines.iter().find(|(name, _)| *name == entry);
-        let Some((_, pipeline)) = found else {
-            return Err(Error::unexpected(
-                "the GPU's passes",
-                "a shader of this host",
-                entry,
-                "Make the picture on the CPU",
-            ));
-        };
-        let params = self.device.create_buffer_init(&BufferInitDescriptor {
-            label: Some(entry),
-            contents: params,
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(entry),
-            size: 16 * (size.0 * size.1) as u64,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
-            mapped_at_creation: false,
-        });
-        let result = self.adopt(size.0, size.1, buffer);
-        let bound = [
-            first.binding(),
-            second.unwrap_or(first).binding(),
-            result.binding(),
-            params.as_entire_binding(),
-        ];
-        let entries: Vec<wgpu::BindGroupEntry> = (0..)
-            .zip(bound)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(entry),
-            layout: &self.layout,
-            entries: &entries,
-        });
-        let mut commands = self.device.create_command_encoder(&Default::default());
-        {
-            let mut pass = commands.begin_compute_pass(&Default::default());
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &bindings, &[]);
-            let groups = |n: usize| (n as u32).div_ceil(WORKGROUP);
-            pass.dispatch_workgroups(groups(size.0), groups(size.1), 1);
-        }
-        self.queue.submit([commands.finish()]);
-        Ok(result)
-    }
-
-    /// Copies a picture to memory: its light, and in the fourth values its coverage.
-    ///
-    /// # Errors
-    /// When the device fails.
-    pub fn read(&self, picture: &GpuPicture) -> Result<Rgba> {
-        let pixels = super::read::read_back(&self.device, &self.queue, &picture.buffer)?;
-        Ok(Rgba {
-            width: picture.width,
-            height: picture.height,
-            pixels,
-        })
     }
 }

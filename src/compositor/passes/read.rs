@@ -1,13 +1,15 @@
-//! From a buffer of the GPU to memory.
+//! From buffers of the GPU to memory.
 
 use crate::error::{Error, Result};
 
-/// Copies a buffer of RGBA f32 and waits for it.
-pub(super) fn read_back(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    picture: &wgpu::Buffer,
-) -> Result<Vec<[f32; 4]>> {
+/// Submits `commands`, waits for the GPU and gives the bytes of `sources` to `take`. All come by one
+/// buffer that is mapped once.
+pub(super) fn read_back<T>(
+    (device, queue): (&wgpu::Device, &wgpu::Queue),
+    mut commands: wgpu::CommandEncoder,
+    sources: &[&wgpu::Buffer],
+    take: impl FnOnce(&[&[u8]]) -> T,
+) -> Result<T> {
     let fail = |cause: String| {
         Error::unexpected(
             "the GPU",
@@ -17,13 +19,16 @@ pub(super) fn read_back(
         )
     };
     let there = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("picture, to read"),
-        size: picture.size(),
+        label: Some("to read"),
+        size: sources.iter().map(|source| source.size()).sum(),
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
-    let mut commands = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    commands.copy_buffer_to_buffer(picture, 0, &there, 0, picture.size());
+    let mut end = 0;
+    for source in sources {
+        commands.copy_buffer_to_buffer(source, 0, &there, end, source.size());
+        end += source.size();
+    }
     queue.submit([commands.finish()]);
     let (sender, receiver) = std::sync::mpsc::channel();
     // The receiver outlives the poll below, so the message always arrives.
@@ -41,6 +46,14 @@ pub(super) fn read_back(
         .slice(..)
         .get_mapped_range()
         .map_err(|e| fail(e.to_string()))?;
-    let values: &[[f32; 4]] = bytemuck::try_cast_slice(&view).map_err(|e| fail(e.to_string()))?;
-    Ok(values.to_vec())
+    let mut rest = &view[..];
+    let parts: Vec<&[u8]> = sources
+        .iter()
+        .map(|source| {
+            let (part, after) = rest.split_at(source.size() as usize);
+            rest = after;
+            part
+        })
+        .collect();
+    Ok(take(&parts))
 }

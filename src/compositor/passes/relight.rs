@@ -2,9 +2,9 @@
 //! [`crate::compositor::reference::relight_half`].
 
 use super::read::read_back;
+use super::work::image;
 use crate::compositor::reference::lit_lamps;
 use crate::error::{Error, Result};
-use crate::gpu::ComputeDevice;
 use crate::imaging::Image;
 use crate::reflectance::{FieldBuffer, HalfField, ReflectanceField};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
@@ -76,12 +76,6 @@ impl RelightPass {
         }
     }
 
-    /// The pass on the GPU that the network computes on; none where it computes on a CPU.
-    pub fn beside(network: &ComputeDevice) -> Option<Self> {
-        let gpu = network.gpu.as_ref()?;
-        Some(Self::new(&gpu.device, &gpu.queue))
-    }
-
     /// Sums a field where the network left it, on this device, and reads the picture back.
     ///
     /// # Errors
@@ -89,7 +83,7 @@ impl RelightPass {
     pub fn sum(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<Image> {
         check_lamps(field.lamps, weights)?;
         let (width, height) = (field.width, field.height);
-        let relit = self.dispatch(field.binding(), width * height, weights)?;
+        let relit = self.dispatch(Layout::Full, field.binding(), width * height, weights)?;
         self.picture(&relit, width, height)
     }
 
@@ -141,30 +135,38 @@ impl RelightPass {
             usage: wgpu::BufferUsages::STORAGE,
         });
         let binding = values.as_entire_binding();
-        let relit = self.dispatch_as(layout, binding, width * height, weights)?;
+        let relit = self.dispatch(layout, binding, width * height, weights)?;
         self.picture(&relit, width, height)
     }
 
-    /// Sums a field that is on this device already, laid out as [`ReflectanceField::values`], and
-    /// leaves `pixels` values of RGBA f32 in a buffer there. Submits one dispatch.
-    ///
-    /// # Errors
-    /// When the device has no room for the workgroups.
-    pub fn dispatch(
+    /// Sums a field that is on this device already and leaves `pixels` values of RGBA f32 in a buffer there.
+    /// Submits one dispatch.
+    fn dispatch(
         &self,
+        layout: Layout,
         field: wgpu::BindingResource,
         pixels: usize,
         weights: &[[f32; 3]],
     ) -> Result<wgpu::Buffer> {
-        self.dispatch_as(Layout::Full, field, pixels, weights)
+        let mut commands = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let relit = {
+            let mut pass = commands.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            self.encode(&mut pass, layout, field, pixels, weights)?
+        };
+        self.queue.submit([commands.finish()]);
+        Ok(relit)
     }
 
-    /// [`Self::dispatch`] for a field in either layout.
+    /// Records the sum of a field that is on this device already, and the buffer that it goes to:
+    /// `pixels` values of RGBA f32.
     ///
     /// # Errors
-    /// As [`Self::dispatch`].
-    pub fn dispatch_as(
+    /// When the device has no room for the workgroups.
+    pub(super) fn encode(
         &self,
+        pass: &mut wgpu::ComputePass,
         layout: Layout,
         field: wgpu::BindingResource,
         pixels: usize,
@@ -247,30 +249,22 @@ impl RelightPass {
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
-        let mut commands = self
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        {
-            let mut pass = commands.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &bindings, &[]);
-            pass.dispatch_workgroups(groups as u32, 1, 1);
-        }
-        self.queue.submit([commands.finish()]);
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &bindings, &[]);
+        pass.dispatch_workgroups(groups as u32, 1, 1);
         Ok(relit)
     }
 
     fn picture(&self, relit: &wgpu::Buffer, width: usize, height: usize) -> Result<Image> {
-        let pixels = read_back(&self.device, &self.queue, relit)?;
-        Ok(Image {
-            width,
-            height,
-            pixels: pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+        let commands = self.device.create_command_encoder(&Default::default());
+        let target = (&self.device, &self.queue);
+        read_back(target, commands, &[relit], |parts| {
+            image((width, height), parts[0])
         })
     }
 }
 
-fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
+pub(super) fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
     if weights.len() == lamps {
         return Ok(());
     }
@@ -283,7 +277,7 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(in crate::compositor) mod tests {
     use super::*;
     use crate::compositor::relight::{relight, relight_half, tests::noise_field};
     use std::future::Future;
@@ -304,17 +298,30 @@ pub(super) mod tests {
         }
     }
 
-    /// Any adapter's device, even a software one.
+    /// Any adapter's device, even a software one, without any optional feature.
     pub fn any_device() -> Option<(wgpu::Device, wgpu::Queue)> {
+        device(false)
+    }
+
+    /// Any adapter's device; where `timed`, one with timestamps.
+    pub fn device(timed: bool) -> Option<(wgpu::Device, wgpu::Queue)> {
+        let clock = wgpu::Features::TIMESTAMP_QUERY;
+        let wanted = wgpu::DeviceDescriptor {
+            required_features: if timed {
+                clock
+            } else {
+                wgpu::Features::empty()
+            },
+            ..Default::default()
+        };
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let made = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
             .map_err(|e| e.to_string())
             .and_then(|adapter| {
                 println!("on {}", adapter.get_info().name);
-                wait(adapter.request_device(&wgpu::DeviceDescriptor::default()))
-                    .map_err(|e| e.to_string())
+                wait(adapter.request_device(&wanted)).map_err(|e| e.to_string())
             });
-        made.inspect_err(|e| println!("skipped: no adapter for compute shaders: {e}"))
+        made.inspect_err(|e| println!("skipped: no such adapter for compute shaders: {e}"))
             .ok()
     }
 

@@ -1,19 +1,15 @@
 //! What a picture is measured by while it is made, where the plan asks.
 
-use super::Stage;
+use super::{Hand, Stage};
 use crate::compositor::compose::Ingredients;
-use crate::compositor::despill::{guide, rim, spill};
-use crate::compositor::glare::brightest;
 use crate::compositor::grain::Grain;
-use crate::compositor::light_wrap::need;
 use crate::compositor::pass::Pass;
 use crate::compositor::plan::{Inputs, PlannedPass, key};
 use crate::compositor::smoothing::Steady;
 use crate::error::Result;
 use crate::scene::Background;
-use std::sync::Arc;
 
-impl Stage<'_> {
+impl<H: Hand> Stage<'_, H> {
     /// Measures whether the last of these passes is called for, where the scene asks for it and nothing
     /// else says so. Whether something was measured.
     pub fn measure(&mut self, planned: &[PlannedPass]) -> Result<bool> {
@@ -25,23 +21,14 @@ impl Stage<'_> {
         match this.pass {
             Pass::Smoothing if effects.smoothing > 0.0 => {
                 let (frame, before) = (self.scene.frame, of.extra.before);
-                let steady = Steady::after(before, frame, of.field, of.mask, effects.smoothing)?;
+                let even = || self.hand.even_samples();
+                let steady = Steady::after(before, frame, effects.smoothing, even)?;
                 self.facts.steady_gain = Some(steady.gain);
                 self.steady = Some(steady);
             }
             Pass::Despill if effects.despill > 0.0 => {
-                let frame = self.facts.inputs.frame;
-                let rim = self.kept(|r| &mut r.rim, frame, || Arc::new(rim(of.mask)));
-                let linear = self.linear.clone();
-                let (guide, spill) = self.kept(
-                    |r| &mut r.spill,
-                    upstream,
-                    || {
-                        let guide = guide(&linear, of.mask, &rim);
-                        let spill = spill(&linear, &guide);
-                        (Arc::new(guide), spill)
-                    },
-                );
+                let guide = |stage: &mut Self| stage.hand.guide(&stage.linear);
+                let (guide, spill) = self.kept(|s| &mut s.spill, upstream, guide)?;
                 self.guide = Some(guide);
                 self.facts.spill = Some(spill);
             }
@@ -49,16 +36,22 @@ impl Stage<'_> {
                 let Some(behind) = self.behind.clone() else {
                     return Ok(false);
                 };
-                let linear = self.linear.clone();
-                let need = || need(&linear, of.mask, &behind);
-                self.facts.wrap_need = self.kept(|r| &mut r.wrap_need, upstream, need);
+                let need = |stage: &mut Self| stage.hand.wrap_need(&stage.linear, &behind);
+                self.facts.wrap_need = self.kept(|s| &mut s.wrap_need, upstream, need)?;
             }
-            Pass::Glare if effects.glare > 0.0 => self.facts.brightest = brightest(&self.linear),
+            Pass::Glare if effects.glare > 0.0 => {
+                let brightest = |stage: &mut Self| stage.hand.brightest(&stage.linear);
+                self.facts.brightest = self.kept(|s| &mut s.brightest, upstream, brightest)?;
+            }
             Pass::Grain if effects.grain > 0.0 => {
-                let (Some(plate), Some(codes)) = (of.extra.grain, &self.display) else {
+                let (Some(plate), Some(_)) = (of.extra.grain, &self.display) else {
                     return Ok(false);
                 };
-                self.own_grain = Grain::of(codes, of.mask);
+                let own = |stage: &mut Self| match &stage.display {
+                    Some(codes) => stage.hand.grain_of(codes),
+                    None => Ok(Grain::default()),
+                };
+                self.own_grain = self.kept(|s| &mut s.grain, upstream, own)?;
                 let mut missing = plate.beyond(&self.own_grain, effects.grain).most();
                 if self.scene.background == Background::Environment && self.facts.open_share > 0.0 {
                     missing = missing.max(effects.grain * plate.most());

@@ -21,10 +21,10 @@ impl EffectsPanel {
             ui.horizontal(|ui| {
                 ui.label(RichText::new(&pass.name).size(13.0).color(color));
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    let time = if pass.ran {
-                        format!("{:.2} ms", pass.ms)
-                    } else {
-                        "skipped".to_owned()
+                    let time = match pass.ms {
+                        _ if !pass.ran => "skipped".to_owned(),
+                        Some(ms) => format!("{ms:.2} ms"),
+                        None => "not timed".to_owned(),
                     };
                     ui.label(RichText::new(time).size(13.0).color(color));
                 });

@@ -1,11 +1,15 @@
-//! Where the network runs: a GPU where there is a real one, else burn's CPU backend. Network, passes
-//! and window share one GPU, so that what the network computes can be lit and shown without a copy.
+//! Where the network runs: a GPU where there is a real one that computes as the CPU does, else burn's CPU
+//! backend. Network, passes and window share one GPU, so that what the network computes can be lit and
+//! shown without a copy.
 
+mod self_test;
+
+use crate::compositor::passes::PicturePasses;
 use burn::tensor::Device;
 use burn::tensor::wgpu::WgpuSetup;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What a person asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
@@ -35,22 +39,35 @@ pub struct ComputeDevice {
 pub struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
+    /// The compositor's, compiled once for all who make pictures there.
+    pub passes: Arc<PicturePasses>,
     network: Device,
     adapter: wgpu::AdapterInfo,
+    /// What the self-test found, once it was asked for.
+    verdict: Arc<OnceLock<Result<(), String>>>,
 }
 
 /// burn keeps a device that it was given for as long as the process runs: there is one, for all.
 static SHARED: Mutex<Option<Gpu>> = Mutex::new(None);
 
 impl ComputeDevice {
-    /// Picks a device. Software rasterisers do not count as GPUs: there the CPU backend is faster.
+    /// Picks a device. Software rasterisers do not count as GPUs: there the CPU backend is faster. A GPU
+    /// whose results differ from the CPU's in a short test, once for each process, is not used.
     pub fn choose(choice: DeviceChoice) -> Self {
         let gpu = match choice {
             DeviceChoice::Cpu => Err("as asked".to_owned()),
             DeviceChoice::Auto => Gpu::shared(is_hardware),
             DeviceChoice::Gpu => Gpu::shared(|_| true),
         };
-        match gpu {
+        Self::trusted(gpu, |gpu| {
+            let verdict = gpu.verdict.get_or_init(|| self_test::run(gpu));
+            verdict.clone()
+        })
+    }
+
+    /// A GPU that passes `test`, else the CPU.
+    fn trusted(gpu: Result<Gpu, String>, test: impl FnOnce(&Gpu) -> Result<(), String>) -> Self {
+        match gpu.and_then(|gpu| test(&gpu).map(|()| gpu)) {
             Ok(gpu) => Self {
                 device: gpu.network.clone(),
                 description: format!("GPU (wgpu): {}", gpu.adapter.name),
@@ -62,6 +79,11 @@ impl ComputeDevice {
                 gpu: None,
             },
         }
+    }
+
+    /// The compositor's passes on this device; none on a CPU, where pictures are made in memory.
+    pub fn passes(&self) -> Option<&Arc<PicturePasses>> {
+        self.gpu.as_ref().map(|gpu| &gpu.passes)
     }
 }
 
@@ -112,6 +134,8 @@ impl Gpu {
         let network = Device::wgpu_options().setup(setup.clone()).init();
         Ok(Self {
             network: network.map_err(|e| e.to_string())?,
+            passes: Arc::new(PicturePasses::new(&setup.device, &setup.queue)),
+            verdict: Arc::default(),
             adapter: setup.adapter.get_info(),
             device: setup.device,
             queue: setup.queue,

@@ -1,0 +1,110 @@
+// What passes are measured by is brought to little data here, which is then read. What each number is
+// used for stands with its twin on the CPU: `compositor::despill`, `light_wrap`, `glare`, `smoothing`.
+
+struct Params {
+    // `shrink`, `pick`: columns and rows of `result`; `total`, `largest`: of `first`.
+    size: vec2<u32>,
+    // `shrink`: columns and rows of `first`. `pick`: the step between pixels, and nothing.
+    values: vec2<u32>,
+}
+
+@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
+@group(0) @binding(3) var<uniform> params: Params;
+
+// Workgroups of `total` and `largest`, each of which leaves one value.
+const GROUPS: u32 = 64u;
+
+var<workgroup> parts: array<vec4<f32>, 64>;
+
+// 0 in place of what is no number.
+fn finite(v: vec4<f32>) -> vec4<f32> {
+    let exponent = bitcast<vec4<u32>>(v) & vec4<u32>(0x7f800000u);
+    return select(v, vec4<f32>(0.0), exponent == vec4<u32>(0x7f800000u));
+}
+
+@compute @workgroup_size(64)
+fn total(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    var sum = vec4<f32>(0.0);
+    for (var i = 64u * group.x + local; i < params.size.x * params.size.y; i += 64u * GROUPS) {
+        sum += finite(first[i]);
+    }
+    parts[local] = sum;
+    workgroupBarrier();
+    if local == 0u {
+        for (var k = 1u; k < 64u; k++) {
+            sum += parts[k];
+        }
+        result[group.x] = sum;
+    }
+}
+
+@compute @workgroup_size(64)
+fn largest(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    var most = vec4<f32>(0.0);
+    for (var i = 64u * group.x + local; i < params.size.x * params.size.y; i += 64u * GROUPS) {
+        most = max(most, finite(first[i]));
+    }
+    parts[local] = most;
+    workgroupBarrier();
+    if local == 0u {
+        for (var k = 1u; k < 64u; k++) {
+            most = max(most, parts[k]);
+        }
+        result[group.x] = most;
+    }
+}
+
+// The first and last source pixel under a smaller one of one axis, and the shares of those two: all
+// between them count wholly.
+fn span(place: u32, size: u32, source: u32) -> vec4<f32> {
+    let ratio = f32(source) / f32(size);
+    let start = f32(place) * ratio;
+    let end = min(start + ratio, f32(source));
+    let low = floor(start + 1e-4);
+    let high = max(ceil(end - 1e-4) - 1.0, low);
+    return vec4<f32>(low, high, min(low + 1.0, end) - max(low, start), end - high);
+}
+
+fn share(at: f32, span: vec4<f32>) -> f32 {
+    if at == span.x {
+        return span.z;
+    }
+    return select(1.0, span.w, at == span.y);
+}
+
+// The mean of what each pixel covers.
+@compute @workgroup_size(8, 8)
+fn shrink(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let across = span(id.x, params.size.x, params.values.x);
+    let down = span(id.y, params.size.y, params.values.y);
+    var sum = vec4<f32>(0.0);
+    var total = 0.0;
+    for (var y = down.x; y <= down.y; y += 1.0) {
+        for (var x = across.x; x <= across.y; x += 1.0) {
+            let weight = share(x, across) * share(y, down);
+            sum += weight * first[u32(y) * params.values.x + u32(x)];
+            total += weight;
+        }
+    }
+    result[id.y * params.size.x + id.x] = sum / total;
+}
+
+// Every so many pixels one.
+@compute @workgroup_size(8, 8)
+fn pick(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let i = id.y * params.size.x + id.x;
+    result[i] = first[i * params.values.x];
+}

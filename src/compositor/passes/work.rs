@@ -1,0 +1,198 @@
+//! Passes of one picture as they are recorded for the GPU, and what is read of them in the end.
+
+use super::clock::Clock;
+use super::pictures::{GpuPicture, PicturePasses, WORKGROUP};
+use super::read::read_back;
+use crate::compositor::Pass;
+use crate::compositor::pyramid::Rgba;
+use crate::error::Result;
+use crate::imaging::Image;
+use rayon::prelude::*;
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+/// Passes that are recorded, in order. The GPU begins when something is read: [`Self::look`] or
+/// [`Self::finish`].
+pub struct Work<'a> {
+    pub(super) passes: &'a PicturePasses,
+    commands: wgpu::CommandEncoder,
+    clock: Option<Clock>,
+    /// What shaders count: how many pixels were mended.
+    tally: wgpu::Buffer,
+    pass: Pass,
+}
+
+/// What a piece of work left.
+pub struct Finished {
+    /// The pictures that were asked for, without their fourth values.
+    pub pictures: Vec<Image>,
+    /// How many pixels of the subject were no numbers.
+    pub mended: usize,
+    /// Milliseconds on the GPU's own clock of every dispatch and the pass that it belongs to, in order;
+    /// none where it has no such clock.
+    pub times: Option<Vec<(Pass, f64)>>,
+}
+
+impl<'a> Work<'a> {
+    pub(super) fn new(passes: &'a PicturePasses) -> Self {
+        let (device, queue) = (&passes.device, &passes.queue);
+        Self {
+            passes,
+            commands: device.create_command_encoder(&Default::default()),
+            clock: Clock::new(device, queue),
+            tally: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("tally"),
+                size: 16,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+            pass: Pass::Relight,
+        }
+    }
+
+    /// What follows belongs to this pass.
+    pub fn begin(&mut self, pass: Pass) {
+        self.pass = pass;
+    }
+
+    /// Records one dispatch.
+    pub(super) fn record<T>(
+        &mut self,
+        label: &str,
+        encode: impl FnOnce(&mut wgpu::ComputePass) -> Result<T>,
+    ) -> Result<T> {
+        let timestamp_writes = self.clock.as_mut().and_then(|clock| clock.span(self.pass));
+        let mut pass = self
+            .commands
+            .begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(label),
+                timestamp_writes,
+            });
+        encode(&mut pass)
+    }
+
+    /// A picture of `size` whose values are all 0.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold it.
+    pub fn blank(&self, size: (usize, usize)) -> Result<GpuPicture> {
+        self.passes.fits(size.0, size.1)?;
+        // A new buffer holds zeros until something is written.
+        let buffer = self.passes.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("picture"),
+            size: 16 * (size.0 * size.1) as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        Ok(self.passes.adopt(size.0, size.1, buffer))
+    }
+
+    /// Records one shader over every pixel of a new picture of `size`. `params` is laid out as the shader's
+    /// `Params`. Where there is no `second`, the shader does not look at it.
+    pub(super) fn run(
+        &mut self,
+        entry: &'static str,
+        params: &[u8],
+        first: &GpuPicture,
+        second: Option<&GpuPicture>,
+        size: (usize, usize),
+    ) -> Result<GpuPicture> {
+        let result = self.blank(size)?;
+        let groups = [size.0, size.1].map(|n| (n as u32).div_ceil(WORKGROUP));
+        let bound = [first, second.unwrap_or(first), &result].map(GpuPicture::binding);
+        self.dispatch(entry, params, bound, groups)?;
+        Ok(result)
+    }
+
+    /// Records one shader over so many workgroups; `bound` are its first, its second and its result.
+    pub(super) fn dispatch(
+        &mut self,
+        entry: &'static str,
+        params: &[u8],
+        bound: [wgpu::BindingResource; 3],
+        groups: [u32; 2],
+    ) -> Result<()> {
+        let passes = self.passes;
+        let pipeline = passes.pipeline(entry)?;
+        let params = passes.device.create_buffer_init(&BufferInitDescriptor {
+            label: Some(entry),
+            contents: params,
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let own = [params.as_entire_binding(), self.tally.as_entire_binding()];
+        let entries: Vec<wgpu::BindGroupEntry> = (0..)
+            .zip(bound.into_iter().chain(own))
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let bindings = passes.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(entry),
+            layout: &passes.layout,
+            entries: &entries,
+        });
+        self.record(entry, |pass| {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &bindings, &[]);
+            pass.dispatch_workgroups(groups[0], groups[1], 1);
+            Ok(())
+        })
+    }
+
+    /// Has the GPU do what was recorded so far, and reads pictures of it: what decisions are made by while
+    /// a picture is made, and therefore small.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn look<const N: usize>(&mut self, pictures: [&GpuPicture; N]) -> Result<[Rgba; N]> {
+        let device = &self.passes.device;
+        let next = device.create_command_encoder(&Default::default());
+        let commands = std::mem::replace(&mut self.commands, next);
+        let buffers = pictures.map(|picture| &picture.buffer);
+        let target = (device, &self.passes.queue);
+        read_back(target, commands, &buffers, |parts| {
+            std::array::from_fn(|i| Rgba {
+                width: pictures[i].width,
+                height: pictures[i].height,
+                pixels: bytemuck::pod_collect_to_vec(parts[i]),
+            })
+        })
+    }
+
+    /// Has the GPU do all that was recorded, and reads `pictures`, what was counted and how long it took,
+    /// in one copy.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn finish(mut self, pictures: &[&GpuPicture]) -> Result<Finished> {
+        let mut sources: Vec<&wgpu::Buffer> = pictures.iter().map(|p| &p.buffer).collect();
+        sources.push(&self.tally);
+        if let Some(clock) = &self.clock {
+            sources.push(clock.resolve(&mut self.commands));
+        }
+        let target = (&self.passes.device, &self.passes.queue);
+        read_back(target, self.commands, &sources, |parts| {
+            let (images, rest) = parts.split_at(pictures.len());
+            Finished {
+                pictures: pictures
+                    .iter()
+                    .zip(images)
+                    .map(|(p, bytes)| image(p.size(), bytes))
+                    .collect(),
+                mended: bytemuck::pod_read_unaligned::<u32>(&rest[0][..4]) as usize,
+                times: self.clock.as_ref().and_then(|clock| clock.times(rest[1])),
+            }
+        })
+    }
+}
+
+/// The light of RGBA f32.
+pub(super) fn image((width, height): (usize, usize), rgba: &[u8]) -> Image {
+    let pixels = rgba.as_chunks::<16>().0.par_iter().with_min_len(4096);
+    let light = |pixel: &[u8; 16]| {
+        let [r, g, b, _] = bytemuck::pod_read_unaligned::<[f32; 4]>(pixel);
+        [r, g, b]
+    };
+    Image {
+        width,
+        height,
+        pixels: pixels.map(light).collect(),
+    }
+}

@@ -1,0 +1,241 @@
+//! The passes on the CPU, on pictures in memory.
+
+use super::hand::{Finished, Hand};
+use crate::compositor::background::{Backdrop, draw_background};
+use crate::compositor::background_blur::background_blur;
+use crate::compositor::channels::channels;
+use crate::compositor::compose::Ingredients;
+use crate::compositor::despill::{self, Screen, Spill, despill};
+use crate::compositor::difference::difference;
+use crate::compositor::false_color::false_color;
+use crate::compositor::glare::{brightest, glare};
+use crate::compositor::grain::{Grain, grain};
+use crate::compositor::light_wrap::{self, light_wrap};
+use crate::compositor::pass::Pass;
+use crate::compositor::plan::Inputs;
+use crate::compositor::reference::{dither, extend_edges, scale};
+use crate::compositor::reuse::{Kept, Reuse, Slots};
+use crate::compositor::smoothing::{self, even_light};
+use crate::compositor::view::view;
+use crate::error::Result;
+use crate::imaging::{Encoded, Image, Mask, resample::resize_area};
+use crate::scene::{Channel, ViewTransform};
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// The rim of the last matte that was asked for.
+pub(in crate::compositor) type Rim = Kept<Arc<Mask>>;
+
+/// The processor.
+pub(in crate::compositor) struct InMemory<'a> {
+    of: &'a Ingredients<'a>,
+    /// Stands for the frame.
+    frame: u64,
+    rim: Rim,
+    mended: usize,
+    ms: [f64; Pass::ALL.len()],
+    /// The pass in hand and when it began.
+    running: Option<(Pass, Instant)>,
+}
+
+impl<'a> InMemory<'a> {
+    pub fn new(of: &'a Ingredients<'a>, inputs: Inputs, rim: Rim) -> Self {
+        Self {
+            of,
+            frame: inputs.frame,
+            rim,
+            mended: 0,
+            ms: [0.0; Pass::ALL.len()],
+            running: None,
+        }
+    }
+
+    fn stop(&mut self) {
+        if let Some((pass, started)) = self.running.take() {
+            self.ms[pass as usize] += started.elapsed().as_secs_f64() * 1e3;
+        }
+    }
+
+    fn draw(&self, picture: &mut Image, mask: &Mask, backdrop: &Backdrop) {
+        let panorama = &self.of.environment.radiance;
+        draw_background(picture, mask, panorama, backdrop, self.of.view);
+    }
+}
+
+impl Hand for InMemory<'_> {
+    type Light = Arc<Image>;
+    type Codes = Encoded;
+    type Own = Rim;
+
+    fn slots(reuse: &mut Reuse) -> &mut Slots<Arc<Image>, Rim> {
+        &mut reuse.memory
+    }
+
+    fn begin(&mut self, pass: Pass) {
+        self.stop();
+        self.running = Some((pass, Instant::now()));
+    }
+
+    fn black(&self) -> Arc<Image> {
+        let (width, height) = self.of.mask.size();
+        Arc::new(Image::filled(width, height, [0.0; 3]))
+    }
+
+    fn even_samples(&mut self) -> Result<Vec<[f32; 3]>> {
+        let (field, mask) = (self.of.field, self.of.mask);
+        let even = field.relight(&even_light(field.lamps()))?;
+        let step = smoothing::step(even.pixels.len());
+        Ok(smoothing::samples(
+            even.pixels.into_iter().step_by(step),
+            mask,
+        ))
+    }
+
+    fn relight(&mut self, weights: &[[f32; 3]]) -> Result<Arc<Image>> {
+        let mask = self.of.mask;
+        let mut subject = self.of.field.relight(weights)?;
+        self.mended = extend_edges(&mut subject, mask);
+        for (pixel, &alpha) in subject.pixels.iter_mut().zip(&mask.pixels) {
+            *pixel = pixel.map(|v| v * alpha);
+        }
+        Ok(Arc::new(subject))
+    }
+
+    fn guide(&mut self, subject: &Arc<Image>) -> Result<(Arc<Image>, Spill)> {
+        let mask = self.of.mask;
+        let rim = self.rim.get(self.frame);
+        let rim = rim.unwrap_or_else(|| Arc::new(despill::rim(mask)));
+        self.rim.put(self.frame, rim.clone());
+        let guide = despill::guide(subject, mask, &rim);
+        let spill = despill::spill(subject, &guide);
+        Ok((Arc::new(guide), spill))
+    }
+
+    fn despill(
+        &mut self,
+        subject: &mut Arc<Image>,
+        guide: &Arc<Image>,
+        screen: Screen,
+        amount: f32,
+    ) -> Result<()> {
+        despill(Arc::make_mut(subject), guide, screen, amount);
+        Ok(())
+    }
+
+    fn behind(&mut self, backdrop: &Backdrop) -> Result<Arc<Image>> {
+        let (width, height) = self.of.mask.size();
+        let mut behind = Image::filled(width, height, [0.0; 3]);
+        self.draw(&mut behind, &Mask::filled(width, height, 0.0), backdrop);
+        Ok(Arc::new(behind))
+    }
+
+    fn surround(&mut self, subject: &mut Arc<Image>, backdrop: &Backdrop) -> Result<()> {
+        self.draw(Arc::make_mut(subject), self.of.mask, backdrop);
+        Ok(())
+    }
+
+    fn background_blur(&mut self, behind: &mut Arc<Image>, radius: f32) -> Result<()> {
+        background_blur(Arc::make_mut(behind), radius);
+        Ok(())
+    }
+
+    fn wrap_need(&mut self, subject: &Arc<Image>, behind: &Arc<Image>) -> Result<f32> {
+        let (width, height) = light_wrap::measured_size(subject.size());
+        if subject.pixels.is_empty() {
+            return Ok(0.0);
+        }
+        let small = |image: &Image| resize_area(image, width, height);
+        let mask = resize_area(self.of.mask, width, height);
+        Ok(light_wrap::need(&small(subject), &mask, &small(behind)))
+    }
+
+    fn light_wrap(
+        &mut self,
+        subject: &mut Arc<Image>,
+        behind: &Arc<Image>,
+        amount: f32,
+    ) -> Result<()> {
+        light_wrap(Arc::make_mut(subject), self.of.mask, behind, amount);
+        Ok(())
+    }
+
+    fn over(&mut self, subject: &mut Arc<Image>, behind: &Arc<Image>) -> Result<()> {
+        let pixels = Arc::make_mut(subject).pixels.par_iter_mut();
+        let pixels = pixels.zip(&behind.pixels).zip(&self.of.mask.pixels);
+        pixels
+            .with_min_len(4096)
+            .for_each(|((pixel, light), alpha)| {
+                (0..3).for_each(|c| pixel[c] += (1.0 - alpha) * light[c]);
+            });
+        Ok(())
+    }
+
+    fn brightest(&mut self, picture: &Arc<Image>) -> Result<f32> {
+        Ok(brightest(picture))
+    }
+
+    fn glare(&mut self, picture: &mut Arc<Image>, amount: f32, white: f32) -> Result<()> {
+        glare(Arc::make_mut(picture), amount, white);
+        Ok(())
+    }
+
+    fn exposure(&mut self, picture: &mut Arc<Image>, stops: f32) -> Result<()> {
+        scale(Arc::make_mut(picture), stops.exp2());
+        Ok(())
+    }
+
+    fn view(&mut self, picture: &Arc<Image>, transform: ViewTransform) -> Result<Encoded> {
+        Ok(view(picture, transform))
+    }
+
+    fn grain_of(&mut self, codes: &Encoded) -> Result<Grain> {
+        Ok(Grain::of(codes, self.of.mask))
+    }
+
+    fn grain(
+        &mut self,
+        codes: &mut Encoded,
+        alpha: &Mask,
+        grains: [&Grain; 2],
+        amount: f32,
+        frame: usize,
+    ) -> Result<()> {
+        grain(codes, [self.of.mask, alpha], grains, amount, frame);
+        Ok(())
+    }
+
+    fn dither(&mut self, codes: &mut Encoded) -> Result<()> {
+        dither(codes, self.of.mask);
+        Ok(())
+    }
+
+    fn channels(&mut self, codes: &mut Encoded, alpha: &Mask, channel: Channel) -> Result<()> {
+        channels(codes, alpha, channel);
+        Ok(())
+    }
+
+    fn difference(&mut self, codes: &mut Encoded, second: &Encoded, gain: f32) -> Result<()> {
+        difference(codes, second, gain)
+    }
+
+    fn false_color(&mut self, picture: &Arc<Image>) -> Result<Encoded> {
+        Ok(false_color(picture))
+    }
+
+    fn finish(
+        mut self,
+        picture: Arc<Image>,
+        codes: Option<Encoded>,
+        _needs_light: bool,
+    ) -> Result<Finished<Rim>> {
+        self.stop();
+        Ok(Finished {
+            linear: Some(Arc::unwrap_or_clone(picture)),
+            display: codes,
+            mended: self.mended,
+            ms: Some(self.ms),
+            own: self.rim,
+        })
+    }
+}

@@ -1,0 +1,262 @@
+//! The passes on a GPU. Pictures stay there; in the end the one that was asked for is read.
+
+use super::hand::{Finished, Hand};
+use crate::compositor::background::{Backdrop, draw_background};
+use crate::compositor::compose::Ingredients;
+use crate::compositor::despill::{Screen, Spill};
+use crate::compositor::difference::check_size;
+use crate::compositor::grain::Grain;
+use crate::compositor::pass::Pass;
+use crate::compositor::passes::{GpuMatte, GpuPicture, PicturePasses, Work};
+use crate::compositor::plan::{Inputs, key};
+use crate::compositor::reuse::{Kept, Reuse, Slots};
+use crate::compositor::smoothing::{self, even_light};
+use crate::error::Result;
+use crate::imaging::{Encoded, Image, Mask};
+use crate::reflectance::FieldBuffer;
+use crate::scene::{Channel, ViewTransform};
+
+/// What was copied to the GPU, and made there, for a frame and for an environment.
+#[derive(Clone, Debug, Default)]
+pub(in crate::compositor) struct Uploads {
+    matte: Kept<GpuMatte>,
+    rim: Kept<GpuPicture>,
+    panorama: Kept<GpuPicture>,
+}
+
+/// The GPU that the field is on.
+pub(in crate::compositor) struct OnGpu<'a> {
+    of: &'a Ingredients<'a>,
+    field: &'a FieldBuffer,
+    passes: &'a PicturePasses,
+    work: Work<'a>,
+    /// Stands for the frame.
+    frame: u64,
+    matte: GpuMatte,
+    uploads: Uploads,
+}
+
+impl<'a> OnGpu<'a> {
+    pub fn new(
+        of: &'a Ingredients<'a>,
+        inputs: Inputs,
+        (field, passes): (&'a FieldBuffer, &'a PicturePasses),
+        mut uploads: Uploads,
+    ) -> Result<Self> {
+        let matte = match uploads.matte.get(inputs.frame) {
+            Some(matte) => matte,
+            None => passes.upload_matte(of.mask)?,
+        };
+        uploads.matte.put(inputs.frame, matte.clone());
+        Ok(Self {
+            of,
+            field,
+            passes,
+            work: passes.begin(),
+            frame: inputs.frame,
+            matte,
+            uploads,
+        })
+    }
+
+    /// The panorama on the GPU; none where it is larger than the GPU can bind.
+    fn panorama(&mut self) -> Result<Option<GpuPicture>> {
+        let radiance = &self.of.environment.radiance;
+        if self.passes.fits(radiance.width, radiance.height).is_err() {
+            return Ok(None);
+        }
+        let key = key((self.of.extra.identity.environment, radiance.size()));
+        let panorama = match self.uploads.panorama.get(key) {
+            Some(panorama) => panorama,
+            None => self.passes.upload_opaque(radiance)?,
+        };
+        self.uploads.panorama.put(key, panorama.clone());
+        Ok(Some(panorama))
+    }
+}
+
+impl Hand for OnGpu<'_> {
+    type Light = GpuPicture;
+    type Codes = GpuPicture;
+    type Own = Uploads;
+
+    fn slots(reuse: &mut Reuse) -> &mut Slots<GpuPicture, Uploads> {
+        &mut reuse.gpu
+    }
+
+    fn begin(&mut self, pass: Pass) {
+        self.work.begin(pass);
+    }
+
+    fn black(&self) -> GpuPicture {
+        self.matte.picture.clone()
+    }
+
+    fn even_samples(&mut self) -> Result<Vec<[f32; 3]>> {
+        let even = self.work.sum(self.field, &even_light(self.field.lamps))?;
+        let step = smoothing::step(even.width * even.height);
+        let even = self.work.every(&even, step)?;
+        let light = even.into_iter().map(|[r, g, b, _]| [r, g, b]);
+        Ok(smoothing::samples(light, self.of.mask))
+    }
+
+    fn relight(&mut self, weights: &[[f32; 3]]) -> Result<GpuPicture> {
+        self.work.relight(self.field, weights, &self.matte)
+    }
+
+    fn guide(&mut self, subject: &GpuPicture) -> Result<(GpuPicture, Spill)> {
+        let rim = match self.uploads.rim.get(self.frame) {
+            Some(rim) => rim,
+            None => self.work.rim(&self.matte.picture)?,
+        };
+        self.uploads.rim.put(self.frame, rim.clone());
+        self.work.guide(subject, &rim)
+    }
+
+    fn despill(
+        &mut self,
+        subject: &mut GpuPicture,
+        guide: &GpuPicture,
+        screen: Screen,
+        amount: f32,
+    ) -> Result<()> {
+        *subject = self.work.despill(subject, guide, screen, amount)?;
+        Ok(())
+    }
+
+    fn behind(&mut self, backdrop: &Backdrop) -> Result<GpuPicture> {
+        let (width, height) = self.of.mask.size();
+        if let Some(panorama) = self.panorama()? {
+            let open = self.work.blank((width, height))?;
+            return self
+                .work
+                .background(&open, &panorama, backdrop, self.of.view, false);
+        }
+        let mut behind = Image::filled(width, height, [0.0; 3]);
+        let open = Mask::filled(width, height, 0.0);
+        let panorama = &self.of.environment.radiance;
+        draw_background(&mut behind, &open, panorama, backdrop, self.of.view);
+        self.passes.upload_opaque(&behind)
+    }
+
+    fn surround(&mut self, subject: &mut GpuPicture, backdrop: &Backdrop) -> Result<()> {
+        *subject = match self.panorama()? {
+            Some(panorama) => {
+                self.work
+                    .background(subject, &panorama, backdrop, self.of.view, true)?
+            }
+            None => {
+                let behind = self.behind(backdrop)?;
+                self.work.over(subject, &behind)?
+            }
+        };
+        Ok(())
+    }
+
+    fn background_blur(&mut self, behind: &mut GpuPicture, radius: f32) -> Result<()> {
+        *behind = self.work.background_blur(behind, radius)?;
+        Ok(())
+    }
+
+    fn wrap_need(&mut self, subject: &GpuPicture, behind: &GpuPicture) -> Result<f32> {
+        self.work.wrap_need(subject, behind)
+    }
+
+    fn light_wrap(
+        &mut self,
+        subject: &mut GpuPicture,
+        behind: &GpuPicture,
+        amount: f32,
+    ) -> Result<()> {
+        *subject = self.work.light_wrap(subject, behind, amount)?;
+        Ok(())
+    }
+
+    fn over(&mut self, subject: &mut GpuPicture, behind: &GpuPicture) -> Result<()> {
+        *subject = self.work.over(subject, behind)?;
+        Ok(())
+    }
+
+    fn brightest(&mut self, picture: &GpuPicture) -> Result<f32> {
+        self.work.brightest(picture)
+    }
+
+    fn glare(&mut self, picture: &mut GpuPicture, amount: f32, white: f32) -> Result<()> {
+        *picture = self.work.glare(picture, amount, white)?;
+        Ok(())
+    }
+
+    fn exposure(&mut self, picture: &mut GpuPicture, stops: f32) -> Result<()> {
+        *picture = self.work.exposure(picture, stops)?;
+        Ok(())
+    }
+
+    fn view(&mut self, picture: &GpuPicture, transform: ViewTransform) -> Result<GpuPicture> {
+        self.work.view(picture, transform)
+    }
+
+    fn grain_of(&mut self, codes: &GpuPicture) -> Result<Grain> {
+        self.work.grain_of(codes, self.of.mask)
+    }
+
+    // The picture's coverage is the fourth value of its codes.
+    fn grain(
+        &mut self,
+        codes: &mut GpuPicture,
+        _alpha: &Mask,
+        grains: [&Grain; 2],
+        amount: f32,
+        frame: usize,
+    ) -> Result<()> {
+        let matte = &self.matte.picture;
+        *codes = self.work.grain(codes, matte, grains, amount, frame)?;
+        Ok(())
+    }
+
+    fn dither(&mut self, codes: &mut GpuPicture) -> Result<()> {
+        *codes = self.work.dither(codes, &self.matte.picture)?;
+        Ok(())
+    }
+
+    fn channels(&mut self, codes: &mut GpuPicture, _: &Mask, channel: Channel) -> Result<()> {
+        *codes = self.work.channels(codes, channel)?;
+        Ok(())
+    }
+
+    fn difference(&mut self, codes: &mut GpuPicture, second: &Encoded, gain: f32) -> Result<()> {
+        check_size(codes.size(), second)?;
+        let second = self.passes.upload_opaque(&second.0)?;
+        *codes = self.work.difference(codes, &second, gain)?;
+        Ok(())
+    }
+
+    fn false_color(&mut self, picture: &GpuPicture) -> Result<GpuPicture> {
+        self.work.false_color(picture)
+    }
+
+    fn finish(
+        self,
+        picture: GpuPicture,
+        codes: Option<GpuPicture>,
+        needs_light: bool,
+    ) -> Result<Finished<Uploads>> {
+        let light = needs_light.then_some(&picture);
+        let wanted: Vec<&GpuPicture> = light.into_iter().chain(&codes).collect();
+        let mut finished = self.work.finish(&wanted)?;
+        let display = codes.and_then(|_| finished.pictures.pop()).map(Encoded);
+        let ms = finished.times.map(|times| {
+            let mut ms = [0.0; Pass::ALL.len()];
+            times
+                .iter()
+                .for_each(|(pass, span)| ms[*pass as usize] += span);
+            ms
+        });
+        Ok(Finished {
+            linear: finished.pictures.pop(),
+            display,
+            mended: finished.mended,
+            ms,
+            own: self.uploads,
+        })
+    }
+}

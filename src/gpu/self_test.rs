@@ -1,0 +1,289 @@
+//! A short test of a GPU before it is trusted: drivers and the kernels that are chosen for them have given
+//! wrong numbers without an error. What the network is made of, the sum of lamps and a pass are computed
+//! there and by the CPU, from numbers that are the same everywhere.
+
+use super::Gpu;
+use crate::compositor::passes::PicturePasses;
+use crate::compositor::reference::{lit_lamps, relight, relight_half};
+use crate::compositor::view;
+use crate::imaging::Image;
+use crate::reflectance::kernels::{self, Activation, Precision};
+use crate::reflectance::{HalfField, ReflectanceField};
+use crate::scene::ViewTransform;
+use burn::module::Param;
+use burn::nn::conv::Conv2d;
+use burn::nn::{BatchNormConfig, GroupNormConfig, PaddingConfig2d};
+use burn::tensor::{Device, Tensor, TensorData};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Width and height of what the layers see.
+const SIZE: usize = 16;
+/// Lamps of the field that is summed.
+const LAMPS: usize = 9;
+
+/// What is computed twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Check {
+    /// Every kind of layer that the network has, one after the other.
+    Layers,
+    Sum,
+    /// The sum of a field in f16.
+    HalfSum,
+    /// The pass `view` under its film curve: matrices, logarithms and a polynomial.
+    View,
+}
+
+impl Check {
+    const ALL: [Self; 4] = [Self::Layers, Self::Sum, Self::HalfSum, Self::View];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Layers => "the network's layers",
+            Self::Sum => "the sum of lamps",
+            Self::HalfSum => "the sum of lamps in f16",
+            Self::View => "the pass view",
+        }
+    }
+
+    /// How far a value may be off, as a share of the largest. Sums in another order are off by 1e-5 and
+    /// products of shorter numbers, as tensor cores make them, by 5e-4; powers and logarithms of shaders by
+    /// 2e-4. What is wrong is off by much more.
+    fn tolerance(self) -> f32 {
+        match self {
+            Self::Layers | Self::View => 1e-3,
+            Self::Sum | Self::HalfSum => 1e-5,
+        }
+    }
+
+    fn on_cpu(self) -> Result<Vec<f32>, String> {
+        let (field, weights) = (field(), weights());
+        let lit = lit_lamps(&weights);
+        let picture = match self {
+            Self::Layers => return layers(&Device::flex()),
+            Self::Sum => relight(&field, &weights, &lit),
+            Self::HalfSum => relight_half(&HalfField::from(&field), &weights, &lit),
+            Self::View => view(&ramp(), ViewTransform::Filmic).0,
+        };
+        Ok(values(picture))
+    }
+
+    fn on_gpu(self, device: &Device, passes: &PicturePasses) -> Result<Vec<f32>, String> {
+        let (field, weights) = (field(), weights());
+        let picture = match self {
+            Self::Layers => return layers(device),
+            Self::Sum => passes.relight.run(&field, &weights),
+            Self::HalfSum => passes.relight.run_half(&HalfField::from(&field), &weights),
+            Self::View => passes.upload_opaque(&ramp()).and_then(|ramp| {
+                let mut work = passes.begin();
+                let shown = work.view(&ramp, ViewTransform::Filmic)?;
+                let mut pictures = work.finish(&[&shown])?.pictures;
+                Ok(pictures.remove(0))
+            }),
+        };
+        picture.map(values).map_err(|e| e.to_string())
+    }
+}
+
+/// Whether a GPU computes as the CPU does, and if not, what it did instead.
+pub(super) fn run(gpu: &Gpu) -> Result<(), String> {
+    compare(&gpu.adapter.name, |check| {
+        check.on_gpu(&gpu.network, &gpu.passes)
+    })
+}
+
+/// Whether what was `found` for each check is what the CPU finds.
+fn compare(adapter: &str, found: impl Fn(Check) -> Result<Vec<f32>, String>) -> Result<(), String> {
+    for check in Check::ALL {
+        let wanted = check.on_cpu()?;
+        // A kernel that fails on burn's GPU backend panics when its values are read.
+        let found = catch_unwind(AssertUnwindSafe(|| found(check)))
+            .unwrap_or_else(|_| Err("it stopped with an error of its driver".to_owned()))
+            .map_err(|e| format!("the GPU {adapter} failed in {}: {e}", check.name()))?;
+        let largest = wanted.iter().fold(0f32, |m, v| m.max(v.abs()));
+        let bound = check.tolerance() * largest;
+        // A value that is no number is in no bound.
+        let right = |wanted: &f32, found: &f32| (wanted - found).abs() <= bound;
+        let pairs = wanted.iter().zip(&found);
+        let wrong = pairs.filter(|(wanted, found)| !right(wanted, found));
+        let worst = wrong.max_by(|a, b| (a.0 - a.1).abs().total_cmp(&(b.0 - b.1).abs()));
+        if let Some((wanted, found)) = worst {
+            return Err(format!(
+                "the GPU {adapter} computed {found} in {}, expected {wanted} within {bound:.1e}",
+                check.name()
+            ));
+        }
+        if found.len() != wanted.len() {
+            return Err(format!(
+                "the GPU {adapter} computed {} values in {}, expected {}",
+                found.len(),
+                check.name(),
+                wanted.len()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Numbers in [−1, 1] with no pattern to speak of.
+fn noise(count: usize, seed: usize) -> impl Iterator<Item = f32> {
+    let bits = move |i: usize| (i + 7919 * seed).wrapping_mul(2_654_435_761) >> 8 & 0xffff;
+    (0..count).map(move |i| bits(i) as f32 / 32768.0 - 1.0)
+}
+
+fn values(picture: Image) -> Vec<f32> {
+    picture.pixels.into_flattened()
+}
+
+fn field() -> ReflectanceField {
+    // No multiple of a workgroup or of a tile.
+    let (width, height) = (61, 13);
+    let count = LAMPS * 3 * width * height;
+    ReflectanceField {
+        width,
+        height,
+        lamps: LAMPS,
+        values: noise(count, 1).map(f32::abs).collect(),
+    }
+}
+
+fn weights() -> Vec<[f32; 3]> {
+    let lamp = |l: usize| [0.1 + 0.1 * l as f32, 1.0, 3.0 / (1 + l) as f32];
+    let mut weights: Vec<[f32; 3]> = (0..LAMPS).map(lamp).collect();
+    weights[LAMPS / 2] = [0.0; 3];
+    weights
+}
+
+/// From black to four stops above white.
+fn ramp() -> Image {
+    Image::from_fn(64, 3, |x, y| {
+        let light = x as f32 / 16.0;
+        [light * light, light, y as f32 * light]
+    })
+}
+
+fn tensor<const D: usize>(
+    shape: [usize; D],
+    seed: usize,
+    scale: f32,
+    device: &Device,
+) -> Tensor<D> {
+    let count = shape.iter().product();
+    let values: Vec<f32> = noise(count, seed).map(|v| scale * v).collect();
+    Tensor::from_data(TensorData::new(values, shape), device)
+}
+
+fn convolution(inputs: usize, outputs: usize, kernel: usize, device: &Device) -> Conv2d {
+    let spread = 1.0 / ((inputs * kernel * kernel) as f32).sqrt();
+    let shape = [outputs, inputs, kernel, kernel];
+    Conv2d {
+        weight: Param::from_tensor(tensor(shape, inputs + kernel, 1.7 * spread, device)),
+        bias: Some(Param::from_tensor(tensor([outputs], outputs, 0.1, device))),
+        stride: [1, 1],
+        kernel_size: [kernel, kernel],
+        dilation: [1, 1],
+        groups: 1,
+        padding: PaddingConfig2d::Same,
+    }
+}
+
+/// A little network with every kind of layer that the real one has, and its skip connections.
+fn layers(device: &Device) -> Result<Vec<f32>, String> {
+    let scale = |channels, seed| Param::from_tensor(tensor([channels], seed, 1.0, device));
+    let mut group = GroupNormConfig::new(8, 16).init(device);
+    group.gamma = Some(scale(16, 2));
+    group.beta = Some(scale(16, 3));
+    let mut batch = BatchNormConfig::new(16).init(device);
+    batch.gamma = scale(16, 4);
+    batch.beta = scale(16, 5);
+    let convolve = |x, skip, layer: &Conv2d, activation| {
+        kernels::convolution(x, skip, layer, activation, Precision::Full)
+    };
+    let layer = |inputs, outputs, kernel| convolution(inputs, outputs, kernel, device);
+    let leaky = Activation::LeakyRelu(0.2);
+    let x = tensor([1, 3, SIZE, SIZE], 6, 1.0, device);
+    let first = convolve(x, None, &layer(3, 8, 7), leaky);
+    let second = kernels::blur_pool(first.clone());
+    let second = convolve(second, None, &layer(8, 16, 3), Activation::None);
+    let second = kernels::group_norm(second, &group, 0.2);
+    let third = kernels::blur_pool(second.clone());
+    let third = convolve(third, None, &layer(16, 16, 3), Activation::None);
+    let third = kernels::batch_norm(third, &batch, 0.2, true);
+    let up = kernels::upsample(third, None);
+    let up = convolve(up, Some(second), &layer(32, 8, 3), leaky);
+    let up = kernels::upsample(up, None);
+    let out = convolve(up, Some(first), &layer(16, 6, 3), Activation::Sigmoid);
+    let data = out.try_into_data().map_err(|e| format!("{e:?}"))?;
+    data.try_into_vec().map_err(|e| format!("{e:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ComputeDevice, DeviceChoice};
+    use super::*;
+
+    /// What a GPU that is right finds, with the values of one check spoilt.
+    fn spoilt(which: Check, spoil: impl Fn(Vec<f32>) -> Vec<f32>) -> Result<(), String> {
+        compare("Broken 9000", |check| {
+            let right = check.on_cpu()?;
+            Ok(if check == which { spoil(right) } else { right })
+        })
+    }
+
+    #[test]
+    fn one_wrong_value_is_found_wherever_it_is_and_said() {
+        assert_eq!(spoilt(Check::Sum, |right| right), Ok(()));
+        for check in Check::ALL {
+            let last = check.on_cpu().unwrap().len() - 1;
+            for place in [0, last] {
+                let wrong = |mut values: Vec<f32>| {
+                    values[place] += 0.25;
+                    values
+                };
+                let said = spoilt(check, wrong).unwrap_err();
+                assert!(said.starts_with("the GPU Broken 9000 computed "), "{said}");
+                assert!(
+                    said.contains(check.name()) && said.contains("expected"),
+                    "{said}"
+                );
+            }
+            let nan = |values: Vec<f32>| vec![f32::NAN; values.len()];
+            assert!(spoilt(check, nan).unwrap_err().contains("NaN"));
+            let short = |values: Vec<f32>| values[1..].to_vec();
+            assert!(spoilt(check, short).is_err());
+        }
+    }
+
+    #[test]
+    fn a_gpu_that_fails_or_stops_is_not_trusted() {
+        let failed = compare("Broken", |_| Err("out of memory".into()));
+        assert!(
+            failed
+                .unwrap_err()
+                .contains("failed in the network's layers: out of memory")
+        );
+        let stopped = compare("Broken", |check| match check {
+            Check::Sum => panic!("work writing it was skipped"),
+            check => check.on_cpu(),
+        });
+        assert!(stopped.unwrap_err().contains("stopped"));
+    }
+
+    #[test]
+    fn the_program_falls_back_to_the_cpu_and_says_why() {
+        let right = ComputeDevice::choose(DeviceChoice::Gpu);
+        let Some(gpu) = right.gpu else {
+            println!("skipped: {}", right.description);
+            return;
+        };
+        // This adapter, software or not, is right.
+        assert_eq!(run(&gpu), Ok(()));
+        let fallen =
+            ComputeDevice::trusted(Ok(gpu), |_| spoilt(Check::View, |v| vec![0.5; v.len()]));
+        assert!(fallen.gpu.is_none() && fallen.passes().is_none());
+        let said = &fallen.description;
+        assert!(said.starts_with(
+            "CPU (flex): the GPU Broken 9000 computed 0.5 in the pass view, expected "
+        ));
+        assert_eq!(fallen.device, Device::flex());
+    }
+}

@@ -1,0 +1,224 @@
+//! Whole pictures by the GPU, a software one where there is no other, beside those by the CPU.
+
+mod mapped;
+
+use afterlight::compositor::{
+    CameraView, Extra, Field, Grain, Ingredients, Levels, Pass, Picture, Reuse, Steady, Upstream,
+    compose, compose_reusing,
+};
+use afterlight::evaluation::flip;
+use afterlight::gpu::ComputeDevice;
+use afterlight::imaging::{Image, Mask};
+use afterlight::light::{Environment, LightWeights};
+use afterlight::reflectance::{FieldBuffer, ReflectanceField};
+use afterlight::scene::{Background, Effects, Inspection, Output, Scene, ViewTransform};
+use mapped::{gpu, mapped_during};
+
+const SIZE: usize = 256;
+const LAMPS: usize = 7;
+
+/// A green-rimmed subject before a bright window, in memory and on a GPU.
+struct Shoot {
+    memory: Field,
+    gpu: Field,
+    mask: Mask,
+    weights: LightWeights,
+    environment: Environment,
+    plate: Grain,
+    /// Of a frame that was darker.
+    before: Option<Steady>,
+}
+
+impl Shoot {
+    fn new(compute: &ComputeDevice) -> Self {
+        let centre = SIZE as f32 / 2.0;
+        let from_centre = |x: usize, y: usize| {
+            let [x, y] = [x, y].map(|v| v as f32 + 0.5 - centre);
+            x.hypot(y) / centre
+        };
+        let mask = Mask::from_fn(SIZE, SIZE, |x, y| {
+            (20.0 * (0.7 - from_centre(x, y))).clamp(0.0, 1.0)
+        });
+        let olats = |level: f32| -> Vec<Image> {
+            let olat = |lamp: usize| {
+                Image::from_fn(SIZE, SIZE, |x, y| {
+                    let skin = level * (0.3 + 0.1 * ((x / 9 + lamp * y / 7) % 5) as f32);
+                    let screen = level * (from_centre(x, y) - 0.62).max(0.0);
+                    [skin, 0.8 * skin + 3.0 * screen, 0.6 * skin]
+                })
+            };
+            (0..LAMPS).map(olat).collect()
+        };
+        let field = ReflectanceField::from_olats(&olats(1.0));
+        let gpu = compute.gpu.as_ref().expect("the test was given a GPU");
+        let buffer = FieldBuffer::upload(&field, &gpu.device);
+        let mut shoot = Self {
+            memory: ReflectanceField::from_olats(&olats(0.96)).into(),
+            gpu: Field::Gpu(buffer, gpu.passes.clone()),
+            mask,
+            weights: LightWeights {
+                per_lamp: (0..LAMPS).map(|l| [0.2, 0.1 * l as f32, 0.3]).collect(),
+                uncovered: 0.0,
+            },
+            environment: Environment {
+                name: "window".into(),
+                radiance: Image::from_fn(256, 128, |x, y| {
+                    let window = (118..142).contains(&x) && (40..66).contains(&y);
+                    let light = if window { 12.0 } else { 0.3 };
+                    [light, 0.9 * light, 0.004 * (x + y) as f32 + 0.5 * light]
+                }),
+                repaired_texels: 0,
+            },
+            plate: Grain {
+                deviation: [[0.03; 3]; 8],
+            },
+            before: None,
+        };
+        let first = Scene {
+            frame: 0,
+            ..scene()
+        };
+        shoot.before = compose(&first, &shoot.of(&shoot.memory)).unwrap().steady;
+        shoot.memory = field.into();
+        shoot
+    }
+
+    fn of<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
+        Ingredients {
+            field,
+            mask: &self.mask,
+            weights: &self.weights,
+            environment: &self.environment,
+            levels: Levels::default(),
+            view: CameraView::default(),
+            upstream: Upstream::default(),
+            extra: Extra {
+                before: self.before.as_ref(),
+                grain: Some(&self.plate),
+                ..Extra::default()
+            },
+        }
+    }
+}
+
+/// Every effect that can be had at once.
+fn scene() -> Scene {
+    Scene {
+        frame: 1,
+        exposure_stops: 0.3,
+        background: Background::Environment,
+        output: Output::Display,
+        effects: Effects {
+            smoothing: 0.8,
+            despill: 1.0,
+            background_blur: 0.02,
+            light_wrap: 0.6,
+            glare: 0.3,
+            view: ViewTransform::Filmic,
+            grain: 1.0,
+            inspection: Inspection::Picture,
+        },
+        ..Scene::default()
+    }
+}
+
+fn ran(picture: &Picture) -> Vec<&str> {
+    let ran = picture.passes.iter().filter(|pass| pass.ran);
+    ran.map(|pass| pass.name.as_str()).collect()
+}
+
+#[test]
+fn a_picture_with_every_effect_looks_as_the_cpu_s() {
+    let Some((compute, _turn)) = gpu() else {
+        return;
+    };
+    let shoot = Shoot::new(&compute);
+    let make = |output| {
+        let scene = Scene { output, ..scene() };
+        [&shoot.memory, &shoot.gpu].map(|field| compose(&scene, &shoot.of(field)).unwrap())
+    };
+    let [here, there] = make(Output::Display);
+    let all = [
+        "predict",
+        "weights",
+        "channels",
+        "difference",
+        "false_color",
+    ];
+    let all = Pass::ALL
+        .iter()
+        .map(|pass| pass.name())
+        .filter(|name| !all.contains(name));
+    assert_eq!(ran(&there), all.collect::<Vec<_>>());
+    assert_eq!(ran(&here), ran(&there));
+    let [seen, there] = [here, there].map(|picture| picture.display.unwrap());
+    let map = flip(&seen, &there, flip::PIXELS_PER_DEGREE).unwrap();
+    println!("mean FLIP {:.1e}", map.mean);
+    assert!(map.mean < 0.01);
+
+    let [here, there] = make(Output::Linear).map(|picture| picture.linear.unwrap());
+    let pairs = here
+        .pixels
+        .iter()
+        .flatten()
+        .zip(there.pixels.iter().flatten());
+    // Relative to the value, or to middle grey where that is more.
+    let apart = pairs.map(|(here, there)| (here - there).abs() / here.max(0.18));
+    let most = apart.fold(0.0, f32::max);
+    println!("largest relative error {most:.1e}");
+    // The background's arc tangents on GPUs are good to about 1e-4 of a texel, beside the window's edge.
+    assert!(most < 2e-3, "{most}");
+}
+
+#[test]
+fn of_a_picture_with_its_background_nothing_else_is_read_back() {
+    let Some((compute, _turn)) = gpu() else {
+        return;
+    };
+    let shoot = Shoot::new(&compute);
+    let timed = compute.gpu.as_ref().unwrap().device.features();
+    let clock = if timed.contains(wgpu::Features::TIMESTAMP_QUERY) {
+        8192
+    } else {
+        0
+    };
+    // What was counted, and the times, come in the same copy.
+    let picture = (16 * SIZE * SIZE + 16 + clock) as u64;
+    let plain = Scene {
+        effects: Effects::default(),
+        ..scene()
+    };
+    let (made, mapped) = mapped_during(|| compose(&plain, &shoot.of(&shoot.gpu)).unwrap());
+    assert_eq!(
+        ran(&made),
+        ["relight", "background", "exposure", "view", "dither"]
+    );
+    assert!(made.linear.is_none());
+    assert_eq!(mapped, [picture]);
+
+    // An effect that is asked for is measured first, on little data; not again while that stays.
+    let mut reuse = Reuse::default();
+    let mut make = |scene: &Scene| {
+        let of = shoot.of(&shoot.gpu);
+        mapped_during(|| compose_reusing(scene, &of, &mut reuse).unwrap())
+    };
+    let (_, mapped) = make(&scene());
+    let [smoothing, despill, light_wrap, glare, grain, whole] = mapped[..] else {
+        panic!("{mapped:?}");
+    };
+    assert!(smoothing <= 16 * 16_384 && despill <= 1024 && glare <= 1024);
+    assert!(light_wrap <= 2 * 16 * 64 * 64 && grain <= 3 * 16 * 40_000);
+    assert_eq!(whole, picture);
+    let more = Scene {
+        effects: Effects {
+            grain: 2.0,
+            ..scene().effects
+        },
+        ..scene()
+    };
+    let (made, mapped) = make(&more);
+    assert!(ran(&made).contains(&"grain"));
+    // Whoever hands on what smoothing measured of a frame is not asked to measure it again.
+    assert_eq!(mapped.len(), 2, "{mapped:?}");
+    assert_eq!(mapped[1], picture);
+}
