@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test lint doc peers bench bench-relight starter screenshots clean-demo
+.PHONY: run build setup test lint doc peers bench bench-relight bench-passes starter screenshots clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -46,6 +46,10 @@ bench:
 bench-relight:
 	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(wildcard $(PEERS)/bin/python)} \
 		$(CARGO) bench --locked --profile dev --bench relight -- $(BENCH)
+
+# Every pass beside what memory allows. BENCH="--software" includes a GPU that is none.
+bench-passes:
+	$(CARGO) bench --locked --profile dev --bench passes -- $(BENCH)
 
 # Trains the small network that the demo starts from, on the virtual stage alone: ten minutes.
 starter: build

@@ -1,8 +1,9 @@
 //! Pass `background_blur`: the background as a lens sees it that is focused on the subject. Every point
 //! becomes a disc, in linear light, so that lamps become bright discs; the subject is laid over later.
 
-use super::pyramid::{Rgba, add, double_onto, halve, mirrored, rgba};
-use crate::imaging::Image;
+use super::pyramid::{Rgba, double_onto, halve, mirrored, rgba};
+use crate::imaging::{Image, Raster};
+use crate::reflectance::kernels::chunks::vectorized;
 use rayon::prelude::*;
 
 /// Discs of this radius in pixels and more are drawn at half the size, again and again: a disc costs as
@@ -19,6 +20,15 @@ pub fn background_blur(picture: &mut Image, radius: f32) {
     if radius.is_nan() || radius <= 0.0 || picture.pixels.is_empty() {
         return;
     }
+    let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
+    if radius < LARGEST_RADIUS {
+        let light = |i: usize| {
+            let [r, g, b] = picture.pixels[i].map(finite);
+            [r, g, b, 1.0]
+        };
+        *picture = disc(picture.size(), radius, light, |[r, g, b, _]| [r, g, b]);
+        return;
+    }
     let blurred = defocused(rgba(picture, |_, [r, g, b]| [r, g, b, 1.0]), radius);
     let pairs = picture.pixels.par_iter_mut().zip(&blurred.pixels);
     pairs
@@ -32,7 +42,7 @@ pub(super) fn defocused(picture: Rgba, radius: f32) -> Rgba {
         return picture;
     }
     if radius < LARGEST_RADIUS || picture.pixels.len() <= 1 {
-        return disc(&picture, radius);
+        return disc(picture.size(), radius, |i| picture.pixels[i], |sum| sum);
     }
     let small = defocused(halve(&picture), halved(radius));
     let mut large = picture;
@@ -46,49 +56,65 @@ pub(super) fn halved(radius: f32) -> f32 {
     (radius * radius - 6.0).max(0.0).sqrt() / 2.0
 }
 
-/// The mean over a disc whose rim is one pixel wide, so that radii between whole pixels differ.
-fn disc(picture: &Rgba, radius: f32) -> Rgba {
-    let (width, height) = picture.size();
+/// The mean over a disc whose rim is one pixel wide, so that radii between whole pixels differ, of what
+/// `pixel` gives for each pixel. `done` makes a pixel of the result of it.
+fn disc<T: Send>(
+    (width, height): (usize, usize),
+    radius: f32,
+    pixel: impl Fn(usize) -> [f32; 4] + Sync,
+    done: impl Fn([f32; 4]) -> T + Sync,
+) -> Raster<T> {
     let taps = disc_taps(radius);
     let margin = reach(radius) as usize;
-    let wide = width + 2 * margin;
-    let mut pixels = vec![[0f32; 4]; width * height];
-    let rows = pixels.par_chunks_mut(width.max(1)).enumerate();
-    rows.with_min_len(16).for_each_init(
-        // The last block of the last row may read past it.
-        || vec![[0f32; 4]; wide * (2 * margin + 1) + BLOCK],
-        |window, (y, out)| {
-            for (j, row) in window
-                .chunks_exact_mut(wide)
-                .take(2 * margin + 1)
-                .enumerate()
-            {
-                let source = mirrored((y + j) as isize - margin as isize, height);
-                let source = &picture.pixels[source * width..][..width];
-                row[margin..margin + width].copy_from_slice(source);
-                for i in (0..margin).chain(margin + width..wide) {
-                    row[i] = source[mirrored(i as isize - margin as isize, width)];
-                }
-            }
-            // A few pixels at a time, whose sums stay in registers.
-            for (block, out) in out.chunks_mut(BLOCK).enumerate() {
-                let mut sums = [[0f32; 4]; BLOCK];
-                for &(dx, dy, weight) in &taps {
-                    let start = (dy + margin as isize) as usize * wide + block * BLOCK;
-                    let start = start + (dx + margin as isize) as usize;
-                    let source: &[[f32; 4]; BLOCK] = window[start..].first_chunk().unwrap_or(&ZERO);
-                    for (sum, value) in sums.iter_mut().zip(source) {
-                        add(sum, *value, weight);
-                    }
-                }
-                out.copy_from_slice(&sums[..out.len()]);
-            }
-        },
-    );
-    Rgba {
+    // Every row once, mirrored on both sides; the last block of a row may read past it.
+    let wide = width + 2 * margin + BLOCK;
+    let mut rows = vec![[0f32; 4]; wide * height];
+    let padded = rows.par_chunks_mut(wide).enumerate();
+    padded.with_min_len(16).for_each(|(y, row)| {
+        let inner = row[margin..].iter_mut().zip(y * width..(y + 1) * width);
+        inner.for_each(|(value, i)| *value = pixel(i));
+        for i in (0..margin).chain(margin + width..2 * margin + width) {
+            row[i] = row[margin + mirrored(i as isize - margin as isize, width)];
+        }
+    });
+    let lines = (0..height).into_par_iter().with_min_len(16);
+    let lines = lines.flat_map_iter(|y| {
+        let start = |&(dx, dy, weight): &(isize, isize, f32)| {
+            let row = mirrored(y as isize + dy, height) * wide;
+            (row + (dx + margin as isize) as usize, weight)
+        };
+        let taps: Vec<(usize, f32)> = taps.iter().map(start).collect();
+        let mut sums = vec![[0f32; 4]; width];
+        vectorized(
+            #[inline(always)]
+            || weigh(&rows, &taps, &mut sums),
+        );
+        sums.into_iter().map(&done)
+    });
+    Raster {
         width,
         height,
-        pixels,
+        pixels: lines.collect(),
+    }
+}
+
+/// A row of sums over taps, each of which names where its first pixel is in `rows`. A few pixels at a time,
+/// whose sums stay in registers.
+#[inline(always)]
+fn weigh(rows: &[[f32; 4]], taps: &[(usize, f32)], out: &mut [[f32; 4]]) {
+    for (block, out) in out.chunks_mut(BLOCK).enumerate() {
+        let mut sums = [[0f32; 4]; BLOCK];
+        for &(start, weight) in taps {
+            let source = rows[start + block * BLOCK..].first_chunk().unwrap_or(&ZERO);
+            for (sum, value) in sums
+                .as_flattened_mut()
+                .iter_mut()
+                .zip(source.as_flattened())
+            {
+                *sum += weight * value;
+            }
+        }
+        out.copy_from_slice(&sums[..out.len()]);
     }
 }
 
