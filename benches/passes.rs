@@ -351,9 +351,12 @@ impl Shoot {
             frame: 0,
             ..scenes().remove(0)
         };
-        let mut steady = compose(&first, &self.of(field))?.steady;
-        steady.as_mut().map(|steady| steady.gain = [1.04; 3]);
-        steady.ok_or_else(|| "a scene with smoothing hands on what it saw".into())
+        let steady = compose(&first, &self.of(field))?.steady;
+        let steady = steady.ok_or("a scene with smoothing hands on what it saw")?;
+        Ok(Steady {
+            gain: [1.04; 3],
+            ..steady
+        })
     }
 
     /// Makes `rounds` pictures and one more, which warms up.
