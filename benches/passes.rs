@@ -352,11 +352,10 @@ impl Shoot {
             ..scenes().remove(0)
         };
         let steady = compose(&first, &self.of(field))?.steady;
-        let steady = steady.ok_or("a scene with smoothing hands on what it saw")?;
-        Ok(Steady {
-            gain: [1.04; 3],
-            ..steady
-        })
+        let mut steady = steady.ok_or("a scene with smoothing hands on what it saw")?;
+        // As if that frame had been held back.
+        steady.gain = [1.04; 3];
+        Ok(steady)
     }
 
     /// Makes `rounds` pictures and one more, which warms up.
