@@ -117,6 +117,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
         &project,
         &RelightSettings {
             environment: environment.unwrap_or_default(),
+            front: None,
             mapping: None,
             yaw_deg: 0.0,
             turntable: true,

@@ -11,11 +11,17 @@
 //!   review.toml         a reviewer's marks and notes              (the studio)
 //! ```
 
+mod environments;
+
+pub use environments::{EnvironmentChange, KnownEnvironment, NamedEnvironment, free_name};
+
 use crate::error::{Error, Result};
 use crate::imaging::file::write_beside;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// The version of `project.toml` that this program writes and reads.
 pub const FORMAT: u32 = 1;
@@ -42,6 +48,10 @@ pub struct Settings {
     pub seed: u64,
     /// Where the pictures are.
     pub shoot: Shoot,
+    /// Environments that a person added; their files are relative to the project's folder where they are
+    /// below it or the shoot's.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub environments: Vec<NamedEnvironment>,
 }
 
 /// What a shoot folder holds, found once at import.
@@ -66,7 +76,7 @@ pub struct Shoot {
     pub ball: Ball,
     /// Radius of the dome that carries the lamps in metres, where it is known.
     pub dome_radius_m: Option<f32>,
-    /// Environments that belong to the shoot.
+    /// Environments that belong to the shoot; their files are relative to its folder.
     pub environments: Vec<NamedEnvironment>,
     /// Where whoever built the dome says that each lamp is, as unit directions from the subject in the
     /// order of [`Shoot::all_lamps`]; empty where the shoot does not say. Nothing is computed from it: it is what the
@@ -86,14 +96,6 @@ pub struct Ball {
     pub radius_m: f32,
     /// Distance from the camera to the ball's centre in metres.
     pub camera_distance_m: f32,
-}
-
-/// A lat-long panorama file and its name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct NamedEnvironment {
-    pub name: String,
-    /// Relative to the shoot's folder.
-    pub file: PathBuf,
 }
 
 impl Shoot {
@@ -153,6 +155,26 @@ impl Project {
     /// Writes `project.toml`.
     pub fn save(&self) -> Result<()> {
         save_toml(&self.root.join("project.toml"), &self.settings)
+    }
+
+    /// Changes the project in folder `root` as it is on the disk by now, and writes `project.toml` where that
+    /// made a difference. Whoever else changes it this way, in this process or another, goes before or after, so
+    /// that nobody's change is lost. (Between processes as far as the system can lock a folder.)
+    ///
+    /// # Errors
+    /// As [`Self::open`], [`Self::save`] and `change`; nothing is written then.
+    pub fn change<T>(root: &Path, change: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        static ONE: Mutex<()> = Mutex::new(());
+        let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+        let folder = File::open(root);
+        let _locked = folder.as_ref().map(File::lock);
+        let before = Self::open(root)?;
+        let mut project = before.clone();
+        let made = change(&mut project)?;
+        if project != before {
+            project.save()?;
+        }
+        Ok(made)
     }
 
     /// A path inside the shoot's folder.

@@ -194,6 +194,8 @@ fn a_small_shoot_goes_all_the_way() {
     has_keys(&relit["passes"][0], &["name", "ran", "reason", "ms"]);
     assert!(at.join("out.0002.exr").exists() && at.join("out.0003.exr").exists());
 
+    fronts_are_yaws_and_are_remembered(at);
+
     if Command::new("ffmpeg").arg("-version").output().is_ok() {
         let to_clip = [
             "relight",
@@ -220,6 +222,60 @@ fn a_small_shoot_goes_all_the_way() {
     );
     let refused = fail(at, &["evaluate", "film", "--truth", "shoot"]);
     assert!(refused.contains("--exclude-frames"), "{refused}");
+}
+
+/// Which way is front in a file is a yaw of its content, said for once or remembered in the project.
+fn fronts_are_yaws_and_are_remembered(at: &Path) {
+    let yard = image::Rgb32FImage::from_fn(64, 32, |x, y| {
+        image::Rgb([if x < 20 && y < 16 { 9.0 } else { 0.3 }; 3])
+    });
+    yard.save(at.join("yard.exr")).unwrap();
+    let picture = |environment: &str, options: &[&str]| {
+        let mut arguments = vec!["relight", "film", "--environment", environment];
+        arguments.extend(["--frames", "2-2", "--to", "front.png", "--json"]);
+        arguments.extend(options);
+        succeed(at, &arguments);
+        std::fs::read(at.join("front.png")).unwrap()
+    };
+    let plain = picture("yard.exr", &[]);
+    let turned = picture("yard.exr", &["--yaw", "90"]);
+    assert_ne!(plain, turned);
+    assert_eq!(picture("yard.exr", &["--front", "blender"]), turned);
+    assert_eq!(
+        picture("yard.exr", &["--front", "90", "--yaw", "-90"]),
+        plain
+    );
+
+    let add = [
+        "environments",
+        "film",
+        "--add",
+        "yard.exr",
+        "--front",
+        "blender",
+        "--json",
+    ];
+    let listed = succeed(at, &add);
+    let entry = listed["environments"].as_array().unwrap().last().unwrap();
+    assert_eq!(
+        (&entry["name"], &entry["front"]),
+        (&"yard".into(), &90.0.into())
+    );
+    assert_eq!(
+        (&entry["added"], &entry["missing"]),
+        (&true.into(), &false.into())
+    );
+    assert_eq!(picture("yard", &[]), turned);
+    assert_eq!(
+        picture("yard.exr", &[]),
+        turned,
+        "it is known by its file too"
+    );
+    assert_eq!(picture("yard", &["--front", "afterlight"]), plain);
+    succeed(at, &["environments", "film", "--remove", "yard", "--json"]);
+    assert_eq!(picture("yard.exr", &[]), plain);
+    let refused = fail(at, &["environments", "film", "--remove", "courtyard"]);
+    assert!(refused.contains("shoot's"), "{refused}");
 }
 
 #[test]
@@ -281,6 +337,7 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
     for command in [
         "stage",
         "import",
+        "environments",
         "calibrate",
         "train",
         "relight",

@@ -6,6 +6,10 @@ mod calibrating;
 mod clay;
 #[path = "studio/comparing.rs"]
 mod comparing;
+#[path = "studio/environments.rs"]
+mod environments;
+#[path = "studio/keyframes.rs"]
+mod keyframes;
 #[path = "studio/review.rs"]
 mod review;
 
@@ -68,7 +72,7 @@ fn until_shown(window: &mut Window) {
     until(window, "picture of the state", |app| {
         let shown = app.relit().map(|r| (&r.scene, r.environment.as_str()));
         let environment = &app.environments()[app.state().look.environment];
-        shown == Some((&app.state().scene(), environment.name.as_str()))
+        shown == Some((&app.state().scene(), environment.listed.name.as_str()))
     });
 }
 
@@ -230,9 +234,12 @@ fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
         values.map(|&v| f64::from(v)).sum::<f64>() / (picture.len() / 3) as f64
     };
     let choose = |window: &mut Window, list: &str, entry: &str| {
-        window
-            .get_by_role_and_label(egui::accesskit::Role::ComboBox, list)
-            .click();
+        let list = |window: &Window, act: fn(&egui_kittest::Node)| {
+            act(&window.get_by_role_and_label(egui::accesskit::Role::ComboBox, list));
+        };
+        list(window, |list| list.scroll_to_me());
+        window.run_steps(4);
+        list(window, |list| list.click());
         window.run_steps(4);
         window.get_by_label(entry).click();
         until_shown(window);
@@ -256,6 +263,10 @@ fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
     until_shown(&mut window);
     let lit = picture(&window);
     assert!(mean(&lit, 1) > mean(&before, 1) + 1.0);
+    window
+        .get_by_label("Light 1 on the panorama")
+        .scroll_to_me();
+    window.run_steps(4);
     // Its dot is dragged across the panorama, from camera-left to camera-right.
     let dot = window
         .get_by_label("Light 1 on the panorama")

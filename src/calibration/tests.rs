@@ -55,6 +55,7 @@ fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             environments: vec![],
             lamp_layout: vec![],
         },
+        environments: vec![],
     };
     let project = Project {
         root: root.to_path_buf(),

@@ -2,6 +2,7 @@
 //! progress bar on stderr, and prints its figures: sentences, or with `--json` one object.
 
 mod console;
+mod environments;
 mod parse;
 mod probe;
 mod relight;
@@ -21,6 +22,7 @@ use crate::virtual_stage::StageSettings;
 use crate::worker::Job;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
+use environments::EnvironmentsArgs;
 use parse::{parse_circle, parse_count, parse_trial};
 use probe::ProbeArgs;
 use relight::RelightArgs;
@@ -44,6 +46,7 @@ pub struct Cli {
 enum Command {
     Stage(StageArgs),
     Import(ImportArgs),
+    Environments(EnvironmentsArgs),
     Probe(Box<ProbeArgs>),
     Calibrate(CalibrateArgs),
     Train(TrainArgs),
@@ -266,6 +269,7 @@ impl Cli {
                     })
                 })
             }
+            Command::Environments(args) => do_job(&args.output, || Ok(args.job())),
             Command::Probe(args) => do_job(&args.output, || Ok(args.job())),
             Command::Calibrate(args) => do_job(&args.output, || {
                 Ok(Job::Calibrate {

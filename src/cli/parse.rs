@@ -3,6 +3,7 @@
 use crate::calibration::{Circle, Trial};
 use crate::imaging::{DualGamma, Response};
 use crate::light::PlacedLight;
+use crate::light::conventions::{Front, Tool};
 use crate::light::keyframes::Keyframes;
 
 /// Numbers between commas, as many as `names` has.
@@ -68,6 +69,34 @@ pub fn parse_keys(text: &str) -> std::result::Result<Keyframes, String> {
             .map_err(|e| e.to_string())?;
     }
     Ok(keys)
+}
+
+/// Which way is front: a tool's name, or degrees of yaw.
+pub fn parse_front(text: &str) -> std::result::Result<Front, String> {
+    let name: String = text
+        .chars()
+        .filter(|c| c.is_ascii_alphanumeric())
+        .collect::<String>()
+        .to_ascii_lowercase();
+    let tool = match name.as_str() {
+        "afterlight" => return Ok(Front::default()),
+        "openexr" | "exr" | "usd" => Tool::OpenExr,
+        "nuke" => Tool::Nuke,
+        "mitsuba" => Tool::Mitsuba,
+        "threejs" => Tool::ThreeJs,
+        "blender" => Tool::Blender,
+        _ => {
+            let [yaw_deg] = parse_numbers(
+                text,
+                "afterlight, openexr, usd, nuke, mitsuba, threejs, blender or degrees of yaw",
+            )?;
+            return match yaw_deg.is_finite() {
+                true => Ok(Front::new(yaw_deg as f32)),
+                false => Err(format!("{text:?} is no angle")),
+            };
+        }
+    };
+    Ok(Front::of(tool))
 }
 
 /// A light placed by hand.
@@ -147,6 +176,17 @@ mod tests {
             "0,0,1,1,1",
         ] {
             assert!(parse_light(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn front_is_a_tools_or_an_angle() {
+        assert_eq!(parse_front("three.js"), Ok(Front::at_column(0.25)));
+        assert_eq!(parse_front("USD"), Ok(Front::at_column(0.0)));
+        assert_eq!(parse_front("Afterlight"), Ok(Front::default()));
+        assert_eq!(parse_front("-450"), Ok(Front::new(-90.0)));
+        for text in ["", "maya", "nan", "1,2"] {
+            assert!(parse_front(text).is_err(), "{text}");
         }
     }
 

@@ -1,8 +1,9 @@
 //! `afterlight relight`.
 
-use super::parse::{parse_keys, parse_light, parse_range};
+use super::parse::{parse_front, parse_keys, parse_light, parse_range};
 use super::{DeviceArgs, OutputArgs};
 use crate::export::relight::RelightSettings;
+use crate::light::conventions::Front;
 use crate::light::keyframes::{Interpolation, Keyframes};
 use crate::light::weights::Weighting;
 use crate::light::{Lighting, Mapping, PlacedLight, white};
@@ -19,10 +20,14 @@ use std::path::PathBuf;
 pub struct RelightArgs {
     /// The project's folder.
     project: PathBuf,
-    /// A panorama's file, the name of one of the shoot's environments, or one that is built in:
+    /// A panorama's file, the name of one of the project's environments, or one that is built in:
     /// three-point, clamshell, side-light, clear-sky, low-sun, overcast, courtyard, nave.
     #[arg(long)]
     environment: PathBuf,
+    /// Which way is front in the panorama's file, in place of what the project remembers: as in a tool
+    /// (afterlight, openexr, usd, nuke, mitsuba, threejs, blender), or the yaw that brings it to the middle.
+    #[arg(long, value_name = "TOOL|DEG", value_parser = parse_front, allow_hyphen_values = true)]
+    front: Option<Front>,
     /// How the panorama's file lays out the sphere, where it is no lat-long.
     #[arg(long, value_enum)]
     mapping: Option<Mapping>,
@@ -162,6 +167,7 @@ impl RelightArgs {
         };
         let settings = RelightSettings {
             environment: self.environment.clone(),
+            front: self.front,
             mapping: self.mapping,
             yaw_deg: self.yaw,
             turntable: self.turntable,

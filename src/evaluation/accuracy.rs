@@ -100,7 +100,9 @@ pub fn score(
             let environment = Environment::load(&project.shoot_path(&named.file))?;
             Ok((
                 named.name.clone(),
-                partition.weights(&environment, 0.0).per_lamp,
+                partition
+                    .weights(&environment, named.front().turned(0.0))
+                    .per_lamp,
             ))
         })
         .collect::<Result<_>>()?;

@@ -10,6 +10,8 @@ mod shown;
 mod ssim;
 mod table;
 mod truth;
+#[cfg(test)]
+mod weights_tests;
 
 pub use accuracy::{Method, Scores, excluded_check, score, score_under};
 pub use flip::{FlipMap, flip};

@@ -9,12 +9,13 @@ use crate::compositor::{
 use crate::error::{Error, Result};
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
+use crate::light::conventions::Front;
 use crate::light::keyframes::Keyframes;
 use crate::light::lighting::Lit;
 use crate::light::panorama::{self, Reading};
 use crate::light::{Environment, Lighting, Mapping, built_in, conventions};
 use crate::progress::Progress;
-use crate::project::Project;
+use crate::project::{KnownEnvironment, Project};
 use crate::reflectance::Predictor;
 use crate::scene::{Background, Effects, Scene};
 use serde::Serialize;
@@ -24,8 +25,10 @@ use std::time::Instant;
 /// What a person asks for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RelightSettings {
-    /// A panorama's file, or the name of one of the shoot's environments.
+    /// A panorama's file, or the name of one of the project's environments.
     pub environment: PathBuf,
+    /// Which way is front in its file, in place of what the project remembers of it.
+    pub front: Option<Front>,
     /// How its file lays out the sphere, where that is no lat-long.
     pub mapping: Option<Mapping>,
     /// Yaw in degrees, of the first frame.
@@ -82,7 +85,9 @@ pub fn relight(
     let count = last - first + 1;
     destination.check_frames(count)?;
     let calibration = Calibration::load(project)?;
-    let environment = find_environment(project, &settings.environment, settings.mapping, progress)?;
+    let (environment, kept_front) =
+        find_environment(project, &settings.environment, settings.mapping, progress)?;
+    let front = settings.front.unwrap_or(kept_front);
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let predictor = Predictor::open(project, &compute.device)?;
@@ -115,7 +120,7 @@ pub fn relight(
         let key = |keys: &Keyframes| keys.at(index as f64).unwrap_or(0.0) as f32;
         let scene = Scene {
             frame: index,
-            yaw_deg: settings.yaw_deg + turn + key(&settings.yaw_keys),
+            yaw_deg: front.turned(settings.yaw_deg + turn + key(&settings.yaw_keys)),
             lighting: Lighting {
                 intensity_stops: settings.lighting.intensity_stops + key(&settings.intensity_keys),
                 ..settings.lighting.clone()
@@ -186,7 +191,7 @@ pub fn relight(
         pass.ms = pass.ms.map(|ms| ms / count as f64);
     }
     if settings.profile {
-        progress.say(conventions::sentence(settings.yaw_deg));
+        progress.say(conventions::sentence(front.turned(settings.yaw_deg)));
         progress.say(match compute.passes() {
             Some(_) => "The passes ran on the GPU; their times are its own clock's",
             None => "The passes ran on the CPU; their times are by the wall",
@@ -210,8 +215,8 @@ pub fn relight(
     })
 }
 
-/// The environment that is called so: one of the shoot's, a file, or one that is built in. What had to be
-/// guessed or mended in a file is said.
+/// The environment that is called so, one of the project's, a file, or one that is built in, and which way is
+/// front in it as far as the project remembers. What had to be guessed or mended in a file is said.
 ///
 /// # Errors
 /// When there is none, or its file cannot be read as such.
@@ -220,27 +225,28 @@ pub fn find_environment(
     wanted: &Path,
     mapping: Option<Mapping>,
     progress: &Progress,
-) -> Result<Environment> {
-    let known = &project.settings.shoot.environments;
-    let named = known.iter().find(|e| Path::new(&e.name) == wanted);
-    let file = match named {
-        Some(named) => project.shoot_path(&named.file),
-        None => wanted.to_path_buf(),
-    };
+) -> Result<(Environment, Front)> {
+    let named = project.environment(wanted);
+    if let Some(complaint) = named.as_ref().and_then(KnownEnvironment::complaint) {
+        progress.say(complaint);
+    }
+    let file = named.as_ref().map_or(wanted, |named| &named.file);
     if named.is_some() || file.exists() {
         let reading = Reading {
             mapping,
             ..Reading::default()
         };
-        let panorama = panorama::read(&file, &reading)?;
+        let panorama = panorama::read(file, &reading)?;
         panorama.notes.iter().for_each(|note| progress.say(note));
-        return Ok(panorama.environment);
+        let front = named.and_then(|named| named.front).unwrap_or_default();
+        return Ok((panorama.environment, front));
     }
     if let Some(own) = wanted.to_str().and_then(built_in::named) {
-        return Ok(Environment::clone(&own.environment()));
+        return Ok((Environment::clone(&own.environment()), Front::default()));
     }
-    let own = built_in::all().into_iter().map(|own| own.name);
-    let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).chain(own).collect();
+    let own = built_in::all().into_iter().map(|own| own.name.to_owned());
+    let known = project.environments().into_iter().map(|known| known.name);
+    let names: Vec<String> = known.chain(own).collect();
     Err(Error::unexpected(
         format!("the environment {}", wanted.display()),
         format!(

@@ -192,6 +192,7 @@ pub fn import(
                 environments: manifest.hdris,
                 lamp_layout,
             },
+            environments: Vec::new(),
         },
     };
     check_pictures(&project, progress)?;

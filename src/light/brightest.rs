@@ -42,9 +42,9 @@ impl Area {
     }
 
     /// The usable lamp that it falls on, the nearest, with the angle between them in degrees, once the
-    /// environment is turned by a yaw; `None` where no lamp is usable.
-    pub fn lamp(&self, rig: &Rig, yaw_deg: f32) -> Option<(usize, f32)> {
-        let direction = Quat::from_rotation_y(-yaw_deg.to_radians()) * self.direction;
+    /// environment is turned; `None` where no lamp is usable.
+    pub fn lamp(&self, rig: &Rig, turn: Quat) -> Option<(usize, f32)> {
+        let direction = turn * self.direction;
         let usable = rig
             .lamps
             .iter()
@@ -177,6 +177,7 @@ mod tests {
     use super::*;
     use crate::imaging::Image;
     use crate::light::placed::{Kind, with_lights};
+    use crate::light::weights::rotation;
     use crate::light::{Lamp, PlacedLight};
     use proptest::prelude::*;
 
@@ -280,13 +281,17 @@ mod tests {
             lamps: spots.iter().map(|spot| lamp(spot, 1.0)).collect(),
         };
         let area = &areas(&with_lights(&black(256), &spots[1..2]), 1)[0];
-        assert_eq!(area.lamp(&rig, 0.0).unwrap().0, 1);
-        assert_eq!(area.lamp(&rig, 120.0).unwrap().0, 2);
-        let (on, off) = area.lamp(&rig, -110.0).unwrap();
+        let yaw = |degrees| rotation(degrees, 0.0, 0.0);
+        assert_eq!(area.lamp(&rig, yaw(0.0)).unwrap().0, 1);
+        assert_eq!(area.lamp(&rig, yaw(120.0)).unwrap().0, 2);
+        let (on, off) = area.lamp(&rig, yaw(-110.0)).unwrap();
         assert!(on == 0 && (off - 10.0).abs() < 0.2, "{off}");
+        // A pitch over the top and down behind: 60° from both lamps there, 180° from where it was.
+        let (on, off) = area.lamp(&rig, rotation(0.0, 180.0, 0.0)).unwrap();
+        assert!(on != 1 && (off - 60.0).abs() < 0.2, "{off}");
         rig.lamps[1].confidence = 0.0;
-        assert_ne!(area.lamp(&rig, 0.0).unwrap().0, 1);
-        assert_eq!(area.lamp(&Rig::default(), 0.0), None);
+        assert_ne!(area.lamp(&rig, yaw(0.0)).unwrap().0, 1);
+        assert_eq!(area.lamp(&Rig::default(), yaw(0.0)), None);
     }
 
     #[test]

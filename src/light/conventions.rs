@@ -107,6 +107,11 @@ impl Front {
         Self::new(360.0 * (0.5 - u))
     }
 
+    /// The place u of the file's columns, 0 up to 1, that is front.
+    pub fn column(self) -> f32 {
+        (0.5 - self.yaw_deg() / 360.0).rem_euclid(1.0)
+    }
+
     /// The direction that the unturned panorama has to the front in ours.
     pub fn at_direction(direction: glam::Vec3) -> Self {
         Self::at_column(uv_from_direction(direction).0)
@@ -152,6 +157,8 @@ pub fn sentence(yaw_deg: f32) -> String {
     format!("The same turn in other tools:{}", all.concat())
 }
 
+#[cfg(test)]
+mod balls;
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -252,6 +259,8 @@ mod tests {
     #[test]
     fn what_is_pointed_to_comes_to_the_front() {
         assert_eq!(Front::at_column(0.75).turned(0.0), -90.0);
+        assert_eq!(Front::at_column(0.75).column(), 0.75);
+        assert_eq!(Front::of(Tool::Nuke).column(), 0.0);
         assert_eq!(Front::at_column(0.5).turned(720.0), 720.0);
         assert_eq!(Front::at_direction(glam::Vec3::X).yaw_deg(), -90.0);
         assert_eq!(Front::new(f32::NAN), Front::default());

@@ -58,6 +58,11 @@ impl Lighting {
         white::gains(self.temperature_k, self.tint).map(|gain| gain * stops.exp2())
     }
 
+    /// The whole turn of the environment, where it is turned by `yaw_deg` first.
+    pub fn turn(&self, yaw_deg: f32) -> Quat {
+        self.tilt() * rotation(yaw_deg, 0.0, 0.0)
+    }
+
     /// The turn after the yaw; none where an angle is not finite.
     pub fn tilt(&self) -> Quat {
         let tilt = rotation(0.0, self.pitch_deg, self.roll_deg);
@@ -109,12 +114,11 @@ impl Lit {
         if lighting.weighting != self.weighting {
             *self = Self::new(&self.reduced, &self.rig, lighting.weighting);
         }
-        let tilt = lighting.tilt();
-        let mut weights = if tilt == Quat::IDENTITY {
+        let mut weights = if lighting.tilt() == Quat::IDENTITY {
             self.yaws.at(yaw_deg)
         } else {
-            let turn = tilt * rotation(yaw_deg, 0.0, 0.0);
-            self.partition.turned_weights(&self.reduced, turn)
+            self.partition
+                .turned_weights(&self.reduced, lighting.turn(yaw_deg))
         };
         let gains = lighting.gains();
         scale(&mut weights, gains);

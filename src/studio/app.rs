@@ -12,18 +12,18 @@ use super::panes::{Panes, Shown};
 use super::preferences::Preferences;
 use super::reviews::Reviews;
 use super::saver::Saver;
+use super::shelf::Shelf;
 use super::state::State;
 use super::studies::Studies;
 use super::{keys, theme};
 use crate::calibration::{CalibrateSettings, Circle};
 use crate::evaluation::review::ReviewSettings;
 use crate::gpu::DeviceChoice;
-use crate::light::built_in;
 use crate::project::Project;
 use crate::scene::Scene;
 use crate::training::{Preset, TrainSettings};
 use crate::worker::{
-    Ask, Blocked, Event, Job, Latest, Library, Need, Origin, Relit, Second, Source, Worker,
+    Ask, Blocked, Event, Job, Latest, Need, Origin, Relit, Second, Source, Worker,
 };
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
 use std::path::{Path, PathBuf};
@@ -39,8 +39,7 @@ pub struct StudioApp {
     device: DeviceChoice,
     project: Option<Project>,
     worker: Option<Worker>,
-    library: Library,
-    environments: Vec<Entry>,
+    shelf: Shelf,
     state: State,
     news: News,
     relit: Option<Arc<Relit>>,
@@ -69,8 +68,7 @@ pub struct StudioApp {
 #[derive(PartialEq)]
 struct Wanted {
     scene: Scene,
-    /// Its place in the list.
-    environment: usize,
+    environment: Origin,
     second: Option<Second>,
     solo: Vec<usize>,
 }
@@ -127,8 +125,7 @@ impl StudioApp {
             device,
             project: None,
             worker: None,
-            library: Library::start(wake.clone()),
-            environments: Vec::new(),
+            shelf: Shelf::new(ctx),
             state: State::new(0, 24.0),
             news: News::new(Phase::NoProject),
             relit: None,
@@ -181,7 +178,7 @@ impl StudioApp {
 
     /// The list of environments.
     pub fn environments(&self) -> &[Entry] {
-        &self.environments
+        self.shelf.entries()
     }
 
     fn wake(&self) -> impl Fn() + Clone + Send + Sync + 'static {
@@ -198,32 +195,14 @@ impl StudioApp {
         (self.relit, self.asked) = (None, None);
         self.studies = Studies::default();
         self.reviews = Reviews::default();
-        self.environments.clear();
-        let named: Vec<_> = shoot
-            .environments
-            .iter()
-            .map(|e| (e.name.clone(), project.shoot_path(&e.file)))
-            .collect();
-        for (name, path) in named {
-            self.list(name, Origin::File(path));
-        }
-        for own in built_in::all() {
-            self.list(own.title.to_owned(), Origin::BuiltIn(own));
-        }
+        let (list, complaints) = self.shelf.open(&project);
+        self.state.look.environments = list;
+        complaints.into_iter().for_each(|it| self.news.say(it));
         self.project = Some(project);
         // The old worker is joined beside the window: it may be amid a training step.
         if let Some(old) = self.worker.replace(worker) {
             std::thread::spawn(move || drop(old));
         }
-    }
-
-    fn list(&mut self, name: String, origin: Origin) {
-        self.library.load(origin.clone());
-        self.environments.push(Entry {
-            name,
-            origin,
-            panorama: Reading::Waiting,
-        });
     }
 
     /// Takes in what the threads have to say.
@@ -250,43 +229,25 @@ impl StudioApp {
         }
         self.studies.hear();
         self.reviews.hear();
-        self.saver
-            .failures()
-            .for_each(|failure| self.news.fail(failure));
-        for (origin, read) in self.library.loaded() {
-            let panorama = match read {
-                Ok(panorama) => {
-                    let small = &panorama.thumbnail;
-                    let picture =
-                        egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
-                    let options = egui::TextureOptions::LINEAR_REPEAT;
-                    let thumbnail = self.ctx.load_texture(origin.to_string(), picture, options);
-                    Reading::Done {
-                        panorama,
-                        thumbnail,
-                    }
-                }
-                Err(e) => Reading::Failed(e.to_string()),
-            };
-            let waiting =
-                |e: &&mut Entry| e.origin == origin && matches!(e.panorama, Reading::Waiting);
-            if let Some(entry) = self.environments.iter_mut().find(waiting) {
-                entry.panorama = panorama;
-            }
-        }
+        let unsaved = self.saver.failures().chain(self.shelf.hear());
+        unsaved.for_each(|failure| self.news.fail(failure));
     }
 
     /// Asks for the picture that the state calls for, where that is another than before.
     fn ask(&mut self) {
         let place = self.state.look.environment;
-        let (Some(worker), Some(entry)) = (&self.worker, self.environments.get(place)) else {
+        let (Some(worker), Some(entry)) = (&self.worker, self.shelf.entries().get(place)) else {
             return;
         };
         let Reading::Done { panorama, .. } = &entry.panorama else {
             return;
         };
         let second = self.state.second(|origin| {
-            let entry = self.environments.iter().find(|e| e.origin == *origin)?;
+            let entry = self
+                .shelf
+                .entries()
+                .iter()
+                .find(|e| e.listed.origin == *origin)?;
             match &entry.panorama {
                 Reading::Done { panorama, .. } => Some(panorama.environment.clone()),
                 _ => None,
@@ -294,7 +255,7 @@ impl StudioApp {
         });
         let wanted = Wanted {
             scene: self.state.scene(),
-            environment: place,
+            environment: entry.listed.origin.clone(),
             second,
             solo: self.state.solo.clone(),
         };
@@ -332,7 +293,7 @@ impl StudioApp {
     }
 
     fn apply(&mut self, command: Command) {
-        self.state.apply(&command, self.environments.len());
+        self.state.apply(&command);
         match command {
             Command::ToggleFullScreen | Command::Dismiss => {
                 self.ctx
@@ -360,27 +321,14 @@ impl StudioApp {
             Command::ActualSize if self.panes.fit() > 0.0 => {
                 let factor = 1.0 / (self.panes.fit() * self.ctx.pixels_per_point());
                 let about = [0.0; 2];
-                self.state.apply(&Command::Fit, 0);
-                self.state.apply(&Command::Zoom { factor, about }, 0);
+                self.state.apply(&Command::Fit);
+                self.state.apply(&Command::Zoom { factor, about });
             }
             Command::ChooseProject => self.dialog(|| {
                 let dialog = rfd::FileDialog::new().set_title("Open a project's folder");
                 dialog.pick_folder().map(Command::OpenProject)
             }),
-            Command::AddEnvironments(paths) => {
-                let first = self.environments.len();
-                for path in paths {
-                    let name = path
-                        .file_stem()
-                        .unwrap_or_default()
-                        .to_string_lossy()
-                        .into_owned();
-                    self.list(name, Origin::File(path));
-                }
-                self.state
-                    .apply(&Command::Environment(first), self.environments.len());
-            }
-            Command::OpenProject(folder) => match Project::open(&folder) {
+            Command::OpenProject(folder) => match self.shelf.written(|| Project::open(&folder)) {
                 Ok(project) => {
                     self.ctx
                         .send_viewport_cmd(ViewportCommand::Title(title(Some(&project))));
@@ -582,7 +530,7 @@ macro_rules! sight {
             project: $app.project.as_ref(),
             state: &$app.state,
             news: &$app.news,
-            environments: &$app.environments,
+            environments: $app.shelf.entries(),
             shown: &$app.shown,
             relit: $app.relit.as_ref(),
             probe: $app.studies.probe.as_ref(),
@@ -635,7 +583,7 @@ impl StudioApp {
         if !drawn.contains(&self.state.active) {
             let mut main = workspace.main().iter();
             if let Some(&active) = main.find(|&pane| drawn.contains(pane)) {
-                self.state.apply(&Command::Activate(active), 0);
+                self.state.apply(&Command::Activate(active));
             }
         }
         self.shown = drawn;
@@ -667,6 +615,7 @@ impl eframe::App for StudioApp {
         for command in commands {
             self.apply(command);
         }
+        self.shelf.follow(&self.state.look.environments);
         if !self.ctx.input(|i| i.pointer.any_down()) {
             self.state.release();
             if std::mem::take(&mut self.edited) {

@@ -2,9 +2,12 @@
 
 use super::compare::Compare;
 use super::layout::{Pane, Workspace};
+use super::state::Keyed;
 use crate::calibration::{Circle, Trial};
 use crate::evaluation::review::Marked;
 use crate::light::Lighting;
+use crate::light::conventions::Front;
+use crate::light::keyframes::Interpolation;
 use crate::scene::{Background, Effects, Inspection};
 use crate::worker::Need;
 use std::path::PathBuf;
@@ -16,6 +19,27 @@ pub enum Command {
     Environment(usize),
     /// Light the subject by the entry this many places further, around the list's end.
     StepEnvironment(isize),
+    /// Add panoramas to the list and show the first of them.
+    AddEnvironments(Vec<PathBuf>),
+    /// Take this entry out of the list, if a person added it; its file stays.
+    RemoveEnvironment(usize),
+    /// Which way is front in the file of this entry; none is not to have said it.
+    Front(usize, Option<Front>),
+    /// Set a key at the shown frame, or take the one there away.
+    ToggleKey(Keyed),
+    /// Bring the key at this place in the order to another frame, in place of a key that is there.
+    MoveKey {
+        of: Keyed,
+        index: usize,
+        frame: usize,
+    },
+    /// Take the key at this place in the order away.
+    RemoveKey {
+        of: Keyed,
+        index: usize,
+    },
+    /// How values go from key to key.
+    Interpolate(Keyed, Interpolation),
     /// Turn the environment to this yaw in degrees.
     Yaw(f32),
     /// Turn the environment by this many degrees.
@@ -130,8 +154,6 @@ pub enum Command {
 
     /// Ask for files with a dialog, and add what is chosen.
     ChooseEnvironments,
-    /// Add panoramas to the list and show the first of them.
-    AddEnvironments(Vec<PathBuf>),
     /// Ask for a project's folder with a dialog.
     ChooseProject,
     /// Open the project in a folder.

@@ -1,6 +1,8 @@
 //! What the picture is compared with, and how both are shown.
 
+use super::listed::Listed;
 use super::state::State;
+use crate::light::conventions::Front;
 use crate::worker::{Origin, Rival, Second};
 use std::path::PathBuf;
 
@@ -77,7 +79,12 @@ impl State {
         let compare = self.compare.on.then_some(&self.compare)?;
         Some(match &compare.with {
             With::Plate => Second::Plate,
-            With::Environment(origin) => Second::Light(environment(origin)?),
+            With::Environment(origin) => {
+                let mut list = self.look.environments.iter();
+                let listed = list.find(|listed| listed.origin == *origin);
+                let front = listed.map_or(Front::default(), Listed::front);
+                Second::Light(environment(origin)?, front.turned(self.look.yaw_deg))
+            }
             With::Exemplar(pose) => Second::Rival(Rival::Exemplar(*pose)),
             With::Truth(folder) => Second::Rival(Rival::Truth(folder.clone())),
             With::Checkpoint(folder) => Second::Rival(Rival::Checkpoint(folder.clone())),

@@ -2,6 +2,7 @@
 
 use super::command::Command;
 use super::layout::{Pane, Workspace};
+use super::state::Keyed;
 use super::theme;
 use crate::scene::{Channel, Inspection};
 use egui::{Key, KeyboardShortcut, Modifiers};
@@ -355,6 +356,18 @@ const BINDINGS: &[Binding] = &[
         "find a command",
     ),
     on(
+        Modifiers::SHIFT,
+        Key::K,
+        Command::ToggleKey(Keyed::Intensity),
+        "set or take the intensity's key",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::K,
+        Command::ToggleKey(Keyed::Yaw),
+        "set or take the yaw's key",
+    ),
+    on(
         Modifiers::NONE,
         Key::P,
         Command::PauseJob,
@@ -466,6 +479,13 @@ const BINDINGS: &[Binding] = &[
     ),
 ];
 
+const ARROWS: [Key; 4] = [
+    Key::ArrowLeft,
+    Key::ArrowRight,
+    Key::ArrowUp,
+    Key::ArrowDown,
+];
+
 /// What the mouse does in the viewport.
 const GESTURES: &[(&str, &str)] = &[
     ("Drag, Ctrl+drag", "turn the light"),
@@ -473,19 +493,37 @@ const GESTURES: &[(&str, &str)] = &[
     ("Wheel", "zoom about the cursor"),
     ("Middle-drag", "move the picture"),
     ("Double-click a number", "reset it"),
+    ("Arrows on a light's dot", "move it, with Shift by 10°"),
+    ("Delete on a key", "take it away"),
     ("Shift", "finer drags; peek at the other picture"),
 ];
+
+/// Leaves the arrow keys to a widget for as long as that has the focus; to be said whenever it is drawn.
+pub fn leave_arrows(ctx: &egui::Context, widget: egui::Id) {
+    ctx.data_mut(|data| data.insert_temp(egui::Id::unique("arrow keys"), widget));
+}
+
+/// Whether what has the focus takes the arrow keys.
+fn are_arrows_left(ctx: &egui::Context) -> bool {
+    let widget = ctx.data(|data| data.get_temp(egui::Id::unique("arrow keys")));
+    widget.is_some() && widget == ctx.memory(|memory| memory.focused())
+}
 
 /// The commands of the keys that were pressed since the last frame, for a pane.
 pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
     if ctx.text_edit_focused() {
         return;
     }
+    let arrows_are_left = are_arrows_left(ctx);
     ctx.input_mut(|input| {
         for Binding {
             shortcut, command, ..
         } in known(pane)
         {
+            let is_arrow = ARROWS.contains(&shortcut.logical_key);
+            if arrows_are_left && is_arrow && !shortcut.modifiers.alt {
+                continue;
+            }
             // A question mark is typed with Shift on many keyboards, and means the same on all.
             let pressed = match shortcut.logical_key {
                 Key::Questionmark => {

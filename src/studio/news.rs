@@ -104,7 +104,8 @@ impl News {
         self.failure = Some(sentence);
     }
 
-    fn say(&mut self, sentence: String) {
+    /// Something is to be known.
+    pub fn say(&mut self, sentence: String) {
         self.note(Kind::Said, &sentence);
         self.said = Some(sentence);
     }

@@ -96,8 +96,12 @@ fn all(ctx: &egui::Context, sight: &Sight) -> Vec<Entry> {
         entry(says, Command::Workspace(workspace))
     });
     let lights = sight.environments.iter().enumerate();
-    let lights =
-        lights.map(|(i, e)| entry(format!("light by {}", e.name), Command::Environment(i)));
+    let lights = lights.map(|(i, e)| {
+        entry(
+            format!("light by {}", e.listed.name),
+            Command::Environment(i),
+        )
+    });
     bound
         .chain(others)
         .chain(workspaces)

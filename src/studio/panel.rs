@@ -2,11 +2,12 @@
 //! what only the drawing needs, reads the rest here, and changes nothing but by commands.
 
 use super::layout::Pane;
+use super::listed::Listed;
 use super::news::{News, Phase};
 use super::reviews::Reviews;
 use super::state::State;
 use crate::project::Project;
-use crate::worker::{GammaView, Origin, Panorama, ProbeStudy, Relit};
+use crate::worker::{GammaView, Panorama, ProbeStudy, Relit};
 use std::sync::Arc;
 
 /// Everything that can be shown.
@@ -30,8 +31,7 @@ pub struct Sight<'a> {
 
 /// An environment in the list.
 pub struct Entry {
-    pub name: String,
-    pub origin: Origin,
+    pub listed: Listed,
     pub panorama: Reading,
 }
 
@@ -47,6 +47,11 @@ pub enum Reading {
 }
 
 impl Reading {
+    /// Whether it is not known yet.
+    pub fn is_waiting(&self) -> bool {
+        matches!(self, Self::Waiting)
+    }
+
     /// Whether the panorama can light a subject.
     pub fn is_done(&self) -> bool {
         matches!(self, Self::Done { .. })

@@ -3,9 +3,14 @@
 use super::command::Command;
 use super::compare::{Compare, How};
 use super::layout::{Pane, Workspace};
+use super::listed::Listed;
 use crate::calibration::{Circle, Trial};
 use crate::light::Lighting;
+use crate::light::keyframes::Keyframes;
 use crate::scene::{Background, Effects, Inspection, Output, Scene};
+use std::sync::Arc;
+
+pub use super::keyed::Keyed;
 
 /// Stops that the exposure can be set to: beyond them a display shows nothing but black or white.
 pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
@@ -19,10 +24,16 @@ const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
 /// The settings that can be undone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
-    /// Entry of the list of environments.
+    /// The list of environments.
+    pub environments: Arc<Vec<Listed>>,
+    /// Entry of the list.
     pub environment: usize,
-    /// From −180 (exclusive) to 180 degrees.
+    /// From −180 (exclusive) to 180 degrees; with keys, their value at the shown frame.
     pub yaw_deg: f32,
+    /// Yaws over the frames of the interview.
+    pub yaw_keys: Keyframes,
+    /// Stops over the frames of the interview; with keys, `lighting` has their value at the shown frame.
+    pub intensity_keys: Keyframes,
     pub exposure_stops: f32,
     pub lighting: Lighting,
     pub effects: Effects,
@@ -31,6 +42,19 @@ pub struct Look {
     pub circle: Option<Circle>,
     /// The response that is tried by hand.
     pub trial: Option<Trial>,
+}
+
+impl Look {
+    /// Sets the yaw; one that has keys may go around any number of times.
+    fn turn_to(&mut self, degrees: f32) {
+        if !degrees.is_finite() {
+            return;
+        }
+        self.yaw_deg = match self.is_keyed(Keyed::Yaw) {
+            true => degrees,
+            false => 180.0 - (180.0 - degrees).rem_euclid(360.0),
+        };
+    }
 }
 
 /// Where the picture is in the viewport.
@@ -92,8 +116,11 @@ impl State {
     pub fn new(frames: usize, frame_rate: f64) -> Self {
         Self {
             look: Look {
+                environments: Arc::default(),
                 environment: 0,
                 yaw_deg: 0.0,
+                yaw_keys: Keyframes::default(),
+                intensity_keys: Keyframes::default(),
                 exposure_stops: 0.0,
                 lighting: Lighting::default(),
                 effects: Effects::default(),
@@ -133,7 +160,7 @@ impl State {
         }
         Scene {
             frame: self.frame,
-            yaw_deg: self.look.yaw_deg,
+            yaw_deg: self.look.front().turned(self.look.yaw_deg),
             lighting: self.look.lighting.clone(),
             effects,
             exposure_stops: self.look.exposure_stops,
@@ -155,10 +182,11 @@ impl State {
         self.dragging = None;
     }
 
-    /// Applies a command as far as it concerns this state. `environments` is the length of their
-    /// list. Commands that need files, threads or the window leave it as it is.
-    pub fn apply(&mut self, command: &Command, environments: usize) {
+    /// Applies a command as far as it concerns this state. Commands that need files, threads or the window
+    /// leave it as it is.
+    pub fn apply(&mut self, command: &Command) {
         let mut look = self.look.clone();
+        let environments = look.environments.len();
         let last = self.frames.saturating_sub(1);
         match command.clone() {
             Command::Environment(entry) if entry < environments => look.environment = entry,
@@ -166,8 +194,15 @@ impl State {
                 let entry = look.environment as isize + step;
                 look.environment = entry.rem_euclid(environments as isize) as usize;
             }
-            Command::Yaw(degrees) => look.yaw_deg = wrapped(degrees, look.yaw_deg),
-            Command::Turn(degrees) => look.yaw_deg = wrapped(look.yaw_deg + degrees, look.yaw_deg),
+            Command::AddEnvironments(files) => look.add(&files),
+            Command::RemoveEnvironment(entry) => look.remove(entry),
+            Command::Front(entry, front) => look.set_front(entry, front),
+            Command::ToggleKey(_)
+            | Command::MoveKey { .. }
+            | Command::RemoveKey { .. }
+            | Command::Interpolate(..) => look.change_keys(command, self.frame),
+            Command::Yaw(degrees) => look.turn_to(degrees),
+            Command::Turn(degrees) => look.turn_to(look.yaw_deg + degrees),
             Command::Exposure(stops) => look.exposure_stops = exposure(stops, look.exposure_stops),
             Command::StepExposure(stops) => {
                 look.exposure_stops = exposure(look.exposure_stops + stops, look.exposure_stops);
@@ -222,9 +257,9 @@ impl State {
             }
             Command::Undo => return self.travel(true),
             Command::Redo => return self.travel(false),
-            Command::Frame(frame) => self.go(frame),
-            Command::StepFrame(step) => self.go(self.frame.saturating_add_signed(step)),
-            Command::LastFrame => self.go(last),
+            Command::Frame(frame) => return self.go(frame),
+            Command::StepFrame(step) => return self.go(self.frame.saturating_add_signed(step)),
+            Command::LastFrame => return self.go(last),
             Command::TogglePlay => self.playing = !self.playing && self.frames > 1,
             Command::Zoom { factor, about } => self.zoom(factor, about),
             Command::Pan([x, y]) => {
@@ -250,7 +285,9 @@ impl State {
         self.settle(command, look);
     }
 
-    fn settle(&mut self, command: &Command, look: Look) {
+    fn settle(&mut self, command: &Command, mut look: Look) {
+        look.note(&self.look, self.frame);
+        look.follow(self.frame);
         if look != self.look {
             let kind = std::mem::discriminant(command);
             if self.dragging != Some(kind) {
@@ -265,11 +302,13 @@ impl State {
     /// Goes on to the next frame, around the clip's end.
     pub fn advance(&mut self) {
         self.frame = (self.frame + 1) % self.frames.max(1);
+        self.look.follow(self.frame);
     }
 
     fn go(&mut self, frame: usize) {
         self.playing = false;
         self.frame = frame.min(self.frames.saturating_sub(1));
+        self.look.follow(self.frame);
     }
 
     fn travel(&mut self, back: bool) {
@@ -280,6 +319,8 @@ impl State {
         };
         if let Some(look) = from.pop() {
             to.push(std::mem::replace(&mut self.look, look));
+            // It may have been left at another frame.
+            self.look.follow(self.frame);
         }
         self.dragging = None;
     }
@@ -297,12 +338,6 @@ impl State {
     }
 }
 
-/// An angle from −180 (exclusive) to 180 degrees; `old` where it is none.
-fn wrapped(degrees: f32, old: f32) -> f32 {
-    let turned = 180.0 - (180.0 - degrees).rem_euclid(360.0);
-    if turned.is_finite() { turned } else { old }
-}
-
 fn exposure(stops: f32, old: f32) -> f32 {
     if stops.is_nan() {
         old
@@ -313,46 +348,58 @@ fn exposure(stops: f32, old: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::listed::Owner;
     use super::*;
+    use crate::light::built_in::{self, BuiltIn};
+    use crate::light::conventions::Front;
+    use crate::worker::Origin;
 
     fn state() -> State {
-        State::new(10, 24.0)
+        let mut state = State::new(10, 24.0);
+        let listed = |own: &'static BuiltIn| Listed {
+            name: own.title.to_owned(),
+            origin: Origin::BuiltIn(own),
+            front: None,
+            owner: Owner::Program,
+        };
+        state.look.environments = Arc::new(built_in::all().into_iter().map(listed).collect());
+        state
     }
 
     #[test]
     fn a_drag_is_undone_at_once_and_separate_steps_one_by_one() {
         let mut s = state();
-        (1..=30).for_each(|deg| s.apply(&Command::Yaw(deg as f32), 3));
+        (1..=30).for_each(|deg| s.apply(&Command::Yaw(deg as f32)));
         s.release();
-        s.apply(&Command::StepExposure(0.5), 3);
+        s.apply(&Command::StepExposure(0.5));
         s.release();
-        s.apply(&Command::StepEnvironment(-1), 3);
+        s.apply(&Command::StepEnvironment(-1));
         assert_eq!(
             (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
-            (30.0, 0.5, 2)
+            (30.0, 0.5, 7)
         );
-        s.apply(&Command::Undo, 3);
+        s.apply(&Command::Undo);
         assert_eq!(
             (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
             (30.0, 0.5, 0)
         );
-        s.apply(&Command::Undo, 3);
-        s.apply(&Command::Undo, 3);
+        s.apply(&Command::Undo);
+        s.apply(&Command::Undo);
         assert_eq!(s.look, state().look);
         assert!(!s.can_undo());
-        (0..3).for_each(|_| s.apply(&Command::Redo, 3));
+        (0..3).for_each(|_| s.apply(&Command::Redo));
         assert_eq!(
             (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
-            (30.0, 0.5, 2)
+            (30.0, 0.5, 7)
         );
     }
 
     #[test]
     fn a_change_after_an_undo_forgets_what_was_undone() {
         let mut s = state();
-        s.apply(&Command::Yaw(10.0), 1);
-        s.apply(&Command::Undo, 1);
-        s.apply(&Command::Exposure(1.0), 1);
+        s.apply(&Command::Yaw(10.0));
+        s.apply(&Command::Undo);
+        s.apply(&Command::Exposure(1.0));
         assert!(!s.can_redo());
     }
 
@@ -362,14 +409,16 @@ mod tests {
         for command in [
             Command::Yaw(0.0),
             Command::Turn(360.0),
-            Command::Environment(5),
-            Command::StepEnvironment(1),
+            Command::Environment(99),
+            Command::StepEnvironment(8),
+            Command::RemoveEnvironment(0),
+            Command::Front(0, Some(Front::new(90.0))),
             Command::Exposure(f32::NAN),
             Command::Yaw(f32::INFINITY),
             Command::Fit,
             Command::Frame(3),
         ] {
-            s.apply(&command, 0);
+            s.apply(&command);
         }
         assert!(!s.can_undo());
         assert_eq!(s.look, state().look);
@@ -378,11 +427,11 @@ mod tests {
     #[test]
     fn angles_and_stops_stay_in_their_ranges() {
         let mut s = state();
-        s.apply(&Command::Turn(190.0), 1);
+        s.apply(&Command::Turn(190.0));
         assert_eq!(s.look.yaw_deg, -170.0);
-        s.apply(&Command::Yaw(-180.0), 1);
+        s.apply(&Command::Yaw(-180.0));
         assert_eq!(s.look.yaw_deg, 180.0);
-        s.apply(&Command::StepExposure(99.0), 1);
+        s.apply(&Command::StepExposure(99.0));
         assert_eq!(s.look.exposure_stops, 10.0);
     }
 
@@ -394,45 +443,45 @@ mod tests {
             Command::SoloAlso(2),
             Command::SoloAlso(9),
         ];
-        lamps.iter().for_each(|command| s.apply(command, 0));
+        lamps.iter().for_each(|command| s.apply(command));
         assert_eq!(s.solo, [2, 7, 9]);
-        s.apply(&Command::SoloAlso(7), 0);
+        s.apply(&Command::SoloAlso(7));
         assert_eq!(s.solo, [2, 9]);
-        s.apply(&Command::Solo(Some(4)), 0);
+        s.apply(&Command::Solo(Some(4)));
         assert_eq!(s.solo, [4]);
-        s.apply(&Command::Solo(None), 0);
+        s.apply(&Command::Solo(None));
         assert!(s.solo.is_empty() && !s.can_undo());
     }
 
     #[test]
     fn frames_stop_at_the_ends_and_playing_goes_around() {
         let mut s = state();
-        s.apply(&Command::StepFrame(-1), 0);
+        s.apply(&Command::StepFrame(-1));
         assert_eq!(s.frame, 0);
-        s.apply(&Command::LastFrame, 0);
-        s.apply(&Command::StepFrame(1), 0);
+        s.apply(&Command::LastFrame);
+        s.apply(&Command::StepFrame(1));
         assert_eq!(s.frame, 9);
-        s.apply(&Command::TogglePlay, 0);
+        s.apply(&Command::TogglePlay);
         s.advance();
         assert_eq!((s.frame, s.playing), (0, true));
-        s.apply(&Command::Frame(4), 0);
+        s.apply(&Command::Frame(4));
         assert_eq!((s.frame, s.playing), (4, false));
         let mut still = State::new(1, 24.0);
-        still.apply(&Command::TogglePlay, 0);
+        still.apply(&Command::TogglePlay);
         assert!(!still.playing, "one frame cannot be played");
     }
 
     #[test]
     fn lamps_are_shown_one_after_the_other_and_then_the_environment() {
         let mut s = state();
-        s.apply(&Command::StepSolo(1), 0);
+        s.apply(&Command::StepSolo(1));
         assert!(s.solo.is_empty(), "no lamp is known yet");
         s.lamps = 3;
         for wanted in [&[0][..], &[1], &[2], &[], &[0]] {
-            s.apply(&Command::StepSolo(1), 0);
+            s.apply(&Command::StepSolo(1));
             assert_eq!(s.solo, wanted);
         }
-        s.apply(&Command::StepSolo(-1), 0);
+        s.apply(&Command::StepSolo(-1));
         assert!(s.solo.is_empty());
     }
 
@@ -441,41 +490,41 @@ mod tests {
         let mut s = state();
         let red = Inspection::Channel(crate::scene::Channel::Red);
         for wanted in [red, Inspection::Picture] {
-            s.apply(&Command::Inspect(red), 0);
+            s.apply(&Command::Inspect(red));
             s.release();
             assert_eq!(s.look.effects.inspection, wanted);
         }
-        s.apply(&Command::Undo, 0);
+        s.apply(&Command::Undo);
         assert_eq!(s.look.effects.inspection, red);
     }
 
     #[test]
     fn what_is_under_the_cursor_stays_there_as_the_picture_is_zoomed() {
         let mut s = state();
-        s.apply(&Command::Pan([7.0, -3.0]), 0);
+        s.apply(&Command::Pan([7.0, -3.0]));
         let about = [120.0, 45.0];
         let under = |v: &View| [0, 1].map(|i| (about[i] - v.pan[i]) / v.zoom);
         let before = under(&s.view);
-        s.apply(&Command::Zoom { factor: 2.5, about }, 0);
+        s.apply(&Command::Zoom { factor: 2.5, about });
         let after = under(&s.view);
         assert!(
             (0..2).all(|i| (before[i] - after[i]).abs() < 1e-3),
             "{before:?} {after:?}"
         );
-        s.apply(&Command::Zoom { factor: 1e9, about }, 0);
+        s.apply(&Command::Zoom { factor: 1e9, about });
         assert_eq!(s.view.zoom, 64.0);
-        s.apply(&Command::Fit, 0);
+        s.apply(&Command::Fit);
         assert_eq!(s.view, FITTED);
     }
 
     #[test]
     fn resetting_the_view_can_be_undone_where_it_changed_the_exposure() {
         let mut s = state();
-        s.apply(&Command::Exposure(2.0), 0);
+        s.apply(&Command::Exposure(2.0));
         s.release();
-        s.apply(&Command::ResetView, 0);
+        s.apply(&Command::ResetView);
         assert_eq!(s.look.exposure_stops, 0.0);
-        s.apply(&Command::Undo, 0);
+        s.apply(&Command::Undo);
         assert_eq!(s.look.exposure_stops, 2.0);
     }
 }

@@ -11,7 +11,7 @@ use crate::footage::{self, ImportSettings};
 use crate::gpu::DeviceChoice;
 use crate::light::subset::Subset;
 use crate::progress::Progress;
-use crate::project::Project;
+use crate::project::{EnvironmentChange, KnownEnvironment, Project};
 use crate::reflectance::checkpoint::{self, CheckpointInfo};
 use crate::training::{self, TrainReport, TrainSettings};
 use crate::virtual_stage::{self, StageReport, StageSettings};
@@ -33,6 +33,11 @@ pub enum Job {
         settings: ImportSettings,
         /// Work with so many lamps only, evenly distributed.
         lamps: Option<usize>,
+    },
+    /// Change which environments the project in `project` has, and which way is front in them.
+    Environments {
+        project: PathBuf,
+        change: EnvironmentChange,
     },
     /// Make a light probe of photographs of a mirror ball.
     Develop { settings: Box<DevelopSettings> },
@@ -77,6 +82,7 @@ pub enum Job {
 pub enum Outcome {
     Staged(StageReport),
     Imported(ImportReport),
+    Listed(EnvironmentsReport),
     Developed(DevelopReport),
     Calibrated(Calibration),
     Trained(TrainReport),
@@ -85,6 +91,12 @@ pub enum Outcome {
     Reviewed(ReviewReport),
     Shown(Box<DemoReport>),
     Packed(CheckpointInfo),
+}
+
+/// The environments that a project has now.
+#[derive(Clone, Debug, Serialize)]
+pub struct EnvironmentsReport {
+    pub environments: Vec<KnownEnvironment>,
 }
 
 /// What an import found.
@@ -111,6 +123,7 @@ impl Job {
         match self {
             Self::Stage { .. } => "tracing a shoot",
             Self::Import { .. } => "importing the shoot",
+            Self::Environments { .. } => "listing the environments",
             Self::Develop { .. } => "making a light probe",
             Self::Calibrate { .. } => "calibrating",
             Self::Train { .. } => "training the network",
@@ -146,13 +159,24 @@ impl Job {
                     subset.as_ref(),
                 )))
             }
+            Self::Environments { project, change } => {
+                let environments = Project::change(&project, |project| {
+                    project.apply(&change)?;
+                    Ok(project.environments())
+                })?;
+                Ok(Outcome::Listed(EnvironmentsReport { environments }))
+            }
             Self::Develop { settings } => develop(&settings).map(Outcome::Developed),
             Self::Calibrate { project, settings } => {
                 let mut project = Project::open(&project)?;
                 let found = calibration::calibrate(&mut project, &settings, progress)?;
                 found.save(&project)?;
-                // The circle is kept last: a calibration that failed leaves the project as it was.
-                project.save()?;
+                // The circle is kept last: a calibration that failed leaves the project as it was. What else
+                // was changed in the meantime stays.
+                Project::change(&project.root, |kept| {
+                    kept.settings.shoot.ball = project.settings.shoot.ball;
+                    Ok(())
+                })?;
                 Ok(Outcome::Calibrated(found))
             }
             Self::Train { project, settings } => {
@@ -211,6 +235,7 @@ impl Outcome {
         match self {
             Self::Staged(report) => staged(report),
             Self::Imported(found) => imported(found),
+            Self::Listed(report) => listed(report),
             Self::Developed(report) => developed(report),
             Self::Calibrated(found) => format!(
                 "{} lamps found; camera response {}, exposure {:.3}; {:.1} % of the \
@@ -279,6 +304,25 @@ fn imported(found: &ImportReport) -> String {
         );
     }
     text
+}
+
+fn listed(report: &EnvironmentsReport) -> String {
+    let lines = report.environments.iter().map(|known| {
+        let front = known.front.map_or(String::new(), |front| {
+            format!(", front is {:.1}° of yaw away", front.yaw_deg())
+        });
+        let owner = if known.added { "added" } else { "the shoot's" };
+        let line = format!("{}: {}, {owner}{front}", known.name, known.file.display());
+        match known.complaint() {
+            Some(complaint) => format!("{line}. {complaint}"),
+            None => line,
+        }
+    });
+    let lines: Vec<String> = lines.collect();
+    match lines.is_empty() {
+        true => "The project has no environments of its own yet".to_owned(),
+        false => lines.join("\n"),
+    }
 }
 
 fn developed(report: &DevelopReport) -> String {

@@ -5,11 +5,12 @@ use crate::error::Result;
 use crate::imaging::Image;
 use crate::imaging::color::{byte_from_unit, luminance, srgb_from_linear};
 use crate::imaging::resample::resize_area;
-use crate::light::Environment;
 use crate::light::brightest::{self, Area};
 use crate::light::built_in::BuiltIn;
 use crate::light::panorama::{self, Reading};
+use crate::light::{Environment, latlong};
 use crate::progress::Control;
+use glam::Quat;
 use std::collections::VecDeque;
 use std::fmt;
 use std::path::PathBuf;
@@ -166,6 +167,8 @@ impl Panorama {
 impl Thumbnail {
     /// Columns of a thumbnail: sharp in a panel of 240 points on a screen of two pixels a point.
     const WIDTH: usize = 480;
+    /// Columns of a turned one: few enough to be made anew at every step of a drag, in about 3 ms.
+    const TURNED_WIDTH: usize = 256;
 
     /// A panorama of a photograph's light, as bright as the photograph: 1 is white, and noise stays dark.
     pub fn as_exposed(light: &Image) -> Self {
@@ -193,6 +196,31 @@ impl Thumbnail {
         })
     }
 
+    /// The same for an environment that is turned, at up to [`Self::TURNED_WIDTH`] columns; see
+    /// [`crate::light::weights::rotation`].
+    pub fn turned(&self, turn: Quat) -> Self {
+        let codes = self.rgb.chunks_exact(3);
+        let codes = Image {
+            width: self.width,
+            height: self.height,
+            pixels: codes.map(|c| [c[0], c[1], c[2]].map(f32::from)).collect(),
+        };
+        let codes = Environment::from_radiance("", codes);
+        let width = self.width.min(Self::TURNED_WIDTH);
+        let height = (width / 2).max(1);
+        let back = turn.inverse();
+        // One thread, for the window waits: others may be busy with a job.
+        let rgb = (0..width * height).flat_map(|i| {
+            let direction = latlong::texel_direction(i % width, i / width, width, height);
+            codes.radiance(back * direction).map(|v| v.round() as u8)
+        });
+        Self {
+            width,
+            height,
+            rgb: rgb.collect(),
+        }
+    }
+
     fn reduced(radiance: &Image) -> Image {
         let (width, height) = (
             Self::WIDTH.min(radiance.width),
@@ -214,6 +242,7 @@ impl Thumbnail {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::weights::rotation;
 
     #[test]
     fn a_thumbnail_does_not_depend_on_the_panoramas_units() {
@@ -235,6 +264,32 @@ mod tests {
         let sun = Image::from_fn(64, 32, |x, y| [if (x, y) == (9, 9) { 1e6 } else { 0.5 }; 3]);
         let grey = Thumbnail::of(&sun).rgb[0];
         assert!((80..160).contains(&grey), "a sun leaves the sky at {grey}");
+    }
+
+    #[test]
+    fn a_turned_thumbnail_shows_what_the_turn_brings_there() {
+        let bright = |x: usize, y: usize| (96..104).contains(&x) && (60..68).contains(&y);
+        let picture = Image::from_fn(256, 128, |x, y| [if bright(x, y) { 4.0 } else { 0.2 }; 3]);
+        let flat = Thumbnail::of(&picture);
+        let brightest = |shown: &Thumbnail| {
+            let sum = |i: &usize| {
+                shown.rgb[3 * i..3 * i + 3]
+                    .iter()
+                    .map(|&v| u32::from(v))
+                    .sum::<u32>()
+            };
+            let i = (0..shown.width * shown.height).max_by_key(sum).unwrap();
+            latlong::texel_direction(i % shown.width, i / shown.width, shown.width, shown.height)
+        };
+        let spot = latlong::direction_from_uv(100.0 / 256.0, 64.0 / 128.0);
+        for (yaw, pitch, roll) in [(0.0, 0.0, 0.0), (70.0, 40.0, 0.0), (-20.0, -130.0, 75.0)] {
+            let turn = rotation(yaw, pitch, roll);
+            let seen = brightest(&flat.turned(turn));
+            let off = seen.angle_between(turn * spot).to_degrees();
+            // The spot is 11° across.
+            assert!(off < 8.0, "{yaw}, {pitch}, {roll}: {off}° off");
+        }
+        assert_eq!(flat.turned(Quat::IDENTITY), flat);
     }
 
     #[test]

@@ -15,6 +15,7 @@
 mod cache;
 mod event;
 mod job;
+mod keeper;
 mod labour;
 mod latest;
 mod library;
@@ -27,6 +28,7 @@ mod study;
 
 pub use event::{Blocked, Event, Need};
 pub use job::{Job, Outcome};
+pub use keeper::Keeper;
 pub use latest::Latest;
 pub use library::{Library, Origin, Panorama, Thumbnail};
 pub use network::{Find, Predict, Source, open_project};

@@ -396,7 +396,9 @@ impl Stage {
                 };
                 second::rival(&scene, rival, weights, &light.environment, light.levels)?
             }
-            (Second::Light(environment), ..) => {
+            (Second::Light(environment, yaw_deg), ..) => {
+                let yaw_deg = *yaw_deg;
+                let scene = Scene { yaw_deg, ..scene };
                 // The same as the picture itself, with the two lights' places changed.
                 let first = std::mem::replace(&mut self.light, self.other.take());
                 let lit = self.light(environment, &scene, shown);

@@ -16,8 +16,8 @@ use std::sync::Arc;
 pub enum Second {
     /// The interview's frame as it was filmed.
     Plate,
-    /// The same frame under another environment.
-    Light(Arc<Environment>),
+    /// The same frame under another environment, turned by a yaw in degrees.
+    Light(Arc<Environment>, f32),
     /// Other OLATs under the same light.
     Rival(Rival),
 }
@@ -27,7 +27,9 @@ impl PartialEq for Second {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Plate, Self::Plate) => true,
-            (Self::Light(one), Self::Light(other)) => Arc::ptr_eq(one, other),
+            (Self::Light(one, yaw), Self::Light(other, turned)) => {
+                Arc::ptr_eq(one, other) && yaw == turned
+            }
             (Self::Rival(one), Self::Rival(other)) => one == other,
             _ => false,
         }

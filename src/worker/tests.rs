@@ -463,7 +463,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
 
     let right = Image::from_fn(64, 32, |x, _| [if x < 32 { 0.0 } else { 1.0 }; 3]);
     let right = Arc::new(Environment::from_radiance("right", right));
-    let turned = compared(Second::Light(right), &[]);
+    let turned = compared(Second::Light(right, 0.0), &[]);
     let [first, second] = [ends(&turned.rgb), ends(&codes(&turned))];
     assert!(
         first[0] > first[1] && second[1] > second[0],

@@ -91,6 +91,7 @@ pub fn environments(folder: &Path) -> Vec<NamedEnvironment> {
             NamedEnvironment {
                 name: name.to_owned(),
                 file,
+                front: None,
             }
         })
         .into()
@@ -121,6 +122,7 @@ pub fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
                 environments,
                 lamp_layout: vec![],
             },
+            environments: vec![],
         },
     }
 }

@@ -90,6 +90,7 @@ impl Making {
                     environments: vec![],
                     lamp_layout: vec![],
                 },
+                environments: vec![],
             },
         }
     }
@@ -352,6 +353,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                 environments: vec![],
                 lamp_layout: vec![],
             },
+            environments: vec![],
         },
     };
     let probes = Probes::load(&project, &Progress::silent()).unwrap();

@@ -109,6 +109,7 @@ fn small_project(root: &Path) -> Project {
         size: 32,
         seed: 1,
         shoot,
+        environments: vec![],
     };
     Project {
         root: root.to_path_buf(),

@@ -47,6 +47,7 @@ pub(in crate::calibration) fn shared_shoot(
             environments: vec![],
             lamp_layout: vec![],
         },
+        environments: vec![],
     };
     let directions = manifest["bank_directions"].as_array().unwrap();
     let directions = directions

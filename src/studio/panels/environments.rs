@@ -1,9 +1,13 @@
 //! The list of environments: the shoot's, those that are built in, and what was added.
 
 use crate::studio::command::Command;
+use crate::studio::listed::Owner;
 use crate::studio::panel::{Entry, Reading, Sight};
 use crate::studio::theme::{self, GAP};
-use egui::{Color32, Pos2, Rect, RichText, Sense, Ui, pos2, vec2};
+use egui::{Color32, Pos2, Rect, Response, RichText, Sense, Ui, Vec2, pos2, vec2};
+
+/// Side of the button that removes an entry, in points.
+const REMOVE: f32 = 20.0;
 
 /// The panel keeps nothing.
 #[derive(Default)]
@@ -36,7 +40,13 @@ impl EnvironmentsPanel {
                 ui.spacing_mut().item_spacing.y = 2.0;
                 for (i, entry) in sight.environments.iter().enumerate() {
                     let chosen = i == sight.state.look.environment;
-                    if row_ui(ui, entry, sight.state.look.yaw_deg, chosen) && !chosen {
+                    let row = row_ui(ui, entry, sight.state.look.yaw_deg, chosen);
+                    if chosen
+                        && entry.listed.owner == Owner::Person
+                        && remove_ui(ui, entry, row.rect)
+                    {
+                        out.push(Command::RemoveEnvironment(i));
+                    } else if row.clicked() && !chosen {
                         out.push(Command::Environment(i));
                     }
                 }
@@ -44,12 +54,13 @@ impl EnvironmentsPanel {
     }
 }
 
-/// One environment of the list; tells whether it was clicked.
-fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> bool {
+/// One environment of the list.
+fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> Response {
     let size = vec2(ui.available_width(), 46.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    response
-        .widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.name));
+    response.widget_info(|| {
+        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.listed.name)
+    });
     let fill = match (chosen, response.hovered()) {
         (true, _) => Color32::from_gray(68),
         (false, true) => Color32::from_gray(52),
@@ -65,54 +76,77 @@ fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> bool {
     }
     let picture = Rect::from_min_size(rect.min + vec2(8.0, 5.0), vec2(72.0, 36.0));
     ui.painter().rect_filled(picture, 0.0, theme::WELL);
-    panorama_ui(ui, entry, picture, yaw_deg);
+    panorama_ui(ui, entry, picture, entry.listed.front().turned(yaw_deg));
+    let removable = chosen && entry.listed.owner == Owner::Person;
     let text = Rect::from_min_max(
         pos2(picture.right() + GAP, rect.top()),
-        rect.max - vec2(GAP, 0.0),
+        rect.max - vec2(if removable { REMOVE } else { GAP }, 0.0),
     );
     let state = match &entry.panorama {
         Reading::Waiting => Some("reading"),
         Reading::Failed(_) => Some("cannot be read"),
+        Reading::Done { .. } if entry.listed.asks() => Some("which way is front?"),
         Reading::Done { panorama, .. } if !panorama.notes.is_empty() => Some("see the notes"),
         Reading::Done { .. } => None,
     };
     let color = if chosen { Color32::WHITE } else { theme::TEXT };
-    let mut job = egui::text::LayoutJob::default();
-    let font = |size| egui::FontId::proportional(size);
-    job.append(
-        &entry.name,
-        0.0,
-        egui::TextFormat::simple(font(14.0), color),
-    );
-    if let Some(state) = state {
-        job.append(
-            &format!("\n{state}"),
-            0.0,
-            egui::TextFormat::simple(font(12.0), theme::QUIET),
-        );
-    }
-    job.wrap = egui::text::TextWrapping {
-        max_width: text.width(),
-        max_rows: 2,
-        ..Default::default()
+    // What there is to say stands below the name, which gives way to it.
+    let line = |words: &str, size: f32, color, max_rows: usize| {
+        let font = egui::FontId::proportional(size);
+        let mut job = egui::text::LayoutJob::simple(words.to_owned(), font, color, text.width());
+        job.wrap.max_rows = max_rows;
+        ui.painter().layout_job(job)
     };
-    let galley = ui.painter().layout_job(job);
-    let at = pos2(text.left(), text.center().y - galley.size().y / 2.0);
-    ui.painter().galley(at, galley, color);
-    let clicked = response.clicked();
+    let name = line(
+        &entry.listed.name,
+        14.0,
+        color,
+        if state.is_some() { 1 } else { 2 },
+    );
+    let state = state.map(|state| line(state, 12.0, theme::QUIET, 1));
+    let height = name.size().y + state.as_ref().map_or(0.0, |state| state.size().y);
+    let at = pos2(text.left(), text.center().y - height / 2.0);
+    let below = at + vec2(0.0, name.size().y);
+    ui.painter().galley(at, name, color);
+    if let Some(state) = state {
+        ui.painter().galley(below, state, theme::QUIET);
+    }
     match &entry.panorama {
         Reading::Failed(sentence) => response.on_hover_text(sentence),
         Reading::Done { panorama, .. } => {
             let (width, height) = panorama.environment.radiance.size();
-            let mut hint = format!("{}\n{width} × {height} texels", entry.origin);
+            let mut hint = format!("{}\n{width} × {height} texels", entry.listed.origin);
             for note in &panorama.notes {
                 hint += &format!("\n{note}");
             }
             response.on_hover_text(hint)
         }
         Reading::Waiting => response,
+    }
+}
+
+/// The button in a row that takes its entry out of the list; tells whether it was clicked.
+fn remove_ui(ui: &Ui, entry: &Entry, row: Rect) -> bool {
+    let name = format!("Remove {}", entry.listed.name);
+    let place = Rect::from_min_size(row.right_top() - vec2(REMOVE, 0.0), Vec2::splat(REMOVE));
+    let response = ui.interact(place, ui.scope_id().with(&name), Sense::click());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
+    let color = if response.hovered() || response.has_focus() {
+        theme::ACCENT
+    } else {
+        theme::QUIET
     };
-    clicked
+    let font = egui::FontId::proportional(16.0);
+    ui.painter().text(
+        place.center(),
+        egui::Align2::CENTER_CENTER,
+        "×",
+        font,
+        color,
+    );
+    response
+        .on_hover_text(format!("{name} from the list; the file stays"))
+        .clicked()
 }
 
 /// The panorama turned by `yaw_deg`: its content moves to the right.

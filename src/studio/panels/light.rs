@@ -1,145 +1,54 @@
 //! The light: how the environment is turned and graded, its brightest areas, and the lights placed by hand.
 
-use crate::light::brightest::Area;
-use crate::light::weights::{Weighting, rotation};
-use crate::light::{Lighting, PlacedLight, conventions, latlong, placed, white};
+use super::front;
+use super::number_ui;
+use super::panorama::Preview;
+use super::rows::{FIELD, Row, choice_ui};
+use super::timeline::diamond;
+use crate::light::conventions::Tool;
+use crate::light::weights::Weighting;
+use crate::light::{Lighting, PlacedLight, placed, white};
 use crate::studio::command::Command;
-use crate::studio::panel::{Reading, Sight};
-use crate::studio::panels::environments::panorama_ui;
-use crate::studio::panels::number_ui;
+use crate::studio::listed::Listed;
+use crate::studio::panel::{Entry, Sight};
+use crate::studio::state::Keyed;
 use crate::studio::theme::{self, GAP};
-use egui::{Color32, DragValue, Grid, Pos2, Rect, RichText, Sense, Stroke, Ui, Vec2, pos2, vec2};
+use crate::worker::Origin;
+use egui::{DragValue, Grid, Rect, RichText, Sense, Ui, vec2};
 use std::ops::RangeInclusive;
 
-/// Width of a number's field in points.
-const FIELD: f32 = 100.0;
-/// Radius of a light's dot on the panorama in points.
-const DOT: f32 = 6.0;
-
-/// The panel keeps nothing.
+/// The picture of the panorama, and the environment of which the person wants to say anew which way is front.
 #[derive(Default)]
-pub struct LightPanel;
+pub struct LightPanel {
+    preview: Preview,
+    asked: Option<Origin>,
+}
 
 impl LightPanel {
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        preview_ui(ui, sight, out);
+        let listed = sight.environment().map(|entry| &entry.listed);
+        let again = listed.is_some_and(|listed| self.asked.as_ref() == Some(&listed.origin));
+        let asked = again || listed.is_some_and(Listed::asks);
+        let before = out.len();
+        self.preview.ui(ui, sight, asked, out);
+        if asked {
+            front::question_ui(ui, sight, out);
+        }
         ui.add_space(GAP);
-        turn_ui(ui, sight, out);
+        if turn_ui(ui, sight, out) {
+            self.asked = listed.map(|listed| listed.origin.clone());
+        }
+        if out[before..]
+            .iter()
+            .any(|c| matches!(c, Command::Front(..)))
+        {
+            self.asked = None;
+        }
         placed_ui(ui, &sight.state.look.lighting, out);
     }
 }
 
-/// The chosen panorama as the subject sees it; dragging it turns it, dragging a light moves that.
-fn preview_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let look = &sight.state.look;
-    let width = ui.available_width();
-    let (rect, response) = ui.allocate_exact_size(vec2(width, width / 2.0), Sense::drag());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment"));
-    ui.painter().rect_filled(rect, 2.0, theme::WELL);
-    let mut areas: &[Area] = &[];
-    if let Some(entry) = sight.environment() {
-        panorama_ui(ui, entry, rect, look.yaw_deg);
-        if let Reading::Done { panorama, .. } = &entry.panorama {
-            areas = &panorama.areas;
-        }
-    }
-    // What is behind the subject: between these ticks, the column that the camera looks at.
-    let tick = Stroke::new(2.0, theme::ACCENT);
-    ui.painter()
-        .vline(rect.center().x, rect.top()..=rect.top() + 8.0, tick);
-    ui.painter()
-        .vline(rect.center().x, rect.bottom() - 8.0..=rect.bottom(), tick);
-    if response.dragged() {
-        // The content follows the hand.
-        out.push(Command::Turn(response.drag_delta().x / width * 360.0));
-    }
-    response
-        .on_hover_cursor(egui::CursorIcon::ResizeHorizontal)
-        .on_hover_text(
-            "What lights the subject. The ticks mark what is behind the subject; drag to turn it.",
-        );
-    areas_ui(ui, sight, rect, areas);
-    for (i, light) in look.lighting.placed.iter().enumerate() {
-        if let Some(moved) = dot_ui(ui, rect, i, light) {
-            let mut lighting = look.lighting.clone();
-            lighting.placed[i] = moved;
-            out.push(Command::Lighting(Box::new(lighting)));
-        }
-    }
-}
-
-/// The brightest areas where the yaw brings them, with what each gives to which lamp.
-fn areas_ui(ui: &mut Ui, sight: &Sight, rect: Rect, areas: &[Area]) {
-    let turn = rotation(sight.state.look.yaw_deg, 0.0, 0.0);
-    for (rank, area) in areas.iter().enumerate() {
-        let at = place(rect, turn * area.direction);
-        let rig = sight.relit.map(|relit| &relit.rig);
-        let lamp = rig.and_then(|rig| Some((rig, area.lamp(rig, sight.state.look.yaw_deg)?)));
-        let on = lamp.map_or(String::new(), |(rig, (lamp, off_deg))| {
-            format!(", falls on {}, {off_deg:.0}° from it", rig.lamps[lamp].name)
-        });
-        let hint = format!(
-            "Brightest area {} of {}: {:.0} % of the light, {:.1}° across{on}",
-            rank + 1,
-            areas.len(),
-            100.0 * area.share,
-            2.0 * area.radius_deg()
-        );
-        let spot = Rect::from_center_size(at, Vec2::splat(2.0 * DOT)).intersect(rect);
-        ui.painter()
-            .circle_stroke(at, DOT - 1.5, Stroke::new(2.5, Color32::BLACK));
-        ui.painter()
-            .circle_stroke(at, DOT - 1.5, Stroke::new(1.0, Color32::WHITE));
-        ui.interact(spot, ui.scope_id().with(("area", rank)), Sense::hover())
-            .on_hover_text(hint);
-    }
-}
-
-/// A placed light's dot; the light where it was dragged to.
-fn dot_ui(ui: &mut Ui, rect: Rect, number: usize, light: &PlacedLight) -> Option<PlacedLight> {
-    let at = place(rect, light.direction());
-    let spot = Rect::from_center_size(at, Vec2::splat(2.5 * DOT));
-    let response = ui.interact(spot, ui.scope_id().with(("light", number)), Sense::drag());
-    let name = format!("Light {} on the panorama", number + 1);
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, &name));
-    let fill = if light.enabled {
-        theme::ACCENT
-    } else {
-        theme::QUIET
-    };
-    ui.painter()
-        .circle(at, DOT, fill, Stroke::new(1.5, Color32::BLACK));
-    let moved = response
-        .interact_pointer_pos()
-        .filter(|_| response.dragged());
-    response.on_hover_text(format!("{name}: drag it to where it should stand"));
-    moved.map(|to| PlacedLight {
-        yaw_deg: ((to.x - rect.left()) / rect.width()).clamp(0.0, 1.0) * 360.0 - 180.0,
-        pitch_deg: 90.0 - ((to.y - rect.top()) / rect.height()).clamp(0.0, 1.0) * 180.0,
-        ..light.clone()
-    })
-}
-
-/// Where a direction is on the panorama.
-fn place(rect: Rect, direction: glam::Vec3) -> Pos2 {
-    let (u, v) = latlong::uv_from_direction(direction);
-    pos2(
-        rect.left() + u.rem_euclid(1.0) * rect.width(),
-        rect.top() + v * rect.height(),
-    )
-}
-
-/// One number of the lighting.
-struct Row {
-    name: &'static str,
-    of: fn(&mut Lighting) -> &mut f32,
-    speed: f32,
-    range: RangeInclusive<f32>,
-    decimals: usize,
-    suffix: &'static str,
-}
-
-const ROWS: [Row; 6] = [
+const ROWS: [Row<Lighting>; 6] = [
     Row {
         name: "Pitch",
         of: |lighting| &mut lighting.pitch_deg,
@@ -147,6 +56,7 @@ const ROWS: [Row; 6] = [
         range: -180.0..=180.0,
         decimals: 1,
         suffix: "°",
+        hint: "",
     },
     Row {
         name: "Roll",
@@ -155,6 +65,7 @@ const ROWS: [Row; 6] = [
         range: -180.0..=180.0,
         decimals: 1,
         suffix: "°",
+        hint: "",
     },
     Row {
         name: "Intensity",
@@ -163,6 +74,7 @@ const ROWS: [Row; 6] = [
         range: Lighting::STOPS,
         decimals: 2,
         suffix: " stops",
+        hint: "",
     },
     Row {
         name: "Temperature",
@@ -171,6 +83,7 @@ const ROWS: [Row; 6] = [
         range: white::RANGE_K,
         decimals: 0,
         suffix: " K",
+        hint: "",
     },
     Row {
         name: "Tint",
@@ -179,6 +92,7 @@ const ROWS: [Row; 6] = [
         range: -150.0..=150.0,
         decimals: 0,
         suffix: "",
+        hint: "",
     },
     Row {
         name: "Backdrop yaw",
@@ -187,80 +101,122 @@ const ROWS: [Row; 6] = [
         range: -180.0..=180.0,
         decimals: 1,
         suffix: "°",
+        hint: "",
     },
 ];
 
-fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+/// The environment's numbers; tells whether the person wants to say anew which way is front.
+fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
     let look = &sight.state.look;
+    let mut asks = false;
     Grid::new("light")
         .num_columns(2)
         .min_col_width(96.0)
         .show(ui, |ui| {
+            let is_file = |entry: &Entry| matches!(entry.listed.origin, Origin::File(_));
+            if sight.environment().is_some_and(is_file) {
+                asks = front::answer_ui(ui, sight, out);
+                ui.end_row();
+            }
             let mut yaw = look.yaw_deg;
             let field = DragValue::new(&mut yaw)
                 .speed(0.5)
                 .fixed_decimals(1)
                 .suffix("°");
-            number_ui(ui, "Yaw", field, FIELD, out, || Command::Yaw(0.0))
-                .on_hover_text(conventions::sentence(look.yaw_deg));
+            let field = number_ui(ui, "Yaw", field, FIELD, out, || Command::Yaw(0.0));
             if yaw != look.yaw_deg {
                 out.push(Command::Yaw(yaw));
             }
+            key_ui(ui, sight, Keyed::Yaw, field.rect, out);
             ui.end_row();
+            let command = |lighting| Command::Lighting(Box::new(lighting));
             for row in &ROWS {
-                let mut wanted = look.lighting.clone();
-                let field = DragValue::new((row.of)(&mut wanted))
-                    .speed(row.speed)
-                    .range(row.range.clone())
-                    .fixed_decimals(row.decimals)
-                    .suffix(row.suffix);
-                let reset = || {
-                    let mut plain = look.lighting.clone();
-                    *(row.of)(&mut plain) = *(row.of)(&mut Lighting::default());
-                    Command::Lighting(Box::new(plain))
-                };
-                number_ui(ui, row.name, field, FIELD, out, reset);
-                if wanted != look.lighting {
-                    out.push(Command::Lighting(Box::new(wanted)));
+                let field = row.ui(ui, &look.lighting, out, command);
+                if row.name == Keyed::Intensity.name() {
+                    key_ui(ui, sight, Keyed::Intensity, field.rect, out);
                 }
                 ui.end_row();
             }
-            weighting_ui(ui, &look.lighting, out);
+            let kinds = [
+                (Weighting::Fit, "best fit"),
+                (Weighting::Soft, "soft cells"),
+                (Weighting::Smooth, "smooth"),
+                (Weighting::Cells, "cells"),
+            ];
+            let mut weighting = look.lighting.weighting;
+            choice_ui(ui, "Lamps by", &kinds, &mut weighting).on_hover_text(
+                "How the environment is given to the lamps. Best fit is nearest to the truth.",
+            );
+            if weighting != look.lighting.weighting {
+                out.push(command(Lighting {
+                    weighting,
+                    ..look.lighting.clone()
+                }));
+            }
             ui.end_row();
         });
+    for of in Keyed::ALL {
+        if look.is_keyed(of) {
+            let sentence = format!(
+                "{} has keys: a change sets one at frame {}.",
+                of.name(),
+                sight.state.frame
+            );
+            ui.label(RichText::new(sentence).small().color(theme::QUIET));
+        }
+    }
+    tools_ui(ui, look.front().turned(look.yaw_deg));
+    asks
 }
 
-/// How the environment is given to the lamps.
-fn weighting_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
-    let name = |weighting| match weighting {
-        Weighting::Fit => "best fit",
-        Weighting::Soft => "soft cells",
-        Weighting::Smooth => "smooth",
-        Weighting::Cells => "cells",
+/// The diamond beside the field of what can have keys: filled where the shown frame has one. A click sets it
+/// or takes it away.
+fn key_ui(ui: &Ui, sight: &Sight, of: Keyed, field: Rect, out: &mut Vec<Command>) {
+    let (look, frame) = (&sight.state.look, sight.state.frame);
+    let is_here = look.key_at(of, frame).is_some();
+    let corner = field.right_top() + vec2(GAP, 0.0);
+    let rect = Rect::from_min_size(corner, vec2(20.0, field.height()));
+    let response = ui.interact(rect, ui.scope_id().with(("key", of)), Sense::click());
+    let name = format!("{} key at this frame", of.name());
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_here, &name));
+    let color = if response.hovered() || response.has_focus() || look.is_keyed(of) {
+        theme::ACCENT
+    } else {
+        theme::QUIET
     };
-    let label = ui.label("Lamps by");
-    let list = egui::ComboBox::from_id_salt("weights")
-        .selected_text(name(lighting.weighting))
-        .width(FIELD)
-        .show_ui(ui, |ui| {
-            for kind in [
-                Weighting::Fit,
-                Weighting::Soft,
-                Weighting::Smooth,
-                Weighting::Cells,
-            ] {
-                let chosen = kind == lighting.weighting;
-                if ui.selectable_label(chosen, name(kind)).clicked() && !chosen {
-                    out.push(Command::Lighting(Box::new(Lighting {
-                        weighting: kind,
-                        ..lighting.clone()
-                    })));
+    diamond(ui.painter(), rect.center(), is_here, color);
+    let key = match of {
+        Keyed::Yaw => "K",
+        Keyed::Intensity => "Shift+K",
+    };
+    let does = if is_here {
+        "Takes the key at this frame away"
+    } else {
+        "Sets a key at this frame"
+    };
+    if response
+        .on_hover_text(format!("{does}. Key: {key}"))
+        .clicked()
+    {
+        out.push(Command::ToggleKey(of));
+    }
+}
+
+/// The turn in other tools' terms.
+fn tools_ui(ui: &mut Ui, yaw_deg: f32) {
+    egui::CollapsingHeader::new("The turn in other tools")
+        .id_salt("tools")
+        .show(ui, |ui| {
+            Grid::new("tools").num_columns(2).show(ui, |ui| {
+                for tool in Tool::ALL {
+                    ui.label(tool.title()).on_hover_text(tool.setting());
+                    let value = format!("{:.1}°", tool.value_of_yaw(yaw_deg));
+                    ui.label(RichText::new(value).color(theme::QUIET))
+                        .on_hover_text(tool.setting());
+                    ui.end_row();
                 }
-            }
+            });
         });
-    list.response.labelled_by(label.id).on_hover_text(
-        "How the environment is given to the lamps. Best fit is nearest to the truth.",
-    );
 }
 
 /// The lights placed by hand, and a way to add one.

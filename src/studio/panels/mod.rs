@@ -2,13 +2,16 @@
 
 mod effects;
 mod environments;
+mod front;
 mod gamma;
 mod job;
 mod light;
 mod log;
+mod panorama;
 mod picture;
 mod probe;
 mod review;
+mod rows;
 mod scopes;
 mod sphere;
 mod status;

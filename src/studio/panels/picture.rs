@@ -4,12 +4,10 @@ use crate::scene::{Background, Channel, Effects, Inspection, ViewTransform};
 use crate::studio::command::Command;
 use crate::studio::panel::Sight;
 use crate::studio::panels::number_ui;
+use crate::studio::panels::rows::{FIELD, Row, choice_ui};
 use crate::studio::state::EXPOSURE_STOPS;
 use crate::studio::theme::GAP;
 use egui::{DragValue, Grid, Ui};
-
-/// Width of a number's field in points.
-const FIELD: f32 = 100.0;
 
 /// The panel keeps nothing.
 #[derive(Default)]
@@ -66,51 +64,61 @@ fn exposure_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     ui.end_row();
 }
 
-/// A strength among the effects.
-struct Row {
+/// A strength among the effects: a row from 0 to `most`, which 200 points of a drag go through.
+const fn strength(
     name: &'static str,
     of: fn(&mut Effects) -> &mut f32,
     most: f32,
     hint: &'static str,
+) -> Row<Effects> {
+    Row {
+        name,
+        of,
+        range: 0.0..=most,
+        speed: most / 200.0,
+        decimals: if most < 1.0 { 3 } else { 2 },
+        suffix: "",
+        hint,
+    }
 }
 
-const ROWS: [Row; 6] = [
-    Row {
-        name: "Defocus",
-        of: |effects| &mut effects.background_blur,
-        most: 0.25,
-        hint: "Puts the background out of focus: radius as a share of the picture's height",
-    },
-    Row {
-        name: "Light wrap",
-        of: |effects| &mut effects.light_wrap,
-        most: 1.0,
-        hint: "Lets the background's light wrap around the subject's rim",
-    },
-    Row {
-        name: "Despill",
-        of: |effects| &mut effects.despill,
-        most: 1.0,
-        hint: "Takes the green or blue of a screen out of the subject's rim",
-    },
-    Row {
-        name: "Glare",
-        of: |effects| &mut effects.glare,
-        most: 1.0,
-        hint: "Scatters light above white as a lens does",
-    },
-    Row {
-        name: "Grain",
-        of: |effects| &mut effects.grain,
-        most: 4.0,
-        hint: "Gives the picture the plate's grain; 1 is as grainy",
-    },
-    Row {
-        name: "Steadiness",
-        of: |effects| &mut effects.smoothing,
-        most: 1.0,
-        hint: "Holds back jumps in brightness from frame to frame",
-    },
+const ROWS: [Row<Effects>; 6] = [
+    strength(
+        "Defocus",
+        |effects| &mut effects.background_blur,
+        0.25,
+        "Puts the background out of focus: radius as a share of the picture's height",
+    ),
+    strength(
+        "Light wrap",
+        |effects| &mut effects.light_wrap,
+        1.0,
+        "Lets the background's light wrap around the subject's rim",
+    ),
+    strength(
+        "Despill",
+        |effects| &mut effects.despill,
+        1.0,
+        "Takes the green or blue of a screen out of the subject's rim",
+    ),
+    strength(
+        "Glare",
+        |effects| &mut effects.glare,
+        1.0,
+        "Scatters light above white as a lens does",
+    ),
+    strength(
+        "Grain",
+        |effects| &mut effects.grain,
+        4.0,
+        "Gives the picture the plate's grain; 1 is as grainy",
+    ),
+    strength(
+        "Steadiness",
+        |effects| &mut effects.smoothing,
+        1.0,
+        "Holds back jumps in brightness from frame to frame",
+    ),
 ];
 
 fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
@@ -122,6 +130,7 @@ fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         (ViewTransform::Aces, "ACES"),
     ];
     choice_ui(ui, "View", &views, &mut wanted.view);
+    ui.end_row();
     let shown = [
         (Inspection::Picture, "picture"),
         (Inspection::Channel(Channel::Red), "red"),
@@ -132,38 +141,12 @@ fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         (Inspection::FalseColor, "false colour"),
     ];
     choice_ui(ui, "Show", &shown, &mut wanted.inspection);
-    for row in &ROWS {
-        let field = DragValue::new((row.of)(&mut wanted))
-            .speed(row.most / 200.0)
-            .range(0.0..=row.most)
-            .fixed_decimals(if row.most < 1.0 { 3 } else { 2 });
-        let reset = || {
-            let mut plain = effects;
-            *(row.of)(&mut plain) = 0.0;
-            Command::Effects(plain)
-        };
-        number_ui(ui, row.name, field, FIELD, out, reset).on_hover_text(row.hint);
-        ui.end_row();
-    }
+    ui.end_row();
     if wanted != effects {
         out.push(Command::Effects(wanted));
     }
-}
-
-/// One of a few, in a row of the grid.
-fn choice_ui<T: PartialEq + Copy>(ui: &mut Ui, name: &str, all: &[(T, &str)], value: &mut T) {
-    let label = ui.label(name);
-    let now = all.iter().find(|(one, _)| one == value);
-    let list = egui::ComboBox::from_id_salt(name)
-        .selected_text(now.map_or("", |(_, name)| name))
-        .width(FIELD)
-        // All of them at once.
-        .height(400.0)
-        .show_ui(ui, |ui| {
-            for (one, name) in all {
-                ui.selectable_value(value, *one, *name);
-            }
-        });
-    list.response.labelled_by(label.id);
-    ui.end_row();
+    for row in &ROWS {
+        row.ui(ui, &effects, out, Command::Effects);
+        ui.end_row();
+    }
 }

@@ -8,7 +8,7 @@ use egui::{
 use glam::{Quat, Vec3};
 
 /// A mark reaches this far from its point, for the eye and for the hand.
-const MARK_RADIUS: f32 = 7.0;
+pub const MARK_RADIUS: f32 = 7.0;
 
 /// A numbered direction.
 #[derive(Clone, Copy)]

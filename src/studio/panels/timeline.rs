@@ -1,13 +1,20 @@
-//! The scrub bar: which frame, and whether it plays.
+//! The scrub bar: which frame, whether it plays, and the keys of yaw and intensity.
 
+use crate::light::keyframes::Interpolation;
 use crate::studio::command::Command;
 use crate::studio::panel::Sight;
+use crate::studio::state::Keyed;
 use crate::studio::theme::{self, GAP};
-use egui::{Align2, Rect, Sense, Ui, pos2, vec2};
+use egui::{Align2, Color32, Key, Modifiers, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 
-/// The timeline keeps nothing.
+/// From a key's middle to its corners, in points.
+const DIAMOND: f32 = 4.5;
+
+/// The key that is being dragged, and the frame that it is over.
 #[derive(Default)]
-pub struct TimelinePanel;
+pub struct TimelinePanel {
+    dragged: Option<(Keyed, usize, usize)>,
+}
 
 impl TimelinePanel {
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
@@ -30,57 +37,169 @@ impl TimelinePanel {
             ui.label(format!("of {last}"));
             ui.label(egui::RichText::new(format!("{seconds:.2} s")).color(theme::QUIET))
                 .on_hover_text(format!("{} frames a second", state.frame_rate));
-            bar_ui(ui, sight, out);
+            self.bar_ui(ui, sight, out);
         });
     }
-}
 
-/// The bar itself: frames at hand are marked, since they play without waiting.
-fn bar_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let state = sight.state;
-    let size = vec2(ui.available_width(), 28.0);
-    let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
-    response.widget_info(|| egui::WidgetInfo::slider(true, state.frame as f64, "Scrub bar"));
-    let track = rect.shrink2(vec2(GAP, 0.0));
-    let cell = track.width() / state.frames.max(1) as f32;
-    let span = |frame: usize, top: f32, bottom: f32| {
-        let left = track.left() + frame as f32 * cell;
-        Rect::from_min_max(
-            pos2(left, rect.top() + top),
-            pos2(left + cell, rect.top() + bottom),
-        )
-    };
-    let painter = ui.painter();
-    painter.rect_filled(track.shrink2(vec2(0.0, 9.0)), 2.0, theme::WELL);
-    for &frame in sight.relit.iter().flat_map(|relit| &relit.frames_at_hand) {
-        painter.rect_filled(span(frame, 12.0, 16.0), 0.0, theme::ACCENT_DIM);
-    }
-    let head = span(state.frame, 4.0, 24.0);
-    let head = Rect::from_center_size(
-        head.center(),
-        vec2(head.width().clamp(4.0, 10.0), head.height()),
-    );
-    painter.rect_filled(head, 2.0, theme::ACCENT);
-    if let Some(at) = response.hover_pos().filter(|_| !response.dragged()) {
-        let frame = frame_at(at.x, track, state.frames);
-        let label = span(frame, 0.0, 0.0).center_bottom();
-        painter.text(
-            label,
-            Align2::CENTER_BOTTOM,
-            frame,
-            egui::FontId::proportional(12.0),
-            theme::QUIET,
+    /// The bar itself: frames at hand are marked, since they play without waiting.
+    fn bar_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let state = sight.state;
+        let size = vec2(ui.available_width(), 28.0);
+        let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::slider(true, state.frame as f64, "Scrub bar"));
+        let track = Track {
+            rect: rect.shrink2(vec2(GAP, 0.0)),
+            frames: state.frames,
+        };
+        let painter = ui.painter();
+        painter.rect_filled(track.rect.shrink2(vec2(0.0, 9.0)), 2.0, theme::WELL);
+        for &frame in sight.relit.iter().flat_map(|relit| &relit.frames_at_hand) {
+            painter.rect_filled(track.span(frame, 12.0, 16.0), 0.0, theme::ACCENT_DIM);
+        }
+        let head = track.span(state.frame, 4.0, 24.0);
+        let head = Rect::from_center_size(
+            head.center(),
+            vec2(head.width().clamp(4.0, 10.0), head.height()),
         );
+        painter.rect_filled(head, 2.0, theme::ACCENT);
+        if let Some(at) = response.hover_pos().filter(|_| !response.dragged()) {
+            let frame = track.frame_at(at.x);
+            painter.text(
+                track.span(frame, 0.0, 0.0).center_bottom(),
+                Align2::CENTER_BOTTOM,
+                frame,
+                egui::FontId::proportional(12.0),
+                theme::QUIET,
+            );
+        }
+        if let Some(at) = response.interact_pointer_pos() {
+            let frame = track.frame_at(at.x);
+            if (response.clicked() || response.dragged()) && frame != state.frame {
+                out.push(Command::Frame(frame));
+            }
+        }
+        for of in Keyed::ALL {
+            self.keys_ui(ui, sight, of, &track, out);
+        }
     }
-    if let Some(at) = response.interact_pointer_pos() {
-        let frame = frame_at(at.x, track, state.frames);
-        if (response.clicked() || response.dragged()) && frame != state.frame {
-            out.push(Command::Frame(frame));
+
+    /// A row of keys: the yaw's above the track, the intensity's below it.
+    fn keys_ui(
+        &mut self,
+        ui: &Ui,
+        sight: &Sight,
+        of: Keyed,
+        track: &Track,
+        out: &mut Vec<Command>,
+    ) {
+        let state = sight.state;
+        let row = match of {
+            Keyed::Yaw => track.rect.top() + DIAMOND,
+            Keyed::Intensity => track.rect.bottom() - DIAMOND,
+        };
+        for (index, key) in state.look.keys(of).keys().iter().enumerate() {
+            let frame = key.frame.round().max(0.0) as usize;
+            let dragged = self
+                .dragged
+                .filter(|&(what, i, _)| (what, i) == (of, index));
+            let shown = dragged.map_or(frame, |(.., over)| over);
+            let at = pos2(track.span(shown, 0.0, 0.0).center().x, row);
+            let spot = Rect::from_center_size(at, egui::Vec2::splat(2.5 * DIAMOND));
+            let id = ui.scope_id().with(("key", of, index));
+            let response = ui.interact(spot, id, Sense::click_and_drag());
+            let name = format!("{} key at frame {frame}", of.name());
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
+            let is_held = response.hovered() || response.has_focus() || dragged.is_some();
+            let color = if is_held {
+                Color32::WHITE
+            } else {
+                theme::ACCENT
+            };
+            diamond(ui.painter(), at, true, color);
+            if response.clicked() {
+                response.request_focus();
+                out.push(Command::Frame(frame));
+            }
+            if let Some(to) = response
+                .interact_pointer_pos()
+                .filter(|_| response.dragged())
+            {
+                self.dragged = Some((of, index, track.frame_at(to.x)));
+            }
+            if response.drag_stopped()
+                && let Some((.., to)) = self.dragged.take()
+                && to != frame
+            {
+                let frame = to;
+                out.push(Command::MoveKey { of, index, frame });
+            }
+            let delete = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
+            if response.has_focus() && (delete(Key::Delete) || delete(Key::Backspace)) {
+                out.push(Command::RemoveKey { of, index });
+            }
+            response.context_menu(|ui| menu_ui(ui, sight, of, index, out));
+            response.on_hover_text(format!(
+                "{name}: {:.2}. Click to go there, drag to move it, Delete takes it away",
+                key.value
+            ));
         }
     }
 }
 
-fn frame_at(x: f32, track: Rect, frames: usize) -> usize {
-    let share = ((x - track.left()) / track.width().max(1.0)).clamp(0.0, 1.0);
-    ((share * frames as f32) as usize).min(frames.saturating_sub(1))
+/// What can be done to a key and to its row.
+fn menu_ui(ui: &mut Ui, sight: &Sight, of: Keyed, index: usize, out: &mut Vec<Command>) {
+    if ui.button("Remove the key").clicked() {
+        out.push(Command::RemoveKey { of, index });
+        ui.close();
+    }
+    let now = sight.state.look.keys(of).interpolation;
+    for (kind, name) in [
+        (Interpolation::Smooth, "smoothly"),
+        (Interpolation::Linear, "evenly, with corners"),
+    ] {
+        let text = format!("{} goes {name}", of.name());
+        if ui.radio(kind == now, text).clicked() {
+            out.push(Command::Interpolate(of, kind));
+            ui.close();
+        }
+    }
+}
+
+/// A key, filled or as an outline.
+pub fn diamond(painter: &Painter, at: Pos2, filled: bool, color: Color32) {
+    let corners = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)];
+    let corners = corners.map(|(x, y)| at + DIAMOND * vec2(x, y)).to_vec();
+    let (fill, edge) = if filled {
+        (color, Color32::BLACK)
+    } else {
+        (Color32::TRANSPARENT, color)
+    };
+    painter.add(egui::Shape::convex_polygon(
+        corners,
+        fill,
+        Stroke::new(1.0, edge),
+    ));
+}
+
+/// Where the frames are.
+struct Track {
+    rect: Rect,
+    frames: usize,
+}
+
+impl Track {
+    /// A frame's part, from `top` to `bottom` below the bar's upper edge.
+    fn span(&self, frame: usize, top: f32, bottom: f32) -> Rect {
+        let cell = self.rect.width() / self.frames.max(1) as f32;
+        let left = self.rect.left() + frame as f32 * cell;
+        Rect::from_min_max(
+            pos2(left, self.rect.top() + top),
+            pos2(left + cell, self.rect.top() + bottom),
+        )
+    }
+
+    fn frame_at(&self, x: f32) -> usize {
+        let share = ((x - self.rect.left()) / self.rect.width().max(1.0)).clamp(0.0, 1.0);
+        ((share * self.frames as f32) as usize).min(self.frames.saturating_sub(1))
+    }
 }

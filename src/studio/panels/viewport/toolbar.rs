@@ -14,8 +14,11 @@ pub fn name(with: &With, sight: &Sight) -> String {
     match with {
         With::Plate => "interview frame".to_owned(),
         With::Environment(origin) => {
-            let entry = sight.environments.iter().find(|e| e.origin == *origin);
-            entry.map_or_else(|| origin.to_string(), |entry| entry.name.clone())
+            let entry = sight
+                .environments
+                .iter()
+                .find(|e| e.listed.origin == *origin);
+            entry.map_or_else(|| origin.to_string(), |entry| entry.listed.name.clone())
         }
         With::Exemplar(pose) => {
             let poses = sight.project.map(|p| &p.settings.shoot.poses);
@@ -84,8 +87,8 @@ fn compare_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         ui.menu_button("Environment", |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| {
                 for entry in sight.environments.iter().filter(|e| e.panorama.is_done()) {
-                    if ui.button(&entry.name).clicked() {
-                        out.push(against(With::Environment(entry.origin.clone())));
+                    if ui.button(&entry.listed.name).clicked() {
+                        out.push(against(With::Environment(entry.listed.origin.clone())));
                     }
                 }
             });

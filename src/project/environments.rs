@@ -1,0 +1,243 @@
+//! The environments of a project: the shoot's, and those that a person added; and which way is front in each.
+
+use super::Project;
+use crate::error::{Error, Result};
+use crate::light::built_in;
+use crate::light::conventions::Front;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf, absolute};
+
+/// A lat-long panorama file and its name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NamedEnvironment {
+    pub name: String,
+    /// Where it is, relative to the folder that the list says, or absolute.
+    pub file: PathBuf,
+    /// Which way is front in it, in degrees of yaw, once the person has said so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub front: Option<Front>,
+}
+
+impl NamedEnvironment {
+    /// Which way is front: this program's convention until the person has said another.
+    pub fn front(&self) -> Front {
+        self.front.unwrap_or_default()
+    }
+}
+
+/// What is done to a project's environments.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EnvironmentChange {
+    /// Files to add.
+    pub add: Vec<PathBuf>,
+    /// Which way is front in `add` and in `of`.
+    pub front: Option<Front>,
+    /// Names or files of environments that are there, which `front` is for.
+    pub of: Vec<PathBuf>,
+    /// Names or files of added environments to take out. The files stay.
+    pub remove: Vec<PathBuf>,
+}
+
+/// An environment of a project as it is found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KnownEnvironment {
+    pub name: String,
+    /// Its file, below the project's folder as that was given, or absolute.
+    pub file: PathBuf,
+    /// Which way is front in it, where the person has said so.
+    pub front: Option<Front>,
+    /// Whether a person added it; the others are the shoot's.
+    pub added: bool,
+    /// Whether its file is not there.
+    pub missing: bool,
+}
+
+impl KnownEnvironment {
+    /// What is missing, and what to do; none where the file is there.
+    pub fn complaint(&self) -> Option<String> {
+        self.missing.then(|| {
+            format!(
+                "The environment {} is not where it was: there is no {}. It stays in the list; bring the file \
+                 back, or remove the environment and add it from where it is now",
+                self.name,
+                self.file.display()
+            )
+        })
+    }
+}
+
+impl Project {
+    /// All environments: the shoot's, then those that were added.
+    pub fn environments(&self) -> Vec<KnownEnvironment> {
+        let known = |named: &NamedEnvironment, file: PathBuf, added| KnownEnvironment {
+            name: named.name.clone(),
+            missing: !file.exists(),
+            file,
+            front: named.front,
+            added,
+        };
+        let shoots = self.settings.shoot.environments.iter();
+        let added = self.settings.environments.iter();
+        shoots
+            .map(|e| known(e, self.shoot_path(&e.file), false))
+            .chain(added.map(|e| known(e, self.root.join(&e.file), true)))
+            .collect()
+    }
+
+    /// The environment of this name, or else of this file.
+    pub fn environment(&self, wanted: &Path) -> Option<KnownEnvironment> {
+        let known = self.environments();
+        let place = self.place(&known, wanted)?;
+        known.into_iter().nth(place)
+    }
+
+    /// Adds a panorama's file, or finds that it is there; `front` is what the person has said of it, if
+    /// anything. The name is the file's stem, with a number where that is taken.
+    pub fn add_environment(&mut self, file: &Path, front: Option<Front>) {
+        let known = self.environments();
+        let same = |e: &KnownEnvironment| resolved(&e.file) == resolved(file);
+        match known.iter().position(same) {
+            Some(place) => {
+                let entry = self.entry(place);
+                entry.front = front.or(entry.front);
+            }
+            None => {
+                let names = known.iter().map(|e| e.name.as_str());
+                let entry = NamedEnvironment {
+                    name: free_name(file, names),
+                    file: self.path_to_keep(file),
+                    front,
+                };
+                self.settings.environments.push(entry);
+            }
+        }
+    }
+
+    /// Says which way is front in the environment of this name or file.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn set_front(&mut self, wanted: &Path, front: Option<Front>) -> Result<()> {
+        let known = self.environments();
+        let place = self.place(&known, wanted);
+        let place = place.ok_or_else(|| unknown(&known, wanted))?;
+        self.entry(place).front = front;
+        Ok(())
+    }
+
+    /// Takes the added environment of this name or file out of the list.
+    ///
+    /// # Errors
+    /// When there is none, or it is the shoot's or built in: those stay.
+    pub fn remove_environment(&mut self, wanted: &Path) -> Result<()> {
+        let known = self.environments();
+        let Some(place) = self.place(&known, wanted) else {
+            return Err(unknown(&known, wanted));
+        };
+        let Some(added) = place.checked_sub(self.settings.shoot.environments.len()) else {
+            return Err(Error::unexpected(
+                format!("the environment {}", wanted.display()),
+                "one that was added",
+                "one of the shoot's",
+                "Leave it: what belongs to the shoot stays in the list",
+            ));
+        };
+        self.settings.environments.remove(added);
+        Ok(())
+    }
+
+    /// Does what was asked.
+    ///
+    /// # Errors
+    /// When a file that is to be added is not there, or an environment that is to be changed is unknown or
+    /// the shoot's.
+    pub fn apply(&mut self, change: &EnvironmentChange) -> Result<()> {
+        for file in &change.add {
+            if !file.is_file() {
+                return Err(Error::file(
+                    "add",
+                    file,
+                    "there is no such file",
+                    "Check the path",
+                ));
+            }
+            self.add_environment(file, change.front);
+        }
+        for wanted in &change.of {
+            self.set_front(wanted, change.front)?;
+        }
+        for wanted in &change.remove {
+            self.remove_environment(wanted)?;
+        }
+        Ok(())
+    }
+
+    fn place(&self, known: &[KnownEnvironment], wanted: &Path) -> Option<usize> {
+        let named = known.iter().position(|e| Path::new(&e.name) == wanted);
+        let same = |e: &KnownEnvironment| resolved(&e.file) == resolved(wanted);
+        named.or_else(|| known.iter().position(same))
+    }
+
+    /// The entry at a place of [`Self::environments`].
+    fn entry(&mut self, place: usize) -> &mut NamedEnvironment {
+        let shoots = self.settings.shoot.environments.len();
+        match place.checked_sub(shoots) {
+            Some(added) => &mut self.settings.environments[added],
+            None => &mut self.settings.shoot.environments[place],
+        }
+    }
+
+    /// How a file is written down: relative to the project's folder where it is below that or the shoot's, so
+    /// that both can be moved together.
+    fn path_to_keep(&self, file: &Path) -> PathBuf {
+        let file = resolved(file);
+        let below = |folder: &Path| {
+            let folder = folder.canonicalize().ok()?;
+            file.strip_prefix(folder).ok().map(Path::to_path_buf)
+        };
+        let shoot = &self.settings.shoot.folder;
+        let from_shoot = || Some(shoot.join(below(&self.root.join(shoot))?));
+        below(&self.root).or_else(from_shoot).unwrap_or(file)
+    }
+}
+
+/// The file's stem, with a number where an environment has that name, or one that is built in.
+pub fn free_name<'a>(file: &Path, taken: impl Iterator<Item = &'a str> + Clone) -> String {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    let built_in = || {
+        built_in::all()
+            .into_iter()
+            .flat_map(|own| [own.name, own.title])
+    };
+    let is_free = |name: &str| {
+        let same = |other: &str| other.eq_ignore_ascii_case(name);
+        !built_in().any(same) && !taken.clone().any(same)
+    };
+    std::iter::once(stem.to_string())
+        .chain((2u32..).map(|n| format!("{stem} {n}")))
+        .find(|name| is_free(name))
+        .unwrap_or_default()
+}
+
+/// The absolute path of a file, without links on the way to it; it need not be there.
+fn resolved(file: &Path) -> PathBuf {
+    let full = absolute(file).unwrap_or_else(|_| file.to_path_buf());
+    let folder = full.parent().and_then(|folder| folder.canonicalize().ok());
+    match (folder, full.file_name()) {
+        (Some(folder), Some(name)) => folder.join(name),
+        _ => full,
+    }
+}
+
+fn unknown(known: &[KnownEnvironment], wanted: &Path) -> Error {
+    let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).collect();
+    Error::unexpected(
+        format!("the environment {}", wanted.display()),
+        format!("one of the project's ({})", names.join(", ")),
+        "none of them",
+        "Check the name, or add the file first",
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,228 @@
+//! What has keyframes: its value at the shown frame follows them, and changing the value sets a key there.
+
+use super::command::Command;
+use super::state::Look;
+use crate::light::keyframes::Keyframes;
+
+/// A setting that can change over the clip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Keyed {
+    Yaw,
+    Intensity,
+}
+
+impl Keyed {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Yaw, Self::Intensity];
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Yaw => "Yaw",
+            Self::Intensity => "Intensity",
+        }
+    }
+}
+
+impl Look {
+    /// The keys of a setting.
+    pub fn keys(&self, of: Keyed) -> &Keyframes {
+        match of {
+            Keyed::Yaw => &self.yaw_keys,
+            Keyed::Intensity => &self.intensity_keys,
+        }
+    }
+
+    fn keys_mut(&mut self, of: Keyed) -> &mut Keyframes {
+        match of {
+            Keyed::Yaw => &mut self.yaw_keys,
+            Keyed::Intensity => &mut self.intensity_keys,
+        }
+    }
+
+    /// Whether a setting has any keys.
+    pub fn is_keyed(&self, of: Keyed) -> bool {
+        !self.keys(of).keys().is_empty()
+    }
+
+    /// The place in the order of the key at a frame.
+    pub fn key_at(&self, of: Keyed, frame: usize) -> Option<usize> {
+        let keys = self.keys(of).keys();
+        keys.iter().position(|key| key.frame == frame as f64)
+    }
+
+    fn value(&self, of: Keyed) -> f32 {
+        match of {
+            Keyed::Yaw => self.yaw_deg,
+            Keyed::Intensity => self.lighting.intensity_stops,
+        }
+    }
+
+    fn value_mut(&mut self, of: Keyed) -> &mut f32 {
+        match of {
+            Keyed::Yaw => &mut self.yaw_deg,
+            Keyed::Intensity => &mut self.lighting.intensity_stops,
+        }
+    }
+
+    /// Brings what has keys to its value at a frame.
+    pub(super) fn follow(&mut self, frame: usize) {
+        for of in Keyed::ALL {
+            if let Some(value) = self.keys(of).at(frame as f64) {
+                *self.value_mut(of) = value as f32;
+            }
+        }
+    }
+
+    /// Sets a key at a frame wherever the value of what has keys is another than `before`.
+    pub(super) fn note(&mut self, before: &Self, frame: usize) {
+        for of in Keyed::ALL {
+            let value = self.value(of);
+            if self.is_keyed(of) && value != before.value(of) && self.keys(of) == before.keys(of) {
+                // A value that is no number is not kept: the keys stay.
+                let _ = self.keys_mut(of).insert(frame as f64, f64::from(value));
+            }
+        }
+    }
+
+    /// Does what a command asks of the keys, at the shown frame.
+    pub(super) fn change_keys(&mut self, command: &Command, frame: usize) {
+        match *command {
+            Command::ToggleKey(of) => match self.key_at(of, frame) {
+                Some(index) => drop(self.keys_mut(of).remove(index)),
+                None => {
+                    let value = f64::from(self.value(of));
+                    // As above.
+                    let _ = self.keys_mut(of).insert(frame as f64, value);
+                }
+            },
+            Command::RemoveKey { of, index } => drop(self.keys_mut(of).remove(index)),
+            Command::MoveKey { of, index, frame } => {
+                if let Some(key) = self.keys(of).keys().get(index).copied() {
+                    // The key is there and its value is one, so nothing can fail.
+                    let _ = self.keys_mut(of).shift(index, frame as f64, key.value);
+                }
+            }
+            Command::Interpolate(of, interpolation) => {
+                self.keys_mut(of).interpolation = interpolation;
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::state::State;
+    use super::*;
+    use crate::light::Lighting;
+    use crate::light::keyframes::Interpolation;
+
+    fn at(state: &mut State, frame: usize, command: Command) {
+        state.apply(&Command::Frame(frame));
+        state.release();
+        state.apply(&command);
+        state.release();
+    }
+
+    fn frames(state: &State, of: Keyed) -> Vec<f64> {
+        state.look.keys(of).keys().iter().map(|k| k.frame).collect()
+    }
+
+    #[test]
+    fn a_change_of_what_has_keys_sets_a_key_at_the_shown_frame() {
+        let mut s = State::new(11, 24.0);
+        s.apply(&Command::Yaw(10.0));
+        s.apply(&Command::Frame(4));
+        assert!(!s.look.is_keyed(Keyed::Yaw), "a value alone is no key");
+        s.apply(&Command::ToggleKey(Keyed::Yaw));
+        // Beyond half a turn: the light goes all the way, not back.
+        at(&mut s, 8, Command::Yaw(400.0));
+        at(&mut s, 6, Command::Turn(5.0));
+        assert_eq!(frames(&s, Keyed::Yaw), [4.0, 6.0, 8.0]);
+        let yaws: Vec<f32> = [0, 4, 6, 8, 10]
+            .map(|frame| {
+                s.apply(&Command::Frame(frame));
+                s.scene().yaw_deg
+            })
+            .into();
+        assert_eq!(yaws, [10.0, 10.0, 210.0, 400.0, 400.0]);
+        for expected in [vec![4.0, 8.0], vec![4.0], vec![]] {
+            s.apply(&Command::Undo);
+            assert_eq!(frames(&s, Keyed::Yaw), expected);
+        }
+        assert_eq!(s.look.yaw_deg, 10.0);
+    }
+
+    #[test]
+    fn going_through_the_frames_is_no_change() {
+        let mut s = State::new(11, 24.0);
+        s.apply(&Command::ToggleKey(Keyed::Yaw));
+        at(&mut s, 10, Command::Yaw(90.0));
+        s.apply(&Command::Frame(0));
+        let look = s.look.clone();
+        (0..11).for_each(|_| s.advance());
+        s.apply(&Command::LastFrame);
+        s.apply(&Command::StepFrame(-10));
+        assert_eq!(s.look, look);
+        (0..2).for_each(|_| s.apply(&Command::Undo));
+        assert!(!s.can_undo());
+    }
+
+    #[test]
+    fn intensity_has_keys_of_its_own_and_other_settings_of_the_light_set_none() {
+        let mut s = State::new(11, 24.0);
+        let intensity = |s: &State, stops: f32| {
+            Command::Lighting(Box::new(Lighting {
+                intensity_stops: stops,
+                ..s.look.lighting.clone()
+            }))
+        };
+        s.apply(&Command::ToggleKey(Keyed::Intensity));
+        let brighter = intensity(&s, 2.0);
+        at(&mut s, 10, brighter);
+        s.apply(&Command::Interpolate(
+            Keyed::Intensity,
+            Interpolation::Linear,
+        ));
+        s.apply(&Command::Frame(5));
+        assert_eq!(s.scene().lighting.intensity_stops, 1.0);
+        let warmer = Lighting {
+            temperature_k: 4000.0,
+            ..s.look.lighting.clone()
+        };
+        s.apply(&Command::Lighting(Box::new(warmer)));
+        assert_eq!(frames(&s, Keyed::Intensity), [0.0, 10.0]);
+        let broken = intensity(&s, f32::NAN);
+        s.apply(&broken);
+        assert_eq!(s.look.lighting.intensity_stops, 1.0);
+        assert_eq!(frames(&s, Keyed::Intensity), [0.0, 10.0]);
+    }
+
+    #[test]
+    fn keys_are_moved_and_removed_and_a_key_gives_way_to_the_one_that_is_moved_there() {
+        let mut s = State::new(11, 24.0);
+        for frame in [2, 5, 9] {
+            at(&mut s, frame, Command::ToggleKey(Keyed::Yaw));
+        }
+        let of = Keyed::Yaw;
+        s.apply(&Command::MoveKey {
+            of,
+            index: 0,
+            frame: 7,
+        });
+        assert_eq!(frames(&s, of), [5.0, 7.0, 9.0]);
+        s.release();
+        s.apply(&Command::MoveKey {
+            of,
+            index: 2,
+            frame: 5,
+        });
+        assert_eq!(frames(&s, of), [5.0, 7.0]);
+        s.apply(&Command::RemoveKey { of, index: 0 });
+        s.apply(&Command::RemoveKey { of, index: 9 });
+        assert_eq!(frames(&s, of), [7.0]);
+        at(&mut s, 7, Command::ToggleKey(of));
+        assert!(!s.look.is_keyed(of));
+    }
+}

@@ -1,0 +1,218 @@
+//! The chosen panorama as the subject sees it, with its brightest areas and the lights placed by hand.
+
+use super::environments::panorama_ui;
+use super::front;
+use crate::light::brightest::Area;
+use crate::light::{Environment, PlacedLight, latlong};
+use crate::studio::command::Command;
+use crate::studio::keys;
+use crate::studio::panel::{Entry, Reading, Sight};
+use crate::studio::theme;
+use egui::{
+    Color32, EventFilter, Key, Pos2, Rect, Sense, Stroke, TextureHandle, TextureOptions, Ui, Vec2,
+    pos2, vec2,
+};
+use glam::Quat;
+use std::sync::Arc;
+
+/// Radius of a light's dot on the panorama in points.
+const DOT: f32 = 6.0;
+/// How far an arrow key moves a light, in degrees; with Shift ten times as far.
+const STEP_DEG: f32 = 1.0;
+
+/// The picture, and the texture of a panorama that is turned about more than the vertical.
+#[derive(Default)]
+pub struct Preview {
+    turned: Option<Turned>,
+}
+
+struct Turned {
+    environment: Arc<Environment>,
+    turn: Quat,
+    texture: TextureHandle,
+}
+
+impl Preview {
+    /// Dragging the panorama turns it, dragging a light moves that. While the person is `asked` which way is
+    /// front, a click answers.
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, asked: bool, out: &mut Vec<Command>) {
+        let look = &sight.state.look;
+        let width = ui.available_width();
+        let sense = if asked {
+            Sense::click_and_drag()
+        } else {
+            Sense::drag()
+        };
+        let (rect, response) = ui.allocate_exact_size(vec2(width, width / 2.0), sense);
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Environment"));
+        ui.painter().rect_filled(rect, 2.0, theme::WELL);
+        let yaw_deg = look.front().turned(look.yaw_deg);
+        let turn = look.lighting.turn(yaw_deg);
+        let mut areas: &[Area] = &[];
+        if let Some(entry) = sight.environment() {
+            if look.lighting.tilt() == Quat::IDENTITY {
+                panorama_ui(ui, entry, rect, yaw_deg);
+            } else {
+                self.turned_ui(ui, entry, rect, turn);
+            }
+            if let Reading::Done { panorama, .. } = &entry.panorama {
+                areas = &panorama.areas;
+            }
+        }
+        // What is behind the subject: between these ticks, the column that the camera looks at.
+        let tick = Stroke::new(2.0, theme::ACCENT);
+        ui.painter()
+            .vline(rect.center().x, rect.top()..=rect.top() + 8.0, tick);
+        ui.painter()
+            .vline(rect.center().x, rect.bottom() - 8.0..=rect.bottom(), tick);
+        if response.dragged() {
+            // The content follows the hand.
+            out.push(Command::Turn(response.drag_delta().x / width * 360.0));
+        }
+        areas_ui(ui, sight, rect, areas, turn);
+        if asked {
+            front::marks_ui(ui, sight, rect, &response, turn, out);
+        }
+        response
+            .on_hover_cursor(egui::CursorIcon::ResizeHorizontal)
+            .on_hover_text(
+                "What lights the subject. The ticks mark what is behind the subject; drag to turn it.",
+            );
+        for (i, light) in look.lighting.placed.iter().enumerate() {
+            if let Some(moved) = dot_ui(ui, rect, i, light) {
+                let mut lighting = look.lighting.clone();
+                lighting.placed[i] = moved;
+                out.push(Command::Lighting(Box::new(lighting)));
+            }
+        }
+    }
+
+    /// The panorama under any turn.
+    fn turned_ui(&mut self, ui: &Ui, entry: &Entry, rect: Rect, turn: Quat) {
+        let Reading::Done { panorama, .. } = &entry.panorama else {
+            return;
+        };
+        let environment = &panorama.environment;
+        let is_this =
+            |known: &Turned| known.turn == turn && Arc::ptr_eq(&known.environment, environment);
+        let turned = match self.turned.take().filter(is_this) {
+            Some(turned) => turned,
+            None => {
+                let small = panorama.thumbnail.turned(turn);
+                let picture = egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
+                Turned {
+                    environment: environment.clone(),
+                    turn,
+                    texture: ui
+                        .ctx()
+                        .load_texture("turned", picture, TextureOptions::LINEAR),
+                }
+            }
+        };
+        let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+        ui.painter()
+            .image(turned.texture.id(), rect, whole, Color32::WHITE);
+        self.turned = Some(turned);
+    }
+}
+
+/// The brightest areas where the turn brings them, with what each gives to which lamp.
+fn areas_ui(ui: &Ui, sight: &Sight, rect: Rect, areas: &[Area], turn: Quat) {
+    for (rank, area) in areas.iter().enumerate() {
+        let at = place(rect, turn * area.direction);
+        let rig = sight.relit.map(|relit| &relit.rig);
+        let lamp = rig.and_then(|rig| Some((rig, area.lamp(rig, turn)?)));
+        let on = lamp.map_or(String::new(), |(rig, (lamp, off_deg))| {
+            format!(", falls on {}, {off_deg:.0}° from it", rig.lamps[lamp].name)
+        });
+        let hint = format!(
+            "Brightest area {} of {}: {:.0} % of the light, {:.1}° across{on}",
+            rank + 1,
+            areas.len(),
+            100.0 * area.share,
+            2.0 * area.radius_deg()
+        );
+        let spot = Rect::from_center_size(at, Vec2::splat(2.0 * DOT)).intersect(rect);
+        ui.painter()
+            .circle_stroke(at, DOT - 1.5, Stroke::new(2.5, Color32::BLACK));
+        ui.painter()
+            .circle_stroke(at, DOT - 1.5, Stroke::new(1.0, Color32::WHITE));
+        let response = ui.interact(spot, ui.scope_id().with(("area", rank)), Sense::hover());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &hint));
+        response.on_hover_text(&hint);
+    }
+}
+
+/// A placed light's dot; the light where it was moved to, by dragging or by the arrow keys.
+fn dot_ui(ui: &Ui, rect: Rect, number: usize, light: &PlacedLight) -> Option<PlacedLight> {
+    let at = place(rect, light.direction());
+    let spot = Rect::from_center_size(at, Vec2::splat(2.5 * DOT));
+    let id = ui.scope_id().with(("light", number));
+    let response = ui.interact(spot, id, Sense::click_and_drag());
+    let name = format!("Light {} on the panorama", number + 1);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, &name));
+    if response.clicked() || response.drag_started() {
+        response.request_focus();
+    }
+    let fill = if light.enabled {
+        theme::ACCENT
+    } else {
+        theme::QUIET
+    };
+    let edge = if response.has_focus() {
+        Stroke::new(2.0, Color32::WHITE)
+    } else {
+        Stroke::new(1.5, Color32::BLACK)
+    };
+    ui.painter().circle(at, DOT, fill, edge);
+    let dragged = response
+        .interact_pointer_pos()
+        .filter(|_| response.dragged())
+        .map(|to| {
+            let (u, v) = share(rect, to);
+            (u * 360.0 - 180.0, 90.0 - v * 180.0)
+        });
+    let stepped = response.has_focus().then(|| arrows(ui, id)).flatten();
+    response.on_hover_text(format!(
+        "{name}: drag it to where it should stand, or click it and use the arrow keys, with Shift in steps of 10°"
+    ));
+    let stepped = stepped.map(|by| (light.yaw_deg + by.x, light.pitch_deg + by.y));
+    dragged.or(stepped).map(|(yaw_deg, pitch_deg)| PlacedLight {
+        // The azimuth goes around, the elevation ends at the poles.
+        yaw_deg: 180.0 - (180.0 - yaw_deg).rem_euclid(360.0),
+        pitch_deg: pitch_deg.clamp(-90.0, 90.0),
+        ..light.clone()
+    })
+}
+
+/// How far the arrow keys move what has the focus, in degrees to the right and up.
+fn arrows(ui: &Ui, id: egui::Id) -> Option<Vec2> {
+    keys::leave_arrows(ui.ctx(), id);
+    let all = EventFilter {
+        horizontal_arrows: true,
+        vertical_arrows: true,
+        ..EventFilter::default()
+    };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(id, all));
+    let by = ui.input(|input| {
+        let presses = |key| input.num_presses(key) as f32;
+        let step = STEP_DEG * if input.modifiers.shift { 10.0 } else { 1.0 };
+        step * vec2(
+            presses(Key::ArrowRight) - presses(Key::ArrowLeft),
+            presses(Key::ArrowUp) - presses(Key::ArrowDown),
+        )
+    });
+    (by != Vec2::ZERO).then_some(by)
+}
+
+/// Where a direction is on the panorama.
+pub fn place(rect: Rect, direction: glam::Vec3) -> Pos2 {
+    let (u, v) = latlong::uv_from_direction(direction);
+    rect.min + vec2(u.rem_euclid(1.0), v) * rect.size()
+}
+
+/// Which place of the panorama is at a point, at most at its edge.
+pub fn share(rect: Rect, at: Pos2) -> (f32, f32) {
+    let share = (at - rect.min) / rect.size();
+    (share.x.clamp(0.0, 1.0), share.y.clamp(0.0, 1.0))
+}

@@ -1,0 +1,192 @@
+//! Environments that a person adds: asked about, kept, removed, missing.
+
+use super::{Window, clay, until, until_shown, window};
+use afterlight::imaging::{Image, file::write_exr};
+use afterlight::light::conventions::{Front, Tool};
+use afterlight::project::Project;
+use afterlight::studio::StudioApp;
+use egui::{DroppedFile, Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+const QUESTION: &str = "Which way is front in this file?";
+
+/// A window on the project in `folder` as that is on the disk.
+fn open(folder: &Path) -> Window {
+    let project = Project::open(folder).unwrap();
+    let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+    until(&mut window, "panoramas", |app| {
+        app.environments().iter().all(|e| !e.panorama.is_waiting())
+    });
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some()
+    });
+    window
+}
+
+/// A project in `folder`, and a panorama of a lamp in a yard beside it.
+fn project_and_yard(folder: &Path) -> (PathBuf, PathBuf) {
+    let home = folder.join("film");
+    std::fs::create_dir(&home).unwrap();
+    let project = clay::project(&home, clay::environments(&home));
+    project.save().unwrap();
+    let lamp = |x: usize, y: usize| (10..14).contains(&x) && (8..12).contains(&y);
+    let yard = Image::from_fn(64, 32, |x, y| [if lamp(x, y) { 40.0 } else { 0.2 }; 3]);
+    let file = folder.join("yard.exr");
+    write_exr(&file, &yard).unwrap();
+    (home, file)
+}
+
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
+    }
+}
+
+fn drop_file(window: &mut Window, file: PathBuf) {
+    window
+        .input_mut()
+        .dropped_files
+        .push(Arc::new(Dropped(file)));
+    window.run_steps(2);
+    until_shown(window);
+}
+
+#[test]
+fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let (home, yard) = project_and_yard(folder.path());
+    let mut window = open(&home);
+    assert!(
+        window.query_by_label(QUESTION).is_none(),
+        "the shoot's need no answer"
+    );
+    drop_file(&mut window, yard.clone());
+    assert_eq!(window.state().relit().unwrap().environment, "yard");
+    window.get_by_label(QUESTION);
+    let before = super::picture(&window);
+
+    window.get_by_label_contains("three.js, Blender").click();
+    until_shown(&mut window);
+    assert!(window.query_by_label(QUESTION).is_none());
+    let front = Front::of(Tool::Blender);
+    assert_eq!(
+        window.state().relit().unwrap().scene.yaw_deg,
+        front.yaw_deg()
+    );
+    assert_eq!(window.state().state().look.yaw_deg, 0.0, "it is no turn");
+    let answered = super::picture(&window);
+    assert_ne!(answered, before);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut window);
+    assert_eq!(super::picture(&window), before);
+    window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    until_shown(&mut window);
+
+    // Closing waits for what has to be written.
+    drop(window);
+    let kept = Project::open(&home).unwrap().environment(&yard).unwrap();
+    assert_eq!(
+        (kept.name.as_str(), kept.front, kept.added),
+        ("yard", Some(front), true)
+    );
+    let mut window = open(&home);
+    window.get_by_label("yard").click();
+    until_shown(&mut window);
+    assert_eq!(super::picture(&window), answered);
+    assert!(window.query_by_label(QUESTION).is_none());
+}
+
+#[test]
+fn a_click_on_the_panorama_says_where_front_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (home, yard) = project_and_yard(folder.path());
+    let mut window = open(&home);
+    drop_file(&mut window, yard);
+    let panorama = window.get_by_label("Environment").rect();
+    let lamp = panorama.min + egui::vec2(12.0 / 64.0, 10.0 / 32.0) * panorama.size();
+    window.hover_at(lamp);
+    window.drag_at(lamp);
+    window.drop_at(lamp);
+    window.run_steps(2);
+    until_shown(&mut window);
+    let look = &window.state().state().look;
+    let front = look.front().yaw_deg();
+    assert!((front - 360.0 * (0.5 - 12.0 / 64.0)).abs() < 2.0, "{front}");
+}
+
+#[test]
+fn an_added_environment_is_removed_and_brought_back_and_the_project_follows() {
+    let folder = tempfile::tempdir().unwrap();
+    let (home, yard) = project_and_yard(folder.path());
+    let mut window = open(&home);
+    assert!(
+        window.query_by_label_contains("Remove").is_none(),
+        "the shoot's stay"
+    );
+    drop_file(&mut window, yard.clone());
+    let listed = window.state().environments().len();
+    window.get_by_label("Remove yard").click();
+    until_shown(&mut window);
+    assert_eq!(window.state().environments().len(), listed - 1);
+    assert_ne!(window.state().relit().unwrap().environment, "yard");
+    assert!(window.query_by_label("yard").is_none());
+    drop(window);
+    assert!(Project::open(&home).unwrap().environment(&yard).is_none());
+
+    let mut window = open(&home);
+    drop_file(&mut window, yard.clone());
+    window.get_by_label("Remove yard").click();
+    until_shown(&mut window);
+    // What the command line adds in the meantime stays.
+    let other = folder.path().join("other.exr");
+    std::fs::copy(&yard, &other).unwrap();
+    Project::change(&home, |project| {
+        project.add_environment(&other, None);
+        Ok(())
+    })
+    .unwrap();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    until_shown(&mut window);
+    assert_eq!(window.state().relit().unwrap().environment, "yard");
+    drop(window);
+    let project = Project::open(&home).unwrap();
+    assert!(
+        [&yard, &other]
+            .iter()
+            .all(|file| project.environment(file).is_some())
+    );
+    assert!(yard.exists());
+}
+
+#[test]
+fn a_file_that_is_gone_is_named_and_stays_in_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let (home, yard) = project_and_yard(folder.path());
+    Project::change(&home, |project| {
+        project.add_environment(&yard, Some(Front::default()));
+        Ok(())
+    })
+    .unwrap();
+    std::fs::remove_file(&yard).unwrap();
+    let mut window = open(&home);
+    window.get_by_label_contains("yard.exr. It stays in the list");
+    window.get_by_label("yard").click();
+    window.run_steps(3);
+    let named = window.query_all_by_label_contains("yard.exr");
+    assert_eq!(
+        named.count(),
+        2,
+        "in the line at the bottom and over the picture"
+    );
+    drop(window);
+    assert!(Project::open(&home).unwrap().environment(&yard).is_some());
+}
