@@ -311,6 +311,7 @@ pub(crate) mod tests {
                     environments: vec![],
                     lamp_layout: vec![],
                 },
+                environments: vec![],
             },
         }
     }
