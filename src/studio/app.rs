@@ -3,6 +3,7 @@
 
 use super::command::Command;
 use super::compare::{Compare, With};
+use super::kept::KeptLook;
 use super::layout::Pane;
 use super::news::{News, Phase};
 use super::palette::Palette;
@@ -55,6 +56,8 @@ pub struct StudioApp {
     /// The arrangement was changed by a drag that is not over yet.
     edited: bool,
     saver: Saver,
+    /// The look that was kept last.
+    kept: KeptLook,
     panes: Panes,
     palette: Palette,
     /// The panes that were drawn last.
@@ -137,6 +140,7 @@ impl StudioApp {
             preferences,
             edited: false,
             saver: Saver::start(wake),
+            kept: KeptLook::default(),
             panes: Panes::default(),
             palette: Palette::default(),
             shown: Vec::new(),
@@ -198,6 +202,14 @@ impl StudioApp {
         let (list, complaints) = self.shelf.open(&project);
         self.state.look.environments = list;
         complaints.into_iter().for_each(|it| self.news.say(it));
+        self.saver.settle();
+        match KeptLook::load(&project) {
+            Ok(kept) => kept
+                .into_iter()
+                .for_each(|kept| kept.apply(&mut self.state.look)),
+            Err(e) => self.news.fail(e.to_string()),
+        }
+        self.kept = KeptLook::of(&self.state.look);
         self.project = Some(project);
         // The old worker is joined beside the window: it may be amid a training step.
         if let Some(old) = self.worker.replace(worker) {
@@ -564,6 +576,19 @@ impl StudioApp {
         }
     }
 
+    /// Has the look written where it is another than before.
+    fn keep(&mut self) {
+        let Some(project) = &self.project else {
+            return;
+        };
+        // The value at a frame that is merely shown is no change where it has keys.
+        let look = KeptLook::of(&self.state.look);
+        if !self.state.playing && look != self.kept {
+            self.saver.save(KeptLook::path(project), look.text());
+            self.kept = look;
+        }
+    }
+
     fn panes_ui(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
         let mut shown = Shown {
             panes: &mut self.panes,
@@ -618,6 +643,7 @@ impl eframe::App for StudioApp {
         self.shelf.follow(&self.state.look.environments);
         if !self.ctx.input(|i| i.pointer.any_down()) {
             self.state.release();
+            self.keep();
             if std::mem::take(&mut self.edited) {
                 self.preferences.save(&self.saver);
             }

@@ -4,6 +4,7 @@
 mod app;
 mod command;
 mod compare;
+mod kept;
 mod keyed;
 mod keys;
 mod layout;

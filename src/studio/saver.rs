@@ -1,6 +1,7 @@
 //! Writes small files beside the window's thread, one after the other.
 
 use crate::imaging::file::write_beside;
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -8,40 +9,53 @@ use std::thread::JoinHandle;
 
 /// The thread that writes. Dropping it waits until everything is written.
 pub struct Saver {
-    files: Option<Sender<(PathBuf, String)>>,
+    tasks: Option<Sender<Task>>,
     failures: Receiver<String>,
     thread: Option<JoinHandle<()>>,
+}
+
+enum Task {
+    Write(PathBuf, String),
+    /// Tell when all before it is written.
+    Tell(Sender<()>),
 }
 
 impl Saver {
     /// Starts the thread; `wake` is called when something could not be written.
     pub fn start(wake: impl Fn() + Send + 'static) -> Self {
-        let (files, waiting) = channel::<(PathBuf, String)>();
+        let (tasks, waiting) = channel();
         let (fail, failures) = channel();
         let thread = std::thread::spawn(move || {
-            while let Ok((mut path, mut text)) = waiting.recv() {
+            while let Ok(first) = waiting.recv() {
+                let mut tasks: Vec<Task> =
+                    std::iter::once(first).chain(waiting.try_iter()).collect();
                 // Of several versions of one file the last is enough.
-                let mut next = None;
-                while let Ok(newer) = waiting.try_recv() {
-                    if newer.0 == path {
-                        (path, text) = newer;
-                    } else {
-                        next = Some(newer);
-                        break;
-                    }
-                }
-                for (path, text) in std::iter::once((path, text)).chain(next) {
-                    let written = write_beside(&path, |out| out.write_all(text.as_bytes()));
-                    if let Err(e) = written {
-                        // Nobody listens once the window is closed.
-                        let _ = fail.send(e.to_string());
-                        wake();
+                let mut seen = HashSet::new();
+                tasks.reverse();
+                tasks.retain(|task| match task {
+                    Task::Write(path, _) => seen.insert(path.clone()),
+                    Task::Tell(_) => true,
+                });
+                // Whoever waits is told after all of them.
+                tasks.sort_by_key(|task| matches!(task, Task::Tell(_)));
+                for task in tasks {
+                    match task {
+                        Task::Write(path, text) => {
+                            let written = write_beside(&path, |out| out.write_all(text.as_bytes()));
+                            if let Err(e) = written {
+                                // Nobody listens once the window is closed.
+                                let _ = fail.send(e.to_string());
+                                wake();
+                            }
+                        }
+                        // Whoever asked may have gone.
+                        Task::Tell(done) => drop(done.send(())),
                     }
                 }
             }
         });
         Self {
-            files: Some(files),
+            tasks: Some(tasks),
             failures,
             thread: Some(thread),
         }
@@ -49,9 +63,20 @@ impl Saver {
 
     /// Writes `text` to `path` soon, beside and renamed.
     pub fn save(&self, path: PathBuf, text: String) {
-        if let Some(files) = &self.files {
+        if let Some(tasks) = &self.tasks {
             // The thread ends with this struct.
-            let _ = files.send((path, text));
+            let _ = tasks.send(Task::Write(path, text));
+        }
+    }
+
+    /// Waits until all that was to be written has been tried: before a file is read that may be among it.
+    pub fn settle(&self) {
+        let (done, told) = channel();
+        if let Some(tasks) = &self.tasks
+            && tasks.send(Task::Tell(done)).is_ok()
+        {
+            // It fails where the thread is gone, and then there is nothing to wait for.
+            let _ = told.recv();
         }
     }
 
@@ -63,7 +88,7 @@ impl Saver {
 
 impl Drop for Saver {
     fn drop(&mut self) {
-        self.files = None;
+        self.tasks = None;
         if let Some(thread) = self.thread.take() {
             // A panic of the thread has been said on stderr.
             let _ = thread.join();
@@ -86,9 +111,12 @@ mod tests {
         // A file cannot stand below another file.
         std::fs::write(folder.path().join("c"), "").unwrap();
         saver.save(folder.path().join("c/d"), String::new());
-        let failure = saver.failures.recv().unwrap();
-        assert!(failure.contains("c/d"), "{failure}");
-        drop(saver);
+        saver.settle();
+        let failures: Vec<String> = saver.failures().collect();
+        assert!(
+            failures.len() == 1 && failures[0].contains("c/d"),
+            "{failures:?}"
+        );
         for name in ["a", "b"] {
             let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
             assert_eq!(text, "49");

@@ -46,7 +46,7 @@ pub struct Look {
 
 impl Look {
     /// Sets the yaw; one that has keys may go around any number of times.
-    fn turn_to(&mut self, degrees: f32) {
+    pub(super) fn turn_to(&mut self, degrees: f32) {
         if !degrees.is_finite() {
             return;
         }
