@@ -89,7 +89,9 @@ fn race(size: usize, options: &Options, compute: &ComputeDevice) -> Result<()> {
         }
     );
     sums(size, &full, &shoot, options, copied)?;
+    let bytes = size_of_val(&full.values[..]) as u64;
     let gpu = compute.gpu.as_ref();
+    let gpu = gpu.filter(|gpu| bytes <= gpu.device.limits().max_storage_buffer_binding_size);
     let on_gpu = gpu.map(|gpu| {
         let field = FieldBuffer::upload(&full, &gpu.device);
         (Field::Gpu(field, gpu.passes.clone()), copied_by_gpu(gpu))

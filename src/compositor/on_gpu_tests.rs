@@ -6,7 +6,7 @@ use super::smoothing::tests::after;
 use super::*;
 use crate::error::Result;
 use crate::imaging::{Encoded, Image};
-use crate::reflectance::FieldBuffer;
+use crate::reflectance::{FieldBuffer, ReflectanceField};
 use crate::scene::{Background, Channel, Effects, Inspection, Output, Scene, ViewTransform};
 use std::sync::Arc;
 
@@ -309,4 +309,17 @@ fn what_does_not_fit_is_refused_on_a_gpu_too() {
             .to_string()
             .contains("8 × 8")
     );
+    // A device that is asked for nothing more binds 128 MiB at most.
+    let Field::Gpu(_, passes) = &both.gpu else {
+        panic!("it is on the GPU");
+    };
+    let large = ReflectanceField {
+        width: 1024,
+        height: 1024,
+        lamps: 11,
+        values: vec![0.0; 11 * 3 << 20],
+    };
+    let buffer = FieldBuffer::upload(&large, &passes.device);
+    let refused = passes.relight.sum(&buffer, &[[1.0; 3]; 11]).unwrap_err();
+    assert!(refused.to_string().contains("binds at once"), "{refused}");
 }

@@ -81,7 +81,7 @@ impl RelightPass {
     /// # Errors
     /// When the field does not fit the weights, or the device fails.
     pub fn sum(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<Image> {
-        check_lamps(field.lamps, weights)?;
+        self.check_binds(field, weights)?;
         let (width, height) = (field.width, field.height);
         let relit = self.dispatch(Layout::Full, field.binding(), width * height, weights)?;
         self.picture(&relit, width, height)
@@ -120,15 +120,7 @@ impl RelightPass {
         if field.is_empty() || lit_lamps(weights).is_empty() {
             return Ok(Image::filled(width, height, [0.0; 3]));
         }
-        let limit = self.device.limits().max_storage_buffer_binding_size;
-        if field.len() as u64 > limit {
-            return Err(Error::unexpected(
-                "the reflectance field",
-                format!("at most {limit} bytes, which is what this GPU binds at once"),
-                field.len().to_string(),
-                "Relight it on the CPU, or choose a smaller working size",
-            ));
-        }
+        self.check_bytes(field.len())?;
         let values = self.device.create_buffer_init(&BufferInitDescriptor {
             label: Some("reflectance field"),
             contents: field,
@@ -137,6 +129,25 @@ impl RelightPass {
         let binding = values.as_entire_binding();
         let relit = self.dispatch(layout, binding, width * height, weights)?;
         self.picture(&relit, width, height)
+    }
+
+    /// Refuses a field that does not fit the weights or that the device cannot bind at once.
+    pub(super) fn check_binds(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<()> {
+        check_lamps(field.lamps, weights)?;
+        self.check_bytes(size_of::<f32>() * field.lamps * 3 * field.width * field.height)
+    }
+
+    fn check_bytes(&self, bytes: usize) -> Result<()> {
+        let limit = self.device.limits().max_storage_buffer_binding_size;
+        if bytes as u64 <= limit {
+            return Ok(());
+        }
+        Err(Error::unexpected(
+            "the reflectance field",
+            format!("at most {limit} bytes, which is what this GPU binds at once"),
+            bytes.to_string(),
+            "Relight it on the CPU, or choose a smaller working size",
+        ))
     }
 
     /// Sums a field that is on this device already and leaves `pixels` values of RGBA f32 in a buffer there.
@@ -264,7 +275,7 @@ impl RelightPass {
     }
 }
 
-pub(super) fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
+fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
     if weights.len() == lamps {
         return Ok(());
     }

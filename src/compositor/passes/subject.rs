@@ -2,7 +2,7 @@
 
 use super::effects::size_of_picture;
 use super::pictures::{GpuPicture, PicturePasses};
-use super::relight::{Layout, check_lamps};
+use super::relight::Layout;
 use super::work::Work;
 use crate::compositor::edges::rings;
 use crate::compositor::reference::SOLID;
@@ -71,11 +71,11 @@ impl Work<'_> {
     /// The sum of a field's lamps as it is: values that are no numbers stay.
     ///
     /// # Errors
-    /// When the field does not fit the weights, or the device has no room.
+    /// When the field does not fit the weights, is larger than the device can bind, or there is no room.
     pub fn sum(&mut self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<GpuPicture> {
-        check_lamps(field.lamps, weights)?;
-        let (width, height) = (field.width, field.height);
         let passes = self.passes;
+        passes.relight.check_binds(field, weights)?;
+        let (width, height) = (field.width, field.height);
         let relit = self.record("relight", |pass| {
             let pixels = width * height;
             passes
