@@ -317,7 +317,7 @@ fn what_does_not_fit_is_refused_on_a_gpu_too() {
         width: 1024,
         height: 1024,
         lamps: 11,
-        values: vec![0.0; 11 * 3 << 20],
+        values: vec![0.0; 11 * (3 << 20)],
     };
     let buffer = FieldBuffer::upload(&large, &passes.device);
     let refused = passes.relight.sum(&buffer, &[[1.0; 3]; 11]).unwrap_err();
