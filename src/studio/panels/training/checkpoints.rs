@@ -1,6 +1,6 @@
 //! Checkpoints to go back to.
 
-use super::controls::clock;
+use super::figures::clock;
 use crate::studio::command::Command;
 use crate::studio::panel::Sight;
 use crate::studio::theme::{self, GAP};

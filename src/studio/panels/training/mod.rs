@@ -4,6 +4,7 @@
 mod checkpoints;
 mod controls;
 mod curves;
+mod figures;
 mod pictures;
 
 use crate::project::Project;
@@ -103,7 +104,7 @@ impl TrainingPanel {
             self.buttons.ui(ui, sight, project, out);
         }
         ui.separator();
-        controls::figures_ui(ui, sight, project);
+        figures::figures_ui(ui, sight, project);
         ui.separator();
         checkpoints::checkpoints_ui(ui, sight, out);
         ui.add_space(GAP);
