@@ -388,19 +388,23 @@ fn a_way_back_that_is_killed_leaves_a_readable_checkpoint() {
         run(&project, &calibration, config).steps
     });
     let present = project.checkpoint_path();
-    let mut seen = [false; 2];
-    for attempt in 0..40u64 {
-        let to = usize::from(checkpoint::info(&present).unwrap().step == steps[0]);
+    let go = |to: u64| {
         let mut back = std::process::Command::new(env!("CARGO_BIN_EXE_afterlight"));
         back.arg("checkpoints").arg(&project.root);
-        back.arg("--back-to").arg(steps[to].to_string());
+        back.arg("--back-to").arg(to.to_string());
         back.stdout(Stdio::null()).stderr(Stdio::null());
-        let mut back = back.spawn().unwrap();
-        // At another point of its work each time; a few attempts come to their end.
-        std::thread::sleep(Duration::from_micros(700 * (attempt % 20)));
-        if attempt % 20 < 17 {
-            back.kill().unwrap();
-        }
+        back.spawn().unwrap()
+    };
+    let began = Instant::now();
+    assert!(go(steps[0]).wait().unwrap().success());
+    let whole = began.elapsed();
+    let mut seen = [false; 2];
+    for attempt in 0..40 {
+        let to = usize::from(checkpoint::info(&present).unwrap().step == steps[0]);
+        let mut back = go(steps[to]);
+        // At another point of its work each time, from its beginning to beyond its end.
+        std::thread::sleep(whole.mul_f32(1.2 * attempt as f32 / 39.0));
+        back.kill().unwrap();
         back.wait().unwrap();
         let resumed = checkpoint::load_training(&present, &Device::flex()).unwrap();
         let place = steps.iter().position(|&step| step == resumed.info.step);

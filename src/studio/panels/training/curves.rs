@@ -2,7 +2,7 @@
 
 use crate::progress::LossPoint;
 use crate::studio::theme;
-use egui::{Color32, FontId, RichText, Ui, Vec2b, WidgetInfo};
+use egui::{Color32, FontId, Rect, RichText, Sense, Ui, Vec2b, WidgetInfo, vec2};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoints, Points};
 
 /// The two terms, in colours that those who see no red or no green tell apart.
@@ -58,16 +58,19 @@ pub fn losses_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
 pub fn legend_ui(ui: &mut Ui) {
     for (name, color, hint) in [
         (
-            "● OLATs",
+            "OLATs",
             OLATS,
             "Reconstruction loss: how far the predicted OLATs are from the exemplars'",
         ),
         (
-            "● relit",
+            "relit",
             RELIT,
             "Rendering loss: how far the OLATs, summed by the interview's light, are from it",
         ),
     ] {
+        let (rect, _) = ui.allocate_exact_size(vec2(14.0, 12.0), Sense::hover());
+        let line = Rect::from_center_size(rect.center(), vec2(14.0, 2.0));
+        ui.painter().rect_filled(line, 0.0, color);
         ui.label(RichText::new(name).size(12.0).color(color))
             .on_hover_text(hint);
     }
