@@ -1,4 +1,4 @@
-//! How the process holds memory.
+//! How the process holds memory, and how much.
 
 /// Keeps freed memory for the next allocation. By default glibc gives large blocks back to the system at
 /// once, which then hands them out again page by page, each page a fault: a tenth of a training
@@ -18,5 +18,28 @@ pub fn keep_freed() {
             libc::mallopt(libc::M_TRIM_THRESHOLD, i32::MAX);
             libc::mallopt(libc::M_TOP_PAD, STEP);
         }
+    }
+}
+
+/// Bytes of memory that the process holds now; none where the system does not say.
+pub fn held() -> Option<u64> {
+    // proc(5): "VmRSS", in units of 1024 bytes.
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix(" kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}
+
+#[cfg(test)]
+mod tests {
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_is_held_counts_what_was_written() {
+        let block = std::hint::black_box(vec![1u8; 64 << 20]);
+        let held = super::held().unwrap();
+        assert!((64 << 20..1 << 40).contains(&held), "{held}");
+        drop(block);
     }
 }

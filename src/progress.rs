@@ -1,5 +1,9 @@
 //! How long work talks to whoever started it: progress out, a request to stop in.
 
+mod training;
+
+pub use training::{LossPoint, TrainingPhase, TrainingPictures, TrainingPoint};
+
 use crate::error::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,6 +21,8 @@ pub enum Report {
     },
     /// A network that predicts has been saved.
     Saved,
+    /// How a training run stands.
+    Training(TrainingPoint),
     /// A sentence worth keeping in the log: a warning, a fallback, where something was written.
     Say(String),
 }
@@ -56,19 +62,33 @@ const PAUSE_INTERVAL: Duration = Duration::from_millis(20);
 /// What long-running functions take: where reports go and whether to go on.
 pub struct Progress<'a> {
     sink: &'a (dyn Fn(Report) + Sync),
+    pictures: Option<&'a (dyn Fn(TrainingPictures) + Sync)>,
     control: Control,
 }
 
 impl<'a> Progress<'a> {
     /// Reports go to `sink`; work stops and pauses as `control` says.
     pub fn new(sink: &'a (dyn Fn(Report) + Sync), control: Control) -> Self {
-        Self { sink, control }
+        Self {
+            sink,
+            pictures: None,
+            control,
+        }
+    }
+
+    /// The same for whoever wants to see pictures: the newest is enough.
+    pub fn with_pictures(self, pictures: &'a (dyn Fn(TrainingPictures) + Sync)) -> Self {
+        Self {
+            pictures: Some(pictures),
+            ..self
+        }
     }
 
     /// Reports nothing and never stops: for tests and short work.
     pub fn silent() -> Progress<'static> {
         Progress {
             sink: &|_| {},
+            pictures: None,
             control: Control::default(),
         }
     }
@@ -91,6 +111,23 @@ impl<'a> Progress<'a> {
     /// Reports that a network that predicts has been saved.
     pub fn saved(&self) {
         (self.sink)(Report::Saved);
+    }
+
+    /// Reports how a training run stands.
+    pub fn training(&self, point: TrainingPoint) {
+        (self.sink)(Report::Training(point));
+    }
+
+    /// Whether anybody wants to see pictures.
+    pub fn wants_pictures(&self) -> bool {
+        self.pictures.is_some()
+    }
+
+    /// Shows pictures to whoever wants to see them.
+    pub fn show(&self, pictures: TrainingPictures) {
+        if let Some(show) = self.pictures {
+            show(pictures);
+        }
     }
 
     /// Whether a stop was asked for.

@@ -7,6 +7,8 @@
 //!   calibration.toml    lamps, weights and camera response        (afterlight calibrate)
 //!   checkpoint/         the network, the optimiser and its place  (afterlight train)
 //!   training.csv        every step's losses                       (afterlight train)
+//!   held_out.csv        what the held-out pose says               (afterlight train --hold-out)
+//!   checkpoints/        checkpoints to go back to, with their logs (afterlight checkpoints)
 //!   measured.json       every predicted OLAT beside its truth     (afterlight review)
 //!   review.toml         a reviewer's marks and notes              (the studio)
 //! ```

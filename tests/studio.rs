@@ -12,6 +12,8 @@ mod environments;
 mod keyframes;
 #[path = "studio/review.rs"]
 mod review;
+#[path = "studio/training.rs"]
+mod training;
 
 use afterlight::Error;
 use afterlight::compositor::Field;

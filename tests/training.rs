@@ -7,7 +7,7 @@ use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, CheckpointInfo};
 use afterlight::reflectance::{Predictor, ReflectanceField};
-use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
+use afterlight::training::{History, Preset, TrainSettings, TrainingConfig, kept, train};
 use afterlight::virtual_stage::{StageSettings, write_shoot};
 use burn::tensor::Device;
 use std::path::Path;
@@ -267,6 +267,154 @@ fn a_killed_run_leaves_a_readable_checkpoint() {
         assert!(resumed.info.step > step && resumed.optimizer.is_some());
         step = resumed.info.step;
     }
+}
+
+/// All bytes of a folder's checkpoint: the table's figures, and each weight file that it names.
+fn contents(folder: &Path) -> (CheckpointInfo, Vec<Vec<u8>>) {
+    let table = std::fs::read_to_string(folder.join("checkpoint.toml")).unwrap();
+    let named = (table.lines()).filter_map(|line| line.split('"').nth(1));
+    let files = named.filter(|name| name.ends_with(".bpk"));
+    let bytes = files.map(|name| std::fs::read(folder.join(name)).unwrap());
+    (checkpoint::info(folder).unwrap(), bytes.collect())
+}
+
+/// Back and forth restores every byte, the logs too, and what is learnt after going back is what was learnt
+/// the first time.
+#[test]
+fn a_run_that_goes_back_learns_again_what_it_learnt() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    shoot(folder.path());
+    let (project, calibration) = project(folder.path(), "film");
+    let short = TrainingConfig {
+        epochs: 3,
+        ..small()
+    };
+    let long = TrainingConfig {
+        epochs: 8,
+        ..small()
+    };
+    let first = run(&project, &calibration, short).steps;
+    let present = project.checkpoint_path();
+    let log = || std::fs::read_to_string(project.root.join("training.csv")).unwrap();
+    let (early, early_log) = (contents(&present), log());
+    let second = run(&project, &calibration, long.clone()).steps;
+    let late_field = predicted(&project, &calibration).values;
+    let (late, late_log) = (contents(&present), log());
+    assert!(second > first && early.1 != late.1 && early.1.len() == 3);
+
+    assert_eq!(
+        kept::go_back(&project, &first.to_string()).unwrap().step,
+        first
+    );
+    assert_eq!(
+        (contents(&present), log()),
+        (early.clone(), early_log.clone())
+    );
+    let listed = kept::list(&project);
+    assert!(listed.iter().any(|k| k.aside && k.info == late.0));
+    assert!(listed.iter().any(|k| k.present && k.info == early.0));
+    kept::go_back(&project, &second.to_string()).unwrap();
+    assert_eq!((contents(&present), log()), (late, late_log));
+    assert_eq!(predicted(&project, &calibration).values, late_field);
+    kept::go_back(&project, &first.to_string()).unwrap();
+    assert_eq!((contents(&present), log()), (early, early_log));
+
+    run(&project, &calibration, long);
+    assert_eq!(predicted(&project, &calibration).values, late_field);
+    let history = History::read(&project.root).unwrap();
+    let steps: Vec<u64> = history.points().iter().map(|p| p.step).collect();
+    assert_eq!(steps, (1..=second).collect::<Vec<_>>());
+
+    let refused = kept::go_back(&project, "77").unwrap_err().to_string();
+    assert!(
+        refused.contains("77") && refused.contains("afterlight checkpoints"),
+        "{refused}"
+    );
+}
+
+/// A run that starts over puts the old network aside with its curves, and however often training saves, the
+/// list stays short.
+#[test]
+fn what_was_trained_before_a_new_start_is_kept_and_the_list_is_bounded() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    shoot(folder.path());
+    let (project, calibration) = project(folder.path(), "film");
+    let config = TrainingConfig {
+        epochs: 12,
+        checkpoint_seconds: 0.0,
+        ..small()
+    };
+    let steps = run(&project, &calibration, config.clone()).steps;
+    let passing = kept::list(&project).len() as u64;
+    assert!(
+        steps > 40 && passing <= 2 * (u64::from(steps.ilog2()) + 2),
+        "{passing} of {steps}"
+    );
+    let old = contents(&project.checkpoint_path());
+    let settings = TrainSettings {
+        config: TrainingConfig {
+            epochs: 1,
+            width: 16,
+            ..config
+        },
+        exclude_frames: vec![3],
+        hold_out: None,
+        fresh: true,
+        device: DeviceChoice::Cpu,
+    };
+    train(&project, &calibration, &settings, &Progress::silent()).unwrap();
+    let kept = kept::list(&project);
+    let aside = kept.iter().find(|kept| kept.aside).unwrap();
+    let folder = project.root.join("checkpoints").join(&aside.name);
+    assert_eq!(contents(&folder), old);
+    let log = std::fs::read_to_string(folder.join("training.csv")).unwrap();
+    assert_eq!(log.lines().count() as u64, steps + 1);
+    kept::go_back(&project, &aside.name).unwrap();
+    assert_eq!(contents(&project.checkpoint_path()), old);
+}
+
+/// Killed again and again while it goes back and forth, a project always has a readable checkpoint, the one or
+/// the other, and loses neither.
+#[test]
+fn a_way_back_that_is_killed_leaves_a_readable_checkpoint() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    shoot(folder.path());
+    let (project, calibration) = project(folder.path(), "film");
+    let steps = [2, 5].map(|epochs| {
+        let config = TrainingConfig { epochs, ..small() };
+        run(&project, &calibration, config).steps
+    });
+    let present = project.checkpoint_path();
+    let go = |to: u64| {
+        let mut back = std::process::Command::new(env!("CARGO_BIN_EXE_afterlight"));
+        back.arg("checkpoints").arg(&project.root);
+        back.arg("--back-to").arg(to.to_string());
+        back.stdout(Stdio::null()).stderr(Stdio::null());
+        back.spawn().unwrap()
+    };
+    let began = Instant::now();
+    assert!(go(steps[0]).wait().unwrap().success());
+    let whole = began.elapsed();
+    let mut seen = [false; 2];
+    for attempt in 0..40 {
+        let to = usize::from(checkpoint::info(&present).unwrap().step == steps[0]);
+        let mut back = go(steps[to]);
+        // At another point of its work each time, from its beginning to beyond its end.
+        std::thread::sleep(whole.mul_f32(1.2 * attempt as f32 / 39.0));
+        back.kill().unwrap();
+        back.wait().unwrap();
+        let resumed = checkpoint::load_training(&present, &Device::flex()).unwrap();
+        let place = steps.iter().position(|&step| step == resumed.info.step);
+        seen[place.unwrap()] = true;
+        assert!(resumed.optimizer.is_some());
+        let kept: Vec<u64> = kept::list(&project).iter().map(|k| k.info.step).collect();
+        let there = |step: &u64| kept.contains(step) || *step == resumed.info.step;
+        assert!(steps.iter().all(there), "{kept:?}");
+    }
+    assert_eq!(seen, [true; 2]);
 }
 
 /// A pause keeps the checkpoint, does not count as training, and changes nothing in what is learnt.

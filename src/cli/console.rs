@@ -71,7 +71,7 @@ impl Console {
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner);
         match report {
-            Report::Saved => {}
+            Report::Saved | Report::Training(_) => {}
             Report::Say(sentence) => bar.bar.suspend(|| eprintln!("{sentence}")),
             Report::Step {
                 stage,

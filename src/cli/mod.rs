@@ -1,6 +1,7 @@
 //! The command line. Each command reads its arguments, runs one action of the library with a
 //! progress bar on stderr, and prints its figures: sentences, or with `--json` one object.
 
+mod checkpoints;
 mod console;
 mod environments;
 mod parse;
@@ -20,6 +21,7 @@ use crate::project::Project;
 use crate::studio;
 use crate::virtual_stage::StageSettings;
 use crate::worker::Job;
+use checkpoints::CheckpointsArgs;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
 use environments::EnvironmentsArgs;
@@ -50,6 +52,7 @@ enum Command {
     Probe(Box<ProbeArgs>),
     Calibrate(CalibrateArgs),
     Train(TrainArgs),
+    Checkpoints(CheckpointsArgs),
     Relight(RelightArgs),
     Evaluate(EvaluateArgs),
     Review(ReviewArgs),
@@ -283,6 +286,7 @@ impl Cli {
                 })
             }),
             Command::Train(args) => do_job(&args.output, || args.job()),
+            Command::Checkpoints(args) => args.run(),
             Command::Relight(args) => do_job(&args.output, || Ok(args.job())),
             Command::Evaluate(args) => {
                 let EvaluateArgs {

@@ -139,6 +139,51 @@ pub fn install(starter: Starter, folder: &Path) -> Result<()> {
     })
 }
 
+/// Makes the checkpoint in `from` that of the folder `to` as well. Weight files are never written to
+/// once they have their name, so both may share them on disk. A kill at any moment leaves in `to` what was
+/// there, or this.
+///
+/// # Errors
+/// When `from` holds no checkpoint that is understood, or `to` cannot be written.
+pub fn link(from: &Path, to: &Path) -> Result<()> {
+    let mut table = table(from)?;
+    let fail = |path: &Path, e: std::io::Error| {
+        let remedy = "Check that the folder can be written and the disk has room";
+        Error::file("write", path, e, remedy)
+    };
+    std::fs::create_dir_all(to).map_err(|e| fail(to, e))?;
+    let names = [
+        Some(&mut table.weights),
+        table.average_weights.as_mut(),
+        table.live_weights.as_mut(),
+        table.optimizer.as_mut(),
+    ];
+    for name in names.into_iter().flatten() {
+        let source = from.join(&*name);
+        // The present checkpoint may use the same names.
+        let stem = name.strip_suffix(".bpk").unwrap_or(name).to_owned();
+        let numbered = (2..).map(|i| format!("{stem}-{i}.bpk"));
+        let mut names = std::iter::once(name.clone()).chain(numbered);
+        if let Some(unused) = names.find(|name| !to.join(name).exists()) {
+            *name = unused;
+        }
+        let target = to.join(&*name);
+        std::fs::hard_link(&source, &target)
+            .or_else(|_| {
+                std::fs::copy(&source, &target)?;
+                std::fs::File::open(&target)?.sync_all()
+            })
+            .map_err(|e| fail(&target, e))?;
+    }
+    save_table(to, &table)
+}
+
+/// Whether the checkpoint in `folder` has an optimiser's state, so that training goes on as if it had not
+/// stopped; a starting point has none.
+pub fn has_optimizer(folder: &Path) -> Result<bool> {
+    Ok(table(folder)?.optimizer.is_some())
+}
+
 /// Makes `table` the folder's checkpoint and removes weights that it does not name.
 fn save_table(folder: &Path, table: &Table) -> Result<()> {
     save_toml(&folder.join("checkpoint.toml"), table)?;

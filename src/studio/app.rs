@@ -16,13 +16,13 @@ use super::saver::Saver;
 use super::shelf::Shelf;
 use super::state::State;
 use super::studies::Studies;
+use super::training::Training;
 use super::{keys, theme};
 use crate::calibration::{CalibrateSettings, Circle};
 use crate::evaluation::review::ReviewSettings;
 use crate::gpu::DeviceChoice;
 use crate::project::Project;
 use crate::scene::Scene;
-use crate::training::{Preset, TrainSettings};
 use crate::worker::{
     Ask, Blocked, Event, Job, Latest, Need, Origin, Relit, Second, Source, Worker,
 };
@@ -48,6 +48,7 @@ pub struct StudioApp {
     asked: Option<Wanted>,
     studies: Studies,
     reviews: Reviews,
+    training: Training,
     /// When the next frame is due while playing, in the window's seconds.
     due: f64,
     /// What a dialog brought.
@@ -135,6 +136,7 @@ impl StudioApp {
             asked: None,
             studies: Studies::default(),
             reviews: Reviews::default(),
+            training: Training::default(),
             due: 0.0,
             chosen: Arc::new(Latest::new(wake.clone())),
             preferences,
@@ -180,6 +182,11 @@ impl StudioApp {
         &self.reviews
     }
 
+    /// What is known of the network's training.
+    pub fn training(&self) -> &Training {
+        &self.training
+    }
+
     /// The list of environments.
     pub fn environments(&self) -> &[Entry] {
         self.shelf.entries()
@@ -199,6 +206,7 @@ impl StudioApp {
         (self.relit, self.asked) = (None, None);
         self.studies = Studies::default();
         self.reviews = Reviews::default();
+        self.training = Training::default();
         let (list, complaints) = self.shelf.open(&project);
         self.state.look.environments = list;
         complaints.into_iter().for_each(|it| self.news.say(it));
@@ -233,14 +241,17 @@ impl StudioApp {
                     self.studies.renew();
                     self.reviews.renew();
                 }
+                self.training.hear(&event);
                 self.news.hear(event);
             }
+            self.training.pictures = worker.pictures().or(self.training.pictures.take());
             self.relit = worker.relit().or(self.relit.take());
             let rig = self.relit.as_ref().map(|relit| &relit.rig);
             self.state.lamps = rig.map_or(0, |rig| rig.lamps.len());
         }
         self.studies.hear();
         self.reviews.hear();
+        self.training.read();
         let unsaved = self.saver.failures().chain(self.shelf.hear());
         unsaved.for_each(|failure| self.news.fail(failure));
     }
@@ -398,9 +409,24 @@ impl StudioApp {
                 dialog.save_file().map(Command::Report)
             }),
             Command::Mark(marked) => self.reviews.mark(*marked),
-            Command::Provide(need) => {
-                if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
-                    worker.run(self.job(need, project.root.clone()));
+            Command::Provide(Need::Network) => self.train(false),
+            Command::Provide(Need::Calibration) => self.run(|project| Job::Calibrate {
+                project,
+                settings: CalibrateSettings::default(),
+            }),
+            // Before it is known what is there, nothing can be gone on from.
+            Command::StartTraining { fresh } if self.training.records.is_some() => {
+                self.train(fresh);
+            }
+            Command::GoBack(to) => {
+                self.training.pictures = None;
+                self.run(|project| Job::GoBack { project, to });
+            }
+            Command::StepTrainedLamp(step) => {
+                if let Some(project) = &self.project {
+                    let lamps = project.settings.shoot.lamps.len().max(1) as isize;
+                    let lamp = self.state.trained_lamp as isize + step;
+                    self.state.trained_lamp = lamp.rem_euclid(lamps) as usize;
                 }
             }
             Command::PauseJob => {
@@ -442,53 +468,42 @@ impl StudioApp {
     }
 
     /// Calibrates with what was set by hand.
-    fn calibrate(&mut self) {
-        if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
-            let look = &self.state.look;
-            let settings = CalibrateSettings {
-                circle: look.circle,
-                trial: look.trial,
-                ..CalibrateSettings::default()
-            };
-            worker.run(Job::Calibrate {
-                project: project.root.clone(),
-                settings,
-            });
+    fn calibrate(&self) {
+        let look = &self.state.look;
+        let settings = CalibrateSettings {
+            circle: look.circle,
+            trial: look.trial,
+            ..CalibrateSettings::default()
+        };
+        self.run(|project| Job::Calibrate { project, settings });
+    }
+
+    /// Trains as was chosen.
+    fn train(&self, fresh: bool) {
+        if let Some(project) = &self.project {
+            let choice = self.training.choice(&self.state, project);
+            if fresh || self.training.refusal(&choice, project).is_none() {
+                let settings = self.training.settings(&choice, fresh, self.device);
+                self.run(|project| Job::Train { project, settings });
+            }
         }
     }
 
     /// Compares the network with the truth, or writes what was found as a page.
     fn review(&self, truth: Option<PathBuf>, fresh: bool, report: Option<PathBuf>) {
-        if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
-            let settings = ReviewSettings {
-                truth: truth.or_else(|| self.reviews.truth()),
-                fresh,
-                report,
-                device: self.device,
-            };
-            worker.run(Job::Review {
-                project: project.root.clone(),
-                settings,
-            });
-        }
+        let settings = ReviewSettings {
+            truth: truth.or_else(|| self.reviews.truth()),
+            fresh,
+            report,
+            device: self.device,
+        };
+        self.run(|project| Job::Review { project, settings });
     }
 
-    fn job(&self, need: Need, project: PathBuf) -> Job {
-        match need {
-            Need::Calibration => Job::Calibrate {
-                project,
-                settings: CalibrateSettings::default(),
-            },
-            Need::Network => Job::Train {
-                project,
-                settings: TrainSettings {
-                    config: Preset::Quick.config(),
-                    exclude_frames: Vec::new(),
-                    hold_out: None,
-                    fresh: false,
-                    device: self.device,
-                },
-            },
+    /// Runs a job on the open project, unless one is in hand.
+    fn run(&self, job: impl FnOnce(PathBuf) -> Job) {
+        if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
+            worker.run(job(project.root.clone()));
         }
     }
 
@@ -548,6 +563,7 @@ macro_rules! sight {
             probe: $app.studies.probe.as_ref(),
             gamma: $app.studies.gamma.as_ref(),
             reviews: &$app.reviews,
+            training: &$app.training,
         }
     };
 }
@@ -652,6 +668,7 @@ impl eframe::App for StudioApp {
         self.ask();
         if let Some(project) = &self.project {
             let wake = self.wake();
+            self.training.ask(project, &self.shown, wake.clone());
             self.studies
                 .ask(project, &self.state, &self.shown, wake.clone());
             if self

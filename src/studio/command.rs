@@ -3,6 +3,7 @@
 use super::compare::Compare;
 use super::layout::{Pane, Workspace};
 use super::state::Keyed;
+use super::training::TrainChoice;
 use crate::calibration::{Circle, Trial};
 use crate::evaluation::review::Marked;
 use crate::light::Lighting;
@@ -65,6 +66,8 @@ pub enum Command {
     Try(Option<Trial>),
     /// Change what is tried by these differences of γ1, γ2 and the exposure.
     NudgeTrial([f32; 3]),
+    /// Train like this from the next start.
+    Train(TrainChoice),
 
     /// Show another arrangement of the window.
     Workspace(Workspace),
@@ -80,6 +83,10 @@ pub enum Command {
     Photograph(Option<usize>),
     /// Show the photograph this many places further; the interview's stands before the lamps'.
     StepPhotograph(isize),
+    /// Show the pose in training under this lamp.
+    TrainedLamp(usize),
+    /// Show it under the lamp this many places further.
+    StepTrainedLamp(isize),
     /// Relight this exemplar as the interview.
     Pose(usize),
     /// Where the line stands that wipes between two pictures: 0 left, 1 right.
@@ -160,6 +167,12 @@ pub enum Command {
     OpenProject(PathBuf),
     /// Run the job that brings what is missing.
     Provide(Need),
+    /// Train as was chosen: anew, or from where the checkpoint stands.
+    StartTraining {
+        fresh: bool,
+    },
+    /// Put the kept checkpoint of this name in place of the present one.
+    GoBack(String),
     /// Pause the running job, or let it go on.
     PauseJob,
     /// Stop the running job; what is finished is kept.

@@ -47,6 +47,7 @@ const fn nudge_circle(x: f64, y: f64, radius: f64) -> Command {
 
 const PROBE: Pane = Pane::Probe;
 const GAMMA: Pane = Pane::Gamma;
+const TRAINING: Pane = Pane::Training;
 
 /// Bindings that ask for more modifiers come first: egui takes Shift+E for E otherwise. Those of one
 /// pane come before those of all.
@@ -348,6 +349,27 @@ const BINDINGS: &[Binding] = &[
         Key::E,
         Command::StepExposure(0.5),
         "brighter by half a stop",
+    ),
+    within(
+        TRAINING,
+        Modifiers::NONE,
+        Key::PageUp,
+        Command::StepTrainedLamp(-1),
+        "previous lamp",
+    ),
+    within(
+        TRAINING,
+        Modifiers::NONE,
+        Key::PageDown,
+        Command::StepTrainedLamp(1),
+        "next lamp",
+    ),
+    within(
+        TRAINING,
+        Modifiers::COMMAND,
+        Key::Enter,
+        Command::StartTraining { fresh: false },
+        "start training, or resume it",
     ),
     on(
         Modifiers::COMMAND.plus(Modifiers::SHIFT),

@@ -17,6 +17,7 @@ const LEAST: f32 = 120.0;
 pub enum Pane {
     Probe,
     Gamma,
+    Training,
     Picture,
     Timeline,
     Environments,
@@ -46,9 +47,10 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the list that opens them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Probe,
         Self::Gamma,
+        Self::Training,
         Self::Picture,
         Self::Timeline,
         Self::Environments,
@@ -65,6 +67,7 @@ impl Pane {
         match self {
             Self::Probe => "Probe",
             Self::Gamma => "Gamma",
+            Self::Training => "Training",
             Self::Picture => "Picture",
             Self::Timeline => "Timeline",
             Self::Environments => "Environments",
@@ -104,6 +107,7 @@ impl Workspace {
         match self {
             Self::Calibrate => &[Pane::Probe, Pane::Gamma],
             Self::Review => &[Pane::Lamps],
+            Self::Train => &[Pane::Training],
             _ => &[Pane::Picture],
         }
     }
@@ -121,7 +125,19 @@ impl Workspace {
                     &[(main, 0.0), (below, 78.0)],
                 )
             }
-            Self::Train | Self::Export => {
+            Self::Train => {
+                let main = tabs(&mut tiles, self.main());
+                let picture = tabs(&mut tiles, &[Pane::Picture]);
+                let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
+                let right = divided(
+                    &mut tiles,
+                    LinearDir::Vertical,
+                    &[(picture, 900.0), (below, 90.0)],
+                );
+                let columns = [(main, 0.0), (right, 400.0)];
+                divided(&mut tiles, LinearDir::Horizontal, &columns)
+            }
+            Self::Export => {
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 divided(

@@ -21,6 +21,7 @@ mod shelf;
 mod state;
 mod studies;
 mod theme;
+mod training;
 
 pub use app::StudioApp;
 pub use command::Command;
@@ -33,6 +34,7 @@ pub use preferences::Preferences;
 pub use reviews::Reviews;
 pub use state::{Keyed, Look, State, View};
 pub use studies::Studies;
+pub use training::{TrainChoice, Training};
 
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceChoice, Gpu, device_descriptor};

@@ -150,7 +150,7 @@ impl News {
                     self.phase = Phase::Opening;
                 }
             }
-            Event::Report(Report::Saved) => {}
+            Event::Report(Report::Saved | Report::Training(_)) => {}
             Event::Report(Report::Step {
                 stage,
                 done,

@@ -6,6 +6,7 @@ use super::listed::Listed;
 use super::news::{News, Phase};
 use super::reviews::Reviews;
 use super::state::State;
+use super::training::Training;
 use crate::project::Project;
 use crate::worker::{GammaView, Panorama, ProbeStudy, Relit};
 use std::sync::Arc;
@@ -27,6 +28,8 @@ pub struct Sight<'a> {
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
     /// The shown frame under every lamp, and how near the network is to the truth.
     pub reviews: &'a Reviews,
+    /// The network's training.
+    pub training: &'a Training,
 }
 
 /// An environment in the list.
@@ -62,6 +65,11 @@ impl Sight<'_> {
     /// Whether pictures can be made. Where they cannot, the viewport says why, or what is being done.
     pub fn is_live(&self) -> bool {
         matches!(self.news.phase, Phase::Ready { .. })
+    }
+
+    /// Whether the running job is shown with its buttons in a pane of its own.
+    pub fn job_has_pane(&self) -> bool {
+        self.training.running && self.shown.contains(&Pane::Training)
     }
 
     /// The entry that lights the subject, if there is any.

@@ -5,7 +5,8 @@ use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel::Sight;
 use super::panels::{
     EffectsPanel, EnvironmentsPanel, GammaPanel, LampSheetPanel, LightPanel, LogPanel,
-    PicturePanel, ProbePanel, ReviewPanel, ScopesPanel, TimelinePanel, ViewportPanel,
+    PicturePanel, ProbePanel, ReviewPanel, ScopesPanel, TimelinePanel, TrainingPanel,
+    ViewportPanel,
 };
 use super::theme::{self, GAP};
 use egui::{Color32, Frame, Margin, Panel, ScrollArea, Stroke, Ui, Visuals};
@@ -26,6 +27,7 @@ pub struct Panes {
     gamma: GammaPanel,
     lamps: LampSheetPanel,
     review: ReviewPanel,
+    training: TrainingPanel,
     log: LogPanel,
     scopes: ScopesPanel,
 }
@@ -80,6 +82,7 @@ impl Shown<'_> {
                 self.side_ui(ui, pane, 408.0);
                 self.panes.gamma.ui(ui, &self.sight, self.out);
             }
+            Pane::Training => panes.training.ui(ui, sight, out),
             Pane::Picture => panes.viewport.ui(ui, sight, out),
             Pane::Timeline => padded(ui, |ui| panes.timeline.ui(ui, sight, out)),
             Pane::Environments => padded(ui, |ui| panes.environments.ui(ui, sight, out)),

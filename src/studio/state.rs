@@ -4,6 +4,7 @@ use super::command::Command;
 use super::compare::{Compare, How};
 use super::layout::{Pane, Workspace};
 use super::listed::Listed;
+use super::training::TrainChoice;
 use crate::calibration::{Circle, Trial};
 use crate::light::Lighting;
 use crate::light::keyframes::Keyframes;
@@ -42,6 +43,8 @@ pub struct Look {
     pub circle: Option<Circle>,
     /// The response that is tried by hand.
     pub trial: Option<Trial>,
+    /// How to train, where it was chosen by hand.
+    pub training: Option<TrainChoice>,
 }
 
 impl Look {
@@ -80,6 +83,8 @@ pub struct State {
     pub active: Pane,
     /// The lamp whose mirror ball is shown; none is the interview's.
     pub photograph: Option<usize>,
+    /// The lamp under which the pose in training is shown.
+    pub trained_lamp: usize,
     /// The exemplar that is relit as the interview.
     pub pose: usize,
     /// The lamps that the frame is shown under, ascending; none is the light.
@@ -127,10 +132,12 @@ impl State {
                 background: Background::Environment,
                 circle: None,
                 trial: None,
+                training: None,
             },
             workspace: Workspace::default(),
             active: Workspace::default().main()[0],
             photograph: None,
+            trained_lamp: 0,
             pose: 0,
             wipe: 0.5,
             compare: Compare::default(),
@@ -212,6 +219,7 @@ impl State {
             Command::Background(background) => look.background = background,
             Command::Circle(circle) => look.circle = circle,
             Command::Try(trial) => look.trial = trial,
+            Command::Train(choice) => look.training = Some(choice),
             Command::Workspace(workspace) => {
                 self.workspace = workspace;
                 self.active = workspace.main()[0];
@@ -219,6 +227,7 @@ impl State {
             }
             Command::Activate(pane) | Command::Pane(pane) => self.active = pane,
             Command::Photograph(lamp) => self.photograph = lamp,
+            Command::TrainedLamp(lamp) => self.trained_lamp = lamp,
             Command::Pose(pose) => self.pose = pose,
             Command::Solo(lamp) => self.solo = lamp.into_iter().collect(),
             Command::SoloAlso(lamp) => match self.solo.binary_search(&lamp) {

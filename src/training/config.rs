@@ -79,6 +79,9 @@ pub struct TrainingConfig {
 }
 
 impl Preset {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Quick, Self::Paper, Self::FastGpu];
+
     /// The configuration of this name.
     pub fn config(self) -> TrainingConfig {
         match self {

@@ -2,11 +2,13 @@
 //! which of its outputs have stopped learning.
 
 use super::data::Lesson;
+use crate::imaging::color::byte_from_unit;
 use crate::reflectance::UNet;
 use crate::reflectance::UNetConfig;
 use crate::reflectance::checkpoint::CheckpointInfo;
 use crate::reflectance::render::{encode, encoded_white, light, olats};
 use burn::tensor::Tensor;
+use rayon::prelude::*;
 
 /// A lamp is dead where the slope of its sigmoid, s · (1 − s), is on average below this, a 250th of the
 /// steepest: its outputs move a 250th as far in a step …
@@ -15,6 +17,9 @@ const DEAD_SLOPE: f32 = 1e-3;
 const DEAD_ERROR: f32 = 0.5;
 /// … and the truth is not black itself: its mean is above this, in encoded units.
 const LIT: f32 = 0.01;
+
+/// Longest side of a picture that is shown.
+const PICTURE_PX: usize = 256;
 
 /// What a network makes of a pose, beside the truth.
 pub struct Attempt {
@@ -45,6 +50,41 @@ impl Attempt {
             truth: plain(&lesson.encoded_olats),
             mask,
         }
+    }
+
+    /// Width and height of the pictures in bytes: those of the pose, halved until they are small.
+    pub fn picture_size(&self) -> [usize; 2] {
+        let ([_, _, h, w], by) = (self.mask.dims(), self.reduction());
+        [w / by, h / by]
+    }
+
+    fn reduction(&self) -> usize {
+        let [_, _, h, w] = self.mask.dims();
+        (w.max(h) / PICTURE_PX).max(1)
+    }
+
+    /// Encoded OLATs within the matte as bytes, white as 255: `[lamps, h, w, 3]`. None where the device
+    /// fails.
+    pub fn predicted_bytes(&self) -> Option<Vec<u8>> {
+        self.bytes(&self.predicted)
+    }
+
+    /// The same of the truth.
+    pub fn truth_bytes(&self) -> Option<Vec<u8>> {
+        self.bytes(&self.truth)
+    }
+
+    fn bytes(&self, encoded: &Tensor<4>) -> Option<Vec<u8>> {
+        let [lamps, _, h, w] = encoded.dims();
+        let by = self.reduction();
+        let picture = (encoded.clone() * self.mask.clone()).permute([0, 2, 3, 1]);
+        let cells = picture.reshape([lamps * h / by, by, w / by, 3 * by]);
+        let rows = cells.mean_dim(1).reshape([lamps * h / by, w / by, by, 3]);
+        let mean = rows.mean_dim(2);
+        let values = read(mean.reshape([-1]))?;
+        let white = encoded_white();
+        let bytes = values.par_iter().map(|v| byte_from_unit(v / white));
+        Some(bytes.collect())
     }
 
     /// PSNR over the encoded OLATs within the matte in dB, with white as the peak. None where the device
@@ -111,5 +151,45 @@ mod tests {
             mask: Tensor::<1>::from_floats(mask, &device).reshape([1, 1, 4, 4]),
         };
         assert_eq!(attempt.dead_lamps(), Some(vec![0, 1]));
+    }
+
+    #[test]
+    fn pictures_are_interleaved_masked_and_reduced() {
+        let device = Device::flex();
+        let side = 2 * PICTURE_PX;
+        // Lamp l, channel c, row y, column x: white where 3 l + c + y / 2 + x / 2 is odd.
+        let white = encoded_white();
+        let lit = |i: usize| {
+            let (x, y) = (i % side, i / side % side);
+            (i / (side * side) + x / 2 + y / 2) % 2 == 1
+        };
+        let values: Vec<f32> = (0..6 * side * side)
+            .map(|i| if lit(i) { white } else { 0.0 })
+            .collect();
+        let picture =
+            Tensor::<1>::from_floats(values.as_slice(), &device).reshape([2, 3, side, side]);
+        let mut mask = vec![1.0f32; side * side];
+        mask[..2 * side].fill(0.0);
+        let attempt = Attempt {
+            outputs: picture.clone(),
+            predicted: picture.clone(),
+            truth: picture * 0.5,
+            mask: Tensor::<1>::from_floats(mask.as_slice(), &device).reshape([1, 1, side, side]),
+        };
+        assert_eq!(attempt.picture_size(), [PICTURE_PX; 2]);
+        let (predicted, truth) = (
+            attempt.predicted_bytes().unwrap(),
+            attempt.truth_bytes().unwrap(),
+        );
+        assert_eq!(predicted.len(), 2 * PICTURE_PX * PICTURE_PX * 3);
+        for (i, (&p, &t)) in predicted.iter().zip(&truth).enumerate() {
+            let (c, x) = (i % 3, i / 3 % PICTURE_PX);
+            let (y, l) = (
+                i / 3 / PICTURE_PX % PICTURE_PX,
+                i / 3 / PICTURE_PX / PICTURE_PX,
+            );
+            let lit = y > 0 && (3 * l + c + x + y) % 2 == 1;
+            assert_eq!((p, t), if lit { (255, 128) } else { (0, 0) }, "{i}");
+        }
     }
 }

@@ -4,20 +4,29 @@ mod adam;
 mod augment;
 mod average;
 pub mod config;
+mod cost;
 mod data;
 pub mod features;
 mod gradient;
 #[cfg(test)]
 mod gradient_tests;
+pub mod history;
 mod judge;
+pub mod kept;
+mod log;
 pub mod loss;
 #[cfg(test)]
 mod parity_tests;
+mod records;
 mod run;
 pub mod schedule;
 mod trainer;
+mod watch;
 
 pub use adam::Adam;
 pub use config::{Preset, TrainingConfig};
+pub use cost::{Pace, RunCost};
+pub use history::History;
+pub use records::Records;
 pub use run::train;
 pub use trainer::{TrainReport, TrainSettings, Trainer};

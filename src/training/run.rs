@@ -1,17 +1,16 @@
 //! A run of training: steps until its time is over, with checkpoints, logs and warnings as it goes.
 
+use super::kept::{self, Why};
+use super::log::Log;
 use super::trainer::{StepReport, TrainReport, TrainSettings, Trainer};
+use super::watch::Watch;
 use crate::calibration::Calibration;
 use crate::error::{Error, Result};
 use crate::gpu::ComputeDevice;
 use crate::progress::Progress;
 use crate::project::Project;
-use crate::reflectance::checkpoint::CheckpointInfo;
 use crate::turn;
 use burn::module::Module;
-use std::fs::OpenOptions;
-use std::io::{BufWriter, Write};
-use std::path::PathBuf;
 use std::time::Instant;
 
 /// Steps between two looks at the network from outside: each costs a prediction or two.
@@ -20,7 +19,8 @@ pub(super) const LOOK_STEPS: u64 = 100;
 const MOST_BAD_STEPS: u32 = 3;
 
 /// Trains the project's network until the schedule or the time is over or a stop is asked for; in
-/// each case the checkpoint is written. Every step's losses go to `training.csv`.
+/// each case the checkpoint is written. Every step's losses go to `training.csv`. Checkpoints that it
+/// passes are kept in a list that thins out as they age, and the one that it begins at is in that list.
 ///
 /// # Errors
 /// When pictures cannot be read, the checkpoint cannot be written, or three steps in a row are not
@@ -40,19 +40,21 @@ pub fn train(
         trainer.data.bytes() / 1_000_000
     ));
     progress.say(format!("Pictures are compared by {}", trainer.features()));
+    // Nothing that was trained before is lost, whatever becomes of this run.
+    if settings.fresh {
+        kept::put_aside(project)?;
+    } else if project.checkpoint_path().join("checkpoint.toml").exists() {
+        kept::keep(project, Why::Passing)?;
+    }
     let fresh = trainer.info.step == 0;
-    let mut log = Log::open(project.root.join("training.csv"), STEPS_HEADER, fresh)?;
-    let judgements = project.root.join("held_out.csv");
-    let mut judgements = settings
-        .hold_out
-        .map(|_| Log::open(judgements, "step,seconds,decibels", fresh))
-        .transpose()?;
+    let mut logs = Logs::open(project, settings.hold_out.is_some(), fresh)?;
     let first_step = trainer.info.step;
     let config = &settings.config;
     let limit = config.minutes.map(|minutes| minutes * 60.0);
     let mut saved = Instant::now();
-    let (mut bad, mut skipped) = (0, 0);
-    let mut recent = Recent::default();
+    let mut bad = 0;
+    let (mut recent, mut watch) = (Recent::default(), Watch::default());
+    let mut last = None;
     let (mut dead, names) = (DeadLamps::default(), &project.settings.shoot.lamps);
     loop {
         let by_time = limit.map_or(0.0, |limit| trainer.info.seconds / limit);
@@ -64,7 +66,7 @@ pub fn train(
         }
         if progress.paused() {
             trainer.save(project)?;
-            log.flush()?;
+            logs.flush()?;
             progress.say(format!("Paused after step {}", trainer.info.step));
             progress.wait_while_paused();
             saved = Instant::now();
@@ -74,15 +76,17 @@ pub fn train(
         let turn = turn::DEVICE.take();
         let began = Instant::now();
         let report = trainer.step(done);
-        trainer.info.seconds += began.elapsed().as_secs_f64();
+        let seconds = began.elapsed().as_secs_f64();
+        trainer.info.seconds += seconds;
         drop(turn);
-        log.write(&trainer.info, &report)?;
+        logs.steps.step(&trainer.info, &report)?;
+        watch.step(&report, seconds);
+        watch.predict(&trainer, config.minutes, progress);
         if report.taken {
             bad = 0;
             recent.add(&report);
         } else {
             bad += 1;
-            skipped += 1;
             progress.say(format!(
                 "Step {} was not finite and has been skipped",
                 trainer.info.step
@@ -103,23 +107,25 @@ pub fn train(
             recent.note(trainer.info.step),
         );
         if trainer.info.step.is_multiple_of(LOOK_STEPS) {
-            recent.judge(&mut trainer, &mut judgements)?;
+            recent.judge(&mut trainer, &mut logs, &mut watch)?;
             if dead.look(trainer.dead_lamps().unwrap_or_default()) {
                 progress.say(dead.warning(names));
             }
         }
+        watch.tell(&trainer, &report, &dead.sure, progress);
+        watch.show(&trainer, false, progress);
         if saved.elapsed().as_secs_f64() >= config.checkpoint_seconds {
-            trainer.save(project)?;
-            log.flush()?;
-            progress.saved();
+            save(project, &trainer, &mut logs, progress)?;
             saved = Instant::now();
         }
+        last = Some(report);
     }
-    recent.judge(&mut trainer, &mut judgements)?;
-    trainer.save(project)?;
-    progress.saved();
-    log.flush()?;
-    judgements.iter_mut().try_for_each(Log::flush)?;
+    recent.judge(&mut trainer, &mut logs, &mut watch)?;
+    save(project, &trainer, &mut logs, progress)?;
+    if let Some(report) = last {
+        watch.tell(&trainer, &report, &dead.sure, progress);
+        watch.show(&trainer, true, progress);
+    }
     progress.step("training", 1000, 1000, recent.note(trainer.info.step));
     if progress.cancelled() {
         progress.say(format!(
@@ -139,10 +145,45 @@ pub fn train(
         parameters: trainer.average.num_params(),
         loss_rec: recent.reconstruction.unwrap_or(f32::NAN),
         loss_render: recent.rendering.unwrap_or(f32::NAN),
-        skipped_steps: skipped,
+        skipped_steps: watch.skipped(),
         held_out: trainer.info.held_out,
         dead_lamps: dead.names(names),
     })
+}
+
+/// Writes the checkpoint and keeps it in the list.
+fn save(project: &Project, trainer: &Trainer, logs: &mut Logs, progress: &Progress) -> Result<()> {
+    trainer.save(project)?;
+    logs.flush()?;
+    if let Err(e) = kept::keep(project, Why::Passing) {
+        // The checkpoint itself is written: that there is no way back to it ends no run.
+        progress.say(e.to_string());
+    }
+    progress.saved();
+    Ok(())
+}
+
+/// What a run writes down.
+struct Logs {
+    steps: Log,
+    /// Where a pose is held out.
+    judgements: Option<Log>,
+}
+
+impl Logs {
+    fn open(project: &Project, judged: bool, fresh: bool) -> Result<Self> {
+        // A run without a judge forgets what another's said.
+        let judgements = Log::judgements(project, fresh)?;
+        Ok(Self {
+            steps: Log::steps(project, fresh)?,
+            judgements: judged.then_some(judgements),
+        })
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.steps.flush()?;
+        self.judgements.iter_mut().try_for_each(Log::flush)
+    }
 }
 
 /// Lamps whose outputs have stopped learning.
@@ -190,14 +231,14 @@ struct Recent {
 
 impl Recent {
     /// Judges by the pose that was held out, where one was.
-    fn judge(&mut self, trainer: &mut Trainer, log: &mut Option<Log>) -> Result<()> {
+    fn judge(&mut self, trainer: &mut Trainer, logs: &mut Logs, watch: &mut Watch) -> Result<()> {
         let Some(decibels) = trainer.judge() else {
             return Ok(());
         };
         self.held_out = Some(decibels);
-        let info = trainer.info();
-        log.iter_mut()
-            .try_for_each(|log| log.line(&format!("{},{:.3},{decibels}", info.step, info.seconds)))
+        watch.judged(decibels);
+        let mut log = logs.judgements.iter_mut();
+        log.try_for_each(|log| log.judgement(trainer.info(), decibels))
     }
 
     fn add(&mut self, report: &StepReport) {
@@ -222,64 +263,5 @@ impl Recent {
             note += &format!(", unseen pose {decibels:.2} dB");
         }
         note
-    }
-}
-
-/// The columns of `training.csv`, which has a line for each step.
-const STEPS_HEADER: &str = "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken";
-
-/// A table of text beside the project.
-struct Log {
-    path: PathBuf,
-    out: BufWriter<std::fs::File>,
-}
-
-impl Log {
-    fn open(path: PathBuf, header: &str, fresh: bool) -> Result<Self> {
-        let fail = |e: std::io::Error| {
-            Error::file("write", &path, e, "Check that the folder can be written")
-        };
-        let mut options = OpenOptions::new();
-        options
-            .create(true)
-            .write(true)
-            .append(!fresh)
-            .truncate(fresh);
-        let file = options.open(&path).map_err(fail)?;
-        let empty = file.metadata().map_err(fail)?.len() == 0;
-        let mut log = Self {
-            out: BufWriter::new(file),
-            path,
-        };
-        if empty {
-            log.line(header)?;
-        }
-        Ok(log)
-    }
-
-    fn write(&mut self, info: &CheckpointInfo, report: &StepReport) -> Result<()> {
-        let show = |loss: Option<f32>| loss.map_or(String::new(), |l| l.to_string());
-        self.line(&format!(
-            "{},{:.3},{},{},{:e},{},{}",
-            info.step,
-            info.seconds,
-            show(report.reconstruction),
-            show(report.rendering),
-            report.learning_rate,
-            report.gradient_norm,
-            report.taken
-        ))
-    }
-
-    fn line(&mut self, line: &str) -> Result<()> {
-        writeln!(self.out, "{line}").map_err(|e| self.failure(&e))
-    }
-
-    fn flush(&mut self) -> Result<()> {
-        self.out.flush().map_err(|e| self.failure(&e))
-    }
-
-    fn failure(&self, cause: &std::io::Error) -> Error {
-        Error::file("write", &self.path, cause, "Check that the disk has room")
     }
 }

@@ -2,7 +2,7 @@
 
 use super::adam::Adam;
 use super::config::TrainingConfig;
-use super::data::{Look, TrainingData};
+use super::data::{self, Look, TrainingData};
 use super::features::{Features, rows};
 use super::judge::Attempt;
 use super::loss::Criterion;
@@ -14,11 +14,11 @@ use crate::error::{Error, Result};
 use crate::gpu::DeviceChoice;
 use crate::progress::Progress;
 use crate::project::Project;
+use crate::reflectance::UNet;
 use crate::reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingState};
 use crate::reflectance::kernels::{Comparison, LossSettings};
 use crate::reflectance::predictor::check_fits;
 use crate::reflectance::render::{encode, light};
-use crate::reflectance::{UNet, UNetConfig};
 use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor};
@@ -108,17 +108,7 @@ impl Trainer {
         progress: &Progress,
     ) -> Result<Self> {
         let config = settings.config.clone();
-        let network = UNetConfig {
-            size: project.settings.size,
-            lamps: project.settings.shoot.lamps.len(),
-            depth: config.depth,
-            width: config.width,
-            most_channels: config.most_channels,
-            normalization: config.normalization,
-            statistics: config.statistics,
-            formulation: config.formulation,
-            precision: config.precision,
-        };
+        let network = config.network(project);
         network.check()?;
         let folder = project.checkpoint_path();
         let resume = !settings.fresh && folder.join("checkpoint.toml").exists();
@@ -352,6 +342,14 @@ impl Trainer {
         let lesson = &self.data.exemplars[turn % self.data.exemplars.len()][0];
         let live = self.live.valid();
         Attempt::new(&live, &self.info, lesson, self.data.olat_gain).dead_lamps()
+    }
+
+    /// The pose that pictures show, with its number: the one held out, or the first.
+    pub(super) fn shown_lesson(&self) -> (usize, &data::Lesson) {
+        match (self.hold_out, &self.data.held_out) {
+            (Some(pose), Some(lesson)) => (pose, lesson),
+            _ => (0, &self.data.exemplars[0][0]),
+        }
     }
 
     /// The network that predicts.

@@ -1,6 +1,7 @@
 //! What the worker tells the window: numbers and sentences. Heavy things go through [`super::Latest`].
 
-use crate::progress::Report;
+use crate::progress::{Report, TrainingPoint};
+use crate::training::history::halved;
 use std::sync::{Mutex, PoisonError};
 
 /// One piece of news.
@@ -38,30 +39,93 @@ pub enum Need {
     Network,
 }
 
-/// Events that the window has not read yet. A job's step replaces the step before it, so that a window
-/// that is not drawn for hours finds a handful, and misses no end of a job.
+/// Events that the window has not read yet. A job's step replaces the step before it, and points of a training
+/// become fewer when they are too many, so that a window that is not drawn for hours finds a handful, and
+/// misses no end of a job.
 #[derive(Default)]
-pub(super) struct Unread(Mutex<Vec<Event>>);
+pub(super) struct Unread(Mutex<Queue>);
+
+#[derive(Default)]
+struct Queue {
+    events: Vec<Event>,
+    points: Vec<TrainingPoint>,
+}
+
+/// Points of a training that wait at most: an hour's, twice thinned.
+const MOST_POINTS: usize = 4096;
 
 impl Unread {
     pub fn push(&self, event: Event) {
         let step = |event: &Event| matches!(event, Event::Report(Report::Step { .. }));
-        // A list is whole at any time, even where a thread panicked with the lock in hand.
-        let mut events = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // Lists are whole at any time, even where a thread panicked with the lock in hand.
+        let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Queue { events, points } = &mut *queue;
+        if let Event::Report(Report::Training(point)) = event {
+            points.push(point);
+            if points.len() > MOST_POINTS {
+                *points = halved(points, |a, b| TrainingPoint {
+                    losses: a.losses.joined(b.losses, 1),
+                    ..b.clone()
+                });
+            }
+            return;
+        }
         match events.last_mut() {
             Some(last) if step(last) && step(&event) => *last = event,
             _ => events.push(event),
         }
     }
 
+    /// Everything, the points of a training last but for what came after it.
     pub fn take(&self) -> Vec<Event> {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Queue { mut events, points } = std::mem::take(&mut *queue);
+        let over = |event: &Event| matches!(event, Event::Finished { .. });
+        let at = events.iter().rposition(over).unwrap_or(events.len());
+        let points = points.into_iter().map(Report::Training).map(Event::Report);
+        events.splice(at..at, points);
+        events
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::{LossPoint, TrainingPhase};
+
+    #[test]
+    fn points_of_a_training_are_bounded_and_stand_between_its_beginning_and_its_end() {
+        let unread = Unread::default();
+        let point = |step| TrainingPoint {
+            losses: LossPoint {
+                step,
+                seconds: 0.0,
+                reconstruction: Some(step as f32),
+                rendering: None,
+                held_out_db: None,
+            },
+            phase: TrainingPhase::Exemplars,
+            learning_rate: 1e-3,
+            gradient_norm: 1.0,
+            steps_per_second: 10.0,
+            multiply_adds: 1,
+            memory_bytes: None,
+            skipped_steps: 0,
+            dead_lamps: Vec::new(),
+        };
+        unread.push(Event::Started { what: "training" });
+        (1..=100_000).for_each(|step| unread.push(Event::Report(Report::Training(point(step)))));
+        let finished = Event::Finished {
+            sentence: "trained".to_owned(),
+        };
+        unread.push(finished.clone());
+        let events = unread.take();
+        assert!(events.len() <= MOST_POINTS + 2);
+        assert_eq!(events[0], Event::Started { what: "training" });
+        assert_eq!(events[events.len() - 1], finished);
+        let last = &events[events.len() - 2];
+        assert!(matches!(last, Event::Report(Report::Training(p)) if p.losses.step == 100_000));
+    }
 
     #[test]
     fn a_window_that_looks_away_finds_the_newest_step_and_every_end() {

@@ -13,7 +13,7 @@ use crate::light::subset::Subset;
 use crate::progress::Progress;
 use crate::project::{EnvironmentChange, KnownEnvironment, Project};
 use crate::reflectance::checkpoint::{self, CheckpointInfo};
-use crate::training::{self, TrainReport, TrainSettings};
+use crate::training::{self, TrainReport, TrainSettings, kept};
 use crate::virtual_stage::{self, StageReport, StageSettings};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -51,6 +51,9 @@ pub enum Job {
         project: PathBuf,
         settings: TrainSettings,
     },
+    /// Put a kept checkpoint of the project in `project`, named by its step or its folder, in place of the
+    /// present one.
+    GoBack { project: PathBuf, to: String },
     /// Relight the interview and write it.
     Relight {
         project: PathBuf,
@@ -91,6 +94,15 @@ pub enum Outcome {
     Reviewed(ReviewReport),
     Shown(Box<DemoReport>),
     Packed(CheckpointInfo),
+    WentBack(WentBack),
+}
+
+/// The checkpoint that training goes on from now.
+#[derive(Clone, Debug, Serialize)]
+pub struct WentBack {
+    pub info: CheckpointInfo,
+    /// Whether it has the optimiser's state, so that training goes on as if it had not stopped.
+    pub optimizer: bool,
 }
 
 /// The environments that a project has now.
@@ -117,6 +129,9 @@ pub struct ImportReport {
     pub separation_deg: Option<f32>,
 }
 
+/// What a training is called while it runs.
+pub const TRAINING: &str = "training the network";
+
 impl Job {
     /// What is being done, as the window and the progress bar say it.
     pub fn what(&self) -> &'static str {
@@ -126,7 +141,8 @@ impl Job {
             Self::Environments { .. } => "listing the environments",
             Self::Develop { .. } => "making a light probe",
             Self::Calibrate { .. } => "calibrating",
-            Self::Train { .. } => "training the network",
+            Self::Train { .. } => TRAINING,
+            Self::GoBack { .. } => "going back to a checkpoint",
             Self::Relight { .. } => "relighting the interview",
             Self::Evaluate { .. } => "measuring",
             Self::Review { .. } => "reviewing the network",
@@ -183,6 +199,12 @@ impl Job {
                 let project = Project::open(&project)?;
                 let calibration = Calibration::load(&project)?;
                 training::train(&project, &calibration, &settings, progress).map(Outcome::Trained)
+            }
+            Self::GoBack { project, to } => {
+                let project = Project::open(&project)?;
+                let info = kept::go_back(&project, &to)?;
+                let optimizer = checkpoint::has_optimizer(&project.checkpoint_path())?;
+                Ok(Outcome::WentBack(WentBack { info, optimizer }))
             }
             Self::Relight { project, settings } => {
                 relight(&Project::open(&project)?, &settings, progress).map(Outcome::Relit)
@@ -261,6 +283,16 @@ impl Outcome {
             Self::Evaluated(report) => evaluated(report),
             Self::Reviewed(report) => reviewed(report),
             Self::Shown(report) => report.sentence(),
+            Self::WentBack(WentBack { info, optimizer }) => format!(
+                "Back at step {} after {:.0} s of training. What was there before is in the list. {}",
+                info.step,
+                info.seconds,
+                if *optimizer {
+                    "Training goes on from there as if it had not stopped."
+                } else {
+                    "It has weights alone: training goes on from them with a new optimiser."
+                }
+            ),
             Self::Packed(info) => {
                 format!(
                     "A network for {} lamps at {} pixels",

@@ -4,7 +4,7 @@
 use super::event::Event;
 use super::latest::Latest;
 use crate::error::Result;
-use crate::progress::{Control, Progress, Report};
+use crate::progress::{Control, Progress, Report, TrainingPictures};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -50,6 +50,8 @@ pub(super) struct Labour<Tell> {
     pub in_hand: InHand,
     /// Asks the network's thread to open its source again.
     pub renew: Arc<Latest<()>>,
+    /// What a network in training makes of a pose.
+    pub pictures: Arc<Latest<Arc<TrainingPictures>>>,
     pub tell: Tell,
     pub stop: Control,
 }
@@ -74,7 +76,9 @@ impl<Tell: Fn(Event) + Sync> Labour<Tell> {
             }
             (self.tell)(Event::Report(report));
         };
-        let done = (task.action)(&Progress::new(&report, task.control));
+        let show = |pictures| self.pictures.put(Arc::new(pictures));
+        let progress = Progress::new(&report, task.control).with_pictures(&show);
+        let done = (task.action)(&progress);
         let sentence = done.unwrap_or_else(|e| e.to_string());
         self.in_hand.end();
         // In this order: what the network's thread says next is about the time after the job.

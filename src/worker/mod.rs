@@ -27,7 +27,7 @@ mod second;
 mod study;
 
 pub use event::{Blocked, Event, Need};
-pub use job::{Job, Outcome};
+pub use job::{Job, Outcome, TRAINING, WentBack};
 pub use keeper::Keeper;
 pub use latest::Latest;
 pub use library::{Library, Origin, Panorama, Thumbnail};
@@ -41,7 +41,7 @@ use crate::compositor::Field;
 use crate::error::Error;
 use crate::footage::Frame;
 use crate::gpu::{ComputeDevice, DeviceChoice};
-use crate::progress::{Control, Progress};
+use crate::progress::{Control, Progress, TrainingPictures};
 use crate::project::Project;
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -67,6 +67,7 @@ pub struct Worker {
     tasks: Arc<Latest<labour::Task>>,
     in_hand: labour::InHand,
     relit: Arc<Latest<Arc<Relit>>>,
+    pictures: Arc<Latest<Arc<TrainingPictures>>>,
     events: Arc<event::Unread>,
     stop: Control,
     ring: Vec<Box<dyn Fn() + Send>>,
@@ -115,6 +116,7 @@ impl Worker {
         let rivals = Arc::new(Latest::new(ring_relighter.clone()));
         let challenge = Arc::new(Latest::new(ring_network.clone()));
         let asks = Arc::new(Latest::new(ring_relighter.clone()));
+        let pictures = Arc::new(Latest::new(wake.clone()));
         let relit = Arc::new(Latest::new(wake));
         let network = network::Network {
             open,
@@ -144,6 +146,7 @@ impl Worker {
             tasks: tasks.clone(),
             in_hand: in_hand.clone(),
             renew,
+            pictures: pictures.clone(),
             tell,
             stop: stop.clone(),
         };
@@ -152,6 +155,7 @@ impl Worker {
             tasks,
             in_hand,
             relit,
+            pictures,
             events,
             stop,
             ring: vec![
@@ -175,6 +179,11 @@ impl Worker {
     /// The newest picture, once.
     pub fn relit(&self) -> Option<Arc<Relit>> {
         self.relit.take()
+    }
+
+    /// The newest pictures of a network in training, once.
+    pub fn pictures(&self) -> Option<Arc<TrainingPictures>> {
+        self.pictures.take()
     }
 
     /// What happened since the last call.

@@ -23,7 +23,8 @@ impl JobPanel {
     /// Whether there is anything to show: where relit pictures cannot be made, the viewport shows it.
     pub fn is_needed(sight: &Sight) -> bool {
         let viewport = sight.shown.contains(&Pane::Picture) && !sight.is_live();
-        !viewport && (sight.news.work.is_some() || sight.news.said.is_some())
+        let elsewhere = viewport || sight.job_has_pane();
+        !elsewhere && (sight.news.work.is_some() || sight.news.said.is_some())
     }
 
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {

@@ -17,6 +17,7 @@ mod sphere;
 mod status;
 mod tabs;
 mod timeline;
+mod training;
 mod viewport;
 
 pub use effects::EffectsPanel;
@@ -32,6 +33,7 @@ pub use scopes::ScopesPanel;
 pub use status::StatusPanel;
 pub use tabs::TabsPanel;
 pub use timeline::TimelinePanel;
+pub use training::TrainingPanel;
 pub use viewport::ViewportPanel;
 
 use super::command::Command;

@@ -33,6 +33,9 @@ pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         ui.add_space(GAP);
     }
     if let Some(work) = sight.news.work.as_ref().filter(|_| !sight.is_live()) {
+        if sight.job_has_pane() {
+            return heading(ui, "The picture comes with the first checkpoint");
+        }
         return work_ui(ui, work, out);
     }
     match &sight.news.phase {

@@ -1,0 +1,62 @@
+//! `afterlight checkpoints`.
+
+use super::console::Console;
+use super::{OutputArgs, do_job};
+use crate::error::Result;
+use crate::project::Project;
+use crate::reflectance::checkpoint;
+use crate::training::kept::{self, Kept};
+use crate::worker::Job;
+use clap::Args;
+use std::path::PathBuf;
+
+/// List the checkpoints that training has left, the newest first, or go back to one.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight checkpoints interview --back-to 1200")]
+pub struct CheckpointsArgs {
+    /// The project's folder.
+    project: PathBuf,
+    /// Put the newest checkpoint of this step, or the one of this name, in place of the present one, which
+    /// is put aside into the list.
+    #[arg(long, value_name = "STEP|NAME")]
+    back_to: Option<String>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+impl CheckpointsArgs {
+    /// Does what was asked.
+    pub fn run(self) -> Result<()> {
+        if let Some(to) = self.back_to {
+            let project = self.project;
+            return do_job(&self.output, || Ok(Job::GoBack { project, to }));
+        }
+        let project = Project::open(&self.project)?;
+        let kept = kept::list(&project);
+        let figures = serde_json::json!({
+            "present": checkpoint::info(&project.checkpoint_path()).ok(),
+            "kept": kept,
+        });
+        let sentences = || match kept.as_slice() {
+            [] => "No checkpoint is kept yet: training leaves some as it goes".to_owned(),
+            kept => kept.iter().map(line).collect::<Vec<_>>().join("\n"),
+        };
+        Console::new(self.output.json).finish(&figures, sentences);
+        Ok(())
+    }
+}
+
+fn line(kept: &Kept) -> String {
+    let info = &kept.info;
+    let judged = info.held_out.map_or(String::new(), |judged| {
+        format!(", {:.2} dB on pose {}", judged.decibels, judged.pose)
+    });
+    format!(
+        "{} step {:>7} after {:>7.0} s, {:.1} MB{judged}{}",
+        kept.name,
+        info.step,
+        info.seconds,
+        kept.bytes as f64 / 1e6,
+        if kept.present { " (present)" } else { "" }
+    )
+}

@@ -1,0 +1,143 @@
+//! What a training run reports of itself: figures as events, pictures in a slot where the newest wins.
+
+use std::sync::Arc;
+
+/// Where the losses stand after a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LossPoint {
+    /// Steps made since the start of the run, earlier sittings counted in.
+    pub step: u64,
+    /// Seconds of training since the start of the run.
+    pub seconds: f64,
+    /// Mean reconstruction loss since the point before; none where no exemplar was learnt from.
+    pub reconstruction: Option<f32>,
+    /// Mean rendering loss since the point before; none where no step had it.
+    pub rendering: Option<f32>,
+    /// PSNR on the pose that training does not see in dB, where it was measured since the point before.
+    pub held_out_db: Option<f32>,
+}
+
+impl LossPoint {
+    /// This point, which stands for `count` of its kind, and the next as one.
+    pub fn joined(self, next: Self, count: u32) -> Self {
+        let mean = |old: Option<f32>, new: Option<f32>| match (old, new) {
+            (Some(old), Some(new)) => Some(old + (new - old) / (count + 1) as f32),
+            (old, new) => old.or(new),
+        };
+        Self {
+            reconstruction: mean(self.reconstruction, next.reconstruction),
+            rendering: mean(self.rendering, next.rendering),
+            held_out_db: next.held_out_db.or(self.held_out_db),
+            ..next
+        }
+    }
+}
+
+/// What a training run learns from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrainingPhase {
+    Exemplars,
+    Interview,
+}
+
+/// The figures of a run as it goes, a few times a second at most.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrainingPoint {
+    pub losses: LossPoint,
+    pub phase: TrainingPhase,
+    pub learning_rate: f64,
+    /// Norm of all gradients of the last step, before it was clipped.
+    pub gradient_norm: f32,
+    /// Steps a second, pauses and looks from outside left out.
+    pub steps_per_second: f64,
+    /// Multiplications with an addition in one prediction of the network: with the rate, what another
+    /// network will take.
+    pub multiply_adds: u64,
+    /// Memory that the process holds in bytes; none where the system does not say.
+    pub memory_bytes: Option<u64>,
+    /// Steps of this sitting that were skipped because they were not finite.
+    pub skipped_steps: u64,
+    /// Lamps whose outputs are stuck at black or white, by their numbers.
+    pub dead_lamps: Vec<usize>,
+}
+
+/// What the network makes of one pose under every lamp, beside the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrainingPictures {
+    /// Steps that the network has learnt.
+    pub step: u64,
+    /// Number of the pose, and whether training sees it.
+    pub pose: usize,
+    pub held_out: bool,
+    /// Width and height in pixels.
+    pub size: [usize; 2],
+    /// Encoded for display, black outside the matte: `[lamps, height, width, 3]`.
+    pub predicted: Vec<u8>,
+    pub truth: Arc<Vec<u8>>,
+}
+
+impl TrainingPictures {
+    /// Number of lamps.
+    pub fn lamps(&self) -> usize {
+        self.truth.len() / self.bytes().max(1)
+    }
+
+    fn bytes(&self) -> usize {
+        3 * self.size[0] * self.size[1]
+    }
+
+    /// The pose under a lamp: predicted, true, and how far they are apart, `gain` times; none where there
+    /// is no such lamp.
+    pub fn of_lamp(&self, lamp: usize, gain: u32) -> Option<[Vec<u8>; 3]> {
+        let place = lamp * self.bytes()..(lamp + 1) * self.bytes();
+        let (predicted, truth) = (self.predicted.get(place.clone())?, self.truth.get(place)?);
+        let apart = |(&a, &b): (&u8, &u8)| (u32::from(a.abs_diff(b)) * gain).min(255) as u8;
+        let difference = predicted.iter().zip(truth).map(apart).collect();
+        Some([predicted.to_vec(), truth.to_vec(), difference])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joined_points_are_their_mean_and_a_term_that_is_missing_does_not_count() {
+        let point = |step, reconstruction, held_out_db| LossPoint {
+            step,
+            seconds: step as f64,
+            reconstruction,
+            rendering: Some(step as f32),
+            held_out_db,
+        };
+        let three = point(3, Some(0.3), Some(20.0))
+            .joined(point(6, Some(0.9), None), 1)
+            .joined(point(9, None, None), 2);
+        assert_eq!(
+            three,
+            LossPoint {
+                rendering: Some(6.0),
+                seconds: 9.0,
+                ..point(9, Some(0.6), Some(20.0))
+            }
+        );
+    }
+
+    #[test]
+    fn a_lamp_s_pictures_are_cut_out_and_their_difference_is_enlarged() {
+        let pictures = TrainingPictures {
+            step: 1,
+            pose: 0,
+            held_out: false,
+            size: [2, 1],
+            predicted: (0..12).collect(),
+            truth: Arc::new(vec![0, 1, 2, 3, 4, 5, 0, 7, 8, 109, 10, 1]),
+        };
+        assert_eq!(pictures.lamps(), 2);
+        let [predicted, truth, difference] = pictures.of_lamp(1, 4).unwrap();
+        assert_eq!(predicted, [6, 7, 8, 9, 10, 11]);
+        assert_eq!(truth, [0, 7, 8, 109, 10, 1]);
+        assert_eq!(difference, [24, 0, 0, 255, 0, 40]);
+        assert_eq!(pictures.of_lamp(2, 4), None);
+    }
+}

@@ -1,0 +1,55 @@
+//! Checkpoints to go back to.
+
+use super::figures::clock;
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::theme::{self, GAP};
+use crate::training::kept::Kept;
+use egui::{Align, Button, Layout, RichText, Ui, WidgetInfo, vec2};
+
+/// The list, the newest first.
+pub fn checkpoints_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    ui.label(RichText::new("Checkpoints").color(theme::QUIET));
+    let kept = sight.training.records.as_ref().map_or(&[][..], |r| &r.kept);
+    if kept.is_empty() {
+        let text = "Training leaves some as it goes, and one before each new start.";
+        ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
+    }
+    let idle = sight.news.work.is_none();
+    for one in kept {
+        row_ui(ui, one, idle, out);
+    }
+}
+
+fn row_ui(ui: &mut Ui, kept: &Kept, idle: bool, out: &mut Vec<Command>) {
+    let info = &kept.info;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = GAP;
+        let mut text = format!("step {}, {}", info.step, clock(info.seconds));
+        if let Some(judged) = info.held_out {
+            text += &format!(", {:.2} dB", judged.decibels);
+        }
+        let color = if kept.present { theme::ACCENT } else { theme::TEXT };
+        let why = if kept.aside { "Put aside" } else { "Left by training" };
+        ui.label(RichText::new(text).size(12.5).color(color))
+            .on_hover_text(format!("{why}: {}, {:.1} MB", kept.name, kept.bytes as f64 / 1e6));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if kept.present {
+                ui.label(RichText::new("present").size(12.0).color(theme::QUIET));
+                return;
+            }
+            let back = Button::new(RichText::new("Go back").size(12.5)).min_size(vec2(64.0, 20.0));
+            let response = ui.add_enabled(idle, back).on_hover_text(
+                "Puts this checkpoint in place of the present one, which goes into the list. Training goes on \
+                 from it.",
+            );
+            response.widget_info(|| {
+                let name = format!("Go back to step {}", info.step);
+                WidgetInfo::labeled(egui::Role::Button, idle, name)
+            });
+            if response.clicked() {
+                out.push(Command::GoBack(kept.name.clone()));
+            }
+        });
+    });
+}

@@ -1,0 +1,282 @@
+//! What to train, what it will cost, and the buttons that begin, hold and end a run.
+
+use crate::project::Project;
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::panels::job;
+use crate::studio::theme;
+use crate::studio::training::TrainChoice;
+use crate::training::{Preset, RunCost};
+use egui::{Button, DragValue, RichText, Sense, Ui, WidgetInfo, vec2};
+
+/// Most minutes that can be asked for: a week.
+const MOST_MINUTES: f64 = 7.0 * 24.0 * 60.0;
+const BUTTON: egui::Vec2 = vec2(84.0, 24.0);
+
+/// The presets as a list, each with what it will cost.
+pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
+    let choice = sight.training.choice(sight.state, project);
+    let pace = sight.training.pace();
+    for preset in Preset::ALL {
+        let chosen = preset == choice.preset;
+        let wanted = TrainChoice { preset, ..choice };
+        let config = wanted.config();
+        let held_out = usize::from(choice.hold_out.is_some());
+        let cost = config.cost(project, held_out, pace);
+        let network = config.network(project).cost();
+        let size = vec2(ui.available_width(), 38.0);
+        let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+        let enabled = !sight.training.running;
+        response.widget_info(|| {
+            let name = format!("Preset {}", preset.name());
+            WidgetInfo::selected(egui::Role::RadioButton, enabled, chosen, name)
+        });
+        let fill = match (chosen, response.hovered() && enabled) {
+            (true, _) => theme::ACCENT_DIM,
+            (false, true) => egui::Color32::from_gray(60),
+            (false, false) => theme::WELL,
+        };
+        let painter = ui.painter();
+        painter.rect_filled(rect, 3.0, fill);
+        let line = |x: f32, y: f32, align: egui::Align2, text: String, size: f32, color| {
+            let at = egui::pos2(x, rect.top() + y);
+            painter.text(at, align, text, egui::FontId::proportional(size), color);
+        };
+        let (left, right) = (rect.left() + 10.0, rect.right() - 10.0);
+        let quiet = if chosen { theme::TEXT } else { theme::QUIET };
+        let name = preset.name().to_owned();
+        line(left, 4.0, egui::Align2::LEFT_TOP, name, 14.0, theme::TEXT);
+        line(
+            right,
+            4.0,
+            egui::Align2::RIGHT_TOP,
+            time(&cost),
+            13.0,
+            theme::TEXT,
+        );
+        let shape = format!("{:.2} M parameters", network.parameters as f64 / 1e6);
+        line(left, 21.0, egui::Align2::LEFT_TOP, shape, 11.5, quiet);
+        line(
+            right,
+            21.0,
+            egui::Align2::RIGHT_TOP,
+            steps(&cost),
+            11.5,
+            quiet,
+        );
+        let known = match (pace, cost.timed) {
+            (None, _) => "How long a step takes is known after the first steps.",
+            (Some(_), true) => "By the steps that were timed on this machine.",
+            (Some(_), false) => {
+                "By the steps that were timed with another network, after its multiplications."
+            }
+        };
+        let response = response.on_hover_text(format!("{}: {network}. {known}", preset.purpose()));
+        if response.clicked() && enabled && !chosen {
+            out.push(Command::Train(wanted));
+        }
+    }
+}
+
+/// Minutes and hours of a run.
+fn time(cost: &RunCost) -> String {
+    match cost.seconds {
+        None => "known after the first steps".to_owned(),
+        Some(seconds) => {
+            let about = if cost.timed || cost.steps.is_none() {
+                ""
+            } else {
+                "about "
+            };
+            format!("{about}{}", duration(seconds))
+        }
+    }
+}
+
+fn steps(cost: &RunCost) -> String {
+    match (cost.steps, cost.seconds) {
+        (Some(steps), Some(_)) => format!("{steps} steps"),
+        (Some(steps), None) => format!("{steps} steps, time unknown"),
+        _ => "steps by its time".to_owned(),
+    }
+}
+
+/// Seconds as a person says them.
+pub fn duration(seconds: f64) -> String {
+    let minutes = (seconds / 60.0).round() as u64;
+    match minutes {
+        0 => format!("{seconds:.0} s"),
+        1..60 => format!("{minutes} min"),
+        60..1440 => format!("{} h {:02} min", minutes / 60, minutes % 60),
+        _ => format!("{} d {} h", minutes / 1440, minutes % 1440 / 60),
+    }
+}
+
+/// The pose that judges, and the minutes.
+pub fn settings_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
+    let choice = sight.training.choice(sight.state, project);
+    let poses = &project.settings.shoot.poses;
+    ui.add_enabled_ui(!sight.training.running, |ui| {
+        ui.horizontal(|ui| {
+            let label = ui.label(RichText::new("Hold out").size(13.0));
+            let name = |pose: Option<usize>| {
+                let name = pose.and_then(|pose| poses.get(pose));
+                name.map_or("none", String::as_str)
+            };
+            let list = egui::ComboBox::from_id_salt("hold out")
+                .selected_text(name(choice.hold_out))
+                .width(76.0)
+                .show_ui(ui, |ui| {
+                    // A pose has to be left to learn from.
+                    let others = if poses.len() > 1 { poses.len() } else { 0 };
+                    for pose in std::iter::once(None).chain((0..others).map(Some)) {
+                        let chosen = pose == choice.hold_out;
+                        if ui.selectable_label(chosen, name(pose)).clicked() {
+                            out.push(Command::Train(TrainChoice {
+                                hold_out: pose,
+                                ..choice
+                            }));
+                        }
+                    }
+                });
+            list.response.labelled_by(label.id).on_hover_text(
+                "A pose that training does not see and that judges it: the network that does best there is the \
+                 one that predicts",
+            );
+            if let Some(preset) = choice.preset.config().minutes {
+                let label = ui.label(RichText::new("Minutes").size(13.0));
+                let mut minutes = choice.minutes.unwrap_or(preset);
+                let field = DragValue::new(&mut minutes)
+                    .range(0.1..=MOST_MINUTES)
+                    .speed(0.25)
+                    .max_decimals(1);
+                let response = ui.add_sized(vec2(52.0, 24.0), field).labelled_by(label.id);
+                if response.changed() {
+                    out.push(Command::Train(TrainChoice {
+                        minutes: Some(minutes),
+                        ..choice
+                    }));
+                }
+                response.on_hover_text(
+                    "Of training, earlier sittings counted in. The learning rate falls towards the end",
+                );
+            }
+        });
+    });
+}
+
+/// The buttons. A run is begun from here, and held and ended while it goes.
+#[derive(Default)]
+pub struct Buttons {
+    /// Whether it was asked if a run shall begin anew.
+    confirming: bool,
+}
+
+impl Buttons {
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
+        if let Some(work) = sight.news.work.as_ref() {
+            self.confirming = false;
+            if sight.training.running {
+                ui.horizontal(|ui| job::buttons_ui(ui, work, out));
+            } else {
+                let text = format!("{} is in hand", job::capitalized(work.what));
+                ui.label(RichText::new(text).size(13.0).color(theme::QUIET));
+            }
+            return;
+        }
+        let records = sight.training.records.as_deref();
+        let Some(present) = records.and_then(|records| records.present.as_ref()) else {
+            // A checkpoint that is there and cannot be read is put aside by a run that begins anew.
+            let broken = records.is_some_and(|records| records.failure.is_some());
+            return start_ui(ui, broken, out);
+        };
+        if self.confirming {
+            ui.label(RichText::new(format!(
+                "The network after step {} goes into the list below, with its curves, and another is begun.",
+                present.step
+            ))
+            .size(13.0));
+            ui.horizontal(|ui| {
+                let yes = Button::new("Begin anew").fill(theme::ACCENT_DIM);
+                if ui.add(yes).clicked() {
+                    out.push(Command::StartTraining { fresh: true });
+                    self.confirming = false;
+                }
+                self.confirming &= !ui.button("Cancel").clicked();
+            });
+            return;
+        }
+        let choice = sight.training.choice(sight.state, project);
+        let refusal = sight.training.refusal(&choice, project);
+        ui.horizontal(|ui| {
+            let resume = Button::new("Resume")
+                .fill(theme::ACCENT_DIM)
+                .min_size(BUTTON);
+            let hint = format!("Goes on from step {}. Key: Ctrl+Enter", present.step);
+            if ui
+                .add_enabled(refusal.is_none(), resume)
+                .on_hover_text(hint)
+                .on_disabled_hover_text(refusal.clone().unwrap_or_default())
+                .clicked()
+            {
+                out.push(Command::StartTraining { fresh: false });
+            }
+            let over = Button::new("Start over…").min_size(BUTTON);
+            if ui
+                .add(over)
+                .on_hover_text("Begins with a new network")
+                .clicked()
+            {
+                self.confirming = true;
+            }
+        });
+        let over = (choice.config().minutes).filter(|minutes| 60.0 * minutes <= present.seconds);
+        let complete = over.map(|minutes| {
+            format!("Its {minutes:.0} minutes are over: give it more minutes to go on")
+        });
+        for sentence in refusal.into_iter().chain(complete) {
+            ui.label(RichText::new(sentence).size(12.0).color(theme::QUIET));
+        }
+    }
+}
+
+/// The button that begins the first run.
+pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
+    let start = Button::new("Start")
+        .fill(theme::ACCENT_DIM)
+        .min_size(BUTTON);
+    let hint = "Trains the network with this preset. Key: Ctrl+Enter";
+    if ui.add(start).on_hover_text(hint).clicked() {
+        out.push(Command::StartTraining { fresh });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_read_at_a_glance() {
+        let said = [20.0, 600.0, 7260.0, 200_000.0].map(duration);
+        assert_eq!(said, ["20 s", "10 min", "2 h 01 min", "2 d 7 h"]);
+    }
+
+    #[test]
+    fn a_preset_says_what_is_known_of_its_cost() {
+        let cost = |seconds, steps, timed| RunCost {
+            seconds,
+            steps,
+            timed,
+        };
+        assert_eq!(
+            time(&cost(None, Some(9), false)),
+            "known after the first steps"
+        );
+        assert_eq!(time(&cost(Some(600.0), None, false)), "10 min");
+        assert_eq!(
+            time(&cost(Some(5400.0), Some(9), false)),
+            "about 1 h 30 min"
+        );
+        assert_eq!(time(&cost(Some(5400.0), Some(9), true)), "1 h 30 min");
+    }
+}

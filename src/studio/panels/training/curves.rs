@@ -1,0 +1,235 @@
+//! The curves of a run: losses on a logarithmic axis, the unseen pose below.
+
+use crate::progress::LossPoint;
+use crate::studio::theme;
+use egui::{Color32, FontId, Rect, RichText, Sense, Ui, Vec2b, WidgetInfo, vec2};
+use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoints, Points};
+
+/// The two terms, in colours that those who see no red or no green tell apart.
+pub const OLATS: Color32 = Color32::from_rgb(232, 164, 80);
+pub const RELIT: Color32 = Color32::from_rgb(108, 172, 228);
+const UNSEEN: Color32 = Color32::from_gray(222);
+/// Points that a smoothed curve averages over, as a share of all.
+const SMOOTHED: f32 = 1.0 / 40.0;
+
+/// The losses, each term as it came and smoothed, over the steps.
+pub fn losses_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
+    let olats = curve(points, |p| p.reconstruction);
+    let relit = curve(points, |p| p.rendering);
+    let hint = |position: &HoverPosition| match position {
+        HoverPosition::NearDataPoint {
+            plot_name,
+            position,
+            ..
+        } => Some(format!(
+            "{plot_name}\nstep {:.0}\n{}",
+            position.x,
+            plain(10f64.powf(position.y))
+        )),
+        HoverPosition::Elsewhere { .. } => None,
+    };
+    let response = plot("losses", height)
+        .y_grid_spacer(decades)
+        .custom_y_axes(vec![
+            axis(AxisHints::new_y())
+                .formatter(|mark, _| plain(10f64.powf(mark.value)))
+                .label_spacing(14.0..=20.0)
+                .min_thickness(46.0),
+        ])
+        .label_formatter(hint)
+        .show(ui, |plot| {
+            for (name, color, curve) in [("OLATs", OLATS, &olats), ("relit", RELIT, &relit)] {
+                let faint = Line::new(format!("{name}, raw"), logarithms(curve))
+                    .color(color.gamma_multiply(0.28))
+                    .width(1.0)
+                    .allow_hover(false);
+                plot.line(faint);
+            }
+            for (name, color, curve) in [("OLATs", OLATS, &olats), ("relit", RELIT, &relit)] {
+                let line = Line::new(name, logarithms(&smoothed(curve)));
+                plot.line(line.color(color).width(1.8));
+            }
+        })
+        .response;
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "Loss curves"));
+}
+
+/// What the curves are, in their colours.
+pub fn legend_ui(ui: &mut Ui) {
+    for (name, color, hint) in [
+        (
+            "OLATs",
+            OLATS,
+            "Reconstruction loss: how far the predicted OLATs are from the exemplars'",
+        ),
+        (
+            "relit",
+            RELIT,
+            "Rendering loss: how far the OLATs, summed by the interview's light, are from it",
+        ),
+    ] {
+        let (rect, _) = ui.allocate_exact_size(vec2(14.0, 12.0), Sense::hover());
+        let line = Rect::from_center_size(rect.center(), vec2(14.0, 2.0));
+        ui.painter().rect_filled(line, 0.0, color);
+        ui.label(RichText::new(name).size(12.0).color(color))
+            .on_hover_text(hint);
+    }
+}
+
+/// PSNR on the unseen pose over the steps.
+pub fn held_out_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
+    let curve = curve(points, |p| p.held_out_db);
+    let hint = |position: &HoverPosition| match position {
+        HoverPosition::NearDataPoint { position, .. } => {
+            Some(format!("step {:.0}\n{:.2} dB", position.x, position.y))
+        }
+        HoverPosition::Elsewhere { .. } => None,
+    };
+    let last = points.last().map_or(1, |point| point.step);
+    let response = plot("held out", height)
+        .include_x(0.0)
+        .include_x(last as f64)
+        .custom_y_axes(vec![
+            axis(AxisHints::new_y())
+                .formatter(|mark, _| format!("{} dB", mark.value))
+                .label_spacing(14.0..=20.0)
+                .min_thickness(46.0),
+        ])
+        .label_formatter(hint)
+        .show(ui, |plot| {
+            plot.line(Line::new("unseen pose", PlotPoints::from(curve.clone())).color(UNSEEN));
+            let marks = Points::new("judged", PlotPoints::from(curve)).color(UNSEEN);
+            plot.points(marks.radius(2.0).allow_hover(false));
+        })
+        .response;
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "Unseen pose's curve"));
+}
+
+/// A plot that is read and not moved.
+fn plot<'a>(name: &'static str, height: f32) -> Plot<'a> {
+    let steps = axis(AxisHints::new_x()).formatter(|mark, _| {
+        if mark.value >= 0.0 && mark.value.fract() == 0.0 {
+            format!("{}", mark.value)
+        } else {
+            String::new()
+        }
+    });
+    Plot::new(name)
+        .height(height)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_axis_zoom_drag(false)
+        .allow_double_click_reset(false)
+        .auto_bounds(Vec2b::TRUE)
+        .show_crosshair(false)
+        .grid_color(Color32::from_gray(70))
+        .custom_x_axes(vec![steps])
+}
+
+fn axis<'a>(hints: AxisHints<'a>) -> AxisHints<'a> {
+    hints
+        .tick_label_color(theme::QUIET)
+        .tick_label_font(FontId::proportional(11.0))
+}
+
+/// Steps and values of a term, where it has any.
+fn curve(points: &[LossPoint], term: impl Fn(&LossPoint) -> Option<f32>) -> Vec<[f64; 2]> {
+    let value = |p| term(p).map(|value| [p.step as f64, f64::from(value)]);
+    points.iter().filter_map(value).collect()
+}
+
+fn logarithms(curve: &[[f64; 2]]) -> PlotPoints<'static> {
+    let positive = curve.iter().filter(|[_, y]| *y > 0.0);
+    positive.map(|&[x, y]| [x, y.log10()]).collect()
+}
+
+/// The running mean of the logarithm, over the last fortieth.
+fn smoothed(curve: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let count = (curve.len() as f32 * SMOOTHED).max(4.0);
+    let mut mean = None;
+    let mut seen = 0.0f64;
+    (curve.iter().filter(|[_, y]| *y > 0.0))
+        .map(|&[x, y]| {
+            // Early on it follows fast, so that it does not lag behind the first fall.
+            seen += 1.0;
+            let share = (1.0 / seen).max(1.0 / f64::from(count));
+            let old = mean.unwrap_or(y.ln());
+            let new = old + share * (y.ln() - old);
+            mean = Some(new);
+            [x, new.exp()]
+        })
+        .collect()
+}
+
+/// Marks at 1, 2 and 5 of each power of ten that is seen.
+fn decades(input: GridInput) -> Vec<GridMark> {
+    let (from, to) = input.bounds;
+    if !(from.is_finite() && to.is_finite()) || to - from > 30.0 {
+        return Vec::new();
+    }
+    let exponents = from.floor() as i32..=to.ceil() as i32;
+    let marks = exponents.flat_map(|exponent| {
+        [(1.0f64, 1.0), (2.0, 0.3), (5.0, 0.3)].map(|(digit, step_size)| GridMark {
+            value: f64::from(exponent) + digit.log10(),
+            step_size,
+        })
+    });
+    marks
+        .filter(|mark| (from..=to).contains(&mark.value))
+        .collect()
+}
+
+/// A loss as it is written on an axis.
+fn plain(value: f64) -> String {
+    let digits = (1.0 - value.log10().floor()).clamp(0.0, 7.0) as usize;
+    let text = format!("{value:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn losses_are_written_as_plain_numbers() {
+        for (value, text) in [
+            (0.02, "0.02"),
+            (0.0213, "0.021"),
+            (1.0, "1"),
+            (0.5, "0.5"),
+            (200.0, "200"),
+            (2e-5, "0.00002"),
+        ] {
+            assert_eq!(plain(value), text);
+        }
+    }
+
+    #[test]
+    fn a_smoothed_curve_keeps_a_constant_and_calms_an_alternation() {
+        let curve = |value: fn(usize) -> f64| -> Vec<[f64; 2]> {
+            (0..400).map(|i| [i as f64, value(i)]).collect()
+        };
+        let flat = smoothed(&curve(|_| 0.3));
+        assert!(flat.iter().all(|[_, y]| (y - 0.3).abs() < 1e-9));
+        let calm = smoothed(&curve(|i| if i % 2 == 0 { 0.1 } else { 0.4 }));
+        // The geometric mean of 0.1 and 0.4 is 0.2.
+        assert!(calm[100..].iter().all(|[_, y]| (0.18..0.22).contains(y)));
+    }
+
+    #[test]
+    fn marks_are_at_round_losses_within_what_is_seen() {
+        let input = GridInput {
+            bounds: (-2.1, -0.9),
+            base_step_size: 0.01,
+        };
+        let marks: Vec<String> = (decades(input).iter())
+            .map(|mark| plain(10f64.powf(mark.value)))
+            .collect();
+        assert_eq!(marks, ["0.01", "0.02", "0.05", "0.1"]);
+    }
+}

@@ -1,0 +1,164 @@
+//! Where a run stands, in numbers.
+
+use crate::progress::{LossPoint, TrainingPhase, TrainingPoint};
+use crate::project::Project;
+use crate::studio::news::Work;
+use crate::studio::panel::Sight;
+use crate::studio::panels::job;
+use crate::studio::theme::{self, GAP};
+use egui::{RichText, Ui};
+
+/// The figures of the run, and what is wrong with it.
+pub fn figures_ui(ui: &mut Ui, sight: &Sight, project: &Project) {
+    let training = sight.training;
+    let present = training.records.as_ref().and_then(|r| r.present.as_ref());
+    let (point, last) = (training.point.as_ref(), training.history.points().last());
+    let none = || "–".to_owned();
+    let work = sight.news.work.as_ref().filter(|_| training.running);
+    let recent = |term: fn(&LossPoint) -> Option<f32>| {
+        let mut points = training.history.points().iter().rev();
+        points.find_map(term)
+    };
+    let loss = |value: Option<f32>| value.map_or_else(none, |value| format!("{value:.4}"));
+    let step = last.map(|p| p.step).or(present.map(|p| p.step));
+    let seconds = last.map(|p| p.seconds).or(present.map(|p| p.seconds));
+    let best = present.and_then(|p| p.held_out);
+    let unseen = recent(|p| p.held_out_db).map(|db| match best {
+        Some(best) => format!("{db:.2} dB, best {:.2}", best.decibels),
+        None => format!("{db:.2} dB"),
+    });
+    let rows = [
+        (
+            "Step",
+            step.map_or_else(none, |s| s.to_string()),
+            "Steps of the optimiser, earlier sittings counted in",
+        ),
+        (
+            "Trained",
+            seconds.map_or_else(none, clock),
+            "Time of training, pauses left out",
+        ),
+        (
+            "Left",
+            work.map_or_else(none, left),
+            "Until the run is over",
+        ),
+        ("Rate", point.map_or_else(none, rate), "Steps a second"),
+        (
+            "Phase",
+            point.map_or_else(none, |p| phase(p).to_owned()),
+            "What it learns from",
+        ),
+        (
+            "Learning rate",
+            point.map_or_else(none, |p| format!("{:.2e}", p.learning_rate)),
+            "Of the optimiser",
+        ),
+        (
+            "Gradient",
+            point.map_or_else(none, |p| format!("{:.3}", p.gradient_norm)),
+            "Norm of all gradients, before it is clipped",
+        ),
+        (
+            "Loss, OLATs",
+            loss(recent(|p| p.reconstruction)),
+            "Reconstruction loss of the last steps",
+        ),
+        (
+            "Loss, relit",
+            loss(recent(|p| p.rendering)),
+            "Rendering loss of the last steps",
+        ),
+        (
+            "Unseen pose",
+            unseen.unwrap_or_else(none),
+            "PSNR of the OLATs on the pose that was held out; the network that did best there predicts",
+        ),
+        (
+            "Memory",
+            point
+                .and_then(|p| p.memory_bytes)
+                .map_or_else(none, |b| format!("{} MB", b / 1_000_000)),
+            "Of the whole program",
+        ),
+    ];
+    egui::Grid::new("figures of training")
+        .num_columns(2)
+        .spacing([2.0 * GAP, 2.0])
+        .show(ui, |ui| {
+            ui.spacing_mut().interact_size.y = 0.0;
+            for (name, value, hint) in rows {
+                ui.label(RichText::new(name).size(12.0).color(theme::QUIET))
+                    .on_hover_text(hint);
+                ui.label(RichText::new(value).size(12.5))
+                    .on_hover_text(hint);
+                ui.end_row();
+            }
+        });
+    let Some(point) = point else { return };
+    let mut warnings = Vec::new();
+    if !point.dead_lamps.is_empty() {
+        let lamps = &project.settings.shoot.lamps;
+        let names: Vec<&str> = (point.dead_lamps.iter())
+            .filter_map(|&lamp| lamps.get(lamp).map(String::as_str))
+            .collect();
+        warnings.push(format!(
+            "Dead outputs: {} are stuck at black or white and hardly learn any more. Stop, and start over",
+            names.join(", ")
+        ));
+    }
+    if point.skipped_steps > 0 {
+        warnings.push(format!(
+            "{} steps were not finite and were skipped",
+            point.skipped_steps
+        ));
+    }
+    for warning in warnings {
+        ui.label(RichText::new(warning).size(12.5).color(theme::ACCENT));
+    }
+}
+
+fn phase(point: &TrainingPoint) -> &'static str {
+    match point.phase {
+        TrainingPhase::Exemplars => "exemplars",
+        TrainingPhase::Interview => "interview",
+    }
+}
+
+fn rate(point: &TrainingPoint) -> String {
+    match point.steps_per_second {
+        rate if rate <= 0.0 => "–".to_owned(),
+        rate if rate < 1.0 => format!("{:.2} s a step", 1.0 / rate),
+        rate => format!("{rate:.1} steps a second"),
+    }
+}
+
+fn left(work: &Work) -> String {
+    match job::state(work) {
+        text if text.is_empty() => format!("{:.0} % done", 100.0 * work.share),
+        text => format!("{text}, {:.0} % done", 100.0 * work.share),
+    }
+}
+
+/// Hours, minutes and seconds.
+pub fn clock(seconds: f64) -> String {
+    let seconds = seconds.max(0.0) as u64;
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    match hours {
+        0 => format!("{minutes}:{seconds:02}"),
+        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_of_training_is_a_clock_s() {
+        assert_eq!(
+            [9.5, 754.0, 7265.0].map(clock),
+            ["0:09", "12:34", "2:01:05"]
+        );
+    }
+}

@@ -1,0 +1,159 @@
+//! The network while it learns: curves and pictures, what to train, what it costs, and the checkpoints to go
+//! back to.
+
+mod checkpoints;
+mod controls;
+mod curves;
+mod figures;
+mod pictures;
+
+use crate::project::Project;
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::panels::notice_ui;
+use crate::studio::theme::{self, GAP};
+use crate::training::Records;
+use crate::worker::Need;
+use egui::{Frame, Margin, Panel, RichText, ScrollArea, Ui};
+
+/// Width of what stands to the right of the curves, in points.
+const SIDE: f32 = 292.0;
+/// Height of a line of small text.
+const LINE: f32 = 20.0;
+
+/// The panel keeps textures, and whether it asked something.
+#[derive(Default)]
+pub struct TrainingPanel {
+    pictures: pictures::Pictures,
+    buttons: controls::Buttons,
+}
+
+impl TrainingPanel {
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let Some(project) = sight.project else {
+            return notice_ui(ui, |ui| {
+                ui.heading("No project is open");
+                ui.add_space(GAP);
+                if ui.button("Open project…").clicked() {
+                    out.push(Command::ChooseProject);
+                }
+            });
+        };
+        let Some(records) = sight.training.records.as_deref() else {
+            return notice_ui(ui, |ui| {
+                ui.heading("Reading what was trained");
+            });
+        };
+        let frame = Frame::new()
+            .fill(theme::PANEL)
+            .inner_margin(Margin::symmetric(12, 0));
+        Panel::right("training's side")
+            .exact_size(SIDE)
+            .frame(frame)
+            .show(ui, |ui| {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    self.side_ui(ui, sight, project, records, out);
+                });
+            });
+        Frame::new()
+            .inner_margin(Margin::symmetric(12, 4))
+            .show(ui, |ui| self.main_ui(ui, sight, records, out));
+    }
+
+    fn main_ui(&mut self, ui: &mut Ui, sight: &Sight, records: &Records, out: &mut Vec<Command>) {
+        let points = sight.training.history.points();
+        if points.is_empty() && !sight.training.running {
+            return notice_ui(ui, |ui| instead_ui(ui, sight, records, out));
+        }
+        let judged = points.iter().any(|point| point.held_out_db.is_some());
+        // Pictures are squares: as high as three fit beside each other, or a third of the room.
+        let room = ui.available_height();
+        let thirds = (ui.available_width() - 2.0 * GAP) / 3.0 + LINE;
+        let pictures = thirds.min(0.38 * room);
+        let rest = (room - pictures - 3.0 * LINE - 5.0 * GAP).max(160.0);
+        let below = if judged { 0.34 * rest } else { 0.0 };
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("Losses").size(13.0));
+            curves::legend_ui(ui);
+        });
+        curves::losses_ui(ui, rest - below, points);
+        if judged {
+            ui.label(RichText::new("PSNR on the unseen pose").size(13.0));
+            curves::held_out_ui(ui, below - LINE, points);
+        }
+        ui.horizontal(|ui| pictures::lamp_ui(ui, sight, out));
+        self.pictures.ui(ui, pictures, sight);
+    }
+
+    fn side_ui(
+        &mut self,
+        ui: &mut Ui,
+        sight: &Sight,
+        project: &Project,
+        records: &Records,
+        out: &mut Vec<Command>,
+    ) {
+        ui.add_space(GAP);
+        if let Some(sentence) = &records.failure {
+            ui.label(RichText::new(sentence).size(12.5).color(theme::ACCENT));
+            ui.add_space(GAP);
+        }
+        controls::presets_ui(ui, sight, project, out);
+        controls::settings_ui(ui, sight, project, out);
+        if !is_empty(sight, records) {
+            self.buttons.ui(ui, sight, project, out);
+        }
+        ui.separator();
+        figures::figures_ui(ui, sight, project);
+        ui.separator();
+        checkpoints::checkpoints_ui(ui, sight, out);
+        ui.add_space(GAP);
+    }
+}
+
+/// Whether there is nothing yet but the button that begins, which the notice has.
+fn is_empty(sight: &Sight, records: &Records) -> bool {
+    let untouched = records.present.is_none() && records.failure.is_none();
+    untouched && sight.news.work.is_none() && sight.training.history.points().is_empty()
+}
+
+/// What stands where the curves would be.
+fn instead_ui(ui: &mut Ui, sight: &Sight, records: &Records, out: &mut Vec<Command>) {
+    let heading = |ui: &mut Ui, text: &str| {
+        ui.heading(text);
+        ui.add_space(GAP);
+    };
+    if let Some(sentence) = &records.failure {
+        heading(ui, "What was trained cannot be read");
+        ui.label(sentence);
+    } else if !records.calibrated {
+        heading(ui, "The lamps are not known yet");
+        ui.label("Training needs the calibration: the lamps, their weights in the interview's light, and the camera's response.");
+        ui.add_space(GAP);
+        if sight.news.work.is_none() && ui.button("Calibrate first").clicked() {
+            out.push(Command::Provide(Need::Calibration));
+        }
+    } else if let Some(present) = &records.present {
+        heading(ui, "There is a network, and no curve of it");
+        ui.label(format!(
+            "It stands at step {}. Its training was not written down here; Resume goes on from it.",
+            present.step
+        ));
+    } else {
+        heading(ui, "Nothing has been trained yet");
+        let shoot = sight.project.map(|project| &project.settings.shoot);
+        if let Some(shoot) = shoot {
+            ui.label(format!(
+                "The network learns from {} poses under {} lamps, and from {} frames of the interview. Choose a \
+                 preset at the right.",
+                shoot.poses.len(),
+                shoot.lamps.len(),
+                shoot.frames.len()
+            ));
+        }
+        ui.add_space(GAP);
+        if is_empty(sight, records) {
+            controls::start_ui(ui, false, out);
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! What the network makes of a pose under one lamp, beside the truth and their difference.
+
+use crate::progress::TrainingPictures;
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::theme::{self, GAP};
+use egui::{
+    Align2, Color32, FontId, Pos2, Rect, RichText, Sense, TextureHandle, Ui, WidgetInfo, vec2,
+};
+use std::sync::Arc;
+
+/// How much the difference is enlarged.
+const GAIN: u32 = 4;
+const CAPTION: f32 = 18.0;
+
+/// The textures of the lamp that is shown.
+#[derive(Default)]
+pub struct Pictures {
+    shown: Option<Shown>,
+}
+
+struct Shown {
+    pictures: Arc<TrainingPictures>,
+    lamp: usize,
+    textures: [TextureHandle; 3],
+}
+
+impl Pictures {
+    /// Three pictures beside each other, as high as there is room.
+    pub fn ui(&mut self, ui: &mut Ui, height: f32, sight: &Sight) {
+        let pictures = sight.training.pictures.as_ref();
+        self.upload(ui, pictures, sight.state.trained_lamp);
+        let side = ((ui.available_width() - 2.0 * GAP) / 3.0).min(height - CAPTION);
+        let names = ["Predicted", "True", "Difference ×4"];
+        let width = 3.0 * side + 2.0 * GAP;
+        let (rect, _) = ui.allocate_exact_size(vec2(width, side + CAPTION), Sense::hover());
+        for (i, name) in names.into_iter().enumerate() {
+            let corner = rect.left_top() + vec2(i as f32 * (side + GAP), 0.0);
+            let place = Rect::from_min_size(corner, vec2(side, side));
+            let painter = ui.painter();
+            match &self.shown {
+                Some(shown) => {
+                    let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+                    painter.image(shown.textures[i].id(), place, whole, Color32::WHITE);
+                }
+                None => {
+                    painter.rect_filled(place, 0.0, theme::WELL);
+                }
+            }
+            let below = place.center_bottom() + vec2(0.0, 3.0);
+            let font = FontId::proportional(12.0);
+            painter.text(below, Align2::CENTER_TOP, name, font, theme::QUIET);
+            let response = ui.interact(place, ui.scope_id().with(name), Sense::hover());
+            response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, name));
+        }
+        if self.shown.is_none() {
+            let text = "Pictures appear here while a network trains";
+            let font = FontId::proportional(13.0);
+            let middle = rect.center() - vec2(0.0, CAPTION / 2.0);
+            ui.painter()
+                .text(middle, Align2::CENTER_CENTER, text, font, theme::QUIET);
+        }
+    }
+
+    fn upload(&mut self, ui: &Ui, pictures: Option<&Arc<TrainingPictures>>, lamp: usize) {
+        let Some(pictures) = pictures else {
+            self.shown = None;
+            return;
+        };
+        let lamp = lamp.min(pictures.lamps().saturating_sub(1));
+        if let Some(shown) = &self.shown
+            && Arc::ptr_eq(&shown.pictures, pictures)
+            && shown.lamp == lamp
+        {
+            return;
+        }
+        let Some(bytes) = pictures.of_lamp(lamp, GAIN) else {
+            self.shown = None;
+            return;
+        };
+        let mut names = ["predicted", "true", "difference"].into_iter();
+        let textures = bytes.map(|rgb| {
+            let picture = egui::ColorImage::from_rgb(pictures.size, &rgb);
+            let name = names.next().unwrap_or_default();
+            ui.ctx()
+                .load_texture(name, picture, egui::TextureOptions::LINEAR)
+        });
+        self.shown = Some(Shown {
+            pictures: pictures.clone(),
+            lamp,
+            textures,
+        });
+    }
+}
+
+/// Which pose and which lamp.
+pub fn lamp_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    let lamps = sight.project.map_or(&[][..], |p| &p.settings.shoot.lamps);
+    let shown = sight.state.trained_lamp.min(lamps.len().saturating_sub(1));
+    let name = |lamp: usize| lamps.get(lamp).map_or("", String::as_str);
+    let label = ui.label(RichText::new("Lamp").size(13.0));
+    let list = egui::ComboBox::from_id_salt("trained lamp")
+        .selected_text(name(shown))
+        .width(96.0)
+        .show_ui(ui, |ui| {
+            for lamp in 0..lamps.len() {
+                if ui.selectable_label(lamp == shown, name(lamp)).clicked() {
+                    out.push(Command::TrainedLamp(lamp));
+                }
+            }
+        });
+    list.response
+        .labelled_by(label.id)
+        .on_hover_text("Keys: Page Up, Page Down");
+    if let Some(pictures) = &sight.training.pictures {
+        let poses = sight.project.map_or(&[][..], |p| &p.settings.shoot.poses);
+        let pose = poses.get(pictures.pose).map_or("", String::as_str);
+        let seen = match pictures.held_out {
+            true => ", which training does not see",
+            false => "",
+        };
+        let text = format!("{pose}{seen}, after step {}", pictures.step);
+        ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
+    }
+}

@@ -1,0 +1,188 @@
+//! What the window knows of the network's training: what is on disk, read beside the window's thread, and
+//! what a run says of itself as it goes.
+
+use super::layout::Pane;
+use super::state::State;
+use crate::gpu::DeviceChoice;
+use crate::progress::{Report, TrainingPictures, TrainingPoint};
+use crate::project::Project;
+use crate::training::{History, Pace, Preset, Records, TrainSettings, TrainingConfig};
+use crate::worker::{Event, Latest, TRAINING};
+use std::sync::Arc;
+
+/// What a person chooses of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrainChoice {
+    pub preset: Preset,
+    /// A pose, from 0, that training does not see and that judges it.
+    pub hold_out: Option<usize>,
+    /// Minutes after which a run ends, of a preset that time limits; none means as many as the preset says.
+    pub minutes: Option<f64>,
+}
+
+impl Default for TrainChoice {
+    fn default() -> Self {
+        Self {
+            preset: Preset::Quick,
+            hold_out: None,
+            minutes: None,
+        }
+    }
+}
+
+impl TrainChoice {
+    /// The configuration of a run from the start.
+    pub fn config(&self) -> TrainingConfig {
+        let config = self.preset.config();
+        TrainingConfig {
+            minutes: config
+                .minutes
+                .map(|minutes| self.minutes.unwrap_or(minutes)),
+            ..config
+        }
+    }
+}
+
+/// What is known.
+#[derive(Default)]
+pub struct Training {
+    /// What is on disk, once it was read.
+    pub records: Option<Arc<Records>>,
+    /// The curves: those on disk, and the running job's.
+    pub history: History,
+    /// Where the running job stands.
+    pub point: Option<TrainingPoint>,
+    /// The newest pictures.
+    pub pictures: Option<Arc<TrainingPictures>>,
+    /// Whether a training runs.
+    pub running: bool,
+    /// How fast a run of this window was.
+    timed: Option<Pace>,
+    /// What the running job, or the last, has told.
+    live: History,
+    slot: Option<Arc<Latest<Records>>>,
+    /// Whether a thread reads.
+    reading: bool,
+    /// Whether what was read is what is there.
+    current: bool,
+}
+
+impl Training {
+    /// Takes an event in.
+    pub fn hear(&mut self, event: &Event) {
+        match event {
+            Event::Started { what } => {
+                self.running = *what == TRAINING;
+                if self.running {
+                    self.pictures = None;
+                }
+                self.live = History::default();
+                self.point = None;
+            }
+            Event::Report(Report::Training(point)) => {
+                self.live.push(point.losses);
+                self.history.push(point.losses);
+                if point.steps_per_second > 0.0 {
+                    self.timed = Some(Pace {
+                        seconds_per_step: 1.0 / point.steps_per_second,
+                        multiply_adds: point.multiply_adds,
+                    });
+                }
+                self.point = Some(point.clone());
+            }
+            Event::Report(Report::Saved) => self.current = false,
+            Event::Finished { .. } => {
+                (self.running, self.current) = (false, false);
+                self.point = None;
+            }
+            _ => {}
+        }
+    }
+
+    /// Takes in what was read.
+    pub fn read(&mut self) {
+        let Some(records) = self.slot.as_ref().and_then(|slot| slot.take()) else {
+            return;
+        };
+        self.reading = false;
+        self.history = records.history.clone();
+        if self.running {
+            // What the log has not got yet.
+            for &point in self.live.points() {
+                self.history.push(point);
+            }
+        }
+        self.records = Some(Arc::new(records));
+    }
+
+    /// Reads what is on disk, where it may be other than before and the panes `shown` show it.
+    pub fn ask(
+        &mut self,
+        project: &Project,
+        shown: &[Pane],
+        wake: impl Fn() + Clone + Send + Sync + 'static,
+    ) {
+        if self.current || self.reading || !shown.contains(&Pane::Training) {
+            return;
+        }
+        (self.current, self.reading) = (true, true);
+        let slot = self.slot.get_or_insert_with(|| Arc::new(Latest::new(wake)));
+        let (slot, project) = (slot.clone(), project.clone());
+        std::thread::spawn(move || slot.put(Records::read(&project)));
+    }
+
+    /// The choice that is shown: a person's, or what fits the checkpoint.
+    pub fn choice(&self, state: &State, project: &Project) -> TrainChoice {
+        let fitting = || {
+            let present = self.records.as_ref()?.present.as_ref()?;
+            let fits = |preset: &Preset| preset.config().network(project) == present.network;
+            let judged = present.held_out.map(|judged| judged.pose);
+            Some(TrainChoice {
+                preset: Preset::ALL.into_iter().find(fits).unwrap_or(Preset::Quick),
+                hold_out: judged,
+                minutes: None,
+            })
+        };
+        state.look.training.or_else(fitting).unwrap_or_default()
+    }
+
+    /// Why a run cannot go on from the checkpoint with this choice; nothing where it can.
+    pub fn refusal(&self, choice: &TrainChoice, project: &Project) -> Option<String> {
+        let present = self.records.as_ref()?.present.as_ref()?;
+        let network = |preset: Preset| preset.config().network(project);
+        let mut presets = Preset::ALL.into_iter();
+        let fitting = presets.find(|&preset| network(preset) == present.network)?;
+        (network(choice.preset) != present.network).then(|| {
+            format!(
+                "The checkpoint's network is that of {}. Choose it, or start over",
+                fitting.name()
+            )
+        })
+    }
+
+    /// What to train by. A run that goes on keeps the network that it was begun with.
+    pub fn settings(
+        &self,
+        choice: &TrainChoice,
+        fresh: bool,
+        device: DeviceChoice,
+    ) -> TrainSettings {
+        let present = self.records.as_ref().and_then(|r| r.present.as_ref());
+        let config = choice.config();
+        TrainSettings {
+            config: match present {
+                Some(present) if !fresh => config.with_network(&present.network),
+                _ => config,
+            },
+            exclude_frames: Vec::new(),
+            hold_out: choice.hold_out,
+            fresh,
+            device,
+        }
+    }
+
+    /// How fast this machine trains, as far as is known.
+    pub fn pace(&self) -> Option<Pace> {
+        self.timed.or_else(|| self.records.as_ref()?.pace())
+    }
+}

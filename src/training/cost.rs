@@ -1,0 +1,174 @@
+//! What a preset will cost, before it has run.
+
+use super::config::{Preset, TrainingConfig};
+use super::schedule::Schedule;
+use crate::project::Project;
+use crate::reflectance::UNetConfig;
+
+/// How fast this machine trains a network.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    pub seconds_per_step: f64,
+    /// Multiplications with an addition in one prediction of the network that was timed.
+    pub multiply_adds: u64,
+}
+
+/// What a run will cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunCost {
+    /// Seconds of training; none before anything was timed, for a run that no time limits.
+    pub seconds: Option<f64>,
+    /// Steps that it makes; none before anything was timed, for a run that time limits.
+    pub steps: Option<u64>,
+    /// Whether a network of this very cost was timed. Another's time is taken to follow its multiplications.
+    pub timed: bool,
+}
+
+impl TrainingConfig {
+    /// The network that this trains for a project.
+    pub fn network(&self, project: &Project) -> UNetConfig {
+        UNetConfig {
+            size: project.settings.size,
+            lamps: project.settings.shoot.lamps.len(),
+            depth: self.depth,
+            width: self.width,
+            most_channels: self.most_channels,
+            normalization: self.normalization,
+            statistics: self.statistics,
+            formulation: self.formulation,
+            precision: self.precision,
+        }
+    }
+
+    /// The same for a network of another shape.
+    pub fn with_network(self, network: &UNetConfig) -> Self {
+        Self {
+            depth: network.depth,
+            width: network.width,
+            most_channels: network.most_channels,
+            normalization: network.normalization,
+            statistics: network.statistics,
+            formulation: network.formulation,
+            precision: network.precision,
+            ..self
+        }
+    }
+
+    /// What a run from the start will cost on a machine of this pace, with all of the interview's frames
+    /// and all poses but `held_out` of them.
+    pub fn cost(&self, project: &Project, held_out: usize, pace: Option<Pace>) -> RunCost {
+        let shoot = &project.settings.shoot;
+        let poses = shoot.poses.len().saturating_sub(held_out).max(1);
+        let seed = project.settings.seed;
+        let scheduled = Schedule::new(self, poses, shoot.frames.len(), seed).steps();
+        let multiply_adds = self.network(project).cost().multiply_adds;
+        let limit = self.minutes.map(|minutes| 60.0 * minutes);
+        let Some(pace) = pace else {
+            return RunCost {
+                seconds: limit,
+                steps: limit.is_none().then_some(scheduled),
+                timed: false,
+            };
+        };
+        let ratio = multiply_adds as f64 / pace.multiply_adds.max(1) as f64;
+        let step = (pace.seconds_per_step * ratio).max(1e-9);
+        let seconds = limit.unwrap_or(f64::INFINITY).min(scheduled as f64 * step);
+        RunCost {
+            seconds: Some(seconds),
+            steps: Some(((seconds / step).round() as u64).min(scheduled)),
+            timed: multiply_adds == pace.multiply_adds,
+        }
+    }
+}
+
+impl Preset {
+    /// What the preset is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quick => "quick",
+            Self::Paper => "paper",
+            Self::FastGpu => "fast-gpu",
+        }
+    }
+
+    /// What it is for.
+    pub fn purpose(self) -> &'static str {
+        match self {
+            Self::Quick => "The best picture in ten minutes on two cores",
+            Self::Paper => "The paper's network and schedule",
+            Self::FastGpu => "A wider network for as long, for machines with a GPU",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::project::{Ball, FORMAT, Settings, Shoot};
+
+    fn project() -> Project {
+        let names = |count: usize| (0..count).map(|i| i.to_string()).collect();
+        Project {
+            root: "film".into(),
+            settings: Settings {
+                format: FORMAT,
+                name: "film".into(),
+                size: 64,
+                seed: 1,
+                shoot: Shoot {
+                    folder: "shoot".into(),
+                    frame_rate: 24.0,
+                    poses: names(6),
+                    lamps: names(12),
+                    other_lamps: vec![],
+                    frames: names(100),
+                    ball: Ball {
+                        center_px: [8.0; 2],
+                        radius_px: 4.0,
+                        radius_m: 0.1,
+                        camera_distance_m: 1.0,
+                    },
+                    dome_radius_m: None,
+                    environments: vec![],
+                    lamp_layout: vec![],
+                },
+            },
+        }
+    }
+
+    #[test]
+    fn a_run_takes_its_steps_at_the_pace_or_its_minutes() {
+        let (project, paper) = (project(), Preset::Paper.config());
+        let network = paper.network(&project);
+        let pace = Pace {
+            seconds_per_step: 0.5,
+            multiply_adds: network.cost().multiply_adds,
+        };
+        let unknown = paper.cost(&project, 0, None);
+        assert_eq!((unknown.seconds, unknown.steps), (None, Some(10_000)));
+        let known = paper.cost(&project, 1, Some(pace));
+        assert_eq!((known.seconds, known.steps), (Some(4500.0), Some(9000)));
+        assert!(known.timed);
+
+        let quick = Preset::Quick.config().with_network(&network);
+        let unknown = quick.cost(&project, 0, None);
+        assert_eq!((unknown.seconds, unknown.steps), (Some(600.0), None));
+        let known = quick.cost(&project, 0, Some(pace));
+        assert_eq!((known.seconds, known.steps), (Some(600.0), Some(1200)));
+    }
+
+    #[test]
+    fn a_network_of_fewer_multiplications_takes_less_time() {
+        let project = project();
+        let [quick, paper] = [Preset::Quick, Preset::Paper].map(Preset::config);
+        let [small, large] = [&quick, &paper].map(|c| c.network(&project).cost().multiply_adds);
+        let pace = Pace {
+            seconds_per_step: 1.0,
+            multiply_adds: large,
+        };
+        let cost = quick.cost(&project, 0, Some(pace));
+        assert!(!cost.timed && small < large);
+        let expected = 600.0 * large as f64 / small as f64;
+        assert!((cost.steps.unwrap() as f64 - expected).abs() < 1.0);
+    }
+}

@@ -1,0 +1,233 @@
+//! The curves of a run, of bounded size however long it is: as they come, and as they were written down.
+
+use super::log::{JUDGEMENTS, STEPS};
+use crate::error::{Error, Result};
+use crate::progress::LossPoint;
+use std::collections::HashMap;
+use std::io::{BufRead, BufReader, ErrorKind};
+use std::path::Path;
+
+/// Points that a history keeps at most: more than a window is wide.
+pub const MOST_POINTS: usize = 2048;
+/// Steps at the end of a run that its pace is taken from.
+const PACE_STEPS: usize = 64;
+
+/// The points of a run in the order of their steps. Whenever they become too many, each two neighbours
+/// become one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct History {
+    points: Vec<LossPoint>,
+    /// How often neighbours became one.
+    halvings: u32,
+    /// How many points the last one stands for.
+    last: u32,
+    /// Seconds that one of the last steps took.
+    seconds_per_step: Option<f64>,
+}
+
+impl History {
+    /// The points, steps rising.
+    pub fn points(&self) -> &[LossPoint] {
+        &self.points
+    }
+
+    /// Seconds that one of the last steps in the project's log took.
+    pub fn seconds_per_step(&self) -> Option<f64> {
+        self.seconds_per_step
+    }
+
+    /// Adds a point. A run that went back, or began anew, forgets what is no longer its past.
+    pub fn push(&mut self, point: LossPoint) {
+        let each = 1 << self.halvings.min(31);
+        while self
+            .points
+            .last()
+            .is_some_and(|last| last.step >= point.step)
+        {
+            self.points.pop();
+            self.last = each;
+        }
+        match self.points.last_mut() {
+            Some(last) if self.last < each => {
+                *last = last.joined(point, self.last);
+                self.last += 1;
+            }
+            _ => {
+                self.points.push(point);
+                self.last = 1;
+            }
+        }
+        if self.points.len() > MOST_POINTS {
+            self.points = halved(&self.points, |a, b| a.joined(*b, 1));
+            self.halvings += 1;
+        }
+    }
+
+    /// Reads what training wrote down beside the project in `root`. Lines that are not whole are passed
+    /// over: the last one may still be on its way. A project that was never trained has no points.
+    ///
+    /// # Errors
+    /// When a file is there and cannot be read.
+    pub fn read(root: &Path) -> Result<Self> {
+        let mut judged = HashMap::new();
+        whole_lines(&root.join(JUDGEMENTS), |fields| {
+            if let [step, _, decibels] = fields
+                && let (Ok(step), Ok(decibels)) = (step.parse::<u64>(), decibels.parse::<f32>())
+                && decibels.is_finite()
+            {
+                judged.insert(step, decibels);
+            }
+        })?;
+        let mut history = Self::default();
+        let mut pace = std::collections::VecDeque::new();
+        whole_lines(&root.join(STEPS), |fields| {
+            if let Some(mut point) = point(fields) {
+                point.held_out_db = judged.get(&point.step).copied();
+                if pace.back().is_some_and(|&(step, _)| point.step != step + 1) {
+                    pace.clear();
+                }
+                pace.push_back((point.step, point.seconds));
+                if pace.len() > PACE_STEPS {
+                    pace.pop_front();
+                }
+                history.push(point);
+            }
+        })?;
+        if let (Some(first), Some(last)) = (pace.front(), pace.back())
+            && last.0 > first.0
+        {
+            history.seconds_per_step = Some((last.1 - first.1) / (last.0 - first.0) as f64);
+        }
+        Ok(history)
+    }
+}
+
+/// Each two neighbours as one; the last of an odd number stays alone.
+pub fn halved<T: Clone>(points: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
+    let pairs = points.chunks(2);
+    pairs
+        .map(|pair| match pair {
+            [a, b] => join(a, b),
+            alone => alone[0].clone(),
+        })
+        .collect()
+}
+
+/// A line of the log of steps; none where it is none.
+fn point(fields: &[&str]) -> Option<LossPoint> {
+    let &[step, seconds, reconstruction, rendering, _, _, taken] = fields else {
+        return None;
+    };
+    taken.parse::<bool>().ok()?;
+    // Steps that do without a term leave its field empty; those that are not finite are no points of a curve.
+    let loss = |text: &str| text.parse::<f32>().ok().filter(|loss| loss.is_finite());
+    Some(LossPoint {
+        step: step.parse().ok()?,
+        seconds: seconds.parse().ok()?,
+        reconstruction: loss(reconstruction),
+        rendering: loss(rendering),
+        held_out_db: None,
+    })
+}
+
+/// Hands the fields of each line that has its end to `take`; none where there is no such file.
+fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
+    let fail = |e: std::io::Error| {
+        let remedy = "Check that it can be read, or move it away: training writes it anew";
+        Error::file("read", path, e, remedy)
+    };
+    let file = match std::fs::File::open(path) {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
+        file => file.map_err(fail)?,
+    };
+    let mut lines = BufReader::new(file);
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        lines.read_until(b'\n', &mut line).map_err(fail)?;
+        if line.pop() != Some(b'\n') {
+            return Ok(());
+        }
+        if let Ok(line) = std::str::from_utf8(&line) {
+            let fields: Vec<&str> = line.split(',').collect();
+            take(&fields);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::training::log::{JUDGEMENTS_HEADER, STEPS_HEADER};
+
+    fn point(step: u64) -> LossPoint {
+        LossPoint {
+            step,
+            seconds: step as f64 / 8.0,
+            reconstruction: Some(1.0 / step as f32),
+            rendering: (!step.is_multiple_of(3)).then_some(2.0 / step as f32),
+            held_out_db: step.is_multiple_of(100).then_some(step as f32 / 100.0),
+        }
+    }
+
+    #[test]
+    fn a_long_run_keeps_a_bounded_curve_of_even_resolution() {
+        let mut history = History::default();
+        const STEPS: u64 = 100_000;
+        for step in 1..=STEPS {
+            history.push(point(step));
+            assert!(history.points().len() <= MOST_POINTS);
+        }
+        let points = history.points();
+        assert!(points.len() > MOST_POINTS / 2);
+        assert_eq!(points.last().unwrap().step, STEPS);
+        let apart: Vec<u64> = points.windows(2).map(|w| w[1].step - w[0].step).collect();
+        let even = apart[0];
+        assert!(apart[..apart.len() - 1].iter().all(|&gap| gap == even));
+        // The mean over neighbours of 1/step lies between its first and its last.
+        let bounded = |p: &LossPoint| {
+            let (least, most) = (1.0 / p.step as f32, 1.0 / (p.step - even + 1) as f32);
+            (0.999 * least..=1.001 * most).contains(&p.reconstruction.unwrap())
+        };
+        assert!(points[..points.len() - 1].iter().all(bounded));
+        let judged = points.iter().filter(|p| p.held_out_db.is_some()).count();
+        assert_eq!(judged as u64, STEPS / 100);
+    }
+
+    #[test]
+    fn a_run_that_goes_back_forgets_what_came_after() {
+        let mut history = History::default();
+        (1..=50).for_each(|step| history.push(point(step)));
+        (21..=30).for_each(|step| history.push(point(step)));
+        let steps: Vec<u64> = history.points().iter().map(|p| p.step).collect();
+        assert_eq!(steps, (1..=30).collect::<Vec<_>>());
+        history.push(point(1));
+        assert_eq!(history.points(), [point(1)]);
+    }
+
+    #[test]
+    fn a_log_is_read_as_far_as_it_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(History::read(folder.path()).unwrap(), History::default());
+        let steps = format!(
+            "{STEPS_HEADER}\n1,0.250,0.5,0.25,1e-3,2.5,true\n\n2,0.500,,0.125,1e-3,2.5,true\nrubbish\n\
+             3,0.750,NaN,0.0625,1e-3,NaN,false\n4,1.000,0.25,0.031,1e-3,2.5,tr"
+        );
+        std::fs::write(folder.path().join(STEPS), steps).unwrap();
+        let judged = format!("{JUDGEMENTS_HEADER}\n2,0.500,21.5\n3,0.750,2");
+        std::fs::write(folder.path().join(JUDGEMENTS), judged).unwrap();
+        let history = History::read(folder.path()).unwrap();
+        let read: Vec<_> = (history.points().iter())
+            .map(|p| (p.step, p.reconstruction, p.rendering, p.held_out_db))
+            .collect();
+        assert_eq!(
+            read,
+            [
+                (1, Some(0.5), Some(0.25), None),
+                (2, None, Some(0.125), Some(21.5)),
+                (3, None, Some(0.0625), None)
+            ]
+        );
+        assert_eq!(history.seconds_per_step(), Some(0.25));
+    }
+}

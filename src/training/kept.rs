@@ -1,0 +1,294 @@
+//! Checkpoints that a run leaves behind, to go back to: `checkpoints/0012-step-0001200/` holds the
+//! checkpoint after step 1200 with the logs as they were then.
+//!
+//! Folders are numbered in the order of their making. Those that training leaves thin out as they age;
+//! those that a person put aside (`0013-aside-0003000`), by starting over or by going back, stay.
+
+use super::log::{JUDGEMENTS, STEPS};
+use crate::error::{Error, Result};
+use crate::imaging::file::write_beside;
+use crate::project::Project;
+use crate::reflectance::checkpoint::{self, CheckpointInfo};
+use crate::reflectance::predictor::check_fits;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Bytes that the checkpoints of training itself may take; the oldest go first.
+const MOST_BYTES: u64 = 4 << 30;
+/// Begins the names of folders that are not finished, or no longer needed.
+const HIDDEN: &str = ".";
+
+/// A checkpoint in the list.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Kept {
+    /// Its folder in `checkpoints/`, which names it.
+    pub name: String,
+    /// Counts what was kept in this project.
+    pub number: u64,
+    /// Whether a person put it aside: then it stays.
+    pub aside: bool,
+    /// Whether it is the project's checkpoint now.
+    pub present: bool,
+    /// Bytes on disk.
+    pub bytes: u64,
+    pub info: CheckpointInfo,
+}
+
+/// Why a checkpoint is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// Training goes by it.
+    Passing,
+    /// A person puts another in its place.
+    Aside,
+}
+
+fn folder(project: &Project) -> PathBuf {
+    project.root.join("checkpoints")
+}
+
+fn named(number: u64, why: Why, step: u64) -> String {
+    let why = match why {
+        Why::Passing => "step",
+        Why::Aside => "aside",
+    };
+    format!("{number:04}-{why}-{step:07}")
+}
+
+/// Number and purpose of a folder by its name.
+fn parsed(name: &str) -> Option<(u64, Why)> {
+    let mut parts = name.split('-');
+    let number = parts.next()?.parse().ok()?;
+    let why = match parts.next()? {
+        "step" => Why::Passing,
+        "aside" => Why::Aside,
+        _ => return None,
+    };
+    Some((number, why))
+}
+
+/// All folders of the list, the newest first: number, purpose, name.
+fn entries(project: &Project) -> Vec<(u64, Why, String)> {
+    let names = std::fs::read_dir(folder(project)).into_iter().flatten();
+    let mut all: Vec<_> = names
+        .flatten()
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .filter_map(|name| parsed(&name).map(|(number, why)| (number, why, name)))
+        .collect();
+    all.sort_unstable_by_key(|&(number, ..)| std::cmp::Reverse(number));
+    all
+}
+
+/// The checkpoints that can be gone back to, the newest first. Those that are not understood are left out.
+pub fn list(project: &Project) -> Vec<Kept> {
+    let present = checkpoint::info(&project.checkpoint_path()).ok();
+    let kept = |(number, why, name): (u64, Why, String)| {
+        let folder = folder(project).join(&name);
+        let info = checkpoint::info(&folder).ok()?;
+        Some(Kept {
+            aside: why == Why::Aside,
+            present: present.as_ref() == Some(&info),
+            bytes: bytes(&folder),
+            name,
+            number,
+            info,
+        })
+    };
+    entries(project).into_iter().filter_map(kept).collect()
+}
+
+/// Bytes of a folder's files.
+fn bytes(folder: &Path) -> u64 {
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let sizes = files.filter_map(|file| file.metadata().ok());
+    sizes.map(|data| data.len()).sum()
+}
+
+/// Keeps the project's checkpoint in the list, with the logs as they are; nothing is done where it is there
+/// already. Weights are shared with the checkpoint where the disk can.
+///
+/// # Errors
+/// When there is no checkpoint that is understood, or the folder cannot be written.
+pub fn keep(project: &Project, why: Why) -> Result<()> {
+    let from = project.checkpoint_path();
+    let info = checkpoint::info(&from)?;
+    let folder = folder(project);
+    let fail = |e: std::io::Error| {
+        let remedy = "Check that the folder can be written and the disk has room";
+        Error::file("write", &folder, e, remedy)
+    };
+    let known = list(project).into_iter().find(|kept| kept.info == info);
+    match (known, why) {
+        (None, _) => {
+            let number = entries(project)
+                .first()
+                .map_or(1, |&(number, ..)| number + 1);
+            let name = named(number, why, info.step);
+            let partial = folder.join(format!("{HIDDEN}{name}"));
+            clean(&folder);
+            checkpoint::link(&from, &partial)?;
+            for log in [STEPS, JUDGEMENTS] {
+                if project.root.join(log).exists() {
+                    std::fs::copy(project.root.join(log), partial.join(log)).map_err(fail)?;
+                }
+            }
+            std::fs::rename(&partial, folder.join(name)).map_err(fail)?;
+        }
+        (Some(kept), Why::Aside) if !kept.aside => {
+            let name = named(kept.number, why, info.step);
+            std::fs::rename(folder.join(&kept.name), folder.join(name)).map_err(fail)?;
+        }
+        (Some(_), _) => {}
+    }
+    if why == Why::Passing {
+        thin_out(project, MOST_BYTES);
+    }
+    Ok(())
+}
+
+/// Puts the project's checkpoint aside before another takes its place, one that is not understood too.
+///
+/// # Errors
+/// When the folder cannot be written.
+pub fn put_aside(project: &Project) -> Result<()> {
+    let present = project.checkpoint_path();
+    if !present.join("checkpoint.toml").exists() {
+        return Ok(());
+    }
+    if checkpoint::info(&present).is_ok() {
+        return keep(project, Why::Aside);
+    }
+    let number = entries(project)
+        .first()
+        .map_or(1, |&(number, ..)| number + 1);
+    let unread = folder(project).join(format!("{number:04}-unreadable-{}", std::process::id()));
+    std::fs::create_dir_all(folder(project))
+        .and_then(|()| std::fs::rename(&present, &unread))
+        .map_err(|e| Error::file("move", &present, e, "Check that the folder can be written"))
+}
+
+/// Puts a kept checkpoint, given by its name or by its step (the newest of that step), in place of the
+/// project's, which is put aside. A kill at any moment leaves the one or the other, whole.
+///
+/// # Errors
+/// When there is no such checkpoint, it was made for other pictures, or files cannot be written.
+pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
+    let kept = list(project);
+    let by_step = |kept: &&Kept| wanted.parse() == Ok(kept.info.step);
+    let found = kept.iter().find(|kept| kept.name == wanted);
+    let Some(found) = found.or_else(|| kept.iter().find(by_step)) else {
+        return Err(Error::unexpected(
+            folder(project).display(),
+            "the step or the name of a kept checkpoint",
+            wanted,
+            "afterlight checkpoints PROJECT lists them",
+        ));
+    };
+    check_fits(&found.info, project)?;
+    if !found.present {
+        put_aside(project)?;
+        let from = folder(project).join(&found.name);
+        checkpoint::link(&from, &project.checkpoint_path())?;
+        for log in [STEPS, JUDGEMENTS] {
+            restore(&from.join(log), &project.root.join(log))?;
+        }
+    }
+    Ok(found.info.clone())
+}
+
+/// Makes the log `to` what it was when `from` was kept.
+fn restore(from: &Path, to: &Path) -> Result<()> {
+    if from.exists() {
+        return write_beside(to, |out| {
+            std::io::copy(&mut std::fs::File::open(from)?, out).map(drop)
+        });
+    }
+    match std::fs::remove_file(to) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+            let remedy = "Check that the folder can be written";
+            Err(Error::file("remove", to, e, remedy))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether number `number` of those that training leaves still stays when `newest` is the last: of the
+/// numbers that 2^k divides and 2^(k+1) does not, two. So ages grow by doubling, and of n checkpoints no
+/// more than 2·(log2 n + 1) stay.
+fn stays(number: u64, newest: u64) -> bool {
+    let lasts = 4u64.checked_shl(number.trailing_zeros());
+    lasts.is_none_or(|lasts| newest.saturating_sub(number) < lasts)
+}
+
+/// Removes what has aged out, and the oldest beyond `most_bytes`.
+fn thin_out(project: &Project, most_bytes: u64) {
+    let all = entries(project);
+    let newest = all.first().map_or(0, |&(number, ..)| number);
+    let mut total = 0;
+    for (number, why, name) in all {
+        if why == Why::Aside {
+            continue;
+        }
+        let path = folder(project).join(&name);
+        total += bytes(&path);
+        if number != newest && (!stays(number, newest) || total > most_bytes) {
+            // Hidden first: a kill while files are removed leaves nothing that looks whole. What cannot be
+            // removed costs space and nothing else.
+            let hidden = folder(project).join(format!("{HIDDEN}{name}"));
+            let _ = std::fs::rename(&path, hidden);
+        }
+    }
+    clean(&folder(project));
+}
+
+/// Removes what a kill left unfinished.
+fn clean(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(HIDDEN) {
+            // It costs space and nothing else.
+            let _ = std::fs::remove_dir_all(entry.path());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Many saves, and what is left of them at any time.
+    #[test]
+    fn the_list_stays_short_and_reaches_back_by_doubling() {
+        let mut left: Vec<u64> = Vec::new();
+        for newest in 1..3000u64 {
+            left.push(newest);
+            left.retain(|&number| stays(number, newest));
+            let bound = 2 * (u64::from(newest.ilog2()) + 1);
+            assert!(left.len() as u64 <= bound, "{} of {newest}", left.len());
+            assert!(left.contains(&newest));
+            // However long ago: one is left at no more than twice that age, unless the run is younger.
+            for age in 1..newest {
+                let near = left.iter().any(|&number| {
+                    let old = newest - number;
+                    (age..=2 * age).contains(&old)
+                });
+                assert!(near || 2 * age >= newest, "{age} of {newest}: {left:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn names_say_what_was_kept_and_others_are_not_of_the_list() {
+        for why in [Why::Passing, Why::Aside] {
+            assert_eq!(parsed(&named(12, why, 1200)), Some((12, why)));
+        }
+        for name in [
+            "",
+            ".0012-step-0001200",
+            "0012-unreadable-7",
+            "step-12",
+            "x-step-1",
+        ] {
+            assert_eq!(parsed(name), None, "{name}");
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! The tables of text that training writes beside the project as it goes.
+
+use super::trainer::StepReport;
+use crate::error::{Error, Result};
+use crate::project::Project;
+use crate::reflectance::checkpoint::CheckpointInfo;
+use std::fs::OpenOptions;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Every step's losses.
+pub(super) const STEPS: &str = "training.csv";
+/// What the held-out pose says.
+pub(super) const JUDGEMENTS: &str = "held_out.csv";
+/// The columns of both.
+pub(super) const STEPS_HEADER: &str =
+    "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken";
+pub(super) const JUDGEMENTS_HEADER: &str = "step,seconds,decibels";
+
+/// A table that grows line by line.
+pub(super) struct Log {
+    path: PathBuf,
+    out: BufWriter<std::fs::File>,
+}
+
+impl Log {
+    /// Opens the log of steps, or of judgements; a fresh one forgets what was there.
+    pub fn steps(project: &Project, fresh: bool) -> Result<Self> {
+        Self::open(project.root.join(STEPS), STEPS_HEADER, fresh)
+    }
+
+    pub fn judgements(project: &Project, fresh: bool) -> Result<Self> {
+        Self::open(project.root.join(JUDGEMENTS), JUDGEMENTS_HEADER, fresh)
+    }
+
+    fn open(path: PathBuf, header: &str, fresh: bool) -> Result<Self> {
+        let fail = |e: std::io::Error| {
+            Error::file("write", &path, e, "Check that the folder can be written")
+        };
+        if !fresh {
+            remove_torn_line(&path).map_err(fail)?;
+        }
+        let mut options = OpenOptions::new();
+        options
+            .create(true)
+            .write(true)
+            .append(!fresh)
+            .truncate(fresh);
+        let file = options.open(&path).map_err(fail)?;
+        let empty = file.metadata().map_err(fail)?.len() == 0;
+        let mut log = Self {
+            out: BufWriter::new(file),
+            path,
+        };
+        if empty {
+            log.line(header)?;
+        }
+        Ok(log)
+    }
+
+    /// A step's figures.
+    pub fn step(&mut self, info: &CheckpointInfo, report: &StepReport) -> Result<()> {
+        let show = |loss: Option<f32>| loss.map_or(String::new(), |l| l.to_string());
+        self.line(&format!(
+            "{},{:.3},{},{},{:e},{},{}",
+            info.step,
+            info.seconds,
+            show(report.reconstruction),
+            show(report.rendering),
+            report.learning_rate,
+            report.gradient_norm,
+            report.taken
+        ))
+    }
+
+    /// What the held-out pose says of the network.
+    pub fn judgement(&mut self, info: &CheckpointInfo, decibels: f32) -> Result<()> {
+        self.line(&format!("{},{:.3},{decibels}", info.step, info.seconds))
+    }
+
+    fn line(&mut self, line: &str) -> Result<()> {
+        writeln!(self.out, "{line}").map_err(|e| self.failure(&e))
+    }
+
+    pub fn flush(&mut self) -> Result<()> {
+        self.out.flush().map_err(|e| self.failure(&e))
+    }
+
+    fn failure(&self, cause: &std::io::Error) -> Error {
+        Error::file("write", &self.path, cause, "Check that the disk has room")
+    }
+}
+
+/// Removes what stands after the last end of a line: a run that was killed leaves part of one.
+fn remove_torn_line(path: &Path) -> std::io::Result<()> {
+    let text = match std::fs::read(path) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        text => text?,
+    };
+    let whole = text
+        .iter()
+        .rposition(|&b| b == b'\n')
+        .map_or(0, |end| end + 1);
+    if whole < text.len() {
+        let file = OpenOptions::new().write(true).open(path)?;
+        file.set_len(whole as u64)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_torn_line_is_removed_and_the_log_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        let after = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            let mut log = Log::open(path.clone(), "a,b", false).unwrap();
+            log.line("3,4").unwrap();
+            log.flush().unwrap();
+            std::fs::read_to_string(&path).unwrap()
+        };
+        for text in ["a,b\n1,2\n", "a,b\n1,2\n3,"] {
+            assert_eq!(after(text), "a,b\n1,2\n3,4\n");
+        }
+        for text in ["", "a,"] {
+            assert_eq!(after(text), "a,b\n3,4\n");
+        }
+    }
+}

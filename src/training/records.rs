@@ -1,0 +1,48 @@
+//! What is on disk of a project's training.
+
+use super::cost::Pace;
+use super::history::History;
+use super::kept::{self, Kept};
+use crate::project::Project;
+use crate::reflectance::checkpoint::{self, CheckpointInfo};
+
+/// All of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Records {
+    pub history: History,
+    /// The project's checkpoint, where it has one.
+    pub present: Option<CheckpointInfo>,
+    /// Checkpoints to go back to, the newest first.
+    pub kept: Vec<Kept>,
+    /// Whether the project is calibrated.
+    pub calibrated: bool,
+    /// Why something of it cannot be read.
+    pub failure: Option<String>,
+}
+
+impl Records {
+    /// Reads them: seconds for a run of a million steps.
+    pub fn read(project: &Project) -> Self {
+        let mut failure = None;
+        let mut sentence = |e: crate::Error| failure = Some(e.to_string());
+        let folder = project.checkpoint_path();
+        let there = folder.join("checkpoint.toml").exists();
+        let present = there.then(|| checkpoint::info(&folder).map_err(&mut sentence).ok());
+        let history = History::read(&project.root).map_err(&mut sentence).ok();
+        Self {
+            history: history.unwrap_or_default(),
+            present: present.flatten(),
+            kept: kept::list(project),
+            calibrated: project.calibration_path().exists(),
+            failure,
+        }
+    }
+
+    /// How fast this machine trained the network of the checkpoint, as far as the log says.
+    pub fn pace(&self) -> Option<Pace> {
+        Some(Pace {
+            seconds_per_step: self.history.seconds_per_step()?,
+            multiply_adds: self.present.as_ref()?.network.cost().multiply_adds,
+        })
+    }
+}

@@ -1,0 +1,179 @@
+//! What a run shows of itself as it goes: figures a few times a second, pictures now and then.
+
+use super::judge::Attempt;
+use super::schedule::Lesson;
+use super::trainer::{StepReport, Trainer};
+use crate::memory;
+use crate::progress::{LossPoint, Progress, TrainingPhase, TrainingPictures, TrainingPoint};
+use crate::turn;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Between two points.
+const POINT_INTERVAL: Duration = Duration::from_millis(250);
+/// Between two sets of pictures at least …
+const PICTURES_INTERVAL: Duration = Duration::from_secs(2);
+/// … and as many times what the last one took, so that they cost a hundredth of training at most.
+const PICTURES_SHARE: u32 = 100;
+/// Steps after which it is said how long the run will take.
+const FIRST_STEPS: u64 = 20;
+
+/// What was seen since it was last told.
+#[derive(Default)]
+pub(super) struct Watch {
+    reconstruction: Mean,
+    rendering: Mean,
+    held_out_db: Option<f32>,
+    /// Mean duration of a step, over about twenty.
+    step_seconds: Option<f64>,
+    steps: u64,
+    skipped: u64,
+    told: Option<Instant>,
+    pictures_due: Option<Instant>,
+    truth: Option<Arc<Vec<u8>>>,
+}
+
+#[derive(Default)]
+struct Mean {
+    sum: f32,
+    count: u32,
+}
+
+impl Mean {
+    fn add(&mut self, value: Option<f32>) {
+        self.sum += value.unwrap_or_default();
+        self.count += u32::from(value.is_some());
+    }
+
+    fn take(&mut self) -> Option<f32> {
+        let Self { sum, count } = std::mem::take(self);
+        (count > 0).then(|| sum / count as f32)
+    }
+}
+
+impl Watch {
+    /// Takes in a step and the seconds that it took.
+    pub fn step(&mut self, report: &StepReport, seconds: f64) {
+        self.steps += 1;
+        self.skipped += u64::from(!report.taken);
+        if report.taken {
+            self.reconstruction.add(report.reconstruction);
+            self.rendering.add(report.rendering);
+        }
+        // The first step allocates and tunes.
+        if self.steps > 1 {
+            let old = self.step_seconds.unwrap_or(seconds);
+            self.step_seconds = Some(old + 0.05 * (seconds - old));
+        }
+    }
+
+    /// Takes in what the held-out pose says.
+    pub fn judged(&mut self, decibels: f32) {
+        self.held_out_db = Some(decibels);
+    }
+
+    /// Steps that were skipped.
+    pub fn skipped(&self) -> u64 {
+        self.skipped
+    }
+
+    /// Tells how the run stands after step `report`, where that is due or there is news of the held-out
+    /// pose; `dead` are the lamps whose outputs have died.
+    pub fn tell(
+        &mut self,
+        trainer: &Trainer,
+        report: &StepReport,
+        dead: &[usize],
+        progress: &Progress,
+    ) {
+        let due = self
+            .told
+            .is_none_or(|told| told.elapsed() >= POINT_INTERVAL);
+        if !due && self.held_out_db.is_none() {
+            return;
+        }
+        self.told = Some(Instant::now());
+        let info = trainer.info();
+        let phase = match trainer.schedule.lesson(info.step.saturating_sub(1)) {
+            Lesson::Exemplar { .. } => TrainingPhase::Exemplars,
+            Lesson::Video { .. } => TrainingPhase::Interview,
+        };
+        progress.training(TrainingPoint {
+            losses: LossPoint {
+                step: info.step,
+                seconds: info.seconds,
+                reconstruction: self.reconstruction.take(),
+                rendering: self.rendering.take(),
+                held_out_db: self.held_out_db.take(),
+            },
+            phase,
+            learning_rate: report.learning_rate,
+            gradient_norm: report.gradient_norm,
+            steps_per_second: self
+                .step_seconds
+                .map_or(0.0, |seconds| 1.0 / seconds.max(1e-9)),
+            multiply_adds: info.network.cost().multiply_adds,
+            memory_bytes: memory::held(),
+            skipped_steps: self.skipped,
+            dead_lamps: dead.to_vec(),
+        });
+    }
+
+    /// Says once, after the first steps, how long a run takes that ends after `steps` or `minutes`.
+    pub fn predict(&self, trainer: &Trainer, minutes: Option<f64>, progress: &Progress) {
+        if self.steps != FIRST_STEPS {
+            return;
+        }
+        let Some(step) = self.step_seconds else {
+            return;
+        };
+        let info = trainer.info();
+        let left = trainer.schedule.steps().saturating_sub(info.step);
+        let by_steps = left as f64 * step;
+        let by_time = minutes.map_or(f64::INFINITY, |minutes| 60.0 * minutes - info.seconds);
+        let seconds = by_steps.min(by_time).max(0.0);
+        progress.say(format!(
+            "A step takes {step:.3} s: about {:.0} steps more in {:.1} minutes",
+            seconds / step.max(1e-9),
+            seconds / 60.0
+        ));
+    }
+
+    /// Shows what the network makes of a pose, where anybody looks and it is due, or is the `last` time: the
+    /// pose that training does not see, or the first.
+    pub fn show(&mut self, trainer: &Trainer, last: bool, progress: &Progress) {
+        let began = Instant::now();
+        let due = last || self.pictures_due.is_none_or(|due| began >= due);
+        if !progress.wants_pictures() || !due {
+            return;
+        }
+        let pictures = {
+            let _turn = turn::DEVICE.take();
+            self.pictures(trainer)
+        };
+        if let Some(pictures) = pictures {
+            progress.show(pictures);
+        }
+        let pause = (began.elapsed() * PICTURES_SHARE).max(PICTURES_INTERVAL);
+        self.pictures_due = Some(Instant::now() + pause);
+    }
+
+    fn pictures(&mut self, trainer: &Trainer) -> Option<TrainingPictures> {
+        let (pose, lesson) = trainer.shown_lesson();
+        let info = trainer.info();
+        let attempt = Attempt::new(&trainer.average, info, lesson, trainer.data.olat_gain);
+        let truth = match &self.truth {
+            Some(truth) => truth.clone(),
+            None => Arc::new(attempt.truth_bytes()?),
+        };
+        self.truth = Some(truth.clone());
+        Some(TrainingPictures {
+            step: info.step,
+            pose,
+            held_out: trainer.data.held_out.is_some(),
+            size: attempt.picture_size(),
+            predicted: attempt.predicted_bytes()?,
+            truth,
+        })
+    }
+}
