@@ -6,6 +6,8 @@ mod calibrating;
 mod clay;
 #[path = "studio/comparing.rs"]
 mod comparing;
+#[path = "studio/export.rs"]
+mod export;
 
 use afterlight::Error;
 use afterlight::compositor::Field;

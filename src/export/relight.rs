@@ -1,6 +1,7 @@
 //! The relit interview: every frame predicted, lit by an environment and written.
 
-use super::{ClipWriter, Destination, write_still};
+use super::writer::{Lights, Writer, check};
+use super::{Files, LightLayers, Rebuild};
 use crate::calibration::Calibration;
 use crate::compositor::passes::RelightPass;
 use crate::compositor::{
@@ -12,21 +13,23 @@ use crate::gpu::{ComputeDevice, DeviceChoice};
 use crate::light::keyframes::Keyframes;
 use crate::light::lighting::Lit;
 use crate::light::panorama::{self, Reading};
-use crate::light::{Environment, Lighting, Mapping, built_in, conventions};
+use crate::light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use crate::progress::Progress;
 use crate::project::Project;
 use crate::reflectance::Predictor;
-use crate::scene::{Background, Effects, Scene};
+use crate::scene::{Background, Effects, Output, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 /// What a person asks for.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct RelightSettings {
     /// A panorama's file, or the name of one of the shoot's environments.
     pub environment: PathBuf,
+    /// The environment itself, where it has been read already.
+    pub read: Option<Arc<Environment>>,
     /// How its file lays out the sphere, where that is no lat-long.
     pub mapping: Option<Mapping>,
     /// Yaw in degrees, of the first frame.
@@ -44,8 +47,7 @@ pub struct RelightSettings {
     pub frames: Option<(usize, usize)>,
     pub exposure_stops: f32,
     pub background: Background,
-    /// As [`Destination::parse`] understands it.
-    pub to: String,
+    pub files: Files,
     /// Say what each pass did and took.
     pub profile: bool,
     pub device: DeviceChoice,
@@ -60,12 +62,32 @@ pub struct RelightReport {
     pub ms_per_frame: f64,
     /// The passes of the last frame, with their mean time over all frames.
     pub passes: Vec<PassReport>,
-    /// Where it was written, as it was asked for.
+    /// Where it was written, with the number of frames as it was asked for.
     pub output: String,
+    /// How well the light layers gave back the relit subject, where they were asked for.
+    pub layers: Option<Rebuild>,
     /// Share of the environment's energy that comes from where no lamp is.
     pub uncovered_energy: f32,
     /// Where the network ran and why.
     pub device: String,
+}
+
+impl RelightReport {
+    /// What was written, and how well the light layers add up.
+    pub fn sentence(&self) -> String {
+        let frames = match self.frames {
+            1 => "1 frame".to_owned(),
+            frames => format!("{frames} frames"),
+        };
+        let layers = self
+            .layers
+            .as_ref()
+            .map_or(String::new(), |check| format!(". {}", check.sentence()));
+        format!(
+            "{frames} at {:.0} ms each: {}{layers}",
+            self.ms_per_frame, self.output
+        )
+    }
 }
 
 /// Relights the project's interview and writes it.
@@ -78,12 +100,19 @@ pub fn relight(
     settings: &RelightSettings,
     progress: &Progress,
 ) -> Result<RelightReport> {
-    let destination = Destination::parse(&settings.to)?;
     let (first, last) = frame_range(project, settings.frames)?;
     let count = last - first + 1;
-    destination.check_frames(count)?;
+    check(&settings.files, &settings.files.to, count)?;
     let calibration = Calibration::load(project)?;
-    let environment = find_environment(project, &settings.environment, settings.mapping, progress)?;
+    let environment = match &settings.read {
+        Some(read) => read.clone(),
+        None => Arc::new(find_environment(
+            project,
+            &settings.environment,
+            settings.mapping,
+            progress,
+        )?),
+    };
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let predictor = Predictor::open(project, &compute.device)?;
@@ -91,16 +120,14 @@ pub fn relight(
     let mut lit = Lit::new(&environment, &calibration.rig, settings.lighting.weighting);
     let frame_rate = project.settings.shoot.frame_rate;
     let size = project.settings.size;
-    let mut clip = match &destination {
-        Destination::Clip(path) => Some(ClipWriter::create(path, size, size, frame_rate)?),
-        Destination::Stills(_) => None,
-    };
+    let mut writer = Writer::open(&settings.files, (first, last), size, frame_rate)?;
+    let mut rebuild: Option<Rebuild> = None;
     let (mut levels, mut steady) = (None, None);
     let mut passes: Vec<PassReport> = Vec::new();
     let mut uncovered_energy = 0.0;
     let started = Instant::now();
     for (done, index) in (first..=last).enumerate() {
-        progress.check(&format!("{done} frames were finished"))?;
+        progress.check(&writer.keeps())?;
         progress.step(
             "relighting",
             done as u64,
@@ -123,7 +150,7 @@ pub fn relight(
             effects: settings.effects,
             exposure_stops: settings.exposure_stops,
             background: settings.background,
-            output: destination.output(),
+            output: writer.output(&settings.effects),
         };
         let frame = Frame::load(project, &calibration.response, index)?;
         let start = Instant::now();
@@ -143,39 +170,35 @@ pub fn relight(
         uncovered_energy = weights.uncovered;
         let grain = (settings.effects.grain > 0.0)
             .then(|| Grain::of_plate(&frame.plate, &frame.mask, settings.effects.view));
-        let picture = compose(
-            &scene,
-            &Ingredients {
-                field: &field,
-                mask: &frame.mask,
-                weights: &weights,
-                environment: &environment,
-                levels,
-                view: CameraView::default(),
-                upstream: Upstream {
-                    predict_ms,
-                    weights_ms,
-                },
-                extra: Extra {
-                    before: steady.as_ref(),
-                    grain: grain.as_ref(),
-                    ..Extra::default()
-                },
+        let ingredients = Ingredients {
+            field: &field,
+            mask: &frame.mask,
+            weights: &weights,
+            environment: &environment,
+            levels,
+            view: CameraView::default(),
+            upstream: Upstream {
+                predict_ms,
+                weights_ms,
             },
-        )?;
-        match (&destination, &mut clip) {
-            (Destination::Stills(stills), _) => {
-                write_still(&stills.path(index), &picture, frame_rate)?
-            }
-            (Destination::Clip(_), Some(clip)) => clip.push(&picture)?,
-            (Destination::Clip(_), None) => {}
-        }
+            extra: Extra {
+                before: steady.as_ref(),
+                grain: grain.as_ref(),
+                ..Extra::default()
+            },
+        };
+        let picture = compose(&scene, &ingredients)?;
+        let lamps = || lights(&scene, &ingredients, &calibration.rig);
+        let lights = settings.files.layers.then(lamps).transpose()?;
+        let check = writer.write(index, &picture, lights)?;
+        rebuild = match (rebuild, check) {
+            (Some(worst), Some(check)) => Some(worst.and(check)),
+            (worst, check) => worst.or(check),
+        };
         steady = picture.steady.clone();
         add_times(&mut passes, picture);
     }
-    if let Some(clip) = clip {
-        clip.finish()?;
-    }
+    writer.finish()?;
     progress.step("relighting", count as u64, count as u64, "");
     passes.iter_mut().for_each(|pass| pass.ms /= count as f64);
     if settings.profile {
@@ -193,9 +216,35 @@ pub fn relight(
         frames: count,
         ms_per_frame: started.elapsed().as_secs_f64() * 1e3 / count as f64,
         passes,
-        output: settings.to.clone(),
+        output: writer.to,
+        layers: rebuild,
         uncovered_energy,
         device: compute.description,
+    })
+}
+
+/// The subject under each lamp, and under all of them as the compositor sums them: without what is behind it
+/// and without effects.
+fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
+    let plain = Scene {
+        background: Background::None,
+        effects: Effects::default(),
+        output: Output::Linear,
+        ..scene.clone()
+    };
+    let factor = of.levels.subject * scene.exposure_stops.exp2();
+    let weights = of.weights.per_lamp.iter();
+    let weights = weights.map(|weight| weight.map(|share| share * factor));
+    let names = rig.lamps.iter().map(|lamp| &lamp.name);
+    Ok(Lights {
+        layers: LightLayers::of(of.field, of.mask, names.zip(weights))?,
+        subject: compose(
+            &plain,
+            &Ingredients {
+                extra: Extra::default(),
+                ..*of
+            },
+        )?,
     })
 }
 

@@ -46,6 +46,7 @@ const fn nudge_circle(x: f64, y: f64, radius: f64) -> Command {
 
 const PROBE: Pane = Pane::Probe;
 const GAMMA: Pane = Pane::Gamma;
+const EXPORT: Pane = Pane::Export;
 
 /// Bindings that ask for more modifiers come first: egui takes Shift+E for E otherwise. Those of one
 /// pane come before those of all.
@@ -322,6 +323,32 @@ const BINDINGS: &[Binding] = &[
         Command::Calibrate,
         "keep it and calibrate",
     ),
+    within(
+        EXPORT,
+        Modifiers::COMMAND,
+        Key::Enter,
+        Command::Export,
+        "add the export to the queue",
+    ),
+    within(
+        EXPORT,
+        Modifiers::NONE,
+        Key::Tab,
+        Command::FocusPane,
+        "go through the controls; Esc leaves them",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::I,
+        Command::MarkIn,
+        "export from this frame on",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::O,
+        Command::MarkOut,
+        "export up to this frame",
+    ),
     on(
         Modifiers::NONE,
         Key::ArrowRight,
@@ -466,6 +493,18 @@ const BINDINGS: &[Binding] = &[
     ),
 ];
 
+/// Keys that a control which has the focus takes.
+const CONTROL_KEYS: [Key; 8] = [
+    Key::Tab,
+    Key::Space,
+    Key::ArrowLeft,
+    Key::ArrowRight,
+    Key::ArrowUp,
+    Key::ArrowDown,
+    Key::Home,
+    Key::End,
+];
+
 /// What the mouse does in the viewport.
 const GESTURES: &[(&str, &str)] = &[
     ("Drag, Ctrl+drag", "turn the light"),
@@ -478,13 +517,23 @@ const GESTURES: &[(&str, &str)] = &[
 
 /// The commands of the keys that were pressed since the last frame, for a pane.
 pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
-    if ctx.text_edit_focused() {
-        return;
-    }
+    let typing = ctx.text_edit_focused();
+    let focused = pane == EXPORT && ctx.memory(|memory| memory.focused().is_some());
+    let is_left = |binding: &Binding| {
+        let KeyboardShortcut {
+            modifiers,
+            logical_key,
+        } = binding.shortcut;
+        if typing {
+            binding.only != Some(EXPORT) || modifiers.is_none()
+        } else {
+            focused && modifiers.is_none() && CONTROL_KEYS.contains(&logical_key)
+        }
+    };
     ctx.input_mut(|input| {
         for Binding {
             shortcut, command, ..
-        } in known(pane)
+        } in known(pane).filter(|binding| !is_left(binding))
         {
             // A question mark is typed with Shift on many keyboards, and means the same on all.
             let pressed = match shortcut.logical_key {
@@ -499,7 +548,7 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
             }
         }
     });
-    if out.contains(&Command::TogglePanels) {
+    if out.contains(&Command::TogglePanels) || out.contains(&Command::FocusPane) {
         // egui moves the focus with the same key.
         ctx.memory_mut(|memory| memory.move_focus(egui::FocusDirection::None));
     }

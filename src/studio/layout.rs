@@ -23,6 +23,7 @@ pub enum Pane {
     Light,
     Effects,
     Scopes,
+    Export,
     Log,
 }
 
@@ -44,7 +45,7 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the list that opens them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Probe,
         Self::Gamma,
         Self::Picture,
@@ -53,6 +54,7 @@ impl Pane {
         Self::Light,
         Self::Effects,
         Self::Scopes,
+        Self::Export,
         Self::Log,
     ];
 
@@ -67,6 +69,7 @@ impl Pane {
             Self::Light => "Light",
             Self::Effects => "Effects",
             Self::Scopes => "Scopes",
+            Self::Export => "Export",
             Self::Log => "Log",
         }
     }
@@ -101,6 +104,14 @@ impl Workspace {
         }
     }
 
+    /// The pane that keys are meant for when a person comes here.
+    pub fn first(self) -> Pane {
+        match self {
+            Self::Export => Pane::Export,
+            _ => self.main()[0],
+        }
+    }
+
     /// The arrangement that it has until a person changes it.
     fn preset(self) -> Tree<Pane> {
         let mut tiles = Tiles::default();
@@ -114,7 +125,7 @@ impl Workspace {
                     &[(main, 0.0), (below, 78.0)],
                 )
             }
-            Self::Train | Self::Review | Self::Export => {
+            Self::Train | Self::Review => {
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 divided(
@@ -122,6 +133,18 @@ impl Workspace {
                     LinearDir::Vertical,
                     &[(main, 0.0), (below, 78.0)],
                 )
+            }
+            Self::Export => {
+                let main = tabs(&mut tiles, self.main());
+                let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
+                let right = tabs(&mut tiles, &[Pane::Export]);
+                let left = divided(
+                    &mut tiles,
+                    LinearDir::Vertical,
+                    &[(main, 0.0), (below, 78.0)],
+                );
+                let columns = [(left, 0.0), (right, 360.0)];
+                divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
             Self::Relight => {
                 let left = tabs(&mut tiles, &[Pane::Environments]);

@@ -2,10 +2,11 @@
 //! what only the drawing needs, reads the rest here, and changes nothing but by commands.
 
 use super::layout::Pane;
+use super::lookout::Taken;
 use super::news::{News, Phase};
 use super::state::State;
 use crate::project::Project;
-use crate::worker::{GammaView, Origin, Panorama, ProbeStudy, Relit};
+use crate::worker::{Export, GammaView, Origin, Panorama, ProbeStudy, Relit};
 use std::sync::Arc;
 
 /// Everything that can be shown.
@@ -19,6 +20,10 @@ pub struct Sight<'a> {
     pub shown: &'a [Pane],
     /// The newest picture.
     pub relit: Option<&'a Arc<Relit>>,
+    /// The line of exports.
+    pub exports: &'a [Export],
+    /// Which files of the next export are there already.
+    pub taken: Option<&'a Taken>,
     /// What the mirror balls show, or why they cannot be read.
     pub probe: Option<&'a Result<Arc<ProbeStudy>, String>>,
     /// How the tried response does, or why that cannot be told.

@@ -4,8 +4,8 @@ use super::command::Command;
 use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel::Sight;
 use super::panels::{
-    EffectsPanel, EnvironmentsPanel, GammaPanel, LightPanel, LogPanel, PicturePanel, ProbePanel,
-    ScopesPanel, TimelinePanel, ViewportPanel,
+    EffectsPanel, EnvironmentsPanel, ExportPanel, GammaPanel, LightPanel, LogPanel, PicturePanel,
+    ProbePanel, ScopesPanel, TimelinePanel, ViewportPanel,
 };
 use super::theme::{self, GAP};
 use egui::{Color32, Frame, Margin, Panel, ScrollArea, Stroke, Ui, Visuals};
@@ -24,6 +24,7 @@ pub struct Panes {
     effects: EffectsPanel,
     probe: ProbePanel,
     gamma: GammaPanel,
+    export: ExportPanel,
     log: LogPanel,
     scopes: ScopesPanel,
 }
@@ -32,6 +33,13 @@ impl Panes {
     /// Points that a pixel of the fitted picture takes; 0 before there was one.
     pub fn fit(&self) -> f32 {
         self.viewport.fit()
+    }
+
+    /// Gives the focus to the first control of a pane that goes by the tab key.
+    pub fn focus(&mut self, pane: Pane) {
+        if pane == Pane::Export {
+            self.export.focus();
+        }
     }
 }
 
@@ -93,6 +101,7 @@ impl Shown<'_> {
             Pane::Scopes => padded(ui, |ui| {
                 scrolled(ui, |ui| panes.scopes.ui(ui, sight, out));
             }),
+            Pane::Export => padded(ui, |ui| panes.export.ui(ui, sight, out)),
             Pane::Log => padded(ui, |ui| panes.log.ui(ui, sight, out)),
         }
     }

@@ -3,6 +3,7 @@
 use super::command::Command;
 use super::compare::{Compare, How};
 use super::layout::{Pane, Workspace};
+use super::order::Order;
 use crate::calibration::{Circle, Trial};
 use crate::light::Lighting;
 use crate::scene::{Background, Effects, Inspection, Output, Scene};
@@ -74,6 +75,8 @@ pub struct State {
     /// Frames per second.
     pub frame_rate: f64,
     pub playing: bool,
+    /// What the next export is to be.
+    pub order: Order,
     pub view: View,
     pub panels: bool,
     pub full_screen: bool,
@@ -114,6 +117,7 @@ impl State {
             frames,
             frame_rate,
             playing: false,
+            order: Order::default(),
             view: FITTED,
             panels: true,
             full_screen: false,
@@ -179,10 +183,19 @@ impl State {
             Command::Try(trial) => look.trial = trial,
             Command::Workspace(workspace) => {
                 self.workspace = workspace;
-                self.active = workspace.main()[0];
+                self.active = workspace.first();
                 self.view = FITTED;
             }
             Command::Activate(pane) | Command::Pane(pane) => self.active = pane,
+            Command::Order(order) => self.order = *order,
+            Command::MarkIn => {
+                let (_, end) = self.order.range(self.frames);
+                self.order.frames = Some((self.frame, end.max(self.frame)));
+            }
+            Command::MarkOut => {
+                let (start, _) = self.order.range(self.frames);
+                self.order.frames = Some((start.min(self.frame), self.frame));
+            }
             Command::Photograph(lamp) => self.photograph = lamp,
             Command::Pose(pose) => self.pose = pose,
             Command::Wipe(at) if at.is_finite() => self.wipe = at.clamp(0.0, 1.0),

@@ -19,6 +19,7 @@ mod labour;
 mod latest;
 mod library;
 mod network;
+mod queue;
 mod relighter;
 mod rivals;
 mod second;
@@ -29,6 +30,7 @@ pub use job::{Job, Outcome};
 pub use latest::Latest;
 pub use library::{Library, Origin, Panorama, Thumbnail};
 pub use network::{Find, Predict, Source, open_project};
+pub use queue::{Export, Standing, Written};
 pub use relighter::{Ask, Relit};
 pub use second::{Codes, Rival, Second};
 pub use study::{GammaView, ProbeStudy, SeenLamp, Study, StudyAsk};
@@ -62,6 +64,8 @@ pub struct Worker {
     asks: Arc<Latest<Ask>>,
     tasks: Arc<Latest<labour::Task>>,
     in_hand: labour::InHand,
+    queue: queue::Queue,
+    ring_labour: Box<dyn Fn() + Send>,
     relit: Arc<Latest<Arc<Relit>>>,
     events: Arc<event::Unread>,
     stop: Control,
@@ -136,9 +140,11 @@ impl Worker {
             cache: cache::FieldCache::new(FIELD_BUDGET_BYTES),
         };
         let in_hand = labour::InHand::default();
+        let queue = queue::Queue::default();
         let labour = labour::Labour {
             tasks: tasks.clone(),
             in_hand: in_hand.clone(),
+            queue: queue.clone(),
             renew,
             tell,
             stop: stop.clone(),
@@ -147,14 +153,12 @@ impl Worker {
             asks,
             tasks,
             in_hand,
+            queue,
+            ring_labour: Box::new(ring_labour),
             relit,
             events,
             stop,
-            ring: vec![
-                Box::new(ring_network),
-                Box::new(ring_relighter),
-                Box::new(ring_labour),
-            ],
+            ring: vec![Box::new(ring_network), Box::new(ring_relighter)],
             threads: vec![
                 std::thread::spawn(move || network.run(&network_bell)),
                 std::thread::spawn(move || relighter.run(&relighter_bell)),
@@ -178,7 +182,7 @@ impl Worker {
         self.events.take().into_iter()
     }
 
-    /// Runs a job beside the picture, unless one is in hand already; tells whether it will.
+    /// Runs a job beside the picture, unless one or an export is in hand already; tells whether it will.
     pub fn run(&self, job: Job) -> bool {
         self.work(job.what(), move |progress| {
             job.run(progress).map(|outcome| outcome.sentence())
@@ -204,6 +208,29 @@ impl Worker {
         begun
     }
 
+    /// Puts an export at the end of the line: it is written when those before it are over and no job is in
+    /// hand. `name` is what people call it; the number is the line's own.
+    pub fn export(
+        &self,
+        name: String,
+        write: impl FnOnce(&Progress) -> Result<Written, Error> + Send + 'static,
+    ) -> u64 {
+        let id = self.queue.push(name, Box::new(write));
+        (self.ring_labour)();
+        id
+    }
+
+    /// The exports that wait, run or are over, in the order in which they were asked for.
+    pub fn exports(&self) -> Vec<Export> {
+        self.queue.exports()
+    }
+
+    /// Takes an export that waits or is over out of the line. The one in hand is asked to stop by
+    /// [`Self::cancel`].
+    pub fn withdraw(&self, id: u64) {
+        self.queue.remove(id);
+    }
+
     /// Asks the job in hand to pause after what it is at, or to go on.
     pub fn pause(&self, pause: bool) {
         if let Some(control) = self.in_hand.control() {
@@ -224,6 +251,7 @@ impl Drop for Worker {
         self.stop.stop();
         self.cancel();
         self.ring.iter().for_each(|ring| ring());
+        (self.ring_labour)();
         for thread in self.threads.drain(..) {
             // A thread that panicked has said so on stderr; there is nothing left to stop.
             let _ = thread.join();

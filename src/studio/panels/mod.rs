@@ -2,6 +2,7 @@
 
 mod effects;
 mod environments;
+mod export;
 mod gamma;
 mod job;
 mod light;
@@ -17,6 +18,7 @@ mod viewport;
 
 pub use effects::EffectsPanel;
 pub use environments::EnvironmentsPanel;
+pub use export::ExportPanel;
 pub use gamma::GammaPanel;
 pub use job::JobPanel;
 pub use light::LightPanel;
