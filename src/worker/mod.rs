@@ -3,7 +3,7 @@
 //! through [`Latest`] slots.
 //!
 //! ```text
-//! window ── Ask ──► relighter ── Wanted ──► network ◄── saved, finished ── jobs ◄── Job ── window
+//! window ── Ask ──► relighter ── Wanted ──► network ◄── saved, finished ── jobs ◄── Job, Export ── window
 //!    ▲                 │  ▲                    │
 //!    └──── Relit ──────┘  └── PredictedFrame ──┘
 //! ```
