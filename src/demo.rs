@@ -3,6 +3,7 @@
 use crate::calibration::{CalibrateSettings, Calibration, calibrate};
 use crate::error::Result;
 use crate::evaluation::{EvaluateReport, EvaluateSettings, Method, Truth, evaluate};
+use crate::export::Files;
 use crate::export::relight::{RelightReport, RelightSettings, relight};
 use crate::footage::{ImportSettings, import};
 use crate::gpu::DeviceChoice;
@@ -118,6 +119,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
         &RelightSettings {
             environment: environment.unwrap_or_default(),
             front: None,
+            read: None,
             mapping: None,
             yaw_deg: 0.0,
             turntable: true,
@@ -128,7 +130,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
             frames: None,
             exposure_stops: 0.0,
             background: Background::Environment,
-            to: clip.display().to_string(),
+            files: Files::to(clip.display().to_string()),
             profile: false,
             device,
         },

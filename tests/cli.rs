@@ -195,6 +195,43 @@ fn a_small_shoot_goes_all_the_way() {
     assert!(at.join("out.0002.exr").exists() && at.join("out.0003.exr").exists());
 
     fronts_are_yaws_and_are_remembered(at);
+    let with_layers = [
+        "relight",
+        "film",
+        "--environment",
+        "nave",
+        "--frames",
+        "2-3",
+        "--exposure",
+        "1",
+        "--layers",
+        "--size",
+        "24",
+        "--keep",
+        "--to",
+        "out.%04d.exr",
+        "--json",
+    ];
+    let relit = succeed(at, &with_layers);
+    assert_eq!(relit["output"], "out_2.%04d.exr", "what is there is kept");
+    has_keys(&relit["layers"], &["layers", "residual", "brightest"]);
+    assert_eq!(relit["layers"]["layers"], 12);
+    let figure = |name: &str| relit["layers"][name].as_f64().unwrap();
+    assert!(figure("residual") <= figure("brightest") / 2048.0);
+    assert!(at.join("out_2.0003.exr").exists());
+    let refused = fail(
+        at,
+        &[
+            "relight",
+            "film",
+            "--environment",
+            "nave",
+            "--layers",
+            "--to",
+            "x.mp4",
+        ],
+    );
+    assert!(refused.contains("%04d.exr"), "{refused}");
 
     if Command::new("ffmpeg").arg("-version").output().is_ok() {
         let to_clip = [

@@ -8,6 +8,8 @@ mod clay;
 mod comparing;
 #[path = "studio/environments.rs"]
 mod environments;
+#[path = "studio/export.rs"]
+mod export;
 #[path = "studio/keyframes.rs"]
 mod keyframes;
 #[path = "studio/review.rs"]
@@ -579,7 +581,7 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
     window.get_by_label_contains("Train for 10 minutes").click();
     until(&mut window, "step of training", |app| {
         let work = app.news().work.as_ref();
-        work.is_some_and(|w| w.note.contains("step 2,"))
+        work.is_some_and(|w| w.note.contains("OLATs 0."))
     });
     window.get_by_label("Stop").click();
     until(&mut window, "picture", |app| app.relit().is_some());

@@ -3,6 +3,7 @@
 use super::parse::{parse_front, parse_keys, parse_light, parse_range};
 use super::{DeviceArgs, OutputArgs};
 use crate::export::relight::RelightSettings;
+use crate::export::{Bits, Existing, Files};
 use crate::light::conventions::Front;
 use crate::light::keyframes::{Interpolation, Keyframes};
 use crate::light::weights::Weighting;
@@ -64,9 +65,8 @@ pub struct RelightArgs {
     /// Leave out the environment behind the subject.
     #[arg(long)]
     no_background: bool,
-    /// What to write: out.%04d.png, out.%04d.exr, clip.mp4 or clip.mov.
-    #[arg(long)]
-    to: String,
+    #[command(flatten)]
+    files: FilesArgs,
     /// Say which passes ran, which did not and why, and what each took.
     #[arg(long)]
     profile: bool,
@@ -74,6 +74,27 @@ pub struct RelightArgs {
     device: DeviceArgs,
     #[command(flatten)]
     pub output: OutputArgs,
+}
+
+/// What is written.
+#[derive(Debug, Args)]
+struct FilesArgs {
+    /// What to write: out.%04d.png, out.%04d.exr, clip.mp4, or clip.mov with alpha.
+    #[arg(long)]
+    to: String,
+    /// Where a file is there already, keep it and take the next free name with a number; else it is
+    /// replaced.
+    #[arg(long)]
+    keep: bool,
+    /// Width and height in pixels; the working size where this is left out.
+    #[arg(long, value_name = "PIXELS")]
+    size: Option<usize>,
+    /// Bits of a PNG's channels.
+    #[arg(long, value_enum, default_value_t)]
+    bits: Bits,
+    /// Add the subject under each lamp to an EXR, as light_00.R …, with the lamps' weights in the header.
+    #[arg(long)]
+    layers: bool,
 }
 
 /// What is done to the environment's light.
@@ -168,6 +189,7 @@ impl RelightArgs {
         let settings = RelightSettings {
             environment: self.environment.clone(),
             front: self.front,
+            read: None,
             mapping: self.mapping,
             yaw_deg: self.yaw,
             turntable: self.turntable,
@@ -200,7 +222,17 @@ impl RelightArgs {
             } else {
                 Background::Environment
             },
-            to: self.to.clone(),
+            files: Files {
+                to: self.files.to.clone(),
+                existing: if self.files.keep {
+                    Existing::Keep
+                } else {
+                    Existing::Replace
+                },
+                size: self.files.size,
+                bits: self.files.bits,
+                layers: self.files.layers,
+            },
             profile: self.profile,
             device: self.device.device,
         };

@@ -1,7 +1,8 @@
 //! A movie, encoded by the system's ffmpeg as a child process that reads raw frames.
 
 use super::rational_rate;
-use super::still::{no_display, no_light, straight};
+use super::still::{no_display, no_light, straight, word_from_unit};
+use super::time_code::TimeCode;
 use crate::compositor::Picture;
 use crate::error::{Error, Result};
 use crate::imaging::color::byte_from_unit;
@@ -30,20 +31,26 @@ pub struct ClipWriter {
 
 impl ClipWriter {
     /// Starts a movie of `width × height` pixels (odd sizes are padded by repeating the last column or
-    /// row, since H.264 halves its colour) at `frame_rate` frames per second.
+    /// row, since H.264 halves its colour) at `frame_rate` frames per second. Its first frame is number
+    /// `first` of the interview, which a `.mov` keeps as its time code.
     ///
     /// # Errors
     /// When ffmpeg is not installed, the size or rate is impossible, or the folder cannot be made.
-    pub fn create(path: &Path, width: usize, height: usize, frame_rate: f64) -> Result<Self> {
-        Self::create_with("ffmpeg", path, width, height, frame_rate)
+    pub fn create(
+        path: &Path,
+        size: (usize, usize),
+        frame_rate: f64,
+        first: usize,
+    ) -> Result<Self> {
+        Self::create_with("ffmpeg", path, size, frame_rate, first)
     }
 
     fn create_with(
         program: &str,
         path: &Path,
-        width: usize,
-        height: usize,
+        (width, height): (usize, usize),
         frame_rate: f64,
+        first: usize,
     ) -> Result<Self> {
         let impossible = |expected: &str, found: String| {
             Error::unexpected(
@@ -76,7 +83,7 @@ impl ClipWriter {
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("mov"));
         let mut child = Command::new(program)
-            .args(arguments(width, height, frame_rate, alpha))
+            .args(arguments((width, height), frame_rate, first, alpha))
             // Without the scheme a colon in the name would be read as one.
             .arg({
                 let mut file = std::ffi::OsString::from("file:");
@@ -125,7 +132,7 @@ impl ClipWriter {
             .as_ref()
             .ok_or_else(|| no_display(&self.path))?;
         let bytes: Vec<u8> = if self.alpha {
-            let word = |v: f32| ((v.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16).to_le_bytes();
+            let word = |v: f32| word_from_unit(v).to_le_bytes();
             let straight = straight(picture).ok_or_else(|| no_light(&self.path))?;
             let pixels: Vec<_> = straight.map(|p| p.map(word)).collect();
             padded(&pixels, self.size).flatten().flatten().collect()
@@ -187,12 +194,12 @@ impl ClipWriter {
         } else {
             format!("ffmpeg says: {said}")
         };
-        Error::file(
-            "write",
-            &self.path,
-            cause,
-            "Check that this ffmpeg can encode H.264 and ProRes, or write stills",
-        )
+        let remedy = if cause.contains("No space left") {
+            "Make room on the disk, or write to another one"
+        } else {
+            "Check that this ffmpeg can encode H.264 and ProRes, or write stills"
+        };
+        Error::file("write", &self.path, cause, remedy)
     }
 }
 
@@ -206,7 +213,12 @@ impl Drop for ClipWriter {
     }
 }
 
-fn arguments(width: usize, height: usize, frame_rate: f64, alpha: bool) -> Vec<String> {
+fn arguments(
+    (width, height): (usize, usize),
+    frame_rate: f64,
+    first: usize,
+    alpha: bool,
+) -> Vec<String> {
     let even = |n: usize| n.next_multiple_of(2);
     let (frames, seconds) = rational_rate(frame_rate);
     let input = if alpha { "rgba64le" } else { "rgb24" };
@@ -214,12 +226,17 @@ fn arguments(width: usize, height: usize, frame_rate: f64, alpha: bool) -> Vec<S
     // unless the frames carry them.
     let colors = "scale=out_color_matrix=bt709:out_range=tv,\
                   setparams=range=tv:color_primaries=bt709:color_trc=bt709:colorspace=bt709";
+    // Without `-xerror` a movie that the disk had no room for would end as if nothing had happened.
     let mut line = format!(
-        "-hide_banner -loglevel error -nostats -y -f rawvideo -pixel_format {input} \
+        "-hide_banner -loglevel error -xerror -nostats -y -f rawvideo -pixel_format {input} \
          -video_size {}x{} -framerate {frames}/{seconds} -i pipe:0 -an -vf {colors} ",
         even(width),
         even(height),
     );
+    // A second of less than one frame has no time code.
+    if alpha && frame_rate >= 1.0 {
+        line += &format!("-timecode {} ", TimeCode::of(first, frame_rate));
+    }
     line += if alpha {
         "-c:v prores_ks -profile:v 4444 -pix_fmt yuva444p10le -alpha_bits 16 -f mov"
     } else {
@@ -248,150 +265,5 @@ fn tail(mut stream: impl Read) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::still::tests::picture;
-    use super::*;
-
-    /// Decoded frames as RGBA bytes, or `None` where there is no ffmpeg.
-    fn decoded(path: &Path) -> Vec<u8> {
-        let output = Command::new("ffmpeg")
-            .args(["-v", "error", "-i"])
-            .arg(path)
-            .args([
-                "-f",
-                "rawvideo",
-                "-pix_fmt",
-                "rgba",
-                "-vf",
-                "scale=in_color_matrix=bt709",
-                "-",
-            ])
-            .output()
-            .unwrap();
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        output.stdout
-    }
-
-    fn ffmpeg_is_here() -> bool {
-        let here = Command::new("ffmpeg")
-            .arg("-version")
-            .stdout(Stdio::null())
-            .status()
-            .is_ok();
-        if !here {
-            println!("skipped: there is no ffmpeg");
-        }
-        here
-    }
-
-    #[test]
-    fn a_movie_has_the_frames_and_colours_that_were_pushed() {
-        if !ffmpeg_is_here() {
-            return;
-        }
-        let folder = tempfile::tempdir().unwrap();
-        let shown = picture(33, 17, [0.6, 0.2, 0.05], true);
-        let code = shown.display.as_ref().unwrap().0.pixels[0].map(byte_from_unit);
-        for name in ["new/clip.mp4", "a:b %d.mov"] {
-            let path = folder.path().join(name);
-            let mut writer = ClipWriter::create(&path, 33, 17, 29.97).unwrap();
-            (0..3).for_each(|_| writer.push(&shown).unwrap());
-            writer.finish().unwrap();
-            let bytes = decoded(&path);
-            assert_eq!(bytes.len(), 3 * 34 * 18 * 4);
-            // Limited range and halved colour cost a few codes; a wrong matrix costs twenty.
-            for pixel in bytes.chunks(4) {
-                assert!(
-                    (0..3).all(|c| pixel[c].abs_diff(code[c]) <= 4),
-                    "{pixel:?} is not {code:?}"
-                );
-            }
-            assert_eq!(
-                std::fs::read_dir(path.parent().unwrap())
-                    .unwrap()
-                    .filter(|e| e.as_ref().unwrap().path().is_file())
-                    .count(),
-                1
-            );
-        }
-    }
-
-    #[test]
-    fn a_mov_keeps_straight_alpha() {
-        if !ffmpeg_is_here() {
-            return;
-        }
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("cut.mov");
-        let shown = picture(64, 16, [0.5; 3], false);
-        let mut writer = ClipWriter::create(&path, 64, 16, 24.0).unwrap();
-        writer.push(&shown).unwrap();
-        writer.finish().unwrap();
-        let bytes = decoded(&path);
-        for (x, pixel) in bytes.chunks(4).take(48).enumerate() {
-            let alpha = byte_from_unit(shown.alpha.pixels[x]);
-            assert!(
-                pixel[3].abs_diff(alpha) <= 2 && pixel[0].abs_diff(188) <= 3,
-                "{x}: {pixel:?}, {alpha}"
-            );
-        }
-    }
-
-    #[test]
-    fn a_writer_that_is_dropped_leaves_nothing() {
-        if !ffmpeg_is_here() {
-            return;
-        }
-        let folder = tempfile::tempdir().unwrap();
-        let mut writer = ClipWriter::create(&folder.path().join("clip.mp4"), 16, 16, 24.0).unwrap();
-        writer.push(&picture(16, 16, [0.5; 3], true)).unwrap();
-        assert!(
-            writer
-                .push(&picture(8, 16, [0.5; 3], true))
-                .unwrap_err()
-                .to_string()
-                .contains("8 × 16")
-        );
-        drop(writer);
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-    }
-
-    #[test]
-    fn a_missing_ffmpeg_is_a_sentence_with_a_remedy() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("clip.mp4");
-        let error = ClipWriter::create_with("no-such-ffmpeg", &path, 16, 16, 24.0)
-            .unwrap_err()
-            .to_string();
-        assert!(
-            error.contains("clip.mp4") && error.contains("install"),
-            "{error}"
-        );
-    }
-
-    #[test]
-    fn what_ffmpeg_says_reaches_the_person() {
-        if !ffmpeg_is_here() {
-            return;
-        }
-        let folder = tempfile::tempdir().unwrap();
-        // A movie without a frame is one that no encoder accepts.
-        let writer = ClipWriter::create(&folder.path().join("clip.mov"), 16, 16, 24.0).unwrap();
-        match writer.finish() {
-            Err(error) => assert!(error.to_string().contains("ffmpeg"), "{error}"),
-            Ok(()) => assert!(folder.path().join("clip.mov").exists()),
-        }
-        assert_eq!(tail(&[b'x'; 10_000][..]).len(), TAIL);
-    }
-
-    #[test]
-    fn impossible_movies_are_refused() {
-        for (width, rate) in [(0, 24.0), (16, 0.0), (16, f64::NAN), (16, f64::INFINITY)] {
-            assert!(ClipWriter::create(Path::new("/nowhere/a.mp4"), width, 16, rate).is_err());
-        }
-    }
-}
+#[path = "clip_tests.rs"]
+mod tests;

@@ -57,6 +57,24 @@ impl Destination {
         }
     }
 
+    /// The files that frames `first` to `last` go to, in order.
+    pub fn files(&self, first: usize, last: usize) -> impl Iterator<Item = PathBuf> + '_ {
+        let one = match self {
+            Self::Clip(_) => true,
+            Self::Stills(stills) => stills.digits.is_none(),
+        };
+        let frames = first..=if one { first } else { last };
+        frames.map(move |frame| match self {
+            Self::Clip(path) => path.clone(),
+            Self::Stills(stills) => stills.path(frame),
+        })
+    }
+
+    /// How many of the files that frames `first` to `last` go to are there already.
+    pub fn taken(&self, first: usize, last: usize) -> usize {
+        self.files(first, last).filter(|file| file.exists()).count()
+    }
+
     /// Refuses several frames where there is one file for all of them.
     ///
     /// # Errors
@@ -73,6 +91,41 @@ impl Destination {
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// The same destination, or else the first of it with `_2`, `_3` … behind the name where no file of frames
+/// `first` to `last` is there yet.
+///
+/// # Errors
+/// As [`Destination::parse`].
+pub fn untaken(text: &str, first: usize, last: usize) -> Result<String> {
+    let mut name = text.to_owned();
+    let mut number = 1;
+    while Destination::parse(&name)?.taken(first, last) > 0 {
+        number += 1;
+        name = numbered(text, number);
+    }
+    Ok(name)
+}
+
+/// The destination `text` with a number behind its name, before the frame's number.
+fn numbered(text: &str, number: usize) -> String {
+    let start = text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
+    let (folder, name) = text.split_at(start);
+    // A percent sign itself is no end of the name.
+    let pattern = name.replace("%%", "  ").find('%');
+    let end = pattern.or_else(|| name.rfind('.')).unwrap_or(name.len());
+    let (stem, rest) = name.split_at(end);
+    let kept = stem.trim_end_matches(['.', '_', '-']);
+    let gap = match &stem[kept.len()..] {
+        "" if pattern.is_some() => "_",
+        gap => gap,
+    };
+    if kept.is_empty() {
+        format!("{folder}{number}{gap}{rest}")
+    } else {
+        format!("{folder}{kept}_{number}{gap}{rest}")
     }
 }
 
@@ -203,6 +256,33 @@ mod tests {
             let error = Destination::parse(text).unwrap_err().to_string();
             assert!(error.contains("%04d"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_name_that_is_taken_gets_a_number() {
+        for (text, wanted) in [
+            ("a/clip.mp4", "a/clip_2.mp4"),
+            ("a.b/shot.%04d.exr", "a.b/shot_2.%04d.exr"),
+            ("%04d.png", "2_%04d.png"),
+            ("a/100%%_%d.png", "a/100%%_2_%d.png"),
+            ("a/%d/b.exr", "a/%d/b_2.exr"),
+            ("shot%d.png", "shot_2_%d.png"),
+        ] {
+            assert_eq!(numbered(text, 2), wanted);
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name).display().to_string();
+        let name = at("shot.%02d.png");
+        assert_eq!(untaken(&name, 0, 9).unwrap(), name);
+        for taken in ["shot.07.png", "shot_2.09.png"] {
+            std::fs::write(folder.path().join(taken), "").unwrap();
+        }
+        let destination = Destination::parse(&name).unwrap();
+        assert_eq!((destination.taken(0, 9), destination.taken(0, 6)), (1, 0));
+        assert_eq!(untaken(&name, 0, 9).unwrap(), at("shot_3.%02d.png"));
+        assert_eq!(untaken(&name, 0, 6).unwrap(), name);
+        std::fs::write(folder.path().join("clip.mov"), "").unwrap();
+        assert_eq!(untaken(&at("clip.mov"), 0, 9).unwrap(), at("clip_2.mov"));
     }
 
     #[test]

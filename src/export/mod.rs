@@ -1,16 +1,25 @@
-//! Export: pictures as PNG and EXR stills, as movies, and as contact sheets.
+//! Export: pictures as PNG and EXR stills, with light layers, as movies, and as contact sheets.
 
 mod clip;
 mod destination;
+mod format;
+mod layers;
 mod lettering;
 pub mod relight;
+mod scaled;
 mod sheet;
 mod still;
+mod time_code;
+mod writer;
 
 pub use clip::ClipWriter;
-pub use destination::{Destination, Stills};
+pub use destination::{Destination, Stills, untaken};
+pub use format::{Bits, Existing, Files, Format};
+pub use layers::{LightLayer, LightLayers, Rebuild, rebuilt};
+pub use scaled::scaled;
 pub use sheet::{Tile, contact_sheet};
-pub use still::{write_still, write_still_exr, write_still_png};
+pub use still::{About, write_still, write_still_exr, write_still_png};
+pub use time_code::TimeCode;
 
 /// Frames per second as a fraction. The rates of television (23.976, 29.97, 59.94 …) are recognised,
 /// whatever the number of digits that they were written with.

@@ -1,10 +1,11 @@
 //! The relit interview: every frame predicted, lit by an environment and written.
 
-use super::{ClipWriter, Destination, write_still};
+use super::writer::{Lights, Writer, check};
+use super::{Files, LightLayers, Rebuild};
 use crate::calibration::Calibration;
 use crate::compositor::{
     CameraView, Extra, Field, Grain, Identity, Ingredients, Levels, PassReport, Picture, Reuse,
-    Upstream, compose_reusing,
+    Upstream, compose, compose_reusing,
 };
 use crate::error::{Error, Result};
 use crate::footage::Frame;
@@ -13,22 +14,25 @@ use crate::light::conventions::Front;
 use crate::light::keyframes::Keyframes;
 use crate::light::lighting::Lit;
 use crate::light::panorama::{self, Reading};
-use crate::light::{Environment, Lighting, Mapping, built_in, conventions};
+use crate::light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use crate::progress::Progress;
 use crate::project::{KnownEnvironment, Project};
 use crate::reflectance::Predictor;
-use crate::scene::{Background, Effects, Scene};
+use crate::scene::{Background, Effects, Output, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// What a person asks for.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct RelightSettings {
     /// A panorama's file, or the name of one of the project's environments.
     pub environment: PathBuf,
     /// Which way is front in its file, in place of what the project remembers of it.
     pub front: Option<Front>,
+    /// The environment itself, where it has been read already.
+    pub read: Option<Arc<Environment>>,
     /// How its file lays out the sphere, where that is no lat-long.
     pub mapping: Option<Mapping>,
     /// Yaw in degrees, of the first frame.
@@ -46,8 +50,7 @@ pub struct RelightSettings {
     pub frames: Option<(usize, usize)>,
     pub exposure_stops: f32,
     pub background: Background,
-    /// As [`Destination::parse`] understands it.
-    pub to: String,
+    pub files: Files,
     /// Say what each pass did and took.
     pub profile: bool,
     pub device: DeviceChoice,
@@ -62,12 +65,32 @@ pub struct RelightReport {
     pub ms_per_frame: f64,
     /// The passes of the last frame, with their mean time over all frames.
     pub passes: Vec<PassReport>,
-    /// Where it was written, as it was asked for.
+    /// Where it was written, with the number of frames as it was asked for.
     pub output: String,
+    /// How well the light layers gave back the relit subject, where they were asked for.
+    pub layers: Option<Rebuild>,
     /// Share of the environment's energy that comes from where no lamp is.
     pub uncovered_energy: f32,
     /// Where the network ran and why.
     pub device: String,
+}
+
+impl RelightReport {
+    /// What was written, and how well the light layers add up.
+    pub fn sentence(&self) -> String {
+        let frames = match self.frames {
+            1 => "1 frame".to_owned(),
+            frames => format!("{frames} frames"),
+        };
+        let layers = self
+            .layers
+            .as_ref()
+            .map_or(String::new(), |check| format!(". {}", check.sentence()));
+        format!(
+            "{frames} at {:.0} ms each: {}{layers}",
+            self.ms_per_frame, self.output
+        )
+    }
 }
 
 /// Relights the project's interview and writes it.
@@ -80,13 +103,18 @@ pub fn relight(
     settings: &RelightSettings,
     progress: &Progress,
 ) -> Result<RelightReport> {
-    let destination = Destination::parse(&settings.to)?;
     let (first, last) = frame_range(project, settings.frames)?;
     let count = last - first + 1;
-    destination.check_frames(count)?;
+    check(&settings.files, &settings.files.to, count)?;
     let calibration = Calibration::load(project)?;
-    let (environment, kept_front) =
-        find_environment(project, &settings.environment, settings.mapping, progress)?;
+    let (environment, kept_front) = match &settings.read {
+        Some(read) => (read.clone(), Front::default()),
+        None => {
+            let (environment, front) =
+                find_environment(project, &settings.environment, settings.mapping, progress)?;
+            (Arc::new(environment), front)
+        }
+    };
     let front = settings.front.unwrap_or(kept_front);
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
@@ -94,10 +122,8 @@ pub fn relight(
     let mut lit = Lit::new(&environment, &calibration.rig, settings.lighting.weighting);
     let frame_rate = project.settings.shoot.frame_rate;
     let size = project.settings.size;
-    let mut clip = match &destination {
-        Destination::Clip(path) => Some(ClipWriter::create(path, size, size, frame_rate)?),
-        Destination::Stills(_) => None,
-    };
+    let mut writer = Writer::open(&settings.files, (first, last), size, frame_rate)?;
+    let mut rebuild: Option<Rebuild> = None;
     let (mut levels, mut steady) = (None, None);
     // What does not change from frame to frame is made, and copied to a GPU, once.
     let mut reuse = Reuse::default();
@@ -105,7 +131,7 @@ pub fn relight(
     let mut uncovered_energy = 0.0;
     let started = Instant::now();
     for (done, index) in (first..=last).enumerate() {
-        progress.check(&format!("{done} frames were finished"))?;
+        progress.check(&writer.keeps())?;
         progress.step(
             "relighting",
             done as u64,
@@ -128,7 +154,7 @@ pub fn relight(
             effects: settings.effects,
             exposure_stops: settings.exposure_stops,
             background: settings.background,
-            output: destination.output(),
+            output: writer.output(&settings.effects),
         };
         let frame = Frame::load(project, &calibration.response, index)?;
         let start = Instant::now();
@@ -148,44 +174,39 @@ pub fn relight(
         uncovered_energy = weights.uncovered;
         let grain = (settings.effects.grain > 0.0)
             .then(|| Grain::of_plate(&frame.plate, &frame.mask, settings.effects.view));
-        let picture = compose_reusing(
-            &scene,
-            &Ingredients {
-                field: &field,
-                mask: &frame.mask,
-                weights: &weights,
-                environment: &environment,
-                levels,
-                view: CameraView::default(),
-                upstream: Upstream {
-                    predict_ms,
-                    weights_ms,
-                },
-                extra: Extra {
-                    before: steady.as_ref(),
-                    grain: grain.as_ref(),
-                    second: None,
-                    identity: Identity {
-                        frame: index as u64,
-                        ..Identity::default()
-                    },
+        let ingredients = Ingredients {
+            field: &field,
+            mask: &frame.mask,
+            weights: &weights,
+            environment: &environment,
+            levels,
+            view: CameraView::default(),
+            upstream: Upstream {
+                predict_ms,
+                weights_ms,
+            },
+            extra: Extra {
+                before: steady.as_ref(),
+                grain: grain.as_ref(),
+                second: None,
+                identity: Identity {
+                    frame: index as u64,
+                    ..Identity::default()
                 },
             },
-            &mut reuse,
-        )?;
-        match (&destination, &mut clip) {
-            (Destination::Stills(stills), _) => {
-                write_still(&stills.path(index), &picture, frame_rate)?
-            }
-            (Destination::Clip(_), Some(clip)) => clip.push(&picture)?,
-            (Destination::Clip(_), None) => {}
-        }
+        };
+        let picture = compose_reusing(&scene, &ingredients, &mut reuse)?;
+        let lamps = || lights(&scene, &ingredients, &calibration.rig);
+        let lights = settings.files.layers.then(lamps).transpose()?;
+        let check = writer.write(index, &picture, lights)?;
+        rebuild = match (rebuild, check) {
+            (Some(worst), Some(check)) => Some(worst.and(check)),
+            (worst, check) => worst.or(check),
+        };
         steady = picture.steady.clone();
         add_times(&mut passes, picture);
     }
-    if let Some(clip) = clip {
-        clip.finish()?;
-    }
+    writer.finish()?;
     progress.step("relighting", count as u64, count as u64, "");
     for pass in &mut passes {
         pass.ms = pass.ms.map(|ms| ms / count as f64);
@@ -209,9 +230,35 @@ pub fn relight(
         frames: count,
         ms_per_frame: started.elapsed().as_secs_f64() * 1e3 / count as f64,
         passes,
-        output: settings.to.clone(),
+        output: writer.to,
+        layers: rebuild,
         uncovered_energy,
         device: compute.description,
+    })
+}
+
+/// The subject under each lamp, and under all of them as the compositor sums them: without what is behind it
+/// and without effects.
+fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
+    let plain = Scene {
+        background: Background::None,
+        effects: Effects::default(),
+        output: Output::Linear,
+        ..scene.clone()
+    };
+    let factor = of.levels.subject * scene.exposure_stops.exp2();
+    let weights = of.weights.per_lamp.iter();
+    let weights = weights.map(|weight| weight.map(|share| share * factor));
+    let names = rig.lamps.iter().map(|lamp| &lamp.name);
+    Ok(Lights {
+        layers: LightLayers::of(of.field, of.mask, names.zip(weights))?,
+        subject: compose(
+            &plain,
+            &Ingredients {
+                extra: Extra::default(),
+                ..*of
+            },
+        )?,
     })
 }
 

@@ -1,87 +1,137 @@
 //! One picture as a file.
 
+use super::format::Bits;
+use super::layers::LightLayers;
 use super::rational_rate;
+use super::time_code::TimeCode;
 use crate::compositor::{Picture, code};
 use crate::error::{Error, Result};
+use crate::imaging::Image;
 use crate::imaging::color::byte_from_unit;
-use crate::imaging::file::{write_beside, write_png};
+use crate::imaging::file::write_beside;
+use exr::prelude::{AnyChannel, FlatSamples, f16};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use std::io::Write;
 use std::path::Path;
 
-/// Writes a picture as EXR where the path says so, else as PNG. `frame_rate` is the clip's, in frames
-/// per second.
+/// What a still says besides its picture, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct About<'a> {
+    /// Number of the frame, from 0.
+    pub frame: usize,
+    /// The clip's, in frames per second.
+    pub frame_rate: f64,
+    /// Of a PNG.
+    pub bits: Bits,
+    /// Of an EXR, where it is to have any.
+    pub layers: Option<&'a LightLayers>,
+}
+
+/// Writes a picture as EXR where the path says so, else as PNG.
 ///
 /// # Errors
 /// When the file cannot be written, or a picture without display codes is to be a PNG.
-pub fn write_still(path: &Path, picture: &Picture, frame_rate: f64) -> Result<()> {
+pub fn write_still(path: &Path, picture: &Picture, about: &About) -> Result<()> {
     if path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
     {
-        write_still_exr(path, picture, frame_rate)
+        write_still_exr(path, picture, about)
     } else {
-        write_still_png(path, picture)
+        write_still_png(path, picture, about.bits)
     }
 }
 
-/// Writes the display codes in 8 bits: RGB, or RGBA with straight alpha (as the PNG standard has it)
-/// where the picture is not opaque.
+/// Writes the display codes: RGB, or RGBA with straight alpha (as the PNG standard has it) where the picture
+/// is not opaque.
 ///
 /// # Errors
 /// When the file cannot be written or the picture has no display codes.
-pub fn write_still_png(path: &Path, picture: &Picture) -> Result<()> {
-    let display = picture.display.as_ref().ok_or_else(|| no_display(path))?;
-    if picture.alpha.pixels.iter().all(|&alpha| alpha >= 1.0) {
-        return write_png(path, display);
+pub fn write_still_png(path: &Path, picture: &Picture, bits: Bits) -> Result<()> {
+    if picture.display.is_none() {
+        return Err(no_display(path));
     }
-    let (width, height) = picture.alpha.size();
+    let opaque = picture.alpha.pixels.iter().all(|&alpha| alpha >= 1.0);
+    let channels = if opaque { 3 } else { 4 };
     let straight = straight(picture).ok_or_else(|| no_light(path))?;
-    let bytes: Vec<u8> = straight.flatten().map(byte_from_unit).collect();
+    let codes = straight.flat_map(|pixel| pixel.into_iter().take(channels));
+    let (bytes, color): (Vec<u8>, _) = match bits {
+        Bits::Eight => (
+            codes.map(byte_from_unit).collect(),
+            [ExtendedColorType::Rgb8, ExtendedColorType::Rgba8],
+        ),
+        Bits::Sixteen => (
+            codes
+                .flat_map(|v| word_from_unit(v).to_ne_bytes())
+                .collect(),
+            [ExtendedColorType::Rgb16, ExtendedColorType::Rgba16],
+        ),
+    };
+    let (width, height) = picture.alpha.size();
+    let color = color[channels - 3];
     write_beside(path, |out| {
-        PngEncoder::new(out).write_image(
-            &bytes,
-            width as u32,
-            height as u32,
-            ExtendedColorType::Rgba8,
-        )
+        PngEncoder::new(out).write_image(&bytes, width as u32, height as u32, color)
     })
 }
 
-/// Writes linear light with premultiplied alpha as a half-float, ZIP-compressed OpenEXR picture. The
-/// header names the colour space and the frame rate. Values beyond half floats are clipped to ±65504.
+/// A 16-bit code of a value in `[0, 1]`, rounded to nearest.
+pub(super) fn word_from_unit(value: f32) -> u16 {
+    (value.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16
+}
+
+fn half(value: f32) -> f16 {
+    f16::from_f32(value.clamp(-65504.0, 65504.0))
+}
+
+/// Channels R, G and B whose names begin with `prefix`. Values beyond half floats are clipped to ±65504.
+pub(super) fn color_channels(prefix: &str, picture: &Image) -> [AnyChannel<FlatSamples>; 3] {
+    [0, 1, 2].map(|c| {
+        let name = format!("{prefix}{}", ["R", "G", "B"][c]);
+        let values = picture.pixels.iter().map(|pixel| half(pixel[c]));
+        AnyChannel::new(name.as_str(), FlatSamples::F16(values.collect()))
+    })
+}
+
+/// Writes linear light with premultiplied alpha as a half-float, ZIP-compressed OpenEXR picture, with its
+/// light layers where there are any. The header has time code, frame rate, primaries and the colour space's
+/// name. Values beyond half floats are clipped to ±65504.
 ///
 /// # Errors
 /// When the file cannot be written or the picture has no linear light.
-pub fn write_still_exr(path: &Path, picture: &Picture, frame_rate: f64) -> Result<()> {
+pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<()> {
     use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
     use exr::prelude::{
-        Compression, Encoding, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage, f16,
+        AnyChannels, Compression, Encoding, Layer, LayerAttributes, Vec2, WritableImage,
     };
 
     let linear = picture.linear.as_ref().ok_or_else(|| no_light(path))?;
-    let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0));
-    let channels = SpecificChannels::rgba(|at: Vec2<usize>| {
-        let [r, g, b] = linear.at(at.x(), at.y());
-        (
-            half(r),
-            half(g),
-            half(b),
-            half(picture.alpha.at(at.x(), at.y())),
-        )
-    });
+    let coverage = picture.alpha.pixels.iter().map(|&alpha| half(alpha));
+    let coverage = AnyChannel::new("A", FlatSamples::F16(coverage.collect()));
+    let layers = about.layers.into_iter().flat_map(LightLayers::channels);
+    let channels = color_channels("", linear)
+        .into_iter()
+        .chain([coverage])
+        .chain(layers);
     let encoding = Encoding {
         compression: Compression::ZIP16,
         ..Encoding::default()
     };
-    let about = LayerAttributes {
-        frames_per_second: Some(rational_rate(frame_rate)),
+    let mut header = LayerAttributes {
+        frames_per_second: Some(rational_rate(about.frame_rate)),
         software_name: Some(Text::from("Afterlight")),
         ..LayerAttributes::default()
     };
-    let mut file =
-        exr::prelude::Image::from_layer(Layer::new(linear.size(), about, encoding, channels));
+    header
+        .other
+        .extend(about.layers.map(LightLayers::attribute));
+    let mut file = exr::prelude::Image::from_layer(Layer::new(
+        linear.size(),
+        header,
+        encoding,
+        AnyChannels::sort(channels.collect()),
+    ));
+    file.attributes.time_code = Some(TimeCode::of(about.frame, about.frame_rate).into());
     // ITU-R BT.709, and the name that the ASWF's Color Interop Forum gives to its linear form.
     file.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
@@ -142,6 +192,7 @@ pub(super) fn no_display(path: &Path) -> Error {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use super::super::layers::{LightLayer, Rebuild, rebuilt};
     use super::*;
     use crate::compositor::reference::view;
     use crate::imaging::color::srgb_from_linear;
@@ -170,13 +221,23 @@ pub(super) mod tests {
         }
     }
 
+    /// The eighth frame of a film.
+    pub fn about(bits: Bits) -> About<'static> {
+        About {
+            frame: 24 + 7,
+            frame_rate: 23.976,
+            bits,
+            layers: None,
+        }
+    }
+
     #[test]
     fn an_exr_keeps_light_alpha_and_says_what_it_is() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("new/look.exr");
         let mut wanted = picture(5, 3, [0.5, 2.0, 8.0], false);
         wanted.linear.as_mut().unwrap().pixels[0] = [1e9, -1e9, 0.25];
-        write_still(&path, &wanted, 23.976).unwrap();
+        write_still(&path, &wanted, &about(Bits::Eight)).unwrap();
         let read = exr::prelude::read_first_rgba_layer_from_file(
             &path,
             |size, _| Mask::filled(size.width(), size.height(), 0.0).map(|_| [0f32; 4]),
@@ -195,6 +256,8 @@ pub(super) mod tests {
             read.layer_data.attributes.frames_per_second,
             Some((24000, 1001))
         );
+        let time = read.attributes.time_code.unwrap();
+        assert_eq!((time.seconds, time.frame), (1, 7));
         let pixels = &read.layer_data.channel_data.pixels.pixels;
         assert_eq!(pixels[0], [65504.0, -65504.0, 0.25, 1.0]);
         assert_eq!(pixels[2], [0.25, 1.0, 4.0, 0.5]);
@@ -205,14 +268,98 @@ pub(super) mod tests {
     fn a_png_is_opaque_or_has_straight_alpha() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("opaque.png");
-        write_still(&path, &picture(4, 2, [0.5; 3], true), 24.0).unwrap();
-        assert!(!image::open(&path).unwrap().color().has_alpha());
-        write_still(&path, &picture(4, 2, [0.5; 3], false), 24.0).unwrap();
+        for bits in [Bits::Eight, Bits::Sixteen] {
+            write_still(&path, &picture(4, 2, [0.5; 3], true), &about(bits)).unwrap();
+            assert!(!image::open(&path).unwrap().color().has_alpha());
+        }
+        write_still(&path, &picture(4, 2, [0.5; 3], false), &about(Bits::Eight)).unwrap();
         let read = image::open(&path).unwrap().into_rgba8();
         let code = byte_from_unit(srgb_from_linear(0.5));
         assert_eq!(read.get_pixel(0, 0).0, [code, code, code, 255]);
         assert_eq!(read.get_pixel(1, 1).0, [code, code, code, 170]);
         assert_eq!(read.get_pixel(3, 1).0, [0; 4]);
+    }
+
+    #[test]
+    fn a_png_of_16_bits_tells_apart_what_8_bits_cannot() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep.png");
+        write_still(
+            &path,
+            &picture(4, 2, [0.5; 3], false),
+            &about(Bits::Sixteen),
+        )
+        .unwrap();
+        let read = image::open(&path).unwrap();
+        assert_eq!(read.color(), image::ColorType::Rgba16);
+        let read = read.into_rgba16();
+        let code = word_from_unit(srgb_from_linear(0.5));
+        assert_ne!(u32::from(code) * 255 % 65535, 0, "no code of 8 bits");
+        assert_eq!(read.get_pixel(0, 0).0, [code, code, code, 65535]);
+        assert_eq!(read.get_pixel(1, 1).0, [code, code, code, 43690]);
+    }
+
+    #[test]
+    fn light_layers_times_their_weights_give_back_the_subject() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("shot.0031.exr");
+        let lamp = |i: usize| LightLayer {
+            lamp: format!("olat {i} ü"),
+            weight: [0.5 + i as f32, 0.25, 1.0 / (1.0 + i as f32)],
+            picture: crate::imaging::Raster::from_fn(5, 3, |x, y| {
+                [x as f32 + 0.1, y as f32, (i * x) as f32 / 7.0]
+            }),
+        };
+        let lights = LightLayers((0..12).map(lamp).collect());
+        let mut shown = picture(5, 3, [0.0; 3], true);
+        for LightLayer {
+            weight, picture, ..
+        } in &lights.0
+        {
+            for (sum, value) in shown
+                .linear
+                .as_mut()
+                .unwrap()
+                .pixels
+                .iter_mut()
+                .zip(&picture.pixels)
+            {
+                (0..3).for_each(|c| sum[c] += weight[c] * value[c]);
+            }
+        }
+        let with = |lights: &LightLayers| {
+            let layers = Some(lights);
+            let about = About {
+                layers,
+                ..about(Bits::Eight)
+            };
+            write_still(&path, &shown, &about).unwrap();
+            Rebuild::check(&path, lights.0.len(), shown.linear.as_ref().unwrap()).unwrap()
+        };
+        let check = with(&lights);
+        // Half floats keep 11 bits of each layer.
+        assert!(
+            check.residual <= check.brightest * 2f32.powi(-11),
+            "{check:?}"
+        );
+        let file = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+        let channels = file.layer_data.channel_data.list;
+        let names: Vec<String> = channels.iter().map(|c| c.name.to_string()).collect();
+        assert_eq!(names.len(), 4 + 3 * 12);
+        for name in ["R", "A", "light_00.R", "light_07.G", "light_11.B"] {
+            assert!(names.iter().any(|n| n == name), "{names:?}");
+        }
+        let is_half = |c: &AnyChannel<FlatSamples>| matches!(c.sample_data, FlatSamples::F16(_));
+        assert!(channels.iter().all(is_half));
+
+        let mut other = lights.clone();
+        other.0[7].weight[1] *= 1.01;
+        assert!(
+            with(&other).residual > 4.0 * check.residual,
+            "a wrong weight is seen"
+        );
+        write_still(&path, &shown, &about(Bits::Eight)).unwrap();
+        assert!(rebuilt(&path).unwrap_err().to_string().contains("weights"));
     }
 
     #[test]
@@ -222,7 +369,8 @@ pub(super) mod tests {
             display: None,
             ..picture(2, 2, [0.5; 3], true)
         };
-        let error = write_still(&folder.path().join("a.png"), &linear, 24.0).unwrap_err();
+        let path = folder.path().join("a.png");
+        let error = write_still(&path, &linear, &about(Bits::Eight)).unwrap_err();
         assert!(error.to_string().contains("linear light"));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }

@@ -43,6 +43,20 @@ fn coverage(source: usize, target: usize) -> Vec<Vec<(usize, f32)>> {
         .collect()
 }
 
+/// For one axis: the two source pixels between whose centres each target pixel's centre lies, and their
+/// shares. Beyond the outer centres the outer pixel is repeated.
+fn interpolation(source: usize, target: usize) -> Vec<Vec<(usize, f32)>> {
+    let ratio = source as f64 / target as f64;
+    (0..target)
+        .map(|t| {
+            let at = ((t as f64 + 0.5) * ratio - 0.5).clamp(0.0, source as f64 - 1.0);
+            let (before, share) = (at as usize, at.fract() as f32);
+            let after = (before + 1).min(source - 1);
+            vec![(before, 1.0 - share), (after, share)]
+        })
+        .collect()
+}
+
 /// Resizes by area: exact box coverage with fractional edges. Enlarging repeats pixels.
 /// Average light only in linear values. Neither raster may be empty.
 pub fn resize_area<T: Blend>(source: &Raster<T>, width: usize, height: usize) -> Raster<T> {
@@ -51,6 +65,34 @@ pub fn resize_area<T: Blend>(source: &Raster<T>, width: usize, height: usize) ->
     }
     let columns = coverage(source.width, width);
     let rows = coverage(source.height, height);
+    resampled(source, &columns, &rows)
+}
+
+/// Resizes by area where it gets smaller, and interpolates between pixels (bilinear) where it gets larger.
+/// Resize light only in linear values. Neither raster may be empty.
+pub fn resize<T: Blend>(source: &Raster<T>, width: usize, height: usize) -> Raster<T> {
+    if source.size() == (width, height) {
+        return source.clone();
+    }
+    let along = |source: usize, target: usize| {
+        if target < source {
+            coverage(source, target)
+        } else {
+            interpolation(source, target)
+        }
+    };
+    let columns = along(source.width, width);
+    let rows = along(source.height, height);
+    resampled(source, &columns, &rows)
+}
+
+/// What each target pixel takes along each axis, put together.
+fn resampled<T: Blend>(
+    source: &Raster<T>,
+    columns: &[Vec<(usize, f32)>],
+    rows: &[Vec<(usize, f32)>],
+) -> Raster<T> {
+    let (width, height) = (columns.len(), rows.len());
     let narrow: Vec<T> = source
         .pixels
         .par_chunks(source.width)
@@ -59,7 +101,7 @@ pub fn resize_area<T: Blend>(source: &Raster<T>, width: usize, height: usize) ->
     let pixels = (0..height)
         .into_par_iter()
         .flat_map_iter(|y| {
-            let (rows, narrow) = (&rows, &narrow);
+            let narrow = &narrow;
             (0..width).map(move |x| blend(&rows[y], |sy| narrow[sy * width + x]))
         })
         .collect();
@@ -89,5 +131,15 @@ mod tests {
             let mean = |r: &Raster<f32>| r.pixels.iter().map(|&v| f64::from(v)).sum::<f64>() / r.pixels.len() as f64;
             prop_assert!((mean(&source) - mean(&target)).abs() < 1e-5);
         }
+    }
+
+    #[test]
+    fn enlarging_goes_evenly_from_pixel_to_pixel_and_reducing_averages() {
+        let ramp = Raster::from_fn(4, 1, |x, _| x as f32);
+        let large = resize(&ramp, 8, 3);
+        let row = [0.0, 0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.0];
+        assert_eq!(large.pixels, row.repeat(3));
+        assert_eq!(resize(&ramp, 2, 1).pixels, [0.5, 2.5]);
+        assert_eq!(resize(&Raster::filled(1, 1, 7.0), 3, 2).pixels, [7.0; 6]);
     }
 }

@@ -5,7 +5,9 @@ use super::command::Command;
 use super::compare::{Compare, With};
 use super::kept::KeptLook;
 use super::layout::Pane;
+use super::lookout::Lookout;
 use super::news::{News, Phase};
+use super::order::Order;
 use super::palette::Palette;
 use super::panel::{Entry, Reading, Sight};
 use super::panels::{JobPanel, StatusPanel, TabsPanel};
@@ -24,12 +26,14 @@ use crate::gpu::DeviceChoice;
 use crate::project::Project;
 use crate::scene::Scene;
 use crate::worker::{
-    Ask, Blocked, Event, Job, Latest, Need, Origin, Relit, Second, Source, Worker,
+    Ask, Blocked, Event, Export, Job, Latest, Need, Origin, Relit, Second, Source, Worker,
 };
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+mod exporting;
 
 /// Extensions of panoramas.
 const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
@@ -49,6 +53,9 @@ pub struct StudioApp {
     studies: Studies,
     reviews: Reviews,
     training: Training,
+    /// The worker's line of exports.
+    exports: Vec<Export>,
+    lookout: Lookout,
     /// When the next frame is due while playing, in the window's seconds.
     due: f64,
     /// What a dialog brought.
@@ -137,6 +144,8 @@ impl StudioApp {
             studies: Studies::default(),
             reviews: Reviews::default(),
             training: Training::default(),
+            exports: Vec::new(),
+            lookout: Lookout::new(wake.clone()),
             due: 0.0,
             chosen: Arc::new(Latest::new(wake.clone())),
             preferences,
@@ -187,6 +196,11 @@ impl StudioApp {
         &self.training
     }
 
+    /// The exports that wait, run or are over.
+    pub fn exports(&self) -> &[Export] {
+        &self.exports
+    }
+
     /// The list of environments.
     pub fn environments(&self) -> &[Entry] {
         self.shelf.entries()
@@ -200,7 +214,9 @@ impl StudioApp {
     fn open(&mut self, project: Project, worker: Worker) {
         let shoot = &project.settings.shoot;
         self.state = State::new(shoot.frames.len(), shoot.frame_rate);
+        self.state.order = Order::of(&project);
         self.news.begin(Phase::Opening);
+        self.leave_exports();
         self.preferences.opened(&project.root);
         self.preferences.save(&self.saver);
         (self.relit, self.asked) = (None, None);
@@ -248,6 +264,7 @@ impl StudioApp {
             self.relit = worker.relit().or(self.relit.take());
             let rig = self.relit.as_ref().map(|relit| &relit.rig);
             self.state.lamps = rig.map_or(0, |rig| rig.lamps.len());
+            self.exports = worker.exports();
         }
         self.studies.hear();
         self.reviews.hear();
@@ -392,6 +409,12 @@ impl StudioApp {
                     self.apply(Command::Circle(Some(found)));
                 }
             }
+            Command::ChooseDestination
+            | Command::Destination(_)
+            | Command::Export
+            | Command::Withdraw(_)
+            | Command::OpenFolder(_) => self.apply_to_exports(command),
+            Command::FocusPane => self.panes.focus(self.state.active),
             Command::Calibrate => self.calibrate(),
             Command::Measure(truth) => self.review(truth, true, None),
             Command::Report(to) => self.review(None, false, Some(to)),
@@ -560,6 +583,8 @@ macro_rules! sight {
             environments: $app.shelf.entries(),
             shown: &$app.shown,
             relit: $app.relit.as_ref(),
+            exports: &$app.exports,
+            taken: $app.lookout.found(),
             probe: $app.studies.probe.as_ref(),
             gamma: $app.studies.gamma.as_ref(),
             reviews: &$app.reviews,
@@ -666,6 +691,7 @@ impl eframe::App for StudioApp {
         }
         self.play();
         self.ask();
+        self.look_out();
         if let Some(project) = &self.project {
             let wake = self.wake();
             self.training.ask(project, &self.shown, wake.clone());

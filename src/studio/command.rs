@@ -2,6 +2,7 @@
 
 use super::compare::Compare;
 use super::layout::{Pane, Workspace};
+use super::order::Order;
 use super::state::Keyed;
 use super::training::TrainChoice;
 use crate::calibration::{Circle, Trial};
@@ -165,6 +166,23 @@ pub enum Command {
     ChooseProject,
     /// Open the project in a folder.
     OpenProject(PathBuf),
+    /// What the next export is to be.
+    Order(Box<Order>),
+    /// Let the export begin, or end, with the frame that is shown.
+    MarkIn,
+    MarkOut,
+    /// Ask for the export's name with a dialog.
+    ChooseDestination,
+    /// Take this file for the export's name.
+    Destination(PathBuf),
+    /// Put an export of what is set now at the end of the line.
+    Export,
+    /// Take an export out of the line; the one in hand is asked to stop.
+    Withdraw(u64),
+    /// Show a folder in the system's file manager.
+    OpenFolder(PathBuf),
+    /// Give the focus to the first control of the pane that keys are meant for.
+    FocusPane,
     /// Run the job that brings what is missing.
     Provide(Need),
     /// Train as was chosen: anew, or from where the checkpoint stands.

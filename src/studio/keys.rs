@@ -48,6 +48,7 @@ const fn nudge_circle(x: f64, y: f64, radius: f64) -> Command {
 const PROBE: Pane = Pane::Probe;
 const GAMMA: Pane = Pane::Gamma;
 const TRAINING: Pane = Pane::Training;
+const EXPORT: Pane = Pane::Export;
 
 /// Bindings that ask for more modifiers come first: egui takes Shift+E for E otherwise. Those of one
 /// pane come before those of all.
@@ -324,6 +325,32 @@ const BINDINGS: &[Binding] = &[
         Command::Calibrate,
         "keep it and calibrate",
     ),
+    within(
+        EXPORT,
+        Modifiers::COMMAND,
+        Key::Enter,
+        Command::Export,
+        "add the export to the queue",
+    ),
+    within(
+        EXPORT,
+        Modifiers::NONE,
+        Key::Tab,
+        Command::FocusPane,
+        "go through the controls; Esc leaves them",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::I,
+        Command::MarkIn,
+        "export from this frame on",
+    ),
+    on(
+        Modifiers::NONE,
+        Key::O,
+        Command::MarkOut,
+        "export up to this frame",
+    ),
     on(
         Modifiers::NONE,
         Key::ArrowRight,
@@ -508,6 +535,18 @@ const ARROWS: [Key; 4] = [
     Key::ArrowDown,
 ];
 
+/// Keys that a control which has the focus takes.
+const CONTROL_KEYS: [Key; 8] = [
+    Key::Tab,
+    Key::Space,
+    Key::ArrowLeft,
+    Key::ArrowRight,
+    Key::ArrowUp,
+    Key::ArrowDown,
+    Key::Home,
+    Key::End,
+];
+
 /// What the mouse does in the viewport.
 const GESTURES: &[(&str, &str)] = &[
     ("Drag, Ctrl+drag", "turn the light"),
@@ -533,14 +572,24 @@ fn are_arrows_left(ctx: &egui::Context) -> bool {
 
 /// The commands of the keys that were pressed since the last frame, for a pane.
 pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
-    if ctx.text_edit_focused() {
-        return;
-    }
     let arrows_are_left = are_arrows_left(ctx);
+    let typing = ctx.text_edit_focused();
+    let focused = pane == EXPORT && ctx.memory(|memory| memory.focused().is_some());
+    let is_left = |binding: &Binding| {
+        let KeyboardShortcut {
+            modifiers,
+            logical_key,
+        } = binding.shortcut;
+        if typing {
+            binding.only != Some(EXPORT) || modifiers.is_none()
+        } else {
+            focused && modifiers.is_none() && CONTROL_KEYS.contains(&logical_key)
+        }
+    };
     ctx.input_mut(|input| {
         for Binding {
             shortcut, command, ..
-        } in known(pane)
+        } in known(pane).filter(|binding| !is_left(binding))
         {
             let is_arrow = ARROWS.contains(&shortcut.logical_key);
             if arrows_are_left && is_arrow && !shortcut.modifiers.alt {
@@ -559,7 +608,7 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
             }
         }
     });
-    if out.contains(&Command::TogglePanels) {
+    if out.contains(&Command::TogglePanels) || out.contains(&Command::FocusPane) {
         // egui moves the focus with the same key.
         ctx.memory_mut(|memory| memory.move_focus(egui::FocusDirection::None));
     }

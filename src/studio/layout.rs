@@ -26,6 +26,7 @@ pub enum Pane {
     Scopes,
     Lamps,
     Review,
+    Export,
     Log,
 }
 
@@ -47,7 +48,7 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the list that opens them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Probe,
         Self::Gamma,
         Self::Training,
@@ -59,6 +60,7 @@ impl Pane {
         Self::Scopes,
         Self::Lamps,
         Self::Review,
+        Self::Export,
         Self::Log,
     ];
 
@@ -76,6 +78,7 @@ impl Pane {
             Self::Scopes => "Scopes",
             Self::Lamps => "Lamps",
             Self::Review => "Measured",
+            Self::Export => "Export",
             Self::Log => "Log",
         }
     }
@@ -112,6 +115,14 @@ impl Workspace {
         }
     }
 
+    /// The pane that keys are meant for when a person comes here.
+    pub fn first(self) -> Pane {
+        match self {
+            Self::Export => Pane::Export,
+            _ => self.main()[0],
+        }
+    }
+
     /// The arrangement that it has until a person changes it.
     fn preset(self) -> Tree<Pane> {
         let mut tiles = Tiles::default();
@@ -140,11 +151,14 @@ impl Workspace {
             Self::Export => {
                 let main = tabs(&mut tiles, self.main());
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
-                divided(
+                let right = tabs(&mut tiles, &[Pane::Export]);
+                let left = divided(
                     &mut tiles,
                     LinearDir::Vertical,
                     &[(main, 0.0), (below, 78.0)],
-                )
+                );
+                let columns = [(left, 0.0), (right, 360.0)];
+                divided(&mut tiles, LinearDir::Horizontal, &columns)
             }
             Self::Review => {
                 let main = tabs(&mut tiles, self.main());

@@ -1,7 +1,7 @@
 //! What the worker's events add up to: what the window can do now, which job runs, and what went wrong.
 
 use crate::progress::Report;
-use crate::worker::{Blocked, Event};
+use crate::worker::{Blocked, Event, Standing};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -148,6 +148,17 @@ impl News {
                 if matches!(self.phase, Phase::Blocked(_)) {
                     // The job may have brought what was missing: the worker looks now.
                     self.phase = Phase::Opening;
+                }
+            }
+            Event::Exported(standing) => {
+                let kind = match standing {
+                    Standing::Failed(_) => Kind::Failed,
+                    _ => Kind::Said,
+                };
+                self.work = None;
+                if let Some(sentence) = standing.sentence() {
+                    self.note(kind, sentence);
+                    self.said = Some(sentence.to_owned());
                 }
             }
             Event::Report(Report::Saved | Report::Training(_)) => {}
@@ -297,6 +308,26 @@ mod tests {
         (0..2 * LOG_LINES).for_each(|i| news.fail(i.to_string()));
         assert_eq!(news.log.len(), LOG_LINES);
         assert!(news.log[LOG_LINES - 1].to_string().ends_with("1999"));
+    }
+
+    #[test]
+    fn an_export_leaves_a_sentence_and_the_window_as_it_was() {
+        let blocked = Phase::Blocked(Blocked {
+            sentence: "no network".into(),
+            need: None,
+        });
+        let mut news = News::new(blocked.clone());
+        for (standing, kind) in [
+            (Standing::Failed("disk full".into()), Kind::Failed),
+            (Standing::Cancelled("2 frames are kept".into()), Kind::Said),
+        ] {
+            news.hear(Event::Started { what: "exporting" });
+            assert!(news.work.is_some());
+            news.hear(Event::Exported(standing.clone()));
+            assert_eq!((&news.work, &news.phase), (&None, &blocked));
+            assert_eq!(news.said.as_deref(), standing.sentence());
+            assert_eq!(news.log.back().unwrap().kind, kind);
+        }
     }
 
     #[test]

@@ -3,12 +3,13 @@
 
 use super::layout::Pane;
 use super::listed::Listed;
+use super::lookout::Taken;
 use super::news::{News, Phase};
 use super::reviews::Reviews;
 use super::state::State;
 use super::training::Training;
 use crate::project::Project;
-use crate::worker::{GammaView, Panorama, ProbeStudy, Relit};
+use crate::worker::{Export, GammaView, Panorama, ProbeStudy, Relit};
 use std::sync::Arc;
 
 /// Everything that can be shown.
@@ -22,6 +23,10 @@ pub struct Sight<'a> {
     pub shown: &'a [Pane],
     /// The newest picture.
     pub relit: Option<&'a Arc<Relit>>,
+    /// The line of exports.
+    pub exports: &'a [Export],
+    /// Which files of the next export are there already.
+    pub taken: Option<&'a Taken>,
     /// What the mirror balls show, or why they cannot be read.
     pub probe: Option<&'a Result<Arc<ProbeStudy>, String>>,
     /// How the tried response does, or why that cannot be told.

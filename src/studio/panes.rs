@@ -4,7 +4,7 @@ use super::command::Command;
 use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel::Sight;
 use super::panels::{
-    EffectsPanel, EnvironmentsPanel, GammaPanel, LampSheetPanel, LightPanel, LogPanel,
+    EffectsPanel, EnvironmentsPanel, ExportPanel, GammaPanel, LampSheetPanel, LightPanel, LogPanel,
     PicturePanel, ProbePanel, ReviewPanel, ScopesPanel, TimelinePanel, TrainingPanel,
     ViewportPanel,
 };
@@ -28,6 +28,7 @@ pub struct Panes {
     lamps: LampSheetPanel,
     review: ReviewPanel,
     training: TrainingPanel,
+    export: ExportPanel,
     log: LogPanel,
     scopes: ScopesPanel,
 }
@@ -36,6 +37,13 @@ impl Panes {
     /// Points that a pixel of the fitted picture takes; 0 before there was one.
     pub fn fit(&self) -> f32 {
         self.viewport.fit()
+    }
+
+    /// Gives the focus to the first control of a pane that goes by the tab key.
+    pub fn focus(&mut self, pane: Pane) {
+        if pane == Pane::Export {
+            self.export.focus();
+        }
     }
 }
 
@@ -100,6 +108,7 @@ impl Shown<'_> {
             }),
             Pane::Lamps => padded(ui, |ui| panes.lamps.ui(ui, sight, out)),
             Pane::Review => padded(ui, |ui| panes.review.ui(ui, sight, out)),
+            Pane::Export => padded(ui, |ui| panes.export.ui(ui, sight, out)),
             Pane::Log => padded(ui, |ui| panes.log.ui(ui, sight, out)),
         }
     }

@@ -4,6 +4,7 @@ use super::command::Command;
 use super::compare::{Compare, How};
 use super::layout::{Pane, Workspace};
 use super::listed::Listed;
+use super::order::Order;
 use super::training::TrainChoice;
 use crate::calibration::{Circle, Trial};
 use crate::light::Lighting;
@@ -103,6 +104,8 @@ pub struct State {
     /// Frames per second.
     pub frame_rate: f64,
     pub playing: bool,
+    /// What the next export is to be.
+    pub order: Order,
     pub view: View,
     pub panels: bool,
     pub full_screen: bool,
@@ -148,6 +151,7 @@ impl State {
             frames,
             frame_rate,
             playing: false,
+            order: Order::default(),
             view: FITTED,
             panels: true,
             full_screen: false,
@@ -222,10 +226,19 @@ impl State {
             Command::Train(choice) => look.training = Some(choice),
             Command::Workspace(workspace) => {
                 self.workspace = workspace;
-                self.active = workspace.main()[0];
+                self.active = workspace.first();
                 self.view = FITTED;
             }
             Command::Activate(pane) | Command::Pane(pane) => self.active = pane,
+            Command::Order(order) => self.order = *order,
+            Command::MarkIn => {
+                let (_, end) = self.order.range(self.frames);
+                self.order.frames = Some((self.frame, end.max(self.frame)));
+            }
+            Command::MarkOut => {
+                let (start, _) = self.order.range(self.frames);
+                self.order.frames = Some((start.min(self.frame), self.frame));
+            }
             Command::Photograph(lamp) => self.photograph = lamp,
             Command::TrainedLamp(lamp) => self.trained_lamp = lamp,
             Command::Pose(pose) => self.pose = pose,

@@ -1,5 +1,6 @@
 //! What the worker tells the window: numbers and sentences. Heavy things go through [`super::Latest`].
 
+use super::queue::Standing;
 use crate::progress::{Report, TrainingPoint};
 use crate::training::history::halved;
 use std::sync::{Mutex, PoisonError};
@@ -21,6 +22,8 @@ pub enum Event {
     Report(Report),
     /// A job is over; the sentence says what came of it.
     Finished { sentence: String },
+    /// An export is over, and what came of it.
+    Exported(Standing),
 }
 
 /// Why a project cannot be relit.

@@ -276,10 +276,7 @@ impl Outcome {
                 report.loss_render,
                 report.features
             ),
-            Self::Relit(report) => format!(
-                "{} frames at {:.0} ms each: {}",
-                report.frames, report.ms_per_frame, report.output
-            ),
+            Self::Relit(report) => report.sentence(),
             Self::Evaluated(report) => evaluated(report),
             Self::Reviewed(report) => reviewed(report),
             Self::Shown(report) => report.sentence(),

@@ -1,8 +1,9 @@
 //! The thread that works: it runs long actions one after the other, beside the network's thread, which
-//! is told of each checkpoint that can be read.
+//! is told of each checkpoint that can be read. Where no job was asked for it writes the exports in line.
 
 use super::event::Event;
 use super::latest::Latest;
+use super::queue::Queue;
 use crate::error::Result;
 use crate::progress::{Control, Progress, Report, TrainingPictures};
 use std::sync::mpsc::Receiver;
@@ -48,6 +49,7 @@ impl InHand {
 pub(super) struct Labour<Tell> {
     pub tasks: Arc<Latest<Task>>,
     pub in_hand: InHand,
+    pub queue: Queue,
     /// Asks the network's thread to open its source again.
     pub renew: Arc<Latest<()>>,
     /// What a network in training makes of a pose.
@@ -62,6 +64,10 @@ impl<Tell: Fn(Event) + Sync> Labour<Tell> {
         while !self.stop.stopped() {
             if let Some(task) = self.tasks.take() {
                 self.work(task);
+            } else if self.queue.waits()
+                && let Some(control) = self.in_hand.begin()
+            {
+                self.export(control);
             } else if bell.recv().is_err() {
                 break;
             }
@@ -84,5 +90,20 @@ impl<Tell: Fn(Event) + Sync> Labour<Tell> {
         // In this order: what the network's thread says next is about the time after the job.
         (self.tell)(Event::Finished { sentence });
         self.renew.put(());
+    }
+
+    /// Writes the first export in line. It changes nothing that pictures are made of, so the network's thread
+    /// need not hear of it.
+    fn export(&self, control: Control) {
+        // Whatever waited may have been taken out of the line in the meantime.
+        let Some((id, write)) = self.queue.begin() else {
+            return self.in_hand.end();
+        };
+        (self.tell)(Event::Started { what: "exporting" });
+        let report = |report: Report| (self.tell)(Event::Report(report));
+        let done = write(&Progress::new(&report, control));
+        let standing = self.queue.end(id, done);
+        self.in_hand.end();
+        (self.tell)(Event::Exported(standing));
     }
 }

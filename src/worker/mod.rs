@@ -3,7 +3,7 @@
 //! through [`Latest`] slots.
 //!
 //! ```text
-//! window ── Ask ──► relighter ── Wanted ──► network ◄── saved, finished ── jobs ◄── Job ── window
+//! window ── Ask ──► relighter ── Wanted ──► network ◄── saved, finished ── jobs ◄── Job, Export ── window
 //!    ▲                 │  ▲                    │
 //!    └──── Relit ──────┘  └── PredictedFrame ──┘
 //! ```
@@ -20,6 +20,7 @@ mod labour;
 mod latest;
 mod library;
 mod network;
+mod queue;
 mod relighter;
 mod review;
 mod rivals;
@@ -32,6 +33,7 @@ pub use keeper::Keeper;
 pub use latest::Latest;
 pub use library::{Library, Origin, Panorama, Thumbnail};
 pub use network::{Find, Predict, Source, open_project};
+pub use queue::{Export, Standing, Written};
 pub use relighter::{Ask, Relit};
 pub use review::{KeptReview, LampSheet, ReviewDesk};
 pub use second::{Codes, Rival, Second};
@@ -66,6 +68,8 @@ pub struct Worker {
     asks: Arc<Latest<Ask>>,
     tasks: Arc<Latest<labour::Task>>,
     in_hand: labour::InHand,
+    queue: queue::Queue,
+    ring_labour: Box<dyn Fn() + Send>,
     relit: Arc<Latest<Arc<Relit>>>,
     pictures: Arc<Latest<Arc<TrainingPictures>>>,
     events: Arc<event::Unread>,
@@ -142,9 +146,11 @@ impl Worker {
             cache: cache::FieldCache::new(FIELD_BUDGET_BYTES),
         };
         let in_hand = labour::InHand::default();
+        let queue = queue::Queue::default();
         let labour = labour::Labour {
             tasks: tasks.clone(),
             in_hand: in_hand.clone(),
+            queue: queue.clone(),
             renew,
             pictures: pictures.clone(),
             tell,
@@ -154,15 +160,13 @@ impl Worker {
             asks,
             tasks,
             in_hand,
+            queue,
+            ring_labour: Box::new(ring_labour),
             relit,
             pictures,
             events,
             stop,
-            ring: vec![
-                Box::new(ring_network),
-                Box::new(ring_relighter),
-                Box::new(ring_labour),
-            ],
+            ring: vec![Box::new(ring_network), Box::new(ring_relighter)],
             threads: vec![
                 std::thread::spawn(move || network.run(&network_bell)),
                 std::thread::spawn(move || relighter.run(&relighter_bell)),
@@ -191,7 +195,7 @@ impl Worker {
         self.events.take().into_iter()
     }
 
-    /// Runs a job beside the picture, unless one is in hand already; tells whether it will.
+    /// Runs a job beside the picture, unless one or an export is in hand already; tells whether it will.
     pub fn run(&self, job: Job) -> bool {
         self.work(job.what(), move |progress| {
             job.run(progress).map(|outcome| outcome.sentence())
@@ -217,6 +221,29 @@ impl Worker {
         begun
     }
 
+    /// Puts an export at the end of the line: it is written when those before it are over and no job is in
+    /// hand. `name` is what people call it; the number is the line's own.
+    pub fn export(
+        &self,
+        name: String,
+        write: impl FnOnce(&Progress) -> Result<Written, Error> + Send + 'static,
+    ) -> u64 {
+        let id = self.queue.push(name, Box::new(write));
+        (self.ring_labour)();
+        id
+    }
+
+    /// The exports that wait, run or are over, in the order in which they were asked for.
+    pub fn exports(&self) -> Vec<Export> {
+        self.queue.exports()
+    }
+
+    /// Takes an export that waits or is over out of the line. The one in hand is asked to stop by
+    /// [`Self::cancel`].
+    pub fn withdraw(&self, id: u64) {
+        self.queue.remove(id);
+    }
+
     /// Asks the job in hand to pause after what it is at, or to go on.
     pub fn pause(&self, pause: bool) {
         if let Some(control) = self.in_hand.control() {
@@ -237,6 +264,7 @@ impl Drop for Worker {
         self.stop.stop();
         self.cancel();
         self.ring.iter().for_each(|ring| ring());
+        (self.ring_labour)();
         for thread in self.threads.drain(..) {
             // A thread that panicked has said so on stderr; there is nothing left to stop.
             let _ = thread.join();

@@ -528,3 +528,6 @@ fn a_dropped_worker_is_gone() {
         "no thread holds anything any more"
     );
 }
+
+#[path = "queue_tests.rs"]
+mod queue_tests;

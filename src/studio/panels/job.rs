@@ -5,6 +5,7 @@ use crate::studio::layout::Pane;
 use crate::studio::news::Work;
 use crate::studio::panel::Sight;
 use crate::studio::theme::{self, GAP};
+use crate::worker::Standing;
 use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
 use std::time::{Duration, Instant};
 
@@ -20,10 +21,18 @@ const HEIGHT: f32 = 24.0;
 pub struct JobPanel;
 
 impl JobPanel {
-    /// Whether there is anything to show: where relit pictures cannot be made, the viewport shows it.
+    /// Whether there is anything to show: where relit pictures cannot be made, the viewport shows it, and
+    /// what is exported stands in the line of exports.
     pub fn is_needed(sight: &Sight) -> bool {
         let viewport = sight.shown.contains(&Pane::Picture) && !sight.is_live();
-        let elsewhere = viewport || sight.job_has_pane();
+        let said = sight.news.said.as_deref();
+        let line = sight.shown.contains(&Pane::Export)
+            && sight.exports.iter().any(|export| match &export.standing {
+                Standing::Waiting => false,
+                Standing::Running => true,
+                over => sight.news.work.is_none() && over.sentence() == said,
+            });
+        let elsewhere = viewport || line || sight.job_has_pane();
         !elsewhere && (sight.news.work.is_some() || sight.news.said.is_some())
     }
 

@@ -2,6 +2,7 @@
 
 mod effects;
 mod environments;
+mod export;
 mod front;
 mod gamma;
 mod job;
@@ -22,6 +23,7 @@ mod viewport;
 
 pub use effects::EffectsPanel;
 pub use environments::EnvironmentsPanel;
+pub use export::ExportPanel;
 pub use gamma::GammaPanel;
 pub use job::JobPanel;
 pub use light::LightPanel;

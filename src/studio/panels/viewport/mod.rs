@@ -229,7 +229,7 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
 /// Tells which pixel is under the cursor.
 fn probe(ui: &Ui, rect: Rect, place: Rect, relit: &Relit, sight: &Sight, out: &mut Vec<Command>) {
     let at = ui.input(|i| i.pointer.latest_pos());
-    let over = at.filter(|at| rect.contains(*at) && ui.ui_contains_pointer());
+    let over = at.filter(|_| ui.rect_contains_pointer(rect));
     let pixel = over.and_then(|at| {
         let (u, v) = (
             (at.x - place.left()) / place.width(),

@@ -1,0 +1,193 @@
+use super::super::still::tests::picture;
+use super::*;
+
+/// Decoded frames as RGBA bytes, or `None` where there is no ffmpeg.
+fn decoded(path: &Path) -> Vec<u8> {
+    let output = Command::new("ffmpeg")
+        .args(["-v", "error", "-i"])
+        .arg(path)
+        .args([
+            "-f",
+            "rawvideo",
+            "-pix_fmt",
+            "rgba",
+            "-vf",
+            "scale=in_color_matrix=bt709",
+            "-",
+        ])
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    output.stdout
+}
+
+fn ffmpeg_is_here() -> bool {
+    let here = Command::new("ffmpeg")
+        .arg("-version")
+        .stdout(Stdio::null())
+        .status()
+        .is_ok();
+    if !here {
+        println!("skipped: there is no ffmpeg");
+    }
+    here
+}
+
+#[test]
+fn a_movie_has_the_frames_and_colours_that_were_pushed() {
+    if !ffmpeg_is_here() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let shown = picture(33, 17, [0.6, 0.2, 0.05], true);
+    let code = shown.display.as_ref().unwrap().0.pixels[0].map(byte_from_unit);
+    for name in ["new/clip.mp4", "a:b %d.mov"] {
+        let path = folder.path().join(name);
+        let mut writer = ClipWriter::create(&path, (33, 17), 29.97, 0).unwrap();
+        (0..3).for_each(|_| writer.push(&shown).unwrap());
+        writer.finish().unwrap();
+        let bytes = decoded(&path);
+        assert_eq!(bytes.len(), 3 * 34 * 18 * 4);
+        // Limited range and halved colour cost a few codes; a wrong matrix costs twenty.
+        for pixel in bytes.chunks(4) {
+            assert!(
+                (0..3).all(|c| pixel[c].abs_diff(code[c]) <= 4),
+                "{pixel:?} is not {code:?}"
+            );
+        }
+        assert_eq!(
+            std::fs::read_dir(path.parent().unwrap())
+                .unwrap()
+                .filter(|e| e.as_ref().unwrap().path().is_file())
+                .count(),
+            1
+        );
+    }
+}
+
+#[test]
+fn a_mov_keeps_straight_alpha() {
+    if !ffmpeg_is_here() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.mov");
+    let shown = picture(64, 16, [0.5; 3], false);
+    let mut writer = ClipWriter::create(&path, (64, 16), 24.0, 24 * 61 + 5).unwrap();
+    writer.push(&shown).unwrap();
+    writer.finish().unwrap();
+    let bytes = decoded(&path);
+    for (x, pixel) in bytes.chunks(4).take(48).enumerate() {
+        let alpha = byte_from_unit(shown.alpha.pixels[x]);
+        assert!(
+            pixel[3].abs_diff(alpha) <= 2 && pixel[0].abs_diff(188) <= 3,
+            "{x}: {pixel:?}, {alpha}"
+        );
+    }
+}
+
+#[test]
+fn a_movie_says_its_colours_its_rate_and_its_time() {
+    if !ffmpeg_is_here() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let shown = picture(32, 16, [0.5; 3], false);
+    for (name, codec, format) in [
+        ("a.mp4", "h264", "yuv420p"),
+        ("a.mov", "prores", "yuva444p12le"),
+    ] {
+        let path = folder.path().join(name);
+        let mut writer = ClipWriter::create(&path, (32, 16), 23.976, 24 * 61 + 5).unwrap();
+        (0..2).for_each(|_| writer.push(&shown).unwrap());
+        writer.finish().unwrap();
+        let Ok(probed) = Command::new("ffprobe")
+            .args(["-v", "error", "-show_streams", "-of", "json"])
+            .arg(&path)
+            .output()
+        else {
+            println!("skipped: there is no ffprobe");
+            return;
+        };
+        let probed: serde_json::Value = serde_json::from_slice(&probed.stdout).unwrap();
+        let stream = &probed["streams"][0];
+        for (key, wanted) in [
+            ("codec_name", codec),
+            ("pix_fmt", format),
+            ("color_primaries", "bt709"),
+            ("color_transfer", "bt709"),
+            ("color_space", "bt709"),
+            ("color_range", "tv"),
+            ("r_frame_rate", "24000/1001"),
+        ] {
+            // ffprobe 6 names the ten bits that were written, ffprobe 5 the twelve that ProRes has room for.
+            let found = stream[key].as_str().unwrap_or("none");
+            let same = found == wanted || (wanted == "yuva444p12le" && found == "yuva444p10le");
+            assert!(same, "{name}: {key} is {found}, not {wanted}");
+        }
+        let time = &stream["tags"]["timecode"];
+        match codec {
+            "prores" => assert!(time.as_str().unwrap().starts_with("00:01:01:"), "{time}"),
+            _ => assert!(time.is_null()),
+        }
+    }
+}
+
+#[test]
+fn a_writer_that_is_dropped_leaves_nothing() {
+    if !ffmpeg_is_here() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut writer =
+        ClipWriter::create(&folder.path().join("clip.mp4"), (16, 16), 24.0, 0).unwrap();
+    writer.push(&picture(16, 16, [0.5; 3], true)).unwrap();
+    assert!(
+        writer
+            .push(&picture(8, 16, [0.5; 3], true))
+            .unwrap_err()
+            .to_string()
+            .contains("8 × 16")
+    );
+    drop(writer);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_missing_ffmpeg_is_a_sentence_with_a_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("clip.mp4");
+    let error = ClipWriter::create_with("no-such-ffmpeg", &path, (16, 16), 24.0, 0)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("clip.mp4") && error.contains("install"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_ffmpeg_says_reaches_the_person() {
+    if !ffmpeg_is_here() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    // A movie without a frame is one that no encoder accepts.
+    let writer = ClipWriter::create(&folder.path().join("clip.mov"), (16, 16), 24.0, 0).unwrap();
+    match writer.finish() {
+        Err(error) => assert!(error.to_string().contains("ffmpeg"), "{error}"),
+        Ok(()) => assert!(folder.path().join("clip.mov").exists()),
+    }
+    assert_eq!(tail(&[b'x'; 10_000][..]).len(), TAIL);
+}
+
+#[test]
+fn impossible_movies_are_refused() {
+    for (width, rate) in [(0, 24.0), (16, 0.0), (16, f64::NAN), (16, f64::INFINITY)] {
+        assert!(ClipWriter::create(Path::new("/nowhere/a.mp4"), (width, 16), rate, 0).is_err());
+    }
+}

@@ -1,0 +1,112 @@
+//! What a person chooses between when something is to be written.
+
+use std::ops::RangeInclusive;
+
+/// Kinds of files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Format {
+    #[default]
+    Png8,
+    Png16,
+    Exr,
+    H264,
+    ProRes,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Png8, Self::Png16, Self::Exr, Self::H264, Self::ProRes];
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Png8 => "PNG",
+            Self::Png16 => "PNG 16",
+            Self::Exr => "EXR",
+            Self::H264 => "H.264",
+            Self::ProRes => "ProRes",
+        }
+    }
+
+    /// What it is for.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Png8 => "Stills for a display: 8 bits, straight alpha",
+            Self::Png16 => "Stills for a display: 16 bits, straight alpha",
+            Self::Exr => {
+                "Stills in linear light: half floats, ZIP, premultiplied alpha; time code, frame rate and \
+                 colour space in the header"
+            }
+            Self::H264 => "A movie for review: 8 bits, Rec. 709",
+            Self::ProRes => "A movie for editing: ProRes 4444 with straight alpha, Rec. 709",
+        }
+    }
+
+    /// Whether all frames go into one file.
+    pub fn is_movie(self) -> bool {
+        matches!(self, Self::H264 | Self::ProRes)
+    }
+
+    /// What stands behind the name, as [`super::Destination::parse`] understands it.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Png8 | Self::Png16 => ".%04d.png",
+            Self::Exr => ".%04d.exr",
+            Self::H264 => ".mp4",
+            Self::ProRes => ".mov",
+        }
+    }
+
+    pub fn bits(self) -> Bits {
+        match self {
+            Self::Png16 => Bits::Sixteen,
+            _ => Bits::Eight,
+        }
+    }
+}
+
+/// Bits of a PNG's channels; other files have their own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Bits {
+    #[default]
+    #[value(name = "8")]
+    Eight,
+    #[value(name = "16")]
+    Sixteen,
+}
+
+/// What is done where a file is there already.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Existing {
+    /// It is replaced, whole, by what is written.
+    #[default]
+    Replace,
+    /// It stays, and what is written takes the next name with a number that is free.
+    Keep,
+}
+
+/// Where pictures are written, and how.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Files {
+    /// As [`super::Destination::parse`] understands it.
+    pub to: String,
+    pub existing: Existing,
+    /// Width and height in pixels, within [`Files::SIZES`]; none is the working size.
+    pub size: Option<usize>,
+    pub bits: Bits,
+    /// Add the subject under each lamp alone to an EXR.
+    pub layers: bool,
+}
+
+impl Files {
+    /// Sizes that can be asked for, in pixels.
+    pub const SIZES: RangeInclusive<usize> = 16..=8192;
+
+    /// Pictures of the working size, 8 bits where they are PNGs.
+    pub fn to(to: impl Into<String>) -> Self {
+        Self {
+            to: to.into(),
+            ..Self::default()
+        }
+    }
+}

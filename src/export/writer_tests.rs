@@ -1,0 +1,197 @@
+use super::super::still::tests::picture;
+use super::*;
+use crate::imaging::file::read_encoded;
+use crate::imaging::{Encoded, Raster};
+use std::path::Path;
+use std::process::Command;
+
+/// A disk of so little room that it is full soon, where this process may mount one.
+struct SmallDisk(tempfile::TempDir);
+
+impl SmallDisk {
+    fn mount(kib: usize) -> Option<Self> {
+        let folder = tempfile::tempdir().unwrap();
+        let size = format!("size={kib}k");
+        let mounted = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", &size, "tmpfs"])
+            .arg(folder.path())
+            .output()
+            .is_ok_and(|output| output.status.success());
+        if !mounted {
+            println!("skipped: a small disk cannot be mounted here");
+        }
+        mounted.then_some(Self(folder))
+    }
+
+    fn at(&self, name: &str) -> String {
+        self.0.path().join(name).display().to_string()
+    }
+
+    fn names(&self) -> Vec<String> {
+        names(self.0.path())
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(self.0.path()).status();
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// A picture that no codec makes much smaller.
+fn noise(size: usize) -> Picture {
+    let mut state = 1u32;
+    let codes = Raster::from_fn(size, size, |_, _| {
+        [0; 3].map(|_: i32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        })
+    });
+    Picture {
+        display: Some(Encoded(codes)),
+        ..picture(size, size, [0.5; 3], true)
+    }
+}
+
+/// Writes frames until one cannot be written.
+fn fill(writer: &mut Writer, shown: &Picture) -> Error {
+    let fails = (0..200).find_map(|frame| writer.write(frame, shown, None).err());
+    fails
+        .or_else(|| writer.finish().err())
+        .expect("the disk has no room for this")
+}
+
+#[test]
+fn stills_that_a_full_disk_had_room_for_are_kept_whole() {
+    let Some(disk) = SmallDisk::mount(64) else {
+        return;
+    };
+    let (files, shown) = (Files::to(disk.at("shot.%04d.png")), noise(80));
+    let mut writer = Writer::open(&files, (0, 199), 80, 24.0).unwrap();
+    let said = fill(&mut writer, &shown).to_string();
+    let kept = disk.names();
+    assert!(!kept.is_empty() && kept.len() < 5, "{kept:?}");
+    for wanted in [
+        format!("{} frames are kept", kept.len()),
+        "room".to_owned(),
+        format!("shot.{:04}.png", kept.len()),
+    ] {
+        assert!(said.contains(&wanted), "{said}: {wanted}");
+    }
+    for (frame, name) in kept.iter().enumerate() {
+        assert_eq!(*name, format!("shot.{frame:04}.png"));
+        read_encoded(&disk.0.path().join(name)).unwrap();
+    }
+}
+
+#[test]
+fn a_movie_that_a_full_disk_has_no_room_for_leaves_nothing_and_what_was_there() {
+    for (name, kib) in [("clip.mp4", 64), ("clip.mov", 64)] {
+        let Some(disk) = SmallDisk::mount(kib) else {
+            return;
+        };
+        std::fs::write(disk.at(name), "an older movie").unwrap();
+        let files = Files::to(disk.at(name));
+        let mut writer = match Writer::open(&files, (0, 199), 256, 24.0) {
+            Ok(writer) => writer,
+            Err(e) if e.to_string().contains("install") => {
+                println!("skipped: {e}");
+                return;
+            }
+            Err(e) => panic!("{e}"),
+        };
+        let said = fill(&mut writer, &noise(256)).to_string();
+        drop(writer);
+        assert!(said.contains("room"), "{said}");
+        assert_eq!(disk.names(), [name]);
+        assert_eq!(std::fs::read(disk.at(name)).unwrap(), b"an older movie");
+    }
+}
+
+#[test]
+fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let to = folder.path().join("shot.%02d.png").display().to_string();
+    let shown = picture(16, 16, [0.5; 3], true);
+    for existing in [Existing::Keep, Existing::Keep, Existing::Replace] {
+        let files = Files {
+            existing,
+            ..Files::to(&to)
+        };
+        let mut writer = Writer::open(&files, (3, 4), 16, 24.0).unwrap();
+        for frame in [3, 4] {
+            writer.write(frame, &shown, None).unwrap();
+        }
+        writer.finish().unwrap();
+    }
+    let wanted = [
+        "shot.03.png",
+        "shot.04.png",
+        "shot_2.03.png",
+        "shot_2.04.png",
+    ];
+    assert_eq!(names(folder.path()), wanted);
+}
+
+#[test]
+fn pictures_are_written_at_the_size_that_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, size) in [("small.png", 16), ("large.exr", 50)] {
+        let files = Files {
+            size: Some(size),
+            ..Files::to(folder.path().join(name).display().to_string())
+        };
+        let mut writer = Writer::open(&files, (0, 0), 32, 24.0).unwrap();
+        writer
+            .write(0, &picture(32, 32, [0.5; 3], false), None)
+            .unwrap();
+        let found = crate::imaging::file::dimensions(&folder.path().join(name)).unwrap();
+        assert_eq!(found, (size, size));
+    }
+}
+
+#[test]
+fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("deep.png");
+    let files = Files {
+        bits: Bits::Sixteen,
+        ..Files::to(path.display().to_string())
+    };
+    let mut writer = Writer::open(&files, (0, 0), 16, 24.0).unwrap();
+    let grainy = Effects {
+        grain: 1.0,
+        ..Effects::default()
+    };
+    assert_eq!(writer.output(&Effects::default()), Output::Linear);
+    assert_eq!(writer.output(&grainy), Output::Display);
+    let linear = Picture {
+        display: None,
+        ..picture(16, 16, [0.3, 0.2, 0.1], true)
+    };
+    writer.write(0, &linear, None).unwrap();
+    let codes = view(linear.linear.as_ref().unwrap(), linear.view).0.pixels[0];
+    let read = read_encoded(&path).unwrap().0.pixels[0];
+    assert!((0..3).all(|c| (codes[c] - read[c]).abs() < 1.0 / 65535.0));
+}
+
+#[test]
+fn what_a_destination_cannot_hold_is_refused() {
+    let refused = |files: &Files, frames| check(files, &files.to, frames).unwrap_err().to_string();
+    let mut files = Files::to("clip.mp4");
+    files.layers = true;
+    assert!(refused(&files, 1).contains("%04d.exr"));
+    let mut files = Files::to("a.%04d.png");
+    files.size = Some(3);
+    assert!(refused(&files, 9).contains("16 to 8192"));
+    assert!(refused(&Files::to("a.png"), 2).contains("2 frames"));
+}

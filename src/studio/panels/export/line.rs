@@ -1,0 +1,133 @@
+//! The line of exports: what waits, how far the one in hand is, what became of the others.
+
+use crate::studio::command::Command;
+use crate::studio::news::Work;
+use crate::studio::panel::Sight;
+use crate::studio::panels::job;
+use crate::studio::theme::{self, GAP};
+use crate::worker::{Export, Standing, Written};
+use egui::{
+    Align, Button, Frame, Label, Layout, Margin, ProgressBar, RichText, Role, ScrollArea, Ui,
+    WidgetInfo, vec2,
+};
+
+pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    ui.horizontal(|ui| {
+        ui.strong("Queue");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let over = sight
+                .exports
+                .iter()
+                .filter(|e| e.standing.sentence().is_some());
+            let over: Vec<u64> = over.map(|export| export.id).collect();
+            if !over.is_empty() && ui.button("Clear finished").clicked() {
+                out.extend(over.into_iter().map(Command::Withdraw));
+            }
+        });
+    });
+    if sight.exports.is_empty() {
+        ui.label(
+            RichText::new(
+                "Nothing is in line. Exports are written one after the other while you go on working, each as \
+                 the picture was when it was added.",
+            )
+            .color(theme::QUIET),
+        );
+        return;
+    }
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        for export in sight.exports {
+            let well = Frame::new()
+                .fill(theme::WELL)
+                .corner_radius(3)
+                .inner_margin(Margin::same(8));
+            well.show(ui, |ui| {
+                ui.set_width(ui.available_width());
+                export_ui(ui, export, sight.news.work.as_ref(), out);
+            });
+        }
+    });
+}
+
+fn export_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<Command>) {
+    let work = work.filter(|_| export.standing == Standing::Running);
+    let (state, color) = match &export.standing {
+        Standing::Waiting => ("waiting".to_owned(), theme::QUIET),
+        Standing::Running => (work.map_or(String::new(), job::state), theme::QUIET),
+        Standing::Done(_) => ("done".to_owned(), theme::TEXT),
+        Standing::Failed(_) => ("failed".to_owned(), theme::ACCENT),
+        Standing::Cancelled(_) => ("cancelled".to_owned(), theme::QUIET),
+    };
+    ui.horizontal(|ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.label(RichText::new(state).size(13.0).color(color));
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                ui.add(Label::new(&export.name).truncate());
+            });
+        });
+    });
+    if let Some(work) = work {
+        let text = format!("{:.0} %", 100.0 * work.share);
+        let bar = ProgressBar::new(work.share)
+            .desired_height(18.0)
+            .corner_radius(2)
+            .fill(if work.is_paused() {
+                theme::TEXT.gamma_multiply(0.35)
+            } else {
+                theme::ACCENT_DIM
+            })
+            .text(RichText::new(text).size(13.0).color(theme::TEXT));
+        ui.add(bar).on_hover_text(&work.note);
+    }
+    match &export.standing {
+        Standing::Failed(sentence) | Standing::Cancelled(sentence) => {
+            let sentence = RichText::new(sentence).size(13.0).color(color);
+            ui.add(Label::new(sentence).wrap().selectable(true));
+        }
+        Standing::Done(Written { sentence, .. }) => {
+            let quiet = RichText::new(sentence).size(13.0).color(theme::QUIET);
+            ui.add(Label::new(quiet).wrap().selectable(true));
+        }
+        Standing::Waiting | Standing::Running => {}
+    }
+    ui.horizontal(|ui| buttons_ui(ui, export, work, out));
+}
+
+fn buttons_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<Command>) {
+    let mut button = |ui: &mut Ui, enabled: bool, text: &str, hint: &str, command: Command| {
+        let response = ui.add_enabled(enabled, Button::new(text).min_size(vec2(76.0, 22.0)));
+        // Several exports have the same buttons.
+        let name = format!("{text} {}", export.name);
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, &name));
+        if response.on_hover_text(hint).clicked() {
+            out.push(command);
+        }
+    };
+    let remove = Command::Withdraw(export.id);
+    match &export.standing {
+        Standing::Running => {
+            let Some(work) = work else { return };
+            let pause = if work.is_paused() { "Go on" } else { "Pause" };
+            let hint =
+                "Waits after the frame in hand, which leaves the device to the picture. Key: P";
+            button(ui, !work.stopping, pause, hint, Command::PauseJob);
+            let cancel = if work.stopping { "Stopping" } else { "Cancel" };
+            let hint =
+                "Stops after the frame in hand. Stills that are finished are kept, a movie is not";
+            button(ui, !work.stopping, cancel, hint, remove);
+        }
+        Standing::Waiting => button(ui, true, "Remove", "Takes it out of the line", remove),
+        Standing::Done(Written { folder, .. }) => {
+            let hint = folder.display().to_string();
+            let open = Command::OpenFolder(folder.clone());
+            button(ui, true, "Open folder", &hint, open);
+            let hint = "Takes it out of the list; the files stay";
+            button(ui, true, "Remove", hint, remove);
+        }
+        Standing::Failed(_) | Standing::Cancelled(_) => {
+            let hint = "Takes it out of the list; what was written stays";
+            button(ui, true, "Remove", hint, remove);
+        }
+    }
+    ui.add_space(GAP);
+}

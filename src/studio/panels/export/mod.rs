@@ -1,0 +1,282 @@
+//! What is to be written: frames, format, size, background, layers and where; and the line of exports.
+
+mod line;
+
+use crate::export::{Destination, Files, Format};
+use crate::scene::Background;
+use crate::studio::command::Command;
+use crate::studio::order::Order;
+use crate::studio::panel::Sight;
+use crate::studio::panels::number_ui;
+use crate::studio::theme::{self, GAP};
+use egui::{
+    Align, Button, DragValue, Grid, Label, Layout, Response, RichText, Role, TextEdit, Ui,
+    WidgetInfo, vec2,
+};
+use std::path::Path;
+
+/// Width of a number's field in points.
+const FIELD: f32 = 56.0;
+
+/// The panel knows whether the focus is to come to its first control.
+#[derive(Default)]
+pub struct ExportPanel {
+    focus: bool,
+}
+
+impl ExportPanel {
+    /// Gives the focus to the first control, from where the tab key goes on.
+    pub fn focus(&mut self) {
+        self.focus = true;
+    }
+
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let Some(project) = sight.project else {
+            return;
+        };
+        let mut order = sight.state.order.clone();
+        ui.add_space(GAP);
+        let rows = Grid::new("order").num_columns(2).spacing([GAP, 8.0]);
+        rows.show(ui, |ui| {
+            let first = frames_ui(ui, &mut order, sight.state.frames, out);
+            if std::mem::take(&mut self.focus) {
+                first.request_focus();
+            }
+            format_ui(ui, &mut order);
+            size_ui(ui, &mut order, project.settings.size, out);
+            background_ui(ui, &mut order);
+            layers_ui(ui, &mut order);
+            name_ui(ui, &mut order, out);
+        });
+        files_ui(ui, sight, &mut order, &project.root);
+        add_ui(ui, sight, out);
+        if order != sight.state.order {
+            out.push(Command::Order(Box::new(order)));
+        }
+        ui.add_space(GAP);
+        line::ui(ui, sight, out);
+    }
+}
+
+/// The first control is what is returned.
+fn frames_ui(ui: &mut Ui, order: &mut Order, frames: usize, out: &mut Vec<Command>) -> Response {
+    let most = frames.saturating_sub(1);
+    let (first, last) = order.range(frames);
+    let (mut from, mut to) = (first, last);
+    let plain = order.clone();
+    let reset = |frames| {
+        let frames = Some(frames);
+        let order = Order {
+            frames,
+            ..plain.clone()
+        };
+        Command::Order(Box::new(order))
+    };
+    ui.label("Frames");
+    let response = ui.horizontal(|ui| {
+        let field = |value| DragValue::new(value).range(0..=most).speed(0.1);
+        let response = number_ui(ui, "In", field(&mut from), FIELD, out, || reset((0, last)));
+        number_ui(ui, "Out", field(&mut to), FIELD, out, || {
+            reset((first, most))
+        });
+        if from != first {
+            to = to.max(from);
+        }
+        from = from.min(to);
+        let hint =
+            "All frames of the interview. The keys I and O set the ends to the frame that is shown";
+        if choice_ui(ui, "Frames", "all", hint, order.frames.is_none()) {
+            order.frames = None;
+        } else if (from, to) != (first, last) {
+            order.frames = Some((from, to));
+        }
+        response
+    });
+    ui.end_row();
+    response.inner
+}
+
+/// One of a few that exclude each other; tells whether it was chosen now. `of` says to a screen reader what
+/// it is one of.
+fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> bool {
+    let response = ui.add(Button::selectable(chosen, name));
+    response.widget_info(|| {
+        WidgetInfo::selected(Role::RadioButton, true, chosen, format!("{of} {name}"))
+    });
+    response.on_hover_text(hint).clicked()
+}
+
+fn format_ui(ui: &mut Ui, order: &mut Order) {
+    ui.label("Format");
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 6.0;
+        for format in Format::ALL {
+            let (name, hint) = (format.name(), format.describe());
+            if choice_ui(ui, "Format", name, hint, order.format == format) {
+                order.format = format;
+            }
+        }
+    });
+    ui.end_row();
+}
+
+fn size_ui(ui: &mut Ui, order: &mut Order, working: usize, out: &mut Vec<Command>) {
+    let label = ui.label("Size");
+    ui.horizontal(|ui| {
+        let before = order.size.unwrap_or(working);
+        let mut size = before;
+        let field = DragValue::new(&mut size)
+            .range(Files::SIZES)
+            .suffix(" px")
+            // What is typed is not brought into the range before it is complete.
+            .update_while_editing(false);
+        let response = ui.add_sized(vec2(FIELD + 2.0 * GAP, 24.0), field);
+        let response = response.labelled_by(label.id).on_hover_text(
+            "Width and height. Smaller pictures are averaged, larger ones interpolated, in linear light",
+        );
+        if response.double_clicked() {
+            ui.memory_mut(|memory| memory.surrender_focus(response.id));
+            let order = Order {
+                size: None,
+                ..order.clone()
+            };
+            out.push(Command::Order(Box::new(order)));
+        }
+        let hint = format!("{working} pixels, as the network works");
+        if choice_ui(ui, "Size", "working size", &hint, order.size.is_none()) {
+            order.size = None;
+        } else if size != before {
+            order.size = Some(size);
+        }
+    });
+    ui.end_row();
+}
+
+fn background_ui(ui: &mut Ui, order: &mut Order) {
+    ui.label("Background");
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 6.0;
+        for (background, name, hint) in [
+            (None, "as shown", "What the picture has behind the subject"),
+            (
+                Some(Background::Environment),
+                "environment",
+                "The environment, as the interview's camera would see it",
+            ),
+            (
+                Some(Background::None),
+                "none",
+                "Nothing: the files have alpha, but H.264 is black there",
+            ),
+        ] {
+            if choice_ui(ui, "Background", name, hint, order.background == background) {
+                order.background = background;
+            }
+        }
+    });
+    ui.end_row();
+}
+
+fn layers_ui(ui: &mut Ui, order: &mut Order) {
+    ui.label("Layers");
+    let has_room = order.format == Format::Exr;
+    let mut layers = order.layers && has_room;
+    let response = ui
+        .add_enabled(
+            has_room,
+            egui::Checkbox::new(&mut layers, "one for each lamp"),
+        )
+        .on_hover_text(
+            "light_00.R … beside the picture, with the lamps' weights in the header. That they add up to the \
+             relit subject is checked in each file",
+        )
+        .on_disabled_hover_text("Only an EXR has room for them");
+    if response.changed() {
+        order.layers = layers;
+    }
+    ui.end_row();
+}
+
+fn name_ui(ui: &mut Ui, order: &mut Order, out: &mut Vec<Command>) {
+    let label = ui.label("Name");
+    ui.horizontal(|ui| {
+        let choose = 34.0;
+        let field = TextEdit::singleline(&mut order.name)
+            .desired_width(ui.available_width() - choose - 2.0 * GAP);
+        ui.add(field).labelled_by(label.id).on_hover_text(
+            "Below the project's folder, or a whole path; number and ending come from the format",
+        );
+        let button = ui.add(Button::new("…").min_size(vec2(choose, 24.0)));
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the name"));
+        if button.on_hover_text("Choose it in a dialog").clicked() {
+            out.push(Command::ChooseDestination);
+        }
+    });
+    ui.end_row();
+}
+
+/// Which files there will be, and what becomes of those that are there.
+fn files_ui(ui: &mut Ui, sight: &Sight, order: &mut Order, root: &Path) {
+    let (first, last) = order.range(sight.state.frames);
+    let to = order.to(root);
+    let taken = sight.taken.filter(|taken| taken.wanted.to == to);
+    let taken = taken.filter(|taken| taken.files > 0);
+    let written = match taken {
+        Some(taken) if !order.replace => &taken.free,
+        _ => &to,
+    };
+    let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
+    let quiet =
+        |text: String| Label::new(RichText::new(text).size(13.0).color(theme::QUIET)).truncate();
+    if let Ok(destination) = Destination::parse(written) {
+        let files: Vec<_> = [first, last]
+            .map(|f| destination.files(f, f).next())
+            .into_iter()
+            .flatten()
+            .collect();
+        let frames = match last - first {
+            0 => "1 frame".to_owned(),
+            more => format!("{} frames", more + 1),
+        };
+        let text = match &files[..] {
+            [one, other] if one != other => format!("{} … {}, {frames}", name(one), name(other)),
+            [one, ..] => format!("{}, {frames}", name(one)),
+            [] => String::new(),
+        };
+        ui.add(quiet(text)).on_hover_text(written);
+    }
+    if let Some(taken) = taken {
+        let there = match taken.files {
+            1 => "1 file of this name is there already".to_owned(),
+            files => format!("{files} files of this name are there already"),
+        };
+        ui.label(RichText::new(there).size(13.0).color(theme::ACCENT));
+        ui.checkbox(&mut order.replace, "replace what is there")
+            .on_hover_text("Else it stays, and a number is put behind the name");
+    } else {
+        order.replace = false;
+    }
+}
+
+fn add_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    let environment = sight.environment().map(|entry| &entry.panorama);
+    let obstacle = sight.state.order.obstacle(&sight.news.phase, environment);
+    ui.add_space(2.0);
+    let add = Button::new("Add to queue")
+        .fill(theme::ACCENT_DIM)
+        .min_size(vec2(ui.available_width(), 28.0));
+    let response = ui
+        .add_enabled(obstacle.is_none(), add)
+        .on_hover_text("Exports the picture as it is set now. Key: Ctrl+Enter");
+    if response.clicked() {
+        out.push(Command::Export);
+    }
+    if let Some(obstacle) = obstacle {
+        let down = Layout::top_down(Align::Min);
+        ui.with_layout(down, |ui| {
+            ui.label(RichText::new(obstacle).color(theme::ACCENT));
+        });
+    }
+}

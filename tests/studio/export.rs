@@ -1,0 +1,525 @@
+//! Exports, asked for with the mouse and with keys alone, on a network that was trained for seconds.
+
+use super::{Window, clay_window, snapshot, told_job, until, until_shown, window};
+use afterlight::Error;
+use afterlight::calibration::{CalibrateSettings, calibrate};
+use afterlight::export::relight::{RelightSettings, relight};
+use afterlight::export::{Files, rebuilt};
+use afterlight::footage::{ImportSettings, import};
+use afterlight::gpu::DeviceChoice;
+use afterlight::light::Lighting;
+use afterlight::light::keyframes::Keyframes;
+use afterlight::progress::{Control, Progress, Report};
+use afterlight::project::Project;
+use afterlight::scene::{Background, Effects};
+use afterlight::studio::StudioApp;
+use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
+use afterlight::virtual_stage::{StageSettings, write_shoot};
+use afterlight::worker::{Standing, Written};
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::sync::mpsc::{Sender, channel};
+use tempfile::TempDir;
+
+/// A project of four frames with a network that has hardly learnt anything, made once for all tests; each
+/// exports under names of its own.
+fn trained() -> Project {
+    static MADE: OnceLock<(TempDir, Project)> = OnceLock::new();
+    let (_, project) = MADE.get_or_init(|| {
+        let (folder, silent) = (tempfile::tempdir().unwrap(), Progress::silent());
+        let shoot = folder.path().join("shoot");
+        let stage = StageSettings {
+            frames: 4,
+            size: 32,
+            lamps: 6,
+            ..StageSettings::default()
+        };
+        write_shoot(&shoot, &stage, &silent).unwrap();
+        let settings = ImportSettings { size: 32, seed: 5 };
+        let mut project = import(&folder.path().join("film"), &shoot, &settings, &silent).unwrap();
+        let found = calibrate(&mut project, &CalibrateSettings::default(), &silent).unwrap();
+        found.save(&project).unwrap();
+        let config = TrainingConfig {
+            width: 8,
+            most_channels: 16,
+            epochs: 1,
+            minutes: None,
+            ..Preset::Quick.config()
+        };
+        let settings = TrainSettings {
+            config,
+            exclude_frames: Vec::new(),
+            hold_out: None,
+            fresh: false,
+            device: DeviceChoice::Cpu,
+        };
+        train(&project, &found, &settings, &silent).unwrap();
+        (folder, project)
+    });
+    project.clone()
+}
+
+fn opened() -> (Window, PathBuf) {
+    let project = trained();
+    let root = project.root.clone();
+    let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
+    until(&mut window, "first picture", |app| app.relit().is_some());
+    until_shown(&mut window);
+    (window, root)
+}
+
+/// Waits until all exports are over.
+fn until_exported(window: &mut Window, count: usize) {
+    window.run_steps(2);
+    until(window, "end of the exports", |app| {
+        let over = app
+            .exports()
+            .iter()
+            .filter(|e| e.standing.sentence().is_some());
+        over.count() == count && app.exports().len() == count
+    });
+}
+
+/// The files whose names begin so, without their folder.
+fn files(root: &Path, begin: &str) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(root.join("exports")) else {
+        return Vec::new();
+    };
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names
+        .filter(|name| name.trim_start_matches('.').starts_with(begin))
+        .collect();
+    names.sort();
+    names
+}
+
+fn type_name(window: &mut Window, name: &str) {
+    window
+        .get_by_role_and_label(Role::TextInput, "Name")
+        .click();
+    window.run_steps(2);
+    retype(window, name);
+    window.key_press(Key::Enter);
+    window.run_steps(2);
+}
+
+/// Types in place of all that stands in the field that has the focus.
+fn retype(window: &mut Window, text: &str) {
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+    window.event(Event::Text(text.to_owned()));
+    window.run_steps(2);
+}
+
+fn sentence(window: &Window, export: usize) -> String {
+    let standing = &window.state().exports()[export].standing;
+    standing.sentence().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
+    let (mut window, root) = opened();
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    type_name(&mut window, "exports/mouse");
+    window
+        .get_by_role_and_label(Role::SpinButton, "Out")
+        .click();
+    window.run_steps(2);
+    retype(&mut window, "1");
+    window.key_press(Key::Enter);
+    window.run_steps(2);
+    assert_eq!(window.state().state().order.frames, Some((0, 1)));
+    window.get_by_label_contains("mouse.0000.png … mouse.0001.png, 2 frames");
+    window.get_by_label("Add to queue").click();
+    until_exported(&mut window, 1);
+    let Standing::Done(Written { folder, .. }) = &window.state().exports()[0].standing else {
+        panic!("{:?}", window.state().exports());
+    };
+    assert_eq!(*folder, root.join("exports"));
+    let first = ["mouse.0000.png", "mouse.0001.png"];
+    assert_eq!(files(&root, "mouse"), first);
+    window.get_by_label("Open folder mouse.%04d.png");
+
+    // The same again takes another name, unless it is to replace what is there.
+    let bytes = |name: &str| std::fs::read(root.join("exports").join(name)).unwrap();
+    let before = bytes(first[0]);
+    until_said(&mut window, "2 files of this name are there already");
+    window.get_by_label_contains("mouse_2.0000.png");
+    window.key_press(Key::E);
+    window.run_steps(2);
+    window.get_by_label("Add to queue").click();
+    until_exported(&mut window, 2);
+    assert_eq!(files(&root, "mouse").len(), 4);
+    assert_eq!(bytes(first[0]), before);
+    assert_ne!(bytes("mouse_2.0000.png"), before);
+    until_said(&mut window, "2 files of this name are there already");
+    window.get_by_label("replace what is there").click();
+    window.run_steps(2);
+    window.get_by_label("Add to queue").click();
+    until_exported(&mut window, 3);
+    assert_eq!(files(&root, "mouse").len(), 4);
+    assert_eq!(bytes(first[0]), bytes("mouse_2.0000.png"));
+    window.get_by_label("Clear finished").click();
+    window.run_steps(4);
+    assert!(window.state().exports().is_empty());
+}
+
+/// Waits until a label that contains this is shown.
+fn until_said(window: &mut Window, text: &str) {
+    let started = std::time::Instant::now();
+    while window.query_by_label_contains(text).is_none() {
+        assert!(started.elapsed().as_secs() < 60, "nobody says {text}");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        window.step();
+    }
+}
+
+/// Presses the tab key until the control of this name has the focus.
+fn tab_to(window: &mut Window, role: Role, name: &str) {
+    for _ in 0..40 {
+        window.key_press(Key::Tab);
+        window.run_steps(3);
+        let there = window.query_by_role_and_label(role, name);
+        if there.is_some_and(|control| control.is_focused()) {
+            return;
+        }
+    }
+    panic!("the tab key does not reach {name}");
+}
+
+fn press(window: &mut Window, key: Key) {
+    window.key_press(key);
+    window.run_steps(3);
+}
+
+#[test]
+fn keys_alone_lead_through_an_export() {
+    let (mut window, root) = opened();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num5);
+    window.run_steps(2);
+    tab_to(&mut window, Role::SpinButton, "In");
+    retype(&mut window, "1");
+    tab_to(&mut window, Role::SpinButton, "Out");
+    retype(&mut window, "2");
+    tab_to(&mut window, Role::RadioButton, "Format EXR");
+    press(&mut window, Key::Space);
+    tab_to(&mut window, Role::SpinButton, "Size");
+    retype(&mut window, "24");
+    tab_to(&mut window, Role::RadioButton, "Background none");
+    press(&mut window, Key::Space);
+    tab_to(&mut window, Role::CheckBox, "one for each lamp");
+    press(&mut window, Key::Space);
+    tab_to(&mut window, Role::TextInput, "Name");
+    retype(&mut window, "exports/keys");
+    let order = window.state().state().order.clone();
+    assert_eq!((order.frames, order.size), (Some((1, 2)), Some(24)));
+    assert_eq!(order.background, Some(Background::None));
+    assert!(window.state().state().panels && !window.state().state().playing);
+    tab_to(&mut window, Role::Button, "Add to queue");
+    press(&mut window, Key::Enter);
+    until_exported(&mut window, 1);
+    assert_eq!(files(&root, "keys"), ["keys.0001.exr", "keys.0002.exr"]);
+    let said = sentence(&window, 0);
+    assert!(
+        said.contains("2 frames") && said.contains("6 light layers"),
+        "{said}"
+    );
+    assert_eq!(
+        rebuilt(&root.join("exports/keys.0001.exr")).unwrap().size(),
+        (24, 24)
+    );
+
+    // From a text as from a button, Ctrl+Enter adds another; Esc leaves the controls.
+    tab_to(&mut window, Role::TextInput, "Name");
+    retype(&mut window, "exports/more");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
+    until_exported(&mut window, 2);
+    assert_eq!(files(&root, "more").len(), 2);
+    tab_to(&mut window, Role::Button, "Remove keys.%04d.exr");
+    press(&mut window, Key::Space);
+    assert_eq!(window.state().exports().len(), 1);
+    press(&mut window, Key::Escape);
+    press(&mut window, Key::ArrowRight);
+    assert_eq!(window.state().state().frame, 1);
+    press(&mut window, Key::I);
+    press(&mut window, Key::ArrowRight);
+    press(&mut window, Key::O);
+    assert_eq!(window.state().state().order.frames, Some((1, 2)));
+    tab_to(&mut window, Role::SpinButton, "In");
+}
+
+#[test]
+fn an_export_is_what_was_shown_when_it_was_added() {
+    let (mut window, root) = opened();
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    let add = |window: &mut Window, name: &str| {
+        type_name(window, name);
+        window.get_by_label("Add to queue").click();
+        window.run_steps(3);
+    };
+    add(&mut window, "exports/plain");
+    until_exported(&mut window, 1);
+    let job = told_job(&mut window);
+    add(&mut window, "exports/then");
+    for key in [Key::E, Key::E, Key::R] {
+        press(&mut window, key);
+    }
+    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
+    window.run_steps(2);
+    add(&mut window, "exports/now");
+    assert_eq!(window.state().exports()[1].standing, Standing::Waiting);
+    drop(job);
+    until_exported(&mut window, 3);
+    let bytes = |name: &str| std::fs::read(root.join("exports").join(name)).unwrap();
+    assert_eq!(bytes("plain.0003.png"), bytes("then.0003.png"));
+    let now = image::open(root.join("exports/now.0003.png"))
+        .unwrap()
+        .into_rgb8();
+    assert_ne!(bytes("now.0003.png"), bytes("then.0003.png"));
+    let grey = now.pixels().all(|p| p.0[0] == p.0[1] && p.0[1] == p.0[2]);
+    assert!(!grey, "what is only looked at, a channel, is not exported");
+}
+
+fn settings(to: String) -> RelightSettings {
+    RelightSettings {
+        environment: PathBuf::from("nave"),
+        front: None,
+        read: None,
+        mapping: None,
+        yaw_deg: 30.0,
+        turntable: false,
+        yaw_keys: Keyframes::default(),
+        lighting: Lighting::default(),
+        intensity_keys: Keyframes::default(),
+        effects: Effects::default(),
+        frames: None,
+        exposure_stops: 1.0,
+        background: Background::Environment,
+        files: Files::to(to),
+        profile: false,
+        device: DeviceChoice::Cpu,
+    }
+}
+
+#[test]
+fn a_stop_in_the_middle_keeps_the_stills_that_are_finished_and_no_movie() {
+    let project = trained();
+    for (name, ending, kept) in [("stopped", ".%04d.png", 2), ("stopped clip", ".mp4", 0)] {
+        let to = project
+            .root
+            .join("exports")
+            .join(name)
+            .display()
+            .to_string()
+            + ending;
+        let control = Control::default();
+        let stop = control.clone();
+        let sink = move |report: Report| {
+            if matches!(report, Report::Step { done: 1, .. }) {
+                stop.stop();
+            }
+        };
+        let stopped = relight(&project, &settings(to), &Progress::new(&sink, control));
+        let error = match stopped {
+            Err(e) if e.to_string().contains("install") => {
+                println!("skipped: {e}");
+                continue;
+            }
+            stopped => stopped.unwrap_err(),
+        };
+        let Error::Cancelled { kept: said } = &error else {
+            panic!("{error}");
+        };
+        let wanted = if kept > 0 {
+            "2 frames are kept"
+        } else {
+            "no movie"
+        };
+        assert!(said.contains(wanted), "{said}");
+        assert_eq!(files(&project.root, &format!("{name}.")).len(), kept);
+    }
+}
+
+#[test]
+fn light_layers_are_exported_behind_effects_and_a_background() {
+    let project = trained();
+    let to = project
+        .root
+        .join("exports/lit.%04d.exr")
+        .display()
+        .to_string();
+    let mut settings = settings(to);
+    settings.files.layers = true;
+    settings.frames = Some((2, 2));
+    settings.effects.glare = 0.5;
+    let report = relight(&project, &settings, &Progress::silent()).unwrap();
+    let check = report.layers.unwrap();
+    assert_eq!(check.layers, 6);
+    // What half floats round is all that is lost.
+    assert!(
+        check.brightest > 0.0 && check.residual <= check.brightest * 2f32.powi(-11),
+        "{check:?}"
+    );
+}
+
+/// An export that writes a still for each word, until the words end.
+fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
+    let (tell, told) = channel::<()>();
+    let folder = folder.to_path_buf();
+    let worker = window.state().worker().unwrap();
+    worker.export(name.to_owned(), move |progress| {
+        let mut frames = 0;
+        loop {
+            progress.check(&format!("{frames} frames are kept: clay.%04d.png"))?;
+            match told.recv_timeout(std::time::Duration::from_millis(1)) {
+                Ok(()) => {
+                    std::fs::write(folder.join(format!("clay.{frames:04}.png")), "a still")
+                        .unwrap();
+                    frames += 1;
+                    progress.step("relighting", frames, 8, format!("frame {frames}"));
+                }
+                Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
+                Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        Ok(Written {
+            folder,
+            sentence: format!("{frames} frames at 12 ms each: exports/clay.%04d.png"),
+        })
+    });
+    tell
+}
+
+/// Waits until the export in hand has written so much.
+fn until_share(window: &mut Window, share: f32) {
+    until(window, "share of the export", |app| {
+        app.news()
+            .work
+            .as_ref()
+            .is_some_and(|work| work.share == share)
+    });
+}
+
+#[test]
+fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Workspace Export").click();
+    let tell = told_export(&window, "clay.%04d.png", folder.path());
+    let next = told_export(&window, "next.mov", folder.path());
+    for _ in 0..2 {
+        tell.send(()).unwrap();
+    }
+    until_share(&mut window, 0.25);
+    assert!(
+        window.query_by_label("Stop").is_none(),
+        "the line of the job is not shown twice"
+    );
+    window.get_by_label("Pause clay.%04d.png").click();
+    window.run_steps(3);
+    window.get_by_label("paused");
+    window.get_by_label("Go on clay.%04d.png").click();
+    window.run_steps(3);
+    window.get_by_label("Cancel clay.%04d.png").click();
+    until(&mut window, "end of the export", |app| {
+        matches!(app.exports()[0].standing, Standing::Cancelled(_))
+    });
+    window.get_by_label("Cancelled: 2 frames are kept: clay.%04d.png");
+    for frame in 0..2 {
+        assert!(folder.path().join(format!("clay.{frame:04}.png")).exists());
+    }
+    until(&mut window, "the next export", |app| {
+        app.exports()[1].standing == Standing::Running
+    });
+    drop(next);
+    until_exported(&mut window, 2);
+    let log: Vec<_> = window
+        .state()
+        .news()
+        .log
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    assert!(
+        log.iter().any(|line| line.contains("2 frames are kept")),
+        "{log:?}"
+    );
+}
+
+#[test]
+fn what_is_in_the_way_of_an_export_is_said_beside_the_button() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    type_name(&mut window, "exports/");
+    window.get_by_label("Give the files a name");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
+    window.run_steps(2);
+    assert!(window.state().exports().is_empty());
+    // A project that was never trained: the export says so in the line.
+    type_name(&mut window, "exports/clay");
+    window.get_by_label("Add to queue").click();
+    until_exported(&mut window, 1);
+    let Standing::Failed(said) = &window.state().exports()[0].standing else {
+        panic!("{:?}", window.state().exports());
+    };
+    assert!(said.contains("afterlight calibrate"), "{said}");
+}
+
+#[test]
+fn the_export_s_panel_looks_as_it_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Workspace Export").click();
+    until_shown(&mut window);
+    snapshot(&mut window, "studio_export_empty");
+
+    let done = told_export(&window, "clay.mov", folder.path());
+    drop(done);
+    let tell = told_export(&window, "clay.%04d.png", folder.path());
+    let _next = told_export(&window, "clay.%04d.exr", folder.path());
+    (0..3).for_each(|_| tell.send(()).unwrap());
+    until_share(&mut window, 0.375);
+    window.key_press(Key::P);
+    window.run_steps(3);
+    window.get_by_label("paused");
+    snapshot(&mut window, "studio_export_filled");
+    window.get_by_label("Cancel clay.%04d.png").click();
+    until(&mut window, "end of the export", |app| {
+        matches!(app.exports()[1].standing, Standing::Cancelled(_))
+    });
+}
+
+#[test]
+fn an_export_that_failed_looks_as_it_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Workspace Export").click();
+    until_shown(&mut window);
+    let exports = folder.path().join("exports");
+    std::fs::create_dir(&exports).unwrap();
+    for name in ["clay.0000.png", "clay.0001.png"] {
+        std::fs::write(exports.join(name), "").unwrap();
+    }
+    let worker = window.state().worker().unwrap();
+    worker.export("clay.%04d.png".to_owned(), |_| {
+        Err(Error::file(
+            "write",
+            "exports/clay.0002.png",
+            "No space left on device (os error 28)",
+            "Check that the folder can be written and the disk has room; 2 frames are kept: exports/clay.%04d.png",
+        ))
+    });
+    until_exported(&mut window, 1);
+    until_said(&mut window, "2 files of this name are there already");
+    snapshot(&mut window, "studio_export_error");
+    window.get_by_label("Remove clay.%04d.png").click();
+    window.run_steps(3);
+    until(&mut window, "empty line", |app| app.exports().is_empty());
+}
