@@ -132,6 +132,7 @@ mod tests {
                     environments: vec![],
                     lamp_layout: vec![],
                 },
+                environments: vec![],
             },
         }
     }
