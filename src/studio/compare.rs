@@ -94,7 +94,10 @@ impl State {
 
 #[cfg(test)]
 mod tests {
+    use super::super::command::Command;
     use super::*;
+    use crate::imaging::Image;
+    use crate::light::Environment;
 
     #[test]
     fn w_wipes_and_q_changes_sides() {
@@ -109,5 +112,22 @@ mod tests {
         assert!(compare.on && compare.how == How::Wipe);
         compare.toggle_wipe();
         assert!(!compare.on);
+    }
+
+    #[test]
+    fn the_other_environment_is_turned_by_its_own_front() {
+        let mut state = State::new(1, 24.0);
+        let files = ["/a.hdr", "/b.hdr"].map(PathBuf::from);
+        state.apply(&Command::AddEnvironments(files.clone().into()));
+        state.apply(&Command::Yaw(10.0));
+        state.apply(&Command::Front(0, Some(Front::new(90.0))));
+        state.apply(&Command::Front(1, Some(Front::new(-20.0))));
+        state.compare.on = true;
+        state.compare.with = With::Environment(Origin::File(files[1].clone()));
+        let grey = Image::filled(2, 1, [0.5; 3]);
+        let grey = std::sync::Arc::new(Environment::from_radiance("grey", grey));
+        let second = state.second(|_| Some(grey.clone()));
+        assert_eq!(second, Some(Second::Light(grey.clone(), -10.0)));
+        assert_eq!(state.scene().yaw_deg, 100.0);
     }
 }

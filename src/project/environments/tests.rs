@@ -1,4 +1,4 @@
-use super::super::{Ball, FORMAT, Settings, Shoot};
+use super::super::tests::empty;
 use super::*;
 use crate::light::conventions::Tool;
 
@@ -11,37 +11,13 @@ fn project(folder: &Path) -> Project {
     for file in ["shoot/hdri/sky.hdr", "film/own.hdr", "far.hdr", "nave.hdr"] {
         std::fs::write(folder.join(file), file).unwrap();
     }
-    let project = Project {
-        root,
-        settings: Settings {
-            format: FORMAT,
-            name: "film".into(),
-            size: 32,
-            seed: 1,
-            shoot: Shoot {
-                folder: "../shoot".into(),
-                frame_rate: 24.0,
-                poses: vec![],
-                lamps: vec![],
-                other_lamps: vec![],
-                frames: vec![],
-                ball: Ball {
-                    center_px: [1.0; 2],
-                    radius_px: 1.0,
-                    radius_m: 0.1,
-                    camera_distance_m: 4.0,
-                },
-                dome_radius_m: None,
-                environments: vec![NamedEnvironment {
-                    name: "sky".into(),
-                    file: "hdri/sky.hdr".into(),
-                    front: None,
-                }],
-                lamp_layout: vec![],
-            },
-            environments: vec![],
-        },
-    };
+    let mut project = empty(&root);
+    project.settings.shoot.folder = "../shoot".into();
+    project.settings.shoot.environments = vec![NamedEnvironment {
+        name: "sky".into(),
+        file: "hdri/sky.hdr".into(),
+        front: None,
+    }];
     project.save().unwrap();
     project
 }
