@@ -110,9 +110,9 @@ pub fn relight(
     let (environment, kept_front) = match &settings.read {
         Some(read) => (read.clone(), Front::default()),
         None => {
-            let (environment, front) =
-                find_environment(project, &settings.environment, settings.mapping, progress)?;
-            (Arc::new(environment), front)
+            let (wanted, mapping) = (&settings.environment, settings.mapping);
+            let (found, front) = find_environment(project, wanted, mapping, progress)?;
+            (Arc::new(found), front)
         }
     };
     let front = settings.front.unwrap_or(kept_front);

@@ -53,14 +53,7 @@ mod tests {
         // Red of one brightness under a coverage that falls from left to right.
         let shown = scaled(&picture(16, 16, [0.5, 0.0, 0.0], false), 6);
         assert_eq!(shown.alpha.size(), (6, 6));
-        for (light, alpha) in shown
-            .linear
-            .as_ref()
-            .unwrap()
-            .pixels
-            .iter()
-            .zip(&shown.alpha.pixels)
-        {
+        for (light, alpha) in shown.linear.unwrap().pixels.iter().zip(&shown.alpha.pixels) {
             assert!((light[0] - 0.5 * alpha).abs() < 1e-6);
         }
     }

@@ -54,8 +54,8 @@ pub fn write_still_png(path: &Path, picture: &Picture, bits: Bits) -> Result<()>
     }
     let opaque = picture.alpha.pixels.iter().all(|&alpha| alpha >= 1.0);
     let channels = if opaque { 3 } else { 4 };
-    let straight = straight(picture).ok_or_else(|| no_light(path))?;
-    let codes = straight.flat_map(|pixel| pixel.into_iter().take(channels));
+    let codes = straight(picture).ok_or_else(|| no_light(path))?;
+    let codes = codes.flat_map(|pixel| pixel.into_iter().take(channels));
     let (bytes, color): (Vec<u8>, _) = match bits {
         Bits::Eight => (
             codes.map(byte_from_unit).collect(),
@@ -311,22 +311,19 @@ pub(super) mod tests {
             }),
         };
         let lights = LightLayers((0..12).map(lamp).collect());
-        let mut shown = picture(5, 3, [0.0; 3], true);
+        let mut relit = Image::filled(5, 3, [0.0; 3]);
         for LightLayer {
             weight, picture, ..
         } in &lights.0
         {
-            for (sum, value) in shown
-                .linear
-                .as_mut()
-                .unwrap()
-                .pixels
-                .iter_mut()
-                .zip(&picture.pixels)
-            {
+            for (sum, value) in relit.pixels.iter_mut().zip(&picture.pixels) {
                 (0..3).for_each(|c| sum[c] += weight[c] * value[c]);
             }
         }
+        let shown = Picture {
+            linear: Some(relit.clone()),
+            ..picture(5, 3, [0.0; 3], true)
+        };
         let with = |lights: &LightLayers| {
             let layers = Some(lights);
             let about = About {
@@ -334,7 +331,7 @@ pub(super) mod tests {
                 ..about(Bits::Eight)
             };
             write_still(&path, &shown, &about).unwrap();
-            Rebuild::check(&path, lights.0.len(), shown.linear.as_ref().unwrap()).unwrap()
+            Rebuild::check(&path, lights.0.len(), &relit).unwrap()
         };
         let check = with(&lights);
         // Half floats keep 11 bits of each layer.

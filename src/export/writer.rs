@@ -107,8 +107,7 @@ impl Writer {
             None => picture.clone(),
         };
         if self.destination.output() == Output::Display && shown.display.is_none() {
-            let linear = shown.linear.as_ref();
-            shown.display = linear.map(|linear| view(linear, shown.view));
+            shown.display = (shown.linear.as_ref()).map(|linear| view(linear, shown.view));
         }
         match (&self.destination, &mut self.clip) {
             (Destination::Stills(stills), _) => {
@@ -125,8 +124,8 @@ impl Writer {
                 };
                 write_still(&path, &shown, &about)?;
                 let check = lights.map(|(layers, subject)| {
-                    let linear = subject.linear.as_ref().ok_or_else(|| no_light(&path))?;
-                    Rebuild::check(&path, layers.0.len(), linear)
+                    let subject = subject.linear.as_ref().ok_or_else(|| no_light(&path))?;
+                    Rebuild::check(&path, layers.0.len(), subject)
                 });
                 check.transpose()
             }

@@ -535,17 +535,8 @@ const ARROWS: [Key; 4] = [
     Key::ArrowDown,
 ];
 
-/// Keys that a control which has the focus takes.
-const CONTROL_KEYS: [Key; 8] = [
-    Key::Tab,
-    Key::Space,
-    Key::ArrowLeft,
-    Key::ArrowRight,
-    Key::ArrowUp,
-    Key::ArrowDown,
-    Key::Home,
-    Key::End,
-];
+/// Keys besides the arrows that a control which has the focus takes.
+const CONTROL_KEYS: [Key; 4] = [Key::Tab, Key::Space, Key::Home, Key::End];
 
 /// What the mouse does in the viewport.
 const GESTURES: &[(&str, &str)] = &[
@@ -583,7 +574,8 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
         if typing {
             binding.only != Some(EXPORT) || modifiers.is_none()
         } else {
-            focused && modifiers.is_none() && CONTROL_KEYS.contains(&logical_key)
+            let own = CONTROL_KEYS.contains(&logical_key) || ARROWS.contains(&logical_key);
+            focused && modifiers.is_none() && own
         }
     };
     ctx.input_mut(|input| {

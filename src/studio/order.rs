@@ -100,25 +100,18 @@ impl Order {
         environment: Arc<Environment>,
         device: DeviceChoice,
     ) -> RelightSettings {
+        // What has keys goes by them alone: the value is that of the frame which is shown.
+        let free = |of, value| if look.is_keyed(of) { 0.0 } else { value };
         RelightSettings {
             environment: PathBuf::from(&environment.name),
             read: Some(environment),
-            mapping: None,
             front: Some(look.front()),
-            // Keys stand in place of the value that is shown.
-            yaw_deg: if look.is_keyed(Keyed::Yaw) {
-                0.0
-            } else {
-                look.yaw_deg
-            },
+            mapping: None,
+            yaw_deg: free(Keyed::Yaw, look.yaw_deg),
             turntable: false,
             yaw_keys: look.yaw_keys.clone(),
             lighting: Lighting {
-                intensity_stops: if look.is_keyed(Keyed::Intensity) {
-                    0.0
-                } else {
-                    look.lighting.intensity_stops
-                },
+                intensity_stops: free(Keyed::Intensity, look.lighting.intensity_stops),
                 ..look.lighting.clone()
             },
             intensity_keys: look.intensity_keys.clone(),

@@ -24,11 +24,10 @@ use std::sync::OnceLock;
 use std::sync::mpsc::{Sender, channel};
 use tempfile::TempDir;
 
-/// A project of four frames with a network that has hardly learnt anything, made once for all tests; each
-/// exports under names of its own.
-fn trained() -> Project {
+/// A project of four frames with a network that has hardly learnt anything, made once; each test has a copy.
+fn trained() -> (TempDir, Project) {
     static MADE: OnceLock<(TempDir, Project)> = OnceLock::new();
-    let (_, project) = MADE.get_or_init(|| {
+    let (made, _) = MADE.get_or_init(|| {
         let (folder, silent) = (tempfile::tempdir().unwrap(), Progress::silent());
         let shoot = folder.path().join("shoot");
         let stage = StageSettings {
@@ -59,16 +58,31 @@ fn trained() -> Project {
         train(&project, &found, &settings, &silent).unwrap();
         (folder, project)
     });
-    project.clone()
+    let folder = tempfile::tempdir().unwrap();
+    copy(made.path(), folder.path());
+    let project = Project::open(&folder.path().join("film")).unwrap();
+    (folder, project)
 }
 
-fn opened() -> (Window, PathBuf) {
-    let project = trained();
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let (path, name) = entry.map(|e| (e.path(), e.file_name())).unwrap();
+        if path.is_dir() {
+            copy(&path, &to.join(name));
+        } else {
+            std::fs::copy(&path, to.join(name)).unwrap();
+        }
+    }
+}
+
+fn opened() -> (Window, PathBuf, TempDir) {
+    let (folder, project) = trained();
     let root = project.root.clone();
     let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
     until(&mut window, "first picture", |app| app.relit().is_some());
     until_shown(&mut window);
-    (window, root)
+    (window, root, folder)
 }
 
 /// Waits until all exports are over.
@@ -121,7 +135,7 @@ fn sentence(window: &Window, export: usize) -> String {
 
 #[test]
 fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
-    let (mut window, root) = opened();
+    let (mut window, root, _folder) = opened();
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
     type_name(&mut window, "exports/mouse");
@@ -198,7 +212,7 @@ fn press(window: &mut Window, key: Key) {
 
 #[test]
 fn keys_alone_lead_through_an_export() {
-    let (mut window, root) = opened();
+    let (mut window, root, _folder) = opened();
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num5);
     window.run_steps(2);
     tab_to(&mut window, Role::SpinButton, "In");
@@ -254,7 +268,7 @@ fn keys_alone_lead_through_an_export() {
 
 #[test]
 fn an_export_is_what_was_shown_when_it_was_added() {
-    let (mut window, root) = opened();
+    let (mut window, root, _folder) = opened();
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
     let add = |window: &mut Window, name: &str| {
@@ -288,8 +302,8 @@ fn an_export_is_what_was_shown_when_it_was_added() {
 fn settings(to: String) -> RelightSettings {
     RelightSettings {
         environment: PathBuf::from("nave"),
-        front: None,
         read: None,
+        front: None,
         mapping: None,
         yaw_deg: 30.0,
         turntable: false,
@@ -308,7 +322,7 @@ fn settings(to: String) -> RelightSettings {
 
 #[test]
 fn a_stop_in_the_middle_keeps_the_stills_that_are_finished_and_no_movie() {
-    let project = trained();
+    let (_folder, project) = trained();
     for (name, ending, kept) in [("stopped", ".%04d.png", 2), ("stopped clip", ".mp4", 0)] {
         let to = project
             .root
@@ -347,7 +361,7 @@ fn a_stop_in_the_middle_keeps_the_stills_that_are_finished_and_no_movie() {
 
 #[test]
 fn light_layers_are_exported_behind_effects_and_a_background() {
-    let project = trained();
+    let (_folder, project) = trained();
     let to = project
         .root
         .join("exports/lit.%04d.exr")

@@ -43,7 +43,7 @@ impl StudioApp {
 
     /// Puts an export of what is set now at the end of the line.
     fn export(&mut self) {
-        let entry = self.environments().get(self.state.look.environment);
+        let entry = self.shelf.entries().get(self.state.look.environment);
         let reading = entry.map(|entry| &entry.panorama);
         let order = &self.state.order;
         if let Some(obstacle) = order.obstacle(&self.news.phase, reading) {
