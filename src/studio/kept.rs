@@ -66,7 +66,7 @@ impl KeptLook {
         })
     }
 
-    /// Gives it to the look of a window whose list of environments is there.
+    /// Gives it to the look of a window whose list of environments is there and whose first frame is shown.
     pub fn apply(self, look: &mut Look) {
         let place = (look.environments.iter()).position(|listed| listed.name == self.environment);
         look.environment = place.unwrap_or(look.environment);
@@ -78,6 +78,7 @@ impl KeptLook {
         look.lighting = self.lighting;
         look.effects = self.effects.bounded();
         look.background = self.background;
+        look.follow(0);
     }
 
     /// As the file has it.
@@ -89,7 +90,7 @@ impl KeptLook {
 #[cfg(test)]
 mod tests {
     use super::super::command::Command;
-    use super::super::state::State;
+    use super::super::state::{Keyed, State};
     use super::*;
 
     #[test]
@@ -107,6 +108,13 @@ mod tests {
         let read = KeptLook::load(&project).unwrap().unwrap();
         read.apply(&mut other.look);
         assert_eq!(other.look, state.look);
+
+        // What has keys was kept at the last frame and is shown at the first.
+        state.apply(&Command::ToggleKey(Keyed::Yaw));
+        state.apply(&Command::LastFrame);
+        state.apply(&Command::Yaw(90.0));
+        KeptLook::of(&state.look).apply(&mut other.look);
+        assert_eq!(other.look.yaw_deg, 40.0);
 
         std::fs::write(KeptLook::path(&project), "{\"exposure_stops\": 99}").unwrap();
         let read = KeptLook::load(&project).unwrap().unwrap();

@@ -8,7 +8,7 @@ use crate::studio::theme::{self, GAP};
 use egui::{Align2, Color32, Key, Modifiers, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 /// From a key's middle to its corners, in points.
-const DIAMOND: f32 = 4.5;
+const DIAMOND: f32 = 5.5;
 
 /// The key that is being dragged, and the frame that it is over.
 #[derive(Default)]
