@@ -3,6 +3,7 @@
 
 mod console;
 mod environments;
+mod frame;
 mod parse;
 mod probe;
 mod relight;
@@ -23,6 +24,7 @@ use crate::worker::Job;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
 use environments::EnvironmentsArgs;
+use frame::FrameArgs;
 use parse::{parse_circle, parse_count, parse_trial};
 use probe::ProbeArgs;
 use relight::RelightArgs;
@@ -50,6 +52,7 @@ enum Command {
     Probe(Box<ProbeArgs>),
     Calibrate(CalibrateArgs),
     Train(TrainArgs),
+    Frame(FrameArgs),
     Relight(RelightArgs),
     Evaluate(EvaluateArgs),
     Review(ReviewArgs),
@@ -98,6 +101,9 @@ struct ImportArgs {
     /// Work with so many of the lamps only, chosen evenly over the sphere.
     #[arg(long, value_name = "N", value_parser = parse_count)]
     lamps: Option<usize>,
+    /// What the project is called; as the shoot, if this is left out.
+    #[arg(long)]
+    name: Option<String>,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -257,6 +263,7 @@ impl Cli {
                     size,
                     seed,
                     lamps,
+                    name,
                     output,
                 } = args;
                 let settings = ImportSettings { size, seed };
@@ -266,6 +273,7 @@ impl Cli {
                         shoot,
                         settings,
                         lamps,
+                        name,
                     })
                 })
             }
@@ -283,6 +291,7 @@ impl Cli {
                 })
             }),
             Command::Train(args) => do_job(&args.output, || args.job()),
+            Command::Frame(args) => do_job(&args.output, || Ok(args.job())),
             Command::Relight(args) => do_job(&args.output, || Ok(args.job())),
             Command::Evaluate(args) => {
                 let EvaluateArgs {
@@ -337,6 +346,7 @@ impl Cli {
 fn do_job(output: &OutputArgs, job: impl FnOnce() -> Result<Job>) -> Result<()> {
     let console = Console::new(output.json);
     let job = job()?;
+    let _lock = job.lock()?;
     let outcome = console.run(|progress| job.run(progress))?;
     console.finish(&outcome, || outcome.sentence());
     Ok(())

@@ -1,8 +1,11 @@
 //! The application: it hears the worker, shows the panels, applies their commands and asks for the
 //! picture that the state calls for.
 
+mod projects;
+
 use super::command::Command;
 use super::compare::{Compare, With};
+use super::footages::Footages;
 use super::kept::KeptLook;
 use super::layout::Pane;
 use super::news::{News, Phase};
@@ -11,16 +14,18 @@ use super::panel::{Entry, Reading, Sight};
 use super::panels::{JobPanel, StatusPanel, TabsPanel};
 use super::panes::{Panes, Shown};
 use super::preferences::Preferences;
+use super::recents::Recents;
 use super::reviews::Reviews;
 use super::saver::Saver;
 use super::shelf::Shelf;
 use super::state::State;
 use super::studies::Studies;
+use super::wizard::Wizard;
 use super::{keys, theme};
 use crate::calibration::{CalibrateSettings, Circle};
 use crate::evaluation::review::ReviewSettings;
 use crate::gpu::DeviceChoice;
-use crate::project::Project;
+use crate::project::{Lock, Project};
 use crate::scene::Scene;
 use crate::training::{Preset, TrainSettings};
 use crate::worker::{
@@ -48,6 +53,15 @@ pub struct StudioApp {
     asked: Option<Wanted>,
     studies: Studies,
     reviews: Reviews,
+    footages: Footages,
+    recents: Recents,
+    wizard: Wizard,
+    /// The folder of a project that a job has made.
+    made: Arc<Latest<PathBuf>>,
+    /// Keeps others from writing into the open project.
+    lock: Option<Lock>,
+    /// Why nothing can be written into it, where another keeps us from it.
+    read_only: Option<String>,
     /// When the next frame is due while playing, in the window's seconds.
     due: f64,
     /// What a dialog brought.
@@ -135,6 +149,12 @@ impl StudioApp {
             asked: None,
             studies: Studies::default(),
             reviews: Reviews::default(),
+            footages: Footages::default(),
+            recents: Recents::default(),
+            wizard: Wizard::default(),
+            made: Arc::new(Latest::new(wake.clone())),
+            lock: None,
+            read_only: None,
             due: 0.0,
             chosen: Arc::new(Latest::new(wake.clone())),
             preferences,
@@ -193,13 +213,12 @@ impl StudioApp {
     fn open(&mut self, project: Project, worker: Worker) {
         let shoot = &project.settings.shoot;
         self.state = State::new(shoot.frames.len(), shoot.frame_rate);
-        self.news.begin(Phase::Opening);
         self.preferences.opened(&project.root);
         self.preferences.save(&self.saver);
-        (self.relit, self.asked) = (None, None);
-        self.studies = Studies::default();
-        self.reviews = Reviews::default();
-        let (list, complaints) = self.shelf.open(&project);
+        self.recents.renew();
+        self.wizard.set(None);
+        self.start(project.clone(), worker);
+        let (list, complaints) = self.shelf.open(&project, self.read_only.is_none());
         self.state.look.environments = list;
         complaints.into_iter().for_each(|it| self.news.say(it));
         self.saver.settle();
@@ -210,17 +229,16 @@ impl StudioApp {
             Err(e) => self.news.fail(e.to_string()),
         }
         self.kept = KeptLook::of(&self.state.look);
-        self.project = Some(project);
-        // The old worker is joined beside the window: it may be amid a training step.
-        if let Some(old) = self.worker.replace(worker) {
-            std::thread::spawn(move || drop(old));
-        }
     }
 
     /// Takes in what the threads have to say.
     fn hear(&mut self) {
         if let Some(worker) = &self.worker {
             for event in worker.events() {
+                // A worker without a project has nothing to open.
+                if self.project.is_none() && matches!(event, Event::Opening | Event::Blocked(_)) {
+                    continue;
+                }
                 if matches!(event, Event::Opening | Event::Failed { .. }) {
                     self.state.playing = false;
                 }
@@ -241,6 +259,8 @@ impl StudioApp {
         }
         self.studies.hear();
         self.reviews.hear();
+        self.footages.hear(&self.ctx);
+        self.hear_made();
         let unsaved = self.saver.failures().chain(self.shelf.hear());
         unsaved.for_each(|failure| self.news.fail(failure));
     }
@@ -336,18 +356,9 @@ impl StudioApp {
                 self.state.apply(&Command::Fit);
                 self.state.apply(&Command::Zoom { factor, about });
             }
-            Command::ChooseProject => self.dialog(|| {
-                let dialog = rfd::FileDialog::new().set_title("Open a project's folder");
-                dialog.pick_folder().map(Command::OpenProject)
-            }),
-            Command::OpenProject(folder) => match self.shelf.written(|| Project::open(&folder)) {
-                Ok(project) => {
-                    self.ctx
-                        .send_viewport_cmd(ViewportCommand::Title(title(Some(&project))));
-                    let worker = Worker::start(project.clone(), self.device, self.wake());
-                    self.open(project, worker);
-                }
-                Err(e) => self.news.fail(e.to_string()),
+            Command::Mark(marked) => match &self.read_only {
+                Some(why) => self.news.fail(why.clone()),
+                None => self.reviews.mark(*marked),
             },
             Command::NudgeCircle { by, radius } => {
                 if let Some(Circle {
@@ -397,7 +408,7 @@ impl StudioApp {
                     .set_file_name("review.html");
                 dialog.save_file().map(Command::Report)
             }),
-            Command::Mark(marked) => self.reviews.mark(*marked),
+            Command::Provide(Need::Shoot) => self.apply(Command::ChooseLocation),
             Command::Provide(need) => {
                 if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
                     worker.run(self.job(need, project.root.clone()));
@@ -437,7 +448,7 @@ impl StudioApp {
                     self.apply(Command::OpenProject(project.root.clone()));
                 }
             }
-            _ => {}
+            command => self.apply_to_project(command),
         }
     }
 
@@ -475,7 +486,7 @@ impl StudioApp {
 
     fn job(&self, need: Need, project: PathBuf) -> Job {
         match need {
-            Need::Calibration => Job::Calibrate {
+            Need::Shoot | Need::Calibration => Job::Calibrate {
                 project,
                 settings: CalibrateSettings::default(),
             },
@@ -515,16 +526,11 @@ impl StudioApp {
         if !panoramas.is_empty() {
             out.push(Command::AddEnvironments(panoramas));
         }
-        for path in others {
-            if path.join("project.toml").exists() {
-                out.push(Command::OpenProject(path));
-            } else {
-                self.news.fail(format!(
-                    "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor a project's folder",
-                    path.display()
-                ));
-            }
-        }
+        out.extend(
+            others
+                .into_iter()
+                .filter_map(|path| self.dropped_folder(path)),
+        );
     }
 }
 
@@ -548,6 +554,10 @@ macro_rules! sight {
             probe: $app.studies.probe.as_ref(),
             gamma: $app.studies.gamma.as_ref(),
             reviews: &$app.reviews,
+            read_only: $app.read_only.as_deref(),
+            recents: $app.recents.list(),
+            wizard: &$app.wizard,
+            footages: &$app.footages,
         }
     };
 }
@@ -565,6 +575,10 @@ impl StudioApp {
             .exact_size(34.0)
             .frame(bar(2))
             .show(ui, |ui| self.tabs.ui(ui, &sight, commands));
+        if let Some(why) = &self.read_only {
+            let line = Panel::top("read-only").frame(bar(4));
+            line.show(ui, |ui| projects::read_only_ui(ui, why, commands));
+        }
         Panel::bottom("status")
             .exact_size(30.0)
             .frame(bar(2))
@@ -583,7 +597,7 @@ impl StudioApp {
         };
         // The value at a frame that is merely shown is no change where it has keys.
         let look = KeptLook::of(&self.state.look);
-        if !self.state.playing && look != self.kept {
+        if !self.state.playing && self.read_only.is_none() && look != self.kept {
             self.saver.save(KeptLook::path(project), look.text());
             self.kept = look;
         }
@@ -601,7 +615,11 @@ impl StudioApp {
         if self.state.panels && self.project.is_some() {
             self.preferences.layout().ui(workspace, ui, &mut shown);
         } else {
-            shown.alone_ui(ui, workspace.main()[0]);
+            let pane = match self.project {
+                Some(_) => workspace.main()[0],
+                None => Pane::Project,
+            };
+            shown.alone_ui(ui, pane);
         }
         self.edited |= shown.edited;
         let drawn = shown.drawn;
@@ -650,6 +668,7 @@ impl eframe::App for StudioApp {
         }
         self.play();
         self.ask();
+        self.look_at_folders();
         if let Some(project) = &self.project {
             let wake = self.wake();
             self.studies

@@ -4,6 +4,7 @@
 mod app;
 mod command;
 mod compare;
+mod footages;
 mod kept;
 mod keyed;
 mod keys;
@@ -15,24 +16,29 @@ mod panel;
 mod panels;
 mod panes;
 mod preferences;
+mod recents;
 mod reviews;
 mod saver;
 mod shelf;
 mod state;
 mod studies;
 mod theme;
+mod wizard;
 
 pub use app::StudioApp;
 pub use command::Command;
 pub use compare::{Compare, How, With};
+pub use footages::{FootageView, Footages, MatteView};
 pub use layout::{Layout, Pane, Workspace};
 pub use listed::{Listed, Owner};
 pub use news::{Kind, LogLine, News, Phase, Work};
 pub use panel::{Entry, Reading};
 pub use preferences::Preferences;
+pub use recents::{Recent, Recents};
 pub use reviews::Reviews;
 pub use state::{Keyed, Look, State, View};
 pub use studies::Studies;
+pub use wizard::{Plan, Wizard};
 
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceChoice, Gpu, device_descriptor};

@@ -1,11 +1,14 @@
 //! What panels see. A panel is a struct with `ui(&mut self, ui, &Sight, &mut Vec<Command>)`: it keeps
 //! what only the drawing needs, reads the rest here, and changes nothing but by commands.
 
+use super::footages::Footages;
 use super::layout::Pane;
 use super::listed::Listed;
 use super::news::{News, Phase};
+use super::recents::Recent;
 use super::reviews::Reviews;
 use super::state::State;
+use super::wizard::Wizard;
 use crate::project::Project;
 use crate::worker::{GammaView, Panorama, ProbeStudy, Relit};
 use std::sync::Arc;
@@ -27,6 +30,14 @@ pub struct Sight<'a> {
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
     /// The shown frame under every lamp, and how near the network is to the truth.
     pub reviews: &'a Reviews,
+    /// Why nothing can be written into the project, where somebody else writes there.
+    pub read_only: Option<&'a str>,
+    /// The projects that were opened lately.
+    pub recents: &'a [Recent],
+    /// The project that is being made.
+    pub wizard: &'a Wizard,
+    /// The pictures as they were filmed.
+    pub footages: &'a Footages,
 }
 
 /// An environment in the list.

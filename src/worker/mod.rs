@@ -13,6 +13,7 @@
 //! predicted anew when they are asked for.
 
 mod cache;
+mod clerk;
 mod event;
 mod job;
 mod keeper;
@@ -26,6 +27,7 @@ mod rivals;
 mod second;
 mod study;
 
+pub use clerk::Clerk;
 pub use event::{Blocked, Event, Need};
 pub use job::{Job, Outcome};
 pub use keeper::Keeper;
@@ -68,6 +70,8 @@ pub struct Worker {
     in_hand: labour::InHand,
     relit: Arc<Latest<Arc<Relit>>>,
     events: Arc<event::Unread>,
+    /// Why no job may write into the project, where none may.
+    read_only: Option<String>,
     stop: Control,
     ring: Vec<Box<dyn Fn() + Send>>,
     threads: Vec<JoinHandle<()>>,
@@ -153,6 +157,7 @@ impl Worker {
             in_hand,
             relit,
             events,
+            read_only: None,
             stop,
             ring: vec![
                 Box::new(ring_network),
@@ -182,8 +187,18 @@ impl Worker {
         self.events.take().into_iter()
     }
 
+    /// From now on refuses jobs that write into their project, for the reason `why`.
+    pub fn refuse_writes(&mut self, why: String) {
+        self.read_only = Some(why);
+    }
+
     /// Runs a job beside the picture, unless one is in hand already; tells whether it will.
     pub fn run(&self, job: Job) -> bool {
+        if let (Some(why), true) = (&self.read_only, job.writes().is_some()) {
+            let sentence = format!("Nothing can be written here. {why}");
+            self.events.push(Event::Failed { sentence });
+            return false;
+        }
         self.work(job.what(), move |progress| {
             job.run(progress).map(|outcome| outcome.sentence())
         })
