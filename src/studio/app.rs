@@ -200,6 +200,21 @@ impl StudioApp {
         &self.reviews
     }
 
+    /// The open project.
+    pub fn project(&self) -> Option<&Project> {
+        self.project.as_ref()
+    }
+
+    /// The project that is being made.
+    pub fn wizard(&self) -> &Wizard {
+        &self.wizard
+    }
+
+    /// The pictures as they were filmed.
+    pub fn footages(&self) -> &Footages {
+        &self.footages
+    }
+
     /// The list of environments.
     pub fn environments(&self) -> &[Entry] {
         self.shelf.entries()

@@ -6,7 +6,7 @@ use crate::studio::command::Command;
 use crate::studio::panel::Sight;
 use crate::studio::theme::{self, GAP};
 use crate::studio::wizard::{Plan, cost};
-use egui::{Button, ComboBox, DragValue, Grid, RichText, TextEdit, Ui, vec2};
+use egui::{Button, ComboBox, DragValue, Grid, Id, RichText, TextEdit, Ui, vec2};
 
 /// Working sizes that are offered.
 const SIZES: [usize; 5] = [64, 128, 256, 512, 1024];
@@ -19,9 +19,15 @@ pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) 
     let scan = sight.wizard.scan();
     ui.heading("New project");
     ui.add_space(GAP);
-    row_ui(ui, "Shoot", |ui| {
+    row_ui(ui, "Shoot", |ui, name| {
         let hint = "The folder with manifest.json, interview, exemplars and probes; it can be dropped here";
-        if path_ui(ui, &mut changed.shoot, hint, "Choose the shoot's folder") {
+        if path_ui(
+            ui,
+            name,
+            &mut changed.shoot,
+            hint,
+            "Choose the shoot's folder",
+        ) {
             out.push(Command::ChooseShoot);
         }
     });
@@ -65,34 +71,29 @@ pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) 
     }
 }
 
-/// A named row.
-fn row_ui(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {
+/// A named row; its contents get the name's id.
+fn row_ui(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui, Id)) {
     ui.horizontal(|ui| {
-        let (rect, _) = ui.allocate_exact_size(vec2(NAMES, 24.0), egui::Sense::hover());
-        let font = egui::FontId::proportional(14.0);
-        ui.painter().text(
-            rect.left_center(),
-            egui::Align2::LEFT_CENTER,
-            name,
-            font,
-            theme::TEXT,
-        );
-        contents(ui);
+        let left = egui::Layout::left_to_right(egui::Align::Center);
+        let size = vec2(NAMES, 24.0);
+        let label = ui.allocate_ui_with_layout(size, left, |ui| {
+            ui.set_min_size(size);
+            ui.label(name).id
+        });
+        contents(ui, label.inner);
     });
 }
 
 /// A path to type, with a button for a dialog; tells whether that was clicked.
-fn path_ui(ui: &mut Ui, path: &mut String, hint: &str, name: &str) -> bool {
+fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -> bool {
     let width = ui.available_width() - 96.0;
     let field = TextEdit::singleline(path)
         .desired_width(width)
         .hint_text(hint);
-    let response = ui.add(field);
-    let text = path.clone();
-    response.widget_info(|| egui::WidgetInfo::text_edit(true, "", &text, hint));
-    let choose = ui.button("Choose…");
-    choose.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    choose.clicked()
+    ui.add(field).labelled_by(name);
+    let button = ui.button("Choose…");
+    button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, choose));
+    button.clicked()
 }
 
 /// What the folder holds, a line for each part.
@@ -137,15 +138,14 @@ fn line_ui(ui: &mut Ui, line: &Line) {
 }
 
 fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &mut Vec<Command>) {
-    row_ui(ui, "Working size", |ui| {
+    row_ui(ui, "Working size", |ui, name| {
         let sizes = ComboBox::from_id_salt("size").selected_text(format!("{} pixels", plan.size));
         let list = sizes.show_ui(ui, |ui| {
             for size in SIZES {
                 ui.selectable_value(&mut changed.size, size, format!("{size} pixels"));
             }
         });
-        list.response
-            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "Working size"));
+        list.response.labelled_by(name);
         if let Some((width, height)) = scan.picture
             && width.min(height) < plan.size
         {
@@ -155,8 +155,8 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
             );
         }
     });
-    row_ui(ui, "", |ui| quiet_ui(ui, &cost(scan, plan)));
-    row_ui(ui, "Lamps", |ui| {
+    row_ui(ui, "", |ui, _| quiet_ui(ui, &cost(scan, plan)));
+    row_ui(ui, "Lamps", |ui, name| {
         let mut all = plan.lamps.is_none();
         if ui
             .checkbox(&mut all, format!("All {}", scan.lamps))
@@ -166,27 +166,21 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
         }
         if let Some(count) = &mut changed.lamps {
             let most = scan.lamps.saturating_sub(1).max(1);
-            let field = DragValue::new(count).range(1..=most).suffix(" lamps");
-            let response = ui.add(field);
-            response.widget_info(|| {
-                egui::WidgetInfo::labeled(egui::Role::SpinButton, true, "Number of lamps")
-            });
+            ui.add(DragValue::new(count).range(1..=most))
+                .labelled_by(name);
             quiet_ui(
                 ui,
                 "spread evenly; the others go on to serve the calibration",
             );
         }
     });
-    row_ui(ui, "Name", |ui| {
+    row_ui(ui, "Name", |ui, name| {
         let field = TextEdit::singleline(&mut changed.name)
             .hint_text(&scan.name)
             .desired_width(240.0);
-        let text = plan.name.clone();
-        let response = ui.add(field);
-        response
-            .widget_info(|| egui::WidgetInfo::text_edit(true, "", &text, "Name of the project"));
+        ui.add(field).labelled_by(name);
     });
-    row_ui(ui, "Folder", |ui| {
+    row_ui(ui, "Folder", |ui, name| {
         let beside = Plan {
             folder: String::new(),
             ..plan.clone()
@@ -194,6 +188,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
         let hint = beside.root().unwrap_or_default().display().to_string();
         if path_ui(
             ui,
+            name,
             &mut changed.folder,
             &hint,
             "Choose the project's folder",
