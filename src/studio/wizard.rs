@@ -152,11 +152,16 @@ pub fn cost(scan: &Scan, plan: &Plan) -> String {
     };
     let times = (plan.size as f64 / 128.0).powi(2);
     let time = match times {
-        1.0 => "as long as any at 128 pixels".to_owned(),
-        times if times > 1.0 => format!("{times} times as long as at 128 pixels"),
-        times => format!("1/{} of the time that it takes at 128 pixels", 1.0 / times),
+        1.0 => String::new(),
+        times if times > 1.0 => {
+            format!("; a step takes about {times} times as long as at 128 pixels")
+        }
+        times => format!(
+            "; a step takes about 1/{} of the time at 128 pixels",
+            1.0 / times
+        ),
     };
-    format!("Training holds its pictures in {memory} of memory; a step takes about {time}")
+    format!("Training holds its pictures in {memory} of memory{time}")
 }
 
 #[cfg(test)]

@@ -117,9 +117,13 @@ impl StudioApp {
         }
     }
 
-    fn choose(&self, title: &str, then: impl FnOnce(PathBuf) -> Command + Send + 'static) {
-        let dialog = rfd::FileDialog::new().set_title(title);
-        self.dialog(move || dialog.pick_folder().map(then));
+    fn choose(&self, title: &'static str, then: impl FnOnce(PathBuf) -> Command + Send + 'static) {
+        self.dialog(move || {
+            rfd::FileDialog::new()
+                .set_title(title)
+                .pick_folder()
+                .map(then)
+        });
     }
 
     /// Runs the job that makes the project in folder `project`, which is opened when it is done.
@@ -193,7 +197,7 @@ impl StudioApp {
 
     /// What a dropped folder, or a file that is no panorama, asks for.
     pub(super) fn dropped_folder(&mut self, path: PathBuf) -> Option<Command> {
-        let project = match path.parent() {
+        let project: &Path = match path.parent() {
             Some(parent) if path.file_name().is_some_and(|name| name == "project.toml") => parent,
             _ => &path,
         };

@@ -97,17 +97,13 @@ impl Square {
         let id = ui.scope_id().with("framing");
         // The corners lie over the body, and get what is pressed there.
         let body = ui.interact(chosen.intersect(room), id, Sense::drag());
-        body.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::Role::GenericContainer, true, "Framing")
-        });
+        body.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Framing"));
         let body = body.on_hover_cursor(CursorIcon::Move);
         let mut held = body.dragged().then_some((body, None));
         for (i, (corner, name)) in CORNERS.into_iter().enumerate() {
             let reach = Rect::from_center_size(at_corner(chosen, corner), Vec2::splat(2.0 * REACH));
             let response = ui.interact(reach, id.with(i), Sense::drag());
-            response.widget_info(|| {
-                egui::WidgetInfo::labeled(egui::Role::GenericContainer, true, name)
-            });
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
             let cursor = if corner[0] == corner[1] {
                 CursorIcon::ResizeNwSe
             } else {
@@ -174,7 +170,7 @@ fn at_corner(rect: Rect, [x, y]: [f32; 2]) -> Pos2 {
 fn around(picture: Rect, chosen: Rect) -> [Rect; 4] {
     let inside = chosen.intersect(picture);
     if !inside.is_positive() {
-        return [picture, Rect::NOTHING, Rect::NOTHING, Rect::NOTHING];
+        return [picture, Rect::ZERO, Rect::ZERO, Rect::ZERO];
     }
     let part = |from: Pos2, to: Pos2| Rect::from_min_max(from, to);
     [

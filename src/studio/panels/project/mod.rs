@@ -53,12 +53,12 @@ impl ProjectPanel {
         if let (Some(work), None) = (&sight.news.work, sight.project) {
             return super::work_ui(ui, work, out);
         }
-        if let Some(plan) = sight.wizard.plan() {
-            return wizard::plan_ui(ui, sight, plan, out);
-        }
         if let (Some(said), None) = (&sight.news.said, sight.project) {
             ui.label(said);
             ui.add_space(GAP);
+        }
+        if let Some(plan) = sight.wizard.plan() {
+            return wizard::plan_ui(ui, sight, plan, out);
         }
         match sight.project {
             Some(project) => open_ui(ui, sight, project),
