@@ -157,11 +157,11 @@ mod tests {
             y: 6,
             ..Framing::largest((58, 32))
         };
-        let frame = |framing| -> Result<(Frame, Exemplar)> {
+        let reframed = |framing| -> Result<(Frame, Exemplar)> {
             Project::change(&wide.root, |project| project.frame(framing))?;
             read(&Project::open(&wide.root)?)
         };
-        let (moved, moved_exemplar) = frame(lower)?;
+        let (moved, moved_exemplar) = reframed(lower)?;
         for (before, after) in [
             (&frame.plate, &moved.plate),
             (&exemplar.olats[2], &moved_exemplar.olats[2]),
@@ -174,7 +174,7 @@ mod tests {
         let below = (0..16).flat_map(|x| (13..16).map(move |y| (x, y)));
         assert!(below.clone().all(|(x, y)| moved.mask.at(x, y) == 0.0));
         assert!(below.clone().any(|(x, y)| frame.mask.at(x, y) > 0.0));
-        let (edge, _) = frame(Framing {
+        let (edge, _) = reframed(Framing {
             padding: Padding::Edge,
             ..lower
         })?;

@@ -40,6 +40,7 @@ fn project(folder: &Path) -> Project {
                 lamp_layout: vec![],
             },
             environments: vec![],
+            framing: Default::default(),
         },
     };
     project.save().unwrap();
