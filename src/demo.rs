@@ -41,10 +41,15 @@ pub struct DemoReport {
     pub relight: RelightReport,
 }
 
+/// Where the demo in `folder` has its project.
+pub fn project_folder(folder: &Path) -> PathBuf {
+    folder.join("project")
+}
+
 /// Makes the demo's project in `folder`, where it is not there yet: shoot, import, calibration, and
 /// the network that comes with the program.
 pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
-    let (shoot, root) = (folder.join("shoot"), folder.join("project"));
+    let (shoot, root) = (folder.join("shoot"), project_folder(folder));
     if !shoot.join("manifest.json").exists() {
         let settings = StageSettings {
             frames: FRAMES,

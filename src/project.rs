@@ -11,18 +11,24 @@
 //!   checkpoints/        checkpoints to go back to, with their logs (afterlight checkpoints)
 //!   measured.json       every predicted OLAT beside its truth     (afterlight review)
 //!   review.toml         a reviewer's marks and notes              (the studio)
+//!   aside-N/            what was made under another framing       (afterlight frame)
+//!   .lock               who writes into the project at the moment
 //! ```
 
 mod environments;
+mod framing;
+mod lock;
 
 pub use environments::{EnvironmentChange, KnownEnvironment, NamedEnvironment, free_name};
+pub use framing::{Framing, Framings, Padding};
+pub use lock::Lock;
 
 use crate::error::{Error, Result};
 use crate::imaging::file::write_beside;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 /// The version of `project.toml` that this program writes and reads.
@@ -54,6 +60,9 @@ pub struct Settings {
     /// below it or the shoot's.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub environments: Vec<NamedEnvironment>,
+    /// Which square of the subject's pictures is worked with; the mirror balls' are taken as they are.
+    #[serde(default, skip_serializing_if = "Framings::is_empty")]
+    pub framing: Framings,
 }
 
 /// What a shoot folder holds, found once at import.
@@ -128,7 +137,7 @@ impl Project {
                 "open",
                 &path,
                 e,
-                "Make a project first: afterlight import PROJECT --shoot DIR",
+                "Choose a project's folder, or make one: afterlight import PROJECT --shoot DIR",
             )
         })?;
         let settings: Settings = toml::from_str(&text).map_err(|e| {
@@ -148,6 +157,7 @@ impl Project {
             ));
         }
         check_size(settings.size)?;
+        settings.framing.check()?;
         Ok(Self {
             root: root.to_path_buf(),
             settings,
@@ -177,6 +187,120 @@ impl Project {
             project.save()?;
         }
         Ok(made)
+    }
+
+    /// Refuses a project whose shoot is not where it was.
+    ///
+    /// # Errors
+    /// Then; the sentence says what to do.
+    pub fn check_shoot(&self) -> Result<()> {
+        let folder = self.shoot_path("");
+        if folder.is_dir() {
+            return Ok(());
+        }
+        Err(Error::file(
+            "open",
+            folder,
+            "the shoot's folder is not there",
+            "If it was moved, say where it is now; if it is on another disk, connect that",
+        ))
+    }
+
+    /// Refuses a shoot that lacks poses, lamps or frames.
+    ///
+    /// # Errors
+    /// Then.
+    pub fn check_parts(&self) -> Result<()> {
+        let shoot = &self.settings.shoot;
+        for (what, count) in [
+            ("poses", shoot.poses.len()),
+            ("lamps", shoot.lamps.len()),
+            ("frames", shoot.frames.len()),
+        ] {
+            if count == 0 {
+                return Err(Error::unexpected(
+                    self.root.join("project.toml").display(),
+                    format!("at least one of {what}"),
+                    "none",
+                    "Import a shoot that has exemplars, probes and an interview",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Points at the shoot in `folder`, where it was moved. For [`Self::change`].
+    ///
+    /// # Errors
+    /// When it is another shoot: a pose or the first or last frame is not there.
+    pub fn locate(&mut self, folder: &Path) -> Result<()> {
+        let mut moved = self.clone();
+        moved.settings.shoot.folder = relative(&self.root, folder)?;
+        let shoot = &moved.settings.shoot;
+        let frames = [0, shoot.frames.len().saturating_sub(1)].map(|frame| moved.frame_path(frame));
+        let poses = (0..shoot.poses.len()).map(|pose| moved.exemplar_mask_path(pose));
+        let mut needed = frames.into_iter().chain(poses);
+        if let Some(missing) = needed.find(|path| !path.is_file()) {
+            return Err(Error::file(
+                "open",
+                missing,
+                "no such file",
+                "Choose the folder that holds this project's shoot, with its manifest.json",
+            ));
+        }
+        *self = moved;
+        Ok(())
+    }
+
+    /// Changes which square of pictures is worked with. A calibration and a network that were made under the
+    /// framing of before are put into a folder of their own, which is returned. For [`Self::change`].
+    ///
+    /// # Errors
+    /// When the square shows nothing, or the folder cannot be written.
+    pub fn frame(&mut self, framing: Framing) -> Result<Option<PathBuf>> {
+        framing.check()?;
+        let mut framed = self.clone();
+        framed.settings.framing.set(framing);
+        if framed == *self {
+            return Ok(None);
+        }
+        let aside = self.put_aside()?;
+        *self = framed;
+        Ok(aside)
+    }
+
+    /// Moves all that was computed into a new folder `aside-N`, unless there is nothing.
+    fn put_aside(&self) -> Result<Option<PathBuf>> {
+        const COMPUTED: [&str; 5] = [
+            "calibration.toml",
+            "checkpoint",
+            "training.csv",
+            "held_out.csv",
+            "measured.json",
+        ];
+        let there = COMPUTED.map(|name| self.root.join(name));
+        let mut there = there.iter().filter(|path| path.exists()).peekable();
+        if there.peek().is_none() {
+            return Ok(None);
+        }
+        let aside = (1..)
+            .map(|n| self.root.join(format!("aside-{n}")))
+            .find(|folder| !folder.exists())
+            .unwrap_or_default();
+        let refuse = |path: &Path, e: std::io::Error| {
+            Error::file(
+                "move",
+                path,
+                e,
+                "Check that the project's folder can be written",
+            )
+        };
+        std::fs::create_dir(&aside).map_err(|e| refuse(&aside, e))?;
+        for path in there {
+            let to = aside.join(path.file_name().unwrap_or_default());
+            std::fs::rename(path, to).map_err(|e| refuse(path, e))?;
+        }
+        Ok(Some(aside))
     }
 
     /// A path inside the shoot's folder.
@@ -257,6 +381,25 @@ impl Project {
     }
 }
 
+/// The way from folder `from` to folder `to`, both existing.
+///
+/// # Errors
+/// When one of them is not there.
+pub fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
+    let full = |p: &Path| {
+        p.canonicalize()
+            .map_err(|e| Error::file("open", p, e, "Check that the folder is there"))
+    };
+    let (from, to) = (full(from)?, full(to)?);
+    let shared = from
+        .components()
+        .zip(to.components())
+        .take_while(|(a, b)| a == b)
+        .count();
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    Ok(up.chain(to.components().skip(shared)).collect())
+}
+
 /// Refuses a working size that the network cannot halve down to one pixel.
 pub fn check_size(size: usize) -> Result<()> {
     if size.is_power_of_two() && (16..=1024).contains(&size) {
@@ -284,37 +427,4 @@ pub fn save_toml(path: &Path, value: &impl Serialize) -> Result<()> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
-
-    /// A project in `root` that points at nothing, for tests of what is kept beside `project.toml`.
-    pub fn empty(root: &Path) -> Project {
-        Project {
-            root: root.to_path_buf(),
-            settings: Settings {
-                format: FORMAT,
-                name: "empty".to_owned(),
-                size: 16,
-                seed: 1,
-                shoot: Shoot {
-                    folder: PathBuf::from("."),
-                    frame_rate: 24.0,
-                    poses: vec![],
-                    lamps: vec![],
-                    other_lamps: vec![],
-                    frames: vec![],
-                    ball: Ball {
-                        center_px: [8.0; 2],
-                        radius_px: 6.0,
-                        radius_m: 0.1,
-                        camera_distance_m: 3.0,
-                    },
-                    dome_radius_m: None,
-                    environments: vec![],
-                    lamp_layout: vec![],
-                },
-                environments: vec![],
-            },
-        }
-    }
-}
+pub(crate) mod tests;

@@ -576,6 +576,57 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
 }
 
 #[test]
+fn a_project_that_another_writes_to_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let stage = [
+        "stage", "shoot", "--size", "16", "--frames", "1", "--lamps", "4", "--json",
+    ];
+    succeed(at, &stage);
+    let import = [
+        "import", "film", "--shoot", "shoot", "--size", "16", "--name", "Anna", "--json",
+    ];
+    assert_eq!(succeed(at, &import)["name"], "Anna");
+    let lock = afterlight::project::Lock::take(&at.join("film"), "a test").unwrap();
+    let before = contents(&at.join("film"));
+    for arguments in [
+        &["calibrate", "film"][..],
+        &["train", "film"],
+        &["frame", "film", "--interview", "0,0,8"],
+        &import,
+    ] {
+        let refused = fail(at, arguments);
+        let holder = format!("a test, process {}", std::process::id());
+        assert!(refused.contains(&holder), "{arguments:?}: {refused}");
+    }
+    assert_eq!(contents(&at.join("film")), before);
+    drop(lock);
+
+    let framed = [
+        "frame",
+        "film",
+        "--interview",
+        "-2,3,12",
+        "--padding",
+        "edge",
+        "--json",
+    ];
+    let figures = succeed(at, &framed);
+    assert_eq!(
+        figures["interview"], figures["exemplars"],
+        "they have one size"
+    );
+    assert_eq!(figures["interview"]["x"], -2);
+    let project = std::fs::read_to_string(at.join("film/project.toml")).unwrap();
+    assert!(
+        project.contains("side = 12") && project.contains("padding = \"edge\""),
+        "{project}"
+    );
+    let refused = fail(at, &["frame", "film", "--interview", "16,0,8"]);
+    assert!(refused.contains("16 × 16"), "{refused}");
+}
+
+#[test]
 fn swapped_olats_are_named_by_the_layout() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

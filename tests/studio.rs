@@ -10,8 +10,12 @@ mod comparing;
 mod environments;
 #[path = "studio/export.rs"]
 mod export;
+#[path = "studio/footage.rs"]
+mod footage;
 #[path = "studio/keyframes.rs"]
 mod keyframes;
+#[path = "studio/project.rs"]
+mod project;
 #[path = "studio/review.rs"]
 mod review;
 #[path = "studio/training.rs"]
@@ -67,6 +71,26 @@ fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
         std::thread::sleep(Duration::from_millis(5));
         window.step();
     }
+    window.run_steps(2);
+}
+
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
+    }
+}
+
+/// Drops a file or a folder onto the window.
+fn drop_onto(window: &mut Window, path: impl Into<std::path::PathBuf>) {
+    let dropped = std::sync::Arc::new(Dropped(path.into()));
+    window.input_mut().dropped_files.push(dropped);
     window.run_steps(2);
 }
 
@@ -515,14 +539,6 @@ fn a_project_without_a_network_says_what_to_do_and_offers_it() {
     window.run();
     window.get_by_label("Train it: afterlight train PROJECT");
     window.get_by_label_contains("Train for 10 minutes");
-}
-
-#[test]
-fn a_window_without_a_project_offers_to_open_one() {
-    let mut window = window(|ctx| StudioApp::new(ctx, None, Default::default()));
-    window.run();
-    window.get_by_label("Open project…");
-    window.get_by_label_contains("afterlight import");
 }
 
 #[test]

@@ -91,26 +91,6 @@ pub struct StandIn {
     pub residual: f32,
 }
 
-/// Refuses a shoot that lacks poses, lamps or frames.
-fn check_shoot(project: &Project) -> Result<()> {
-    let shoot = &project.settings.shoot;
-    for (what, count) in [
-        ("poses", shoot.poses.len()),
-        ("lamps", shoot.lamps.len()),
-        ("frames", shoot.frames.len()),
-    ] {
-        if count == 0 {
-            return Err(Error::unexpected(
-                project.root.join("project.toml").display(),
-                format!("at least one of {what}"),
-                "none",
-                "Import a shoot that has exemplars, probes and an interview",
-            ));
-        }
-    }
-    Ok(())
-}
-
 /// Calibrates a project from its mirror balls, poses and interview. The response is fitted by pixels
 /// where a frame shows a pose, else by distributions, unless the settings say otherwise. Their circle
 /// becomes the project's, in memory.
@@ -124,7 +104,7 @@ pub fn calibrate(
     settings: &CalibrateSettings,
     progress: &Progress,
 ) -> Result<Calibration> {
-    check_shoot(project)?;
+    project.check_parts()?;
     let mut within = project.clone();
     let circle = if settings.find_circle {
         let photographs = Photographs::read(&project.probe_paths(), progress)?;

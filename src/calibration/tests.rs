@@ -56,6 +56,7 @@ fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             lamp_layout: vec![],
         },
         environments: vec![],
+        framing: Default::default(),
     };
     let project = Project {
         root: root.to_path_buf(),

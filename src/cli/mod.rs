@@ -4,6 +4,7 @@
 mod checkpoints;
 mod console;
 mod environments;
+mod frame;
 mod parse;
 mod probe;
 mod relight;
@@ -25,6 +26,7 @@ use checkpoints::CheckpointsArgs;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
 use environments::EnvironmentsArgs;
+use frame::FrameArgs;
 use parse::{parse_circle, parse_count, parse_trial};
 use probe::ProbeArgs;
 use relight::RelightArgs;
@@ -53,6 +55,7 @@ enum Command {
     Calibrate(CalibrateArgs),
     Train(TrainArgs),
     Checkpoints(CheckpointsArgs),
+    Frame(FrameArgs),
     Relight(RelightArgs),
     Evaluate(EvaluateArgs),
     Review(ReviewArgs),
@@ -101,6 +104,9 @@ struct ImportArgs {
     /// Work with so many of the lamps only, chosen evenly over the sphere.
     #[arg(long, value_name = "N", value_parser = parse_count)]
     lamps: Option<usize>,
+    /// What the project is called; as the shoot, if this is left out.
+    #[arg(long)]
+    name: Option<String>,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -260,6 +266,7 @@ impl Cli {
                     size,
                     seed,
                     lamps,
+                    name,
                     output,
                 } = args;
                 let settings = ImportSettings { size, seed };
@@ -269,6 +276,7 @@ impl Cli {
                         shoot,
                         settings,
                         lamps,
+                        name,
                     })
                 })
             }
@@ -287,6 +295,7 @@ impl Cli {
             }),
             Command::Train(args) => do_job(&args.output, || args.job()),
             Command::Checkpoints(args) => args.run(),
+            Command::Frame(args) => do_job(&args.output, || Ok(args.job())),
             Command::Relight(args) => do_job(&args.output, || Ok(args.job())),
             Command::Evaluate(args) => {
                 let EvaluateArgs {
@@ -341,6 +350,7 @@ impl Cli {
 fn do_job(output: &OutputArgs, job: impl FnOnce() -> Result<Job>) -> Result<()> {
     let console = Console::new(output.json);
     let job = job()?;
+    let _lock = job.lock()?;
     let outcome = console.run(|progress| job.run(progress))?;
     console.finish(&outcome, || outcome.sentence());
     Ok(())

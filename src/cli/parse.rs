@@ -1,6 +1,7 @@
 //! Values of options that are more than a word or a number.
 
 use crate::calibration::{Circle, Trial};
+use crate::footage::Square;
 use crate::imaging::{DualGamma, Response};
 use crate::light::PlacedLight;
 use crate::light::conventions::{Front, Tool};
@@ -20,6 +21,20 @@ fn parse_numbers<const N: usize>(text: &str, names: &str) -> std::result::Result
 pub fn parse_circle(text: &str) -> std::result::Result<Circle, String> {
     let [x, y, radius] = parse_numbers(text, "X,Y,RADIUS in pixels")?;
     Circle::new([x, y], radius).map_err(|e| e.to_string())
+}
+
+/// Left edge, upper edge and side in whole pixels.
+pub fn parse_square(text: &str) -> std::result::Result<Square, String> {
+    let numbers = parse_numbers(text, "X,Y,SIDE in pixels")?;
+    let whole = |v: f64| v.fract() == 0.0 && v.abs() <= f64::from(i32::MAX);
+    let [x, y, side] = numbers;
+    if numbers.into_iter().all(whole) && side >= 1.0 {
+        Ok((x as i32, y as i32, side as usize))
+    } else {
+        Err(format!(
+            "{text:?} is no square: whole pixels, and a side of at least 1"
+        ))
+    }
 }
 
 /// The standard curve of this name.

@@ -7,8 +7,9 @@
 //! ```
 
 use crate::error::{Error, Result};
-use crate::imaging::{Image, file::read_linear, resample::resize_area};
-use crate::project::{NamedEnvironment, Project};
+use crate::footage::read_linear;
+use crate::imaging::{Image, resample::resize_area};
+use crate::project::{Framings, NamedEnvironment, Project};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 pub struct Truth {
     folder: PathBuf,
     size: usize,
+    framing: Framings,
     frame_names: Vec<String>,
     lamps: Vec<String>,
     /// Frames of the project with relit truth, ascending.
@@ -40,6 +42,7 @@ impl Truth {
                 folder.to_path_buf()
             },
             size: project.settings.size,
+            framing: project.settings.framing.clone(),
             frame_names: shoot.frames.clone(),
             lamps: shoot.lamps.clone(),
             frames: Vec::new(),
@@ -114,6 +117,7 @@ impl Truth {
     }
 
     fn read(&self, path: &Path) -> Result<Image> {
-        Ok(resize_area(&read_linear(path)?, self.size, self.size))
+        let truth = read_linear(path, &self.framing)?;
+        Ok(resize_area(&truth, self.size, self.size))
     }
 }

@@ -20,15 +20,14 @@ pub struct Exemplar {
 impl Exemplar {
     /// Reads pose `pose` of the project, linearised by `response`.
     pub fn load(project: &Project, response: &Response, pose: usize) -> Result<Self> {
-        let size = project.settings.size;
         let olats = (0..project.settings.shoot.lamps.len())
             .into_par_iter()
-            .map(|lamp| load_linear(&project.olat_path(pose, lamp), response, size))
+            .map(|lamp| load_linear(project, &project.olat_path(pose, lamp), response))
             .collect::<Result<_>>()?;
         Ok(Self {
             pose,
             olats,
-            mask: load_mask(&project.exemplar_mask_path(pose), size)?,
+            mask: load_mask(project, &project.exemplar_mask_path(pose))?,
         })
     }
 
@@ -67,7 +66,7 @@ impl Exemplar {
                 .par_iter()
                 .map(|&lamp| {
                     let path = project.olat_path(self.pose, lamp);
-                    load_linear(&path, response, project.settings.size)
+                    load_linear(project, &path, response)
                 })
                 .collect::<Result<Vec<_>>>()?;
             for (olat, &lamp) in olats.iter().zip(some) {

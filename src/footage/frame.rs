@@ -1,7 +1,8 @@
 //! One frame of the interview.
 
+use super::framed;
 use crate::error::{Error, Result};
-use crate::imaging::{Image, Mask, Response, file, resample::resize_area};
+use crate::imaging::{Image, Mask, Response, resample::resize_area};
 use crate::project::Project;
 use std::path::Path;
 
@@ -31,22 +32,24 @@ impl Frame {
                 "Ask for frames that the interview has",
             ));
         }
-        let size = project.settings.size;
         Ok(Self {
             index,
-            plate: load_linear(&project.frame_path(index), response, size)?,
-            mask: load_mask(&project.frame_mask_path(index), size)?,
+            plate: load_linear(project, &project.frame_path(index), response)?,
+            mask: load_mask(project, &project.frame_mask_path(index))?,
         })
     }
 }
 
-/// Reads an encoded picture, linearises it and averages it down to `size × size` in linear light.
-pub(super) fn load_linear(path: &Path, response: &Response, size: usize) -> Result<Image> {
-    let linear = response.decode(&file::read_encoded(path)?);
-    Ok(resize_area(&linear, size, size))
+/// Reads an encoded picture's square, linearises it and averages it down to the working size in linear light.
+pub(super) fn load_linear(project: &Project, path: &Path, response: &Response) -> Result<Image> {
+    let settings = &project.settings;
+    let linear = response.decode(&framed::read_encoded(path, &settings.framing)?);
+    Ok(resize_area(&linear, settings.size, settings.size))
 }
 
-/// Reads a matte and averages it down to `size × size`.
-pub(super) fn load_mask(path: &Path, size: usize) -> Result<Mask> {
-    Ok(resize_area(&file::read_mask(path)?, size, size))
+/// Reads a matte's square and averages it down to the working size.
+pub(super) fn load_mask(project: &Project, path: &Path) -> Result<Mask> {
+    let settings = &project.settings;
+    let mask = framed::read_mask(path, &settings.framing)?;
+    Ok(resize_area(&mask, settings.size, settings.size))
 }

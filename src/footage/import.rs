@@ -1,13 +1,13 @@
 //! Import: find out what a shoot folder holds, check it, and make a project that points at it.
 
+use super::shoot::{Listing, MANIFEST, Manifest, NO_SHOOT, name_of};
 use crate::error::{Error, Result};
 use crate::imaging::file::dimensions;
 use crate::progress::Progress;
-use crate::project::{self, Ball, FORMAT, NamedEnvironment, Project, Settings, Shoot};
+use crate::project::{self, Ball, FORMAT, Framings, Project, Settings, Shoot, relative};
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::Deserialize;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// What a person chooses at import.
 #[derive(Clone, Debug)]
@@ -16,43 +16,6 @@ pub struct ImportSettings {
     pub size: usize,
     /// Seed of every random draw of the project.
     pub seed: u64,
-}
-
-/// The part of a shoot's `manifest.json` that no picture can tell.
-#[derive(Deserialize)]
-struct Manifest {
-    #[serde(default)]
-    name: Option<String>,
-    #[serde(default)]
-    frame_rate: Option<f64>,
-    camera: Camera,
-    #[serde(default)]
-    dome_radius_m: Option<f32>,
-    probes: Probes,
-    #[serde(default)]
-    hdris: Vec<NamedEnvironment>,
-    /// Directions from the subject to the lamps, in the order of the OLATs' numbers. Any value, because a
-    /// shoot that says it otherwise can be imported all the same.
-    #[serde(default)]
-    bank_directions: Option<serde_json::Value>,
-    #[serde(default)]
-    exemplar_poses: Option<usize>,
-    #[serde(default)]
-    olat_conditions: Option<usize>,
-    #[serde(default)]
-    frames: Option<usize>,
-}
-
-#[derive(Deserialize)]
-struct Camera {
-    position: [f32; 3],
-}
-
-#[derive(Deserialize)]
-struct Probes {
-    ball_center_px: [f32; 2],
-    ball_radius_px: f32,
-    ball_radius_m: f32,
 }
 
 /// Makes a project in folder `root` for the shoot in folder `shoot`. Reads every picture's header,
@@ -69,23 +32,8 @@ pub fn import(
     progress: &Progress,
 ) -> Result<Project> {
     project::check_size(settings.size)?;
-    let manifest_path = shoot.join("manifest.json");
-    let text = std::fs::read_to_string(&manifest_path).map_err(|e| {
-        Error::file(
-            "open",
-            &manifest_path,
-            e,
-            "Name the folder that holds a shoot's manifest.json",
-        )
-    })?;
-    let manifest: Manifest = serde_json::from_str(&text).map_err(|e| {
-        Error::file(
-            "read",
-            &manifest_path,
-            e,
-            "Mend the manifest; `afterlight stage` writes an example",
-        )
-    })?;
+    let manifest_path = shoot.join(MANIFEST);
+    let manifest = Manifest::read(shoot)?;
     let project_file = root.join("project.toml");
     if project_file.exists() {
         return Err(Error::unexpected(
@@ -95,59 +43,23 @@ pub fn import(
             "Choose another folder, or remove project.toml to import again",
         ));
     }
-    let poses = entries(&shoot.join("exemplars"), |path| {
-        path.is_dir().then(|| name_of(path))
-    })?;
-    if poses.is_empty() {
-        return Err(missing(
-            &shoot.join("exemplars"),
-            "at least one pose folder",
-        ));
+    let listing = Listing::read(shoot)?;
+    manifest.check_counts(shoot, &listing)?;
+    let Listing {
+        poses,
+        lamps,
+        frames,
+    } = listing;
+    for (names, folder, what) in [
+        (&poses, "exemplars", "at least one pose folder"),
+        (&lamps, "exemplars", "at least one OLAT as PNG"),
+        (&frames, "interview", "at least one frame as PNG"),
+    ] {
+        if names.is_empty() {
+            return Err(missing(&shoot.join(folder), what));
+        }
     }
-    // A lamp that any pose or probe has is a lamp: where it lacks, reading it names the file.
-    let mut lamps = std::collections::BTreeSet::new();
-    for pose in &poses {
-        lamps.extend(png_names(&shoot.join("exemplars").join(pose))?);
-    }
-    lamps.extend(
-        png_names(&shoot.join("probes"))?
-            .into_iter()
-            .filter(|name| name != "interview"),
-    );
-    let lamps: Vec<String> = lamps.into_iter().collect();
-    let frames = png_names(&shoot.join("interview"))?;
-    check_count(
-        &manifest_path,
-        "exemplar_poses",
-        manifest.exemplar_poses,
-        poses.len(),
-    )?;
-    check_count(
-        &manifest_path,
-        "olat_conditions",
-        manifest.olat_conditions,
-        lamps.len(),
-    )?;
-    check_count(&manifest_path, "frames", manifest.frames, frames.len())?;
-    if lamps.is_empty() {
-        return Err(missing(
-            &shoot.join("exemplars"),
-            "at least one OLAT as PNG",
-        ));
-    }
-    if frames.is_empty() {
-        return Err(missing(
-            &shoot.join("interview"),
-            "at least one frame as PNG",
-        ));
-    }
-    let [x, y, z] = manifest.camera.position;
-    let ball = Ball {
-        center_px: manifest.probes.ball_center_px,
-        radius_px: manifest.probes.ball_radius_px,
-        radius_m: manifest.probes.ball_radius_m,
-        camera_distance_m: (x * x + y * y + z * z).sqrt(),
-    };
+    let (ball, frame_rate) = (manifest.ball(), manifest.frame_rate());
     check_ball(&manifest_path, &ball)?;
     let lamp_layout = manifest
         .bank_directions
@@ -179,10 +91,7 @@ pub fn import(
             seed: settings.seed,
             shoot: Shoot {
                 folder: relative(root, shoot)?,
-                frame_rate: manifest
-                    .frame_rate
-                    .filter(|r| *r > 0.0 && r.is_finite())
-                    .unwrap_or(24.0),
+                frame_rate,
                 poses,
                 lamps,
                 other_lamps: vec![],
@@ -193,6 +102,7 @@ pub fn import(
                 lamp_layout,
             },
             environments: Vec::new(),
+            framing: Framings::default(),
         },
     };
     check_pictures(&project, progress)?;
@@ -237,19 +147,19 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
         .collect();
     let mask_size = group("checking mattes", masks.clone())?;
     same_size(&masks[0], mask_size, &frame_paths[0], frame_size)?;
-    same_size(
-        &frame_paths[0],
-        frame_size,
-        &project.olat_path(0, 0),
-        olat_size,
-    )?;
-    if frame_size.0 != frame_size.1 {
-        return Err(Error::unexpected(
-            frame_paths[0].display(),
-            "square pictures",
-            format!("{} × {}", frame_size.0, frame_size.1),
-            "Crop and pad the footage to squares first",
-        ));
+    for (what, (width, height)) in [("frames", frame_size), ("exemplars", olat_size)] {
+        if width != height {
+            progress.say(format!(
+                "The {what} have {width} × {height} pixels: the largest square in the middle is worked with, until \
+                 another is chosen: afterlight frame"
+            ));
+        }
+    }
+    if frame_size != olat_size {
+        progress.say(
+            "Frames and exemplars differ in size. Frame both so that the subject is equally large in them: \
+             afterlight frame",
+        );
     }
     let mut probes = vec![project.interview_probe_path()];
     probes.extend((0..shoot.lamps.len()).map(|l| project.lamp_probe_path(l)));
@@ -284,18 +194,6 @@ fn check_ball(manifest: &Path, ball: &Ball) -> Result<()> {
     ))
 }
 
-fn check_count(manifest: &Path, key: &str, said: Option<usize>, found: usize) -> Result<()> {
-    match said {
-        Some(said) if said != found => Err(Error::unexpected(
-            manifest.display(),
-            format!("{said} as `{key}` says"),
-            format!("{found} in the folder"),
-            "Bring the missing pictures, or mend the manifest",
-        )),
-        _ => Ok(()),
-    }
-}
-
 fn same_size(a: &Path, a_size: (usize, usize), b: &Path, b_size: (usize, usize)) -> Result<()> {
     if a_size == b_size {
         Ok(())
@@ -319,12 +217,7 @@ fn differs(path: &Path, size: (usize, usize), reference: &Path, expected: (usize
 }
 
 fn missing(folder: &Path, what: &str) -> Error {
-    Error::unexpected(
-        folder.display(),
-        what,
-        "none",
-        "Check that this is a shoot folder and is complete",
-    )
+    Error::unexpected(folder.display(), what, "none", NO_SHOOT)
 }
 
 /// Where each lamp is by the manifest: its directions are in the order of the OLATs' numbers, which is
@@ -351,56 +244,6 @@ fn layout(directions: serde_json::Value, lamps: &[String]) -> Vec<Vec3> {
         layout[lamp] = direction;
     }
     layout
-}
-
-/// Names that `pick` takes from a folder's entries, sorted.
-fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
-    let listing = std::fs::read_dir(folder).map_err(|e| {
-        Error::file(
-            "open",
-            folder,
-            e,
-            "Check that this is a shoot folder and is complete",
-        )
-    })?;
-    let mut names: Vec<String> = listing
-        .flatten()
-        .filter_map(|entry| pick(&entry.path()))
-        .collect();
-    names.sort();
-    Ok(names)
-}
-
-fn png_names(folder: &Path) -> Result<Vec<String>> {
-    entries(folder, |path| {
-        let png = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        (png && !name_of(path).starts_with('.'))
-            .then(|| path.with_extension(""))
-            .map(|p| name_of(&p))
-    })
-}
-
-fn name_of(path: &Path) -> String {
-    path.file_name()
-        .map_or_else(|| "shoot".to_owned(), |n| n.to_string_lossy().into_owned())
-}
-
-/// The way from folder `from` to folder `to`, both existing.
-fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
-    let full = |p: &Path| {
-        p.canonicalize()
-            .map_err(|e| Error::file("open", p, e, "Check that the folder is there"))
-    };
-    let (from, to) = (full(from)?, full(to)?);
-    let shared = from
-        .components()
-        .zip(to.components())
-        .take_while(|(a, b)| a == b)
-        .count();
-    let up = from.components().skip(shared).map(|_| Component::ParentDir);
-    Ok(up.chain(to.components().skip(shared)).collect())
 }
 
 #[cfg(test)]
@@ -434,14 +277,5 @@ mod tests {
         ] {
             assert!(layout(directions, &lamps).is_empty());
         }
-    }
-
-    #[test]
-    fn the_way_between_folders_is_relative() {
-        let base = tempfile::tempdir().unwrap();
-        let (a, b) = (base.path().join("films/a"), base.path().join("shoots/b"));
-        std::fs::create_dir_all(&a).unwrap();
-        std::fs::create_dir_all(&b).unwrap();
-        assert_eq!(relative(&a, &b).unwrap(), Path::new("../../shoots/b"));
     }
 }

@@ -3,8 +3,14 @@
 
 mod exemplar;
 mod frame;
+mod framed;
+mod framing;
 mod import;
+pub mod scan;
+mod shoot;
 
 pub use exemplar::Exemplar;
 pub use frame::Frame;
+pub use framed::{read_encoded, read_linear, read_mask};
+pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import};

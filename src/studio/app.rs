@@ -1,8 +1,11 @@
 //! The application: it hears the worker, shows the panels, applies their commands and asks for the
 //! picture that the state calls for.
 
+mod projects;
+
 use super::command::Command;
 use super::compare::{Compare, With};
+use super::footages::Footages;
 use super::kept::KeptLook;
 use super::layout::Pane;
 use super::lookout::Lookout;
@@ -13,17 +16,19 @@ use super::panel::{Entry, Reading, Sight};
 use super::panels::{JobPanel, StatusPanel, TabsPanel};
 use super::panes::{Panes, Shown};
 use super::preferences::Preferences;
+use super::recents::Recents;
 use super::reviews::Reviews;
 use super::saver::Saver;
 use super::shelf::Shelf;
 use super::state::State;
 use super::studies::Studies;
 use super::training::Training;
+use super::wizard::Wizard;
 use super::{keys, theme};
 use crate::calibration::{CalibrateSettings, Circle};
 use crate::evaluation::review::ReviewSettings;
 use crate::gpu::DeviceChoice;
-use crate::project::Project;
+use crate::project::{Lock, Project};
 use crate::scene::Scene;
 use crate::worker::{
     Ask, Blocked, Event, Export, Job, Latest, Need, Origin, Relit, Second, Source, Worker,
@@ -56,6 +61,15 @@ pub struct StudioApp {
     /// The worker's line of exports.
     exports: Vec<Export>,
     lookout: Lookout,
+    footages: Footages,
+    recents: Recents,
+    wizard: Wizard,
+    /// The folder of a project that a job has made.
+    made: Arc<Latest<PathBuf>>,
+    /// Keeps others from writing into the open project.
+    lock: Option<Lock>,
+    /// Why nothing can be written into it, where another keeps us from it.
+    read_only: Option<String>,
     /// When the next frame is due while playing, in the window's seconds.
     due: f64,
     /// What a dialog brought.
@@ -146,6 +160,12 @@ impl StudioApp {
             training: Training::default(),
             exports: Vec::new(),
             lookout: Lookout::new(wake.clone()),
+            footages: Footages::default(),
+            recents: Recents::default(),
+            wizard: Wizard::default(),
+            made: Arc::new(Latest::new(wake.clone())),
+            lock: None,
+            read_only: None,
             due: 0.0,
             chosen: Arc::new(Latest::new(wake.clone())),
             preferences,
@@ -201,6 +221,21 @@ impl StudioApp {
         &self.exports
     }
 
+    /// The open project.
+    pub fn project(&self) -> Option<&Project> {
+        self.project.as_ref()
+    }
+
+    /// The project that is being made.
+    pub fn wizard(&self) -> &Wizard {
+        &self.wizard
+    }
+
+    /// The pictures as they were filmed.
+    pub fn footages(&self) -> &Footages {
+        &self.footages
+    }
+
     /// The list of environments.
     pub fn environments(&self) -> &[Entry] {
         self.shelf.entries()
@@ -215,15 +250,13 @@ impl StudioApp {
         let shoot = &project.settings.shoot;
         self.state = State::new(shoot.frames.len(), shoot.frame_rate);
         self.state.order = Order::of(&project);
-        self.news.begin(Phase::Opening);
-        self.leave_exports();
         self.preferences.opened(&project.root);
         self.preferences.save(&self.saver);
-        (self.relit, self.asked) = (None, None);
-        self.studies = Studies::default();
-        self.reviews = Reviews::default();
-        self.training = Training::default();
-        let (list, complaints) = self.shelf.open(&project);
+        self.recents.renew();
+        self.wizard.set(None);
+        self.start(project.clone(), worker);
+        self.leave_exports();
+        let (list, complaints) = self.shelf.open(&project, self.read_only.is_none());
         self.state.look.environments = list;
         complaints.into_iter().for_each(|it| self.news.say(it));
         self.saver.settle();
@@ -234,17 +267,16 @@ impl StudioApp {
             Err(e) => self.news.fail(e.to_string()),
         }
         self.kept = KeptLook::of(&self.state.look);
-        self.project = Some(project);
-        // The old worker is joined beside the window: it may be amid a training step.
-        if let Some(old) = self.worker.replace(worker) {
-            std::thread::spawn(move || drop(old));
-        }
     }
 
     /// Takes in what the threads have to say.
     fn hear(&mut self) {
         if let Some(worker) = &self.worker {
             for event in worker.events() {
+                // A worker without a project has nothing to open.
+                if self.project.is_none() && matches!(event, Event::Opening | Event::Blocked(_)) {
+                    continue;
+                }
                 if matches!(event, Event::Opening | Event::Failed { .. }) {
                     self.state.playing = false;
                 }
@@ -269,6 +301,8 @@ impl StudioApp {
         self.studies.hear();
         self.reviews.hear();
         self.training.read();
+        self.footages.hear(&self.ctx);
+        self.hear_made();
         let unsaved = self.saver.failures().chain(self.shelf.hear());
         unsaved.for_each(|failure| self.news.fail(failure));
     }
@@ -364,18 +398,9 @@ impl StudioApp {
                 self.state.apply(&Command::Fit);
                 self.state.apply(&Command::Zoom { factor, about });
             }
-            Command::ChooseProject => self.dialog(|| {
-                let dialog = rfd::FileDialog::new().set_title("Open a project's folder");
-                dialog.pick_folder().map(Command::OpenProject)
-            }),
-            Command::OpenProject(folder) => match self.shelf.written(|| Project::open(&folder)) {
-                Ok(project) => {
-                    self.ctx
-                        .send_viewport_cmd(ViewportCommand::Title(title(Some(&project))));
-                    let worker = Worker::start(project.clone(), self.device, self.wake());
-                    self.open(project, worker);
-                }
-                Err(e) => self.news.fail(e.to_string()),
+            Command::Mark(marked) => match &self.read_only {
+                Some(why) => self.news.fail(why.clone()),
+                None => self.reviews.mark(*marked),
             },
             Command::NudgeCircle { by, radius } => {
                 if let Some(Circle {
@@ -431,7 +456,7 @@ impl StudioApp {
                     .set_file_name("review.html");
                 dialog.save_file().map(Command::Report)
             }),
-            Command::Mark(marked) => self.reviews.mark(*marked),
+            Command::Provide(Need::Shoot) => self.apply(Command::ChooseLocation),
             Command::Provide(Need::Network) => self.train(false),
             Command::Provide(Need::Calibration) => self.run(|project| Job::Calibrate {
                 project,
@@ -486,7 +511,7 @@ impl StudioApp {
                     self.apply(Command::OpenProject(project.root.clone()));
                 }
             }
-            _ => {}
+            command => self.apply_to_project(command),
         }
     }
 
@@ -553,16 +578,11 @@ impl StudioApp {
         if !panoramas.is_empty() {
             out.push(Command::AddEnvironments(panoramas));
         }
-        for path in others {
-            if path.join("project.toml").exists() {
-                out.push(Command::OpenProject(path));
-            } else {
-                self.news.fail(format!(
-                    "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor a project's folder",
-                    path.display()
-                ));
-            }
-        }
+        out.extend(
+            others
+                .into_iter()
+                .filter_map(|path| self.dropped_folder(path)),
+        );
     }
 }
 
@@ -589,6 +609,10 @@ macro_rules! sight {
             gamma: $app.studies.gamma.as_ref(),
             reviews: &$app.reviews,
             training: &$app.training,
+            read_only: $app.read_only.as_deref(),
+            recents: $app.recents.list(),
+            wizard: &$app.wizard,
+            footages: &$app.footages,
         }
     };
 }
@@ -606,6 +630,10 @@ impl StudioApp {
             .exact_size(34.0)
             .frame(bar(2))
             .show(ui, |ui| self.tabs.ui(ui, &sight, commands));
+        if let Some(why) = &self.read_only {
+            let line = Panel::top("read-only").frame(bar(4));
+            line.show(ui, |ui| projects::read_only_ui(ui, why, commands));
+        }
         Panel::bottom("status")
             .exact_size(30.0)
             .frame(bar(2))
@@ -624,7 +652,7 @@ impl StudioApp {
         };
         // The value at a frame that is merely shown is no change where it has keys.
         let look = KeptLook::of(&self.state.look);
-        if !self.state.playing && look != self.kept {
+        if !self.state.playing && self.read_only.is_none() && look != self.kept {
             self.saver.save(KeptLook::path(project), look.text());
             self.kept = look;
         }
@@ -642,7 +670,11 @@ impl StudioApp {
         if self.state.panels && self.project.is_some() {
             self.preferences.layout().ui(workspace, ui, &mut shown);
         } else {
-            shown.alone_ui(ui, workspace.main()[0]);
+            let pane = match self.project {
+                Some(_) => workspace.main()[0],
+                None => Pane::Project,
+            };
+            shown.alone_ui(ui, pane);
         }
         self.edited |= shown.edited;
         let drawn = shown.drawn;
@@ -692,6 +724,7 @@ impl eframe::App for StudioApp {
         self.play();
         self.ask();
         self.look_out();
+        self.look_at_folders();
         if let Some(project) = &self.project {
             let wake = self.wake();
             self.training.ask(project, &self.shown, wake.clone());

@@ -1,15 +1,18 @@
 //! What a person can ask for. Panels emit commands; the application applies them.
 
 use super::compare::Compare;
+use super::footages::FootageView;
 use super::layout::{Pane, Workspace};
 use super::order::Order;
 use super::state::Keyed;
 use super::training::TrainChoice;
+use super::wizard::Plan;
 use crate::calibration::{Circle, Trial};
 use crate::evaluation::review::Marked;
 use crate::light::Lighting;
 use crate::light::conventions::Front;
 use crate::light::keyframes::Interpolation;
+use crate::project::Framing;
 use crate::scene::{Background, Effects, Inspection};
 use crate::worker::Need;
 use std::path::PathBuf;
@@ -183,6 +186,29 @@ pub enum Command {
     OpenFolder(PathBuf),
     /// Give the focus to the first control of the pane that keys are meant for.
     FocusPane,
+    /// Take a folder out of the list of recent projects; nothing on the disk is changed.
+    ForgetProject(PathBuf),
+    /// Begin to make a project, of the shoot in a folder where it is known.
+    NewProject(Option<PathBuf>),
+    /// Go on with this plan for a project; none gives it up.
+    Plan(Option<Box<Plan>>),
+    /// Ask for the shoot's folder, or the new project's, with a dialog.
+    ChooseShoot,
+    ChooseProjectFolder,
+    /// Make the planned project and open it.
+    MakeProject,
+    /// Make the demo in this folder and open its project.
+    MakeDemo(PathBuf),
+    /// Ask with a dialog where the project's shoot is now.
+    ChooseLocation,
+    /// The project's shoot is in this folder now.
+    Locate(PathBuf),
+    /// Look at another part of the footage, or at its mattes.
+    Footage(FootageView),
+    /// Read the thumbnails of these frames.
+    Thumbnails(Vec<usize>),
+    /// Work with this square of the pictures. What was made under another one is put aside.
+    Reframe(Framing),
     /// Run the job that brings what is missing.
     Provide(Need),
     /// Train as was chosen: anew, or from where the checkpoint stands.

@@ -1,7 +1,7 @@
 //! How the window is divided: a tree of panes for each workspace, which a person rearranges by dragging
 //! tabs and borders.
 
-use egui_tiles::{Behavior, Container, Linear, LinearDir, Tile, TileId, Tiles, Tree};
+use egui_tiles::{Behavior, Container, Linear, LinearDir, Tabs, Tile, TileId, Tiles, Tree};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
@@ -15,6 +15,8 @@ const LEAST: f32 = 120.0;
 /// One panel in its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Pane {
+    Project,
+    Footage,
     Probe,
     Gamma,
     Training,
@@ -48,7 +50,9 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the list that opens them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
+        Self::Project,
+        Self::Footage,
         Self::Probe,
         Self::Gamma,
         Self::Training,
@@ -67,6 +71,8 @@ impl Pane {
     /// What its tab says.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Project => "Project",
+            Self::Footage => "Footage",
             Self::Probe => "Probe",
             Self::Gamma => "Gamma",
             Self::Training => "Training",
@@ -128,7 +134,13 @@ impl Workspace {
         let mut tiles = Tiles::default();
         let root = match self {
             Self::Calibrate => {
-                let main = tabs(&mut tiles, self.main());
+                let [project, footage] =
+                    [Pane::Project, Pane::Footage].map(|pane| tiles.insert_pane(pane));
+                let work = self.main().iter().map(|&pane| tiles.insert_pane(pane));
+                let work: Vec<TileId> = work.collect();
+                let mut all = Tabs::new([vec![project, footage], work.clone()].concat());
+                all.set_active(work[0]);
+                let main = tiles.insert_container(all);
                 let below = tabs(&mut tiles, &[Pane::Timeline, Pane::Log]);
                 divided(
                     &mut tiles,

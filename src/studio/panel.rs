@@ -1,13 +1,16 @@
 //! What panels see. A panel is a struct with `ui(&mut self, ui, &Sight, &mut Vec<Command>)`: it keeps
 //! what only the drawing needs, reads the rest here, and changes nothing but by commands.
 
+use super::footages::Footages;
 use super::layout::Pane;
 use super::listed::Listed;
 use super::lookout::Taken;
 use super::news::{News, Phase};
+use super::recents::Recent;
 use super::reviews::Reviews;
 use super::state::State;
 use super::training::Training;
+use super::wizard::Wizard;
 use crate::project::Project;
 use crate::worker::{Export, GammaView, Panorama, ProbeStudy, Relit};
 use std::sync::Arc;
@@ -35,6 +38,14 @@ pub struct Sight<'a> {
     pub reviews: &'a Reviews,
     /// The network's training.
     pub training: &'a Training,
+    /// Why nothing can be written into the project, where somebody else writes there.
+    pub read_only: Option<&'a str>,
+    /// The projects that were opened lately.
+    pub recents: &'a [Recent],
+    /// The project that is being made.
+    pub wizard: &'a Wizard,
+    /// The pictures as they were filmed.
+    pub footages: &'a Footages,
 }
 
 /// An environment in the list.

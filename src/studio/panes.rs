@@ -4,9 +4,9 @@ use super::command::Command;
 use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel::Sight;
 use super::panels::{
-    EffectsPanel, EnvironmentsPanel, ExportPanel, GammaPanel, LampSheetPanel, LightPanel, LogPanel,
-    PicturePanel, ProbePanel, ReviewPanel, ScopesPanel, TimelinePanel, TrainingPanel,
-    ViewportPanel,
+    EffectsPanel, EnvironmentsPanel, ExportPanel, FootagePanel, GammaPanel, LampSheetPanel,
+    LightPanel, LogPanel, PicturePanel, ProbePanel, ProjectPanel, ReviewPanel, ScopesPanel,
+    TimelinePanel, TrainingPanel, ViewportPanel,
 };
 use super::theme::{self, GAP};
 use egui::{Color32, Frame, Margin, Panel, ScrollArea, Stroke, Ui, Visuals};
@@ -17,6 +17,8 @@ use egui_tiles::{
 /// The panels, which keep what only their drawing needs.
 #[derive(Default)]
 pub struct Panes {
+    project: ProjectPanel,
+    footage: FootagePanel,
     viewport: ViewportPanel,
     timeline: TimelinePanel,
     environments: EnvironmentsPanel,
@@ -91,6 +93,8 @@ impl Shown<'_> {
                 self.panes.gamma.ui(ui, &self.sight, self.out);
             }
             Pane::Training => panes.training.ui(ui, sight, out),
+            Pane::Project => panes.project.ui(ui, sight, out),
+            Pane::Footage => panes.footage.ui(ui, sight, out),
             Pane::Picture => panes.viewport.ui(ui, sight, out),
             Pane::Timeline => padded(ui, |ui| panes.timeline.ui(ui, sight, out)),
             Pane::Environments => padded(ui, |ui| panes.environments.ui(ui, sight, out)),

@@ -72,6 +72,11 @@ impl Preferences {
         self.kept.recent.truncate(RECENT);
     }
 
+    /// A project is no longer to be listed.
+    pub fn forget(&mut self, project: &Path) {
+        self.kept.recent.retain(|one| one != project);
+    }
+
     /// Keeps them.
     pub fn save(&self, saver: &Saver) {
         if let (Some(file), Ok(text)) = (&self.file, serde_json::to_string_pretty(&self.kept)) {

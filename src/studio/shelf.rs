@@ -49,13 +49,14 @@ impl Shelf {
         Some(Keeper::start(root, listed::kept(&self.list), wake))
     }
 
-    /// The list of a project that was just opened. Files that are not there are named in the sentences.
-    pub fn open(&mut self, project: &Project) -> (Arc<Vec<Listed>>, Vec<String>) {
+    /// The list of a project that was just opened, into which it is `kept` as it changes. Files that are not
+    /// there are named in the sentences.
+    pub fn open(&mut self, project: &Project, kept: bool) -> (Arc<Vec<Listed>>, Vec<String>) {
         let list = Arc::new(listed::of_project(project));
         self.entries.clear();
         self.keeper = None;
         self.follow(&list);
-        self.root = Some(project.root.clone());
+        self.root = kept.then(|| project.root.clone());
         self.keeper = self.start();
         let known = project.environments();
         (list, known.iter().filter_map(|e| e.complaint()).collect())

@@ -2,6 +2,7 @@
 
 use super::command::Command;
 use super::compare::{Compare, How};
+use super::footages::FootageView;
 use super::layout::{Pane, Workspace};
 use super::listed::Listed;
 use super::order::Order;
@@ -97,6 +98,8 @@ pub struct State {
     pub lamps: usize,
     /// The pixel that is looked at, in columns and rows.
     pub probed: Option<[usize; 2]>,
+    /// What of the footage is looked at.
+    pub footage: FootageView,
     /// Shown frame, from 0.
     pub frame: usize,
     /// Frames of the interview.
@@ -147,6 +150,7 @@ impl State {
             solo: Vec::new(),
             lamps: 0,
             probed: None,
+            footage: FootageView::default(),
             frame: 0,
             frames,
             frame_rate,
@@ -266,6 +270,7 @@ impl State {
                 };
             }
             Command::Probe(pixel) => self.probed = pixel,
+            Command::Footage(view) => self.footage = view,
             Command::StepWipe => {
                 self.wipe = match self.wipe {
                     at if at <= 0.0 => 0.5,

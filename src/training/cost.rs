@@ -133,6 +133,7 @@ mod tests {
                     lamp_layout: vec![],
                 },
                 environments: vec![],
+                framing: Default::default(),
             },
         }
     }

@@ -38,6 +38,8 @@ pub struct Blocked {
 /// What a project lacks before it can be relit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
+    /// The shoot, which is not where it was.
+    Shoot,
     Calibration,
     Network,
 }

@@ -7,11 +7,11 @@ use crate::error::Result;
 use crate::evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use crate::evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use crate::export::relight::{RelightReport, RelightSettings, relight};
-use crate::footage::{self, ImportSettings};
+use crate::footage::{self, FrameReport, FrameSettings, ImportSettings};
 use crate::gpu::DeviceChoice;
 use crate::light::subset::Subset;
 use crate::progress::Progress;
-use crate::project::{EnvironmentChange, KnownEnvironment, Project};
+use crate::project::{EnvironmentChange, KnownEnvironment, Lock, Project};
 use crate::reflectance::checkpoint::{self, CheckpointInfo};
 use crate::training::{self, TrainReport, TrainSettings, kept};
 use crate::virtual_stage::{self, StageReport, StageSettings};
@@ -33,6 +33,8 @@ pub enum Job {
         settings: ImportSettings,
         /// Work with so many lamps only, evenly distributed.
         lamps: Option<usize>,
+        /// What the project is called; else as the shoot.
+        name: Option<String>,
     },
     /// Change which environments the project in `project` has, and which way is front in them.
     Environments {
@@ -77,6 +79,11 @@ pub enum Job {
     },
     /// Write the project's network as a starting point for others.
     Pack { project: PathBuf, to: PathBuf },
+    /// Work with another square of the project's pictures.
+    Frame {
+        project: PathBuf,
+        settings: FrameSettings,
+    },
 }
 
 /// What a job made. Serialised, it is the figures alone.
@@ -95,6 +102,7 @@ pub enum Outcome {
     Shown(Box<DemoReport>),
     Packed(CheckpointInfo),
     WentBack(WentBack),
+    Framed(FrameReport),
 }
 
 /// The checkpoint that training goes on from now.
@@ -148,7 +156,41 @@ impl Job {
             Self::Review { .. } => "reviewing the network",
             Self::Demo { .. } => "making the demo",
             Self::Pack { .. } => "packing the network",
+            Self::Frame { .. } => "framing the pictures",
         }
+    }
+
+    /// The folder of the project that this job writes into, where it does.
+    pub fn writes(&self) -> Option<PathBuf> {
+        match self {
+            Self::Import { project, .. }
+            | Self::Calibrate { project, .. }
+            | Self::Train { project, .. }
+            | Self::GoBack { project, .. }
+            | Self::Review { project, .. }
+            | Self::Frame { project, .. } => Some(project.clone()),
+            Self::Demo { folder, .. } => Some(demo::project_folder(folder)),
+            // Environments are brought into line with what others write.
+            Self::Environments { .. }
+            | Self::Stage { .. }
+            | Self::Develop { .. }
+            | Self::Relight { .. }
+            | Self::Evaluate { .. }
+            | Self::Pack { .. } => None,
+        }
+    }
+
+    /// Keeps others from writing into the project that this job writes into, while the lock is held. Whoever
+    /// has the project open already, as the studio has, holds it for the jobs that it runs.
+    ///
+    /// # Errors
+    /// When somebody else writes there.
+    pub fn lock(&self) -> Result<Option<Lock>> {
+        // A project that is not there yet is nobody's.
+        let there = self.writes().filter(|project| project.is_dir());
+        there
+            .map(|project| Lock::take(&project, self.what()))
+            .transpose()
     }
 
     /// Does it; files are written when it succeeds.
@@ -165,8 +207,13 @@ impl Job {
                 shoot,
                 settings,
                 lamps,
+                name,
             } => {
                 let mut project = footage::import(&project, &shoot, &settings, progress)?;
+                if let Some(name) = name {
+                    project.settings.name = name;
+                    project.save()?;
+                }
                 let subset = lamps
                     .map(|count| calibration::keep_lamps(&mut project, count, progress))
                     .transpose()?;
@@ -226,6 +273,9 @@ impl Job {
             Self::Demo { folder, device, .. } => {
                 demo::run(&folder, device, progress).map(|report| Outcome::Shown(Box::new(report)))
             }
+            Self::Frame { project, settings } => settings
+                .run(&mut Project::open(&project)?)
+                .map(Outcome::Framed),
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
                 checkpoint::pack(&project.checkpoint_path(), &to).map(Outcome::Packed)
@@ -290,6 +340,7 @@ impl Outcome {
                     "It has weights alone: training goes on from them with a new optimiser."
                 }
             ),
+            Self::Framed(report) => report.sentence(),
             Self::Packed(info) => {
                 format!(
                     "A network for {} lamps at {} pixels",

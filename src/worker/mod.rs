@@ -13,6 +13,7 @@
 //! predicted anew when they are asked for.
 
 mod cache;
+mod clerk;
 mod event;
 mod job;
 mod keeper;
@@ -27,6 +28,7 @@ mod rivals;
 mod second;
 mod study;
 
+pub use clerk::Clerk;
 pub use event::{Blocked, Event, Need};
 pub use job::{Job, Outcome, TRAINING, WentBack};
 pub use keeper::Keeper;
@@ -73,6 +75,8 @@ pub struct Worker {
     relit: Arc<Latest<Arc<Relit>>>,
     pictures: Arc<Latest<Arc<TrainingPictures>>>,
     events: Arc<event::Unread>,
+    /// Why no job may write into the project, where none may.
+    read_only: Option<String>,
     stop: Control,
     ring: Vec<Box<dyn Fn() + Send>>,
     threads: Vec<JoinHandle<()>>,
@@ -165,6 +169,7 @@ impl Worker {
             relit,
             pictures,
             events,
+            read_only: None,
             stop,
             ring: vec![Box::new(ring_network), Box::new(ring_relighter)],
             threads: vec![
@@ -195,8 +200,18 @@ impl Worker {
         self.events.take().into_iter()
     }
 
+    /// From now on refuses jobs that write into their project, for the reason `why`.
+    pub fn refuse_writes(&mut self, why: String) {
+        self.read_only = Some(why);
+    }
+
     /// Runs a job beside the picture, unless one or an export is in hand already; tells whether it will.
     pub fn run(&self, job: Job) -> bool {
+        if let (Some(why), true) = (&self.read_only, job.writes().is_some()) {
+            let sentence = format!("Nothing can be written here. {why}");
+            self.events.push(Event::Failed { sentence });
+            return false;
+        }
         self.work(job.what(), move |progress| {
             job.run(progress).map(|outcome| outcome.sentence())
         })

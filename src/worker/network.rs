@@ -47,6 +47,7 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
             need,
         }
     };
+    project.check_shoot().map_err(blocked(Some(Need::Shoot)))?;
     // Whatever is wrong with a calibration, another one mends it.
     let calibration = Calibration::load(project).map_err(blocked(Some(Need::Calibration)))?;
     // A network that is there and cannot be used is not replaced unasked.

@@ -9,6 +9,7 @@ use crate::calibration::probe::Probes;
 use crate::calibration::silhouette::{self, Circle, Photographs, Silhouette};
 use crate::calibration::{Calibration, PROVISIONAL, Trial};
 use crate::error::{Error, Result};
+use crate::footage;
 use crate::imaging::color::byte_from_unit;
 use crate::imaging::resample::resize_area;
 use crate::imaging::{Encoded, file};
@@ -341,7 +342,8 @@ impl Desk {
         };
         let frame = frame.min(project.settings.shoot.frames.len() - 1);
         if self.frame.as_ref().is_none_or(|(read, _)| *read != frame) {
-            let encoded = file::read_encoded(&project.frame_path(frame))?;
+            let path = project.frame_path(frame);
+            let encoded = footage::read_encoded(&path, &project.settings.framing)?;
             self.frame = Some((frame, shown(&encoded)));
         }
         let exemplars = self.exemplars.insert(exemplars);

@@ -169,6 +169,7 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
         project: PathBuf::from("nowhere"),
         shoot: PathBuf::from("no/such/shoot"),
         settings: ImportSettings { size: 128, seed: 1 },
+        name: None,
         lamps: None,
     });
     openings.recv_timeout(LONG).unwrap();

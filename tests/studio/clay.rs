@@ -123,6 +123,7 @@ pub fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
                 lamp_layout: vec![],
             },
             environments: vec![],
+            framing: Default::default(),
         },
     }
 }

@@ -1,14 +1,13 @@
 //! Environments that a person adds: asked about, kept, removed, missing.
 
-use super::{Window, clay, until, until_shown, window};
+use super::{Window, clay, drop_onto, until, until_shown, window};
 use afterlight::imaging::{Image, file::write_exr};
 use afterlight::light::conventions::{Front, Tool};
 use afterlight::project::Project;
 use afterlight::studio::StudioApp;
-use egui::{DroppedFile, Key, Modifiers};
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 const QUESTION: &str = "Which way is front in this file?";
 
@@ -38,25 +37,8 @@ fn project_and_yard(folder: &Path) -> (PathBuf, PathBuf) {
     (home, file)
 }
 
-#[derive(Debug)]
-struct Dropped(PathBuf);
-
-impl DroppedFile for Dropped {
-    fn path(&self) -> &Path {
-        &self.0
-    }
-
-    fn bytes(&self) -> Result<Vec<u8>, String> {
-        std::fs::read(&self.0).map_err(|e| e.to_string())
-    }
-}
-
 fn drop_file(window: &mut Window, file: PathBuf) {
-    window
-        .input_mut()
-        .dropped_files
-        .push(Arc::new(Dropped(file)));
-    window.run_steps(2);
+    drop_onto(window, file);
     until_shown(window);
 }
 

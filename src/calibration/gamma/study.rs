@@ -7,7 +7,8 @@ use super::{Comparison, Fitted, Subject, fit};
 use crate::calibration::code::{Code, STEPS, Table};
 use crate::calibration::probe::Probes;
 use crate::error::{Error, Result};
-use crate::imaging::{DualGamma, Encoded, Mask, Raster, Response, file, resample::resize_area};
+use crate::footage;
+use crate::imaging::{DualGamma, Encoded, Mask, Raster, Response, resample::resize_area};
 use crate::progress::Progress;
 use crate::project::Project;
 use rayon::prelude::*;
@@ -49,7 +50,7 @@ impl GammaStudy {
     /// # Errors
     /// As [`crate::calibration::calibrate`], and when there is no such pose.
     pub fn load(project: &Project, pose: usize, progress: &Progress) -> Result<Self> {
-        crate::calibration::check_shoot(project)?;
+        project.check_parts()?;
         let probes = Probes::load(project, progress)?;
         let subject = Subject::load(project, &probes, progress)?;
         let interview = histogram(
@@ -157,13 +158,17 @@ impl PosePicture {
             ));
         }
         let mask_path = project.exemplar_mask_path(pose);
-        let mask = file::read_mask(&mask_path)?;
+        let framing = &project.settings.framing;
+        let mask = footage::read_mask(&mask_path, framing)?;
         let size = project.settings.size;
         let places = picked(mask.size(), size);
         let lamps = shoot.all_lamps().len();
         let olats = (0..lamps)
             .into_par_iter()
-            .map(|lamp| sample(&project.olat_path(pose, lamp), &mask, &mask_path, &places))
+            .map(|lamp| {
+                let path = project.olat_path(pose, lamp);
+                sample(&path, framing, &mask, &mask_path, &places)
+            })
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
             codes: (0..places.len())

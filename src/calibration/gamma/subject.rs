@@ -7,9 +7,10 @@ use super::super::probe::Probes;
 use super::GAMMA_PRIOR;
 use super::twin::{Candidate, Twin};
 use crate::error::{Error, Result};
-use crate::imaging::{DualGamma, Mask, file};
+use crate::footage;
+use crate::imaging::{DualGamma, Mask};
 use crate::progress::Progress;
-use crate::project::Project;
+use crate::project::{Framings, Project};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -58,7 +59,7 @@ impl Subject {
             gamma2: GAMMA_PRIOR.0 as f32,
         });
         let weights = &probes.fit(provisional).weights;
-        let shoot = &project.settings.shoot;
+        let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
         let lamps = shoot.all_lamps().len();
         let mut poses = Vec::new();
         let mut candidates = Vec::new();
@@ -71,11 +72,14 @@ impl Subject {
                 name.clone(),
             );
             let mask_path = project.exemplar_mask_path(pose);
-            let mask = file::read_mask(&mask_path)?;
+            let mask = footage::read_mask(&mask_path, framing)?;
             let inside = inside(&mask, SAMPLES);
             let olats = (0..lamps)
                 .into_par_iter()
-                .map(|lamp| sample(&project.olat_path(pose, lamp), &mask, &mask_path, &inside))
+                .map(|lamp| {
+                    let path = project.olat_path(pose, lamp);
+                    sample(&path, framing, &mask, &mask_path, &inside)
+                })
                 .collect::<Result<Vec<_>>>()?;
             let codes: Vec<Code> = (0..inside.len())
                 .flat_map(|i| olats.iter().map(move |olat| olat[i]))
@@ -100,8 +104,9 @@ impl Subject {
                 .par_iter()
                 .map(|&frame| {
                     let mask_path = project.frame_mask_path(frame);
-                    let mask = file::read_mask(&mask_path)?;
-                    let picture = read_codes(&project.frame_path(frame), &mask, &mask_path)?;
+                    let mask = footage::read_mask(&mask_path, framing)?;
+                    let path = project.frame_path(frame);
+                    let picture = read_codes(&path, framing, &mask, &mask_path)?;
                     let found: Vec<Option<Twin>> = candidates
                         .iter()
                         .map(|candidate| candidate.compare(frame, &mask, &picture, provisional))
@@ -326,17 +331,18 @@ pub(super) fn margin(width: usize) -> usize {
 /// The codes of a picture at some places of its matte.
 pub(super) fn sample(
     path: &Path,
+    framing: &Framings,
     mask: &Mask,
     mask_path: &Path,
     places: &[usize],
 ) -> Result<Vec<Code>> {
-    let codes = read_codes(path, mask, mask_path)?;
+    let codes = read_codes(path, framing, mask, mask_path)?;
     Ok(places.iter().map(|&place| codes[place]).collect())
 }
 
 /// The codes of a picture that has its matte's size.
-fn read_codes(path: &Path, mask: &Mask, mask_path: &Path) -> Result<Vec<Code>> {
-    let picture = file::read_encoded(path)?;
+fn read_codes(path: &Path, framing: &Framings, mask: &Mask, mask_path: &Path) -> Result<Vec<Code>> {
+    let picture = footage::read_encoded(path, framing)?;
     if picture.0.size() != mask.size() {
         return Err(Error::unexpected(
             path.display(),

@@ -91,6 +91,7 @@ impl Making {
                     lamp_layout: vec![],
                 },
                 environments: vec![],
+                framing: Default::default(),
             },
         }
     }
@@ -354,6 +355,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                 lamp_layout: vec![],
             },
             environments: vec![],
+            framing: Default::default(),
         },
     };
     let probes = Probes::load(&project, &Progress::silent()).unwrap();

@@ -110,6 +110,7 @@ fn small_project(root: &Path) -> Project {
         seed: 1,
         shoot,
         environments: vec![],
+        framing: Default::default(),
     };
     Project {
         root: root.to_path_buf(),

@@ -48,6 +48,7 @@ pub(in crate::calibration) fn shared_shoot(
             lamp_layout: vec![],
         },
         environments: vec![],
+        framing: Default::default(),
     };
     let directions = manifest["bank_directions"].as_array().unwrap();
     let directions = directions

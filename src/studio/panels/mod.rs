@@ -3,6 +3,7 @@
 mod effects;
 mod environments;
 mod export;
+mod footage;
 mod front;
 mod gamma;
 mod job;
@@ -11,6 +12,7 @@ mod log;
 mod panorama;
 mod picture;
 mod probe;
+mod project;
 mod review;
 mod rows;
 mod scopes;
@@ -24,12 +26,14 @@ mod viewport;
 pub use effects::EffectsPanel;
 pub use environments::EnvironmentsPanel;
 pub use export::ExportPanel;
+pub use footage::FootagePanel;
 pub use gamma::GammaPanel;
 pub use job::JobPanel;
 pub use light::LightPanel;
 pub use log::LogPanel;
 pub use picture::PicturePanel;
 pub use probe::ProbePanel;
+pub use project::ProjectPanel;
 pub use review::{LampSheetPanel, ReviewPanel};
 pub use scopes::ScopesPanel;
 pub use status::StatusPanel;
@@ -39,7 +43,8 @@ pub use training::TrainingPanel;
 pub use viewport::ViewportPanel;
 
 use super::command::Command;
-use super::theme::GAP;
+use super::news::Work;
+use super::theme::{self, GAP};
 use egui::{Rect, Ui, vec2};
 
 /// Widest that sentences over the picture become, in points.
@@ -54,11 +59,31 @@ fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     let area = Rect::from_center_size(rect.center() + vec2(0.0, rect.height() * 0.1), size);
     ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
         egui::Frame::new()
-            .fill(super::theme::PANEL)
+            .fill(theme::PANEL)
             .corner_radius(6)
             .inner_margin(3.0 * GAP)
             .show(ui, |ui| ui.vertical_centered(contents));
     });
+}
+
+/// A job in all of the room: what it does, how far it is, and the buttons that end it.
+fn work_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
+    ui.heading(job::capitalized(work.what));
+    ui.add_space(GAP);
+    ui.add(
+        egui::ProgressBar::new(work.share)
+            .desired_height(8.0)
+            .fill(theme::ACCENT),
+    );
+    let mut text = format!("{} {:.0} %", work.stage, work.share * 100.0);
+    let state = job::state(work);
+    if !state.is_empty() {
+        text += &format!(", {state}");
+    }
+    ui.label(text);
+    ui.label(&work.note);
+    ui.add_space(GAP);
+    job::buttons_ui(ui, work, out);
 }
 
 /// A number to drag, type or reset by a double-click.

@@ -1,13 +1,12 @@
 //! What stands where the picture would be: what is missing, why, and the button that brings it.
 
 use crate::studio::command::Command;
-use crate::studio::news::{Phase, Work};
+use crate::studio::news::Phase;
 use crate::studio::panel::{Reading, Sight};
-use crate::studio::panels::job;
 use crate::studio::theme::{self, GAP};
 use crate::training::Preset;
 use crate::worker::{Blocked, Need};
-use egui::{RichText, Ui};
+use egui::Ui;
 
 /// What stands where the picture would be.
 pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
@@ -36,31 +35,16 @@ pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         if sight.job_has_pane() {
             return heading(ui, "The picture comes with the first checkpoint");
         }
-        return work_ui(ui, work, out);
+        return super::super::work_ui(ui, work, out);
     }
     match &sight.news.phase {
-        Phase::NoProject => {
-            heading(ui, "No project is open");
-            ui.label("A project is a folder that points at a shoot. Three commands make one:");
-            ui.add_space(GAP);
-            for line in [
-                "afterlight import PROJECT --shoot FOLDER",
-                "afterlight calibrate PROJECT",
-                "afterlight train PROJECT",
-            ] {
-                ui.label(RichText::new(line).monospace());
-            }
-            ui.add_space(GAP);
-            ui.label("Without a shoot of your own, this makes one and all that follows:");
-            ui.add_space(GAP);
-            ui.label(RichText::new("afterlight demo FOLDER").monospace());
-            button(ui, "Open project…".to_owned(), Command::ChooseProject);
-        }
+        Phase::NoProject => heading(ui, "No project is open"),
         Phase::Opening => heading(ui, "Reading the calibration and the network"),
         Phase::Blocked(Blocked { sentence, need }) => {
             heading(
                 ui,
                 match need {
+                    Some(Need::Shoot) => "This project's shoot is not there",
                     Some(Need::Calibration) => "This project has to be calibrated",
                     Some(Need::Network) => "This project has no trained network yet",
                     None => "This project cannot be relit",
@@ -68,6 +52,10 @@ pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             );
             ui.label(sentence);
             match need {
+                Some(Need::Shoot) => {
+                    button(ui, "Locate…".to_owned(), Command::ChooseLocation);
+                    button(ui, "Try again".to_owned(), Command::Reopen);
+                }
                 Some(Need::Calibration) => {
                     button(
                         ui,
@@ -104,23 +92,4 @@ pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             }
         },
     }
-}
-
-fn work_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
-    ui.heading(job::capitalized(work.what));
-    ui.add_space(GAP);
-    ui.add(
-        egui::ProgressBar::new(work.share)
-            .desired_height(8.0)
-            .fill(theme::ACCENT),
-    );
-    let mut text = format!("{} {:.0} %", work.stage, work.share * 100.0);
-    let state = job::state(work);
-    if !state.is_empty() {
-        text += &format!(", {state}");
-    }
-    ui.label(text);
-    ui.label(&work.note);
-    ui.add_space(GAP);
-    job::buttons_ui(ui, work, out);
 }

@@ -1,0 +1,45 @@
+//! `afterlight frame`.
+
+use super::OutputArgs;
+use super::parse::parse_square;
+use crate::footage::{FrameSettings, Square};
+use crate::project::Padding;
+use crate::worker::Job;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Choose which square of the pictures is worked with, or say which is.
+///
+/// What was calibrated and trained under another framing is put aside in the project's folder.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: afterlight frame interview --interview 420,0,1080")]
+pub struct FrameArgs {
+    /// The project's folder.
+    project: PathBuf,
+    /// Left edge, upper edge and side of the square in pixels of the interview's frames; it may reach over
+    /// their edges. Exemplars of the same size are framed alike.
+    #[arg(long, value_name = "X,Y,SIDE", value_parser = parse_square, allow_hyphen_values = true)]
+    interview: Option<Square>,
+    /// The same of the exemplars, where they have another size.
+    #[arg(long, value_name = "X,Y,SIDE", value_parser = parse_square, allow_hyphen_values = true)]
+    exemplars: Option<Square>,
+    /// What is beyond the pictures' edges.
+    #[arg(long, value_enum, default_value_t)]
+    padding: Padding,
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+impl FrameArgs {
+    /// The job that was asked for.
+    pub fn job(&self) -> Job {
+        Job::Frame {
+            project: self.project.clone(),
+            settings: FrameSettings {
+                interview: self.interview,
+                exemplars: self.exemplars,
+                padding: self.padding,
+            },
+        }
+    }
+}

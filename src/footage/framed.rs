@@ -1,0 +1,188 @@
+//! Pictures of the subject as the project frames them.
+
+use crate::error::Result;
+use crate::imaging::{Encoded, Image, Mask, Raster, file};
+use crate::project::{Framing, Framings, Padding};
+use std::path::Path;
+
+/// Reads a picture of 8 or 16 bits and cuts its square out, at the picture's own resolution.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn read_encoded(path: &Path, framings: &Framings) -> Result<Encoded> {
+    let picture = file::read_encoded(path)?.0;
+    Ok(Encoded(framed(picture, framings)))
+}
+
+/// The same of a linear picture.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn read_linear(path: &Path, framings: &Framings) -> Result<Image> {
+    Ok(framed(file::read_linear(path)?, framings))
+}
+
+/// The same of a matte, which is empty beyond its edges.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn read_mask(path: &Path, framings: &Framings) -> Result<Mask> {
+    let mask = file::read_mask(path)?;
+    let framing = framings.of(mask.size());
+    Ok(cut(mask, &framing, Some(0.0)))
+}
+
+fn framed(picture: Image, framings: &Framings) -> Image {
+    let framing = framings.of(picture.size());
+    let outside = match framing.padding {
+        Padding::Black => Some([0.0; 3]),
+        Padding::Edge => None,
+    };
+    cut(picture, &framing, outside)
+}
+
+/// The square of a picture; `outside` is what is beyond its edges, none repeats them.
+fn cut<T: Copy>(picture: Raster<T>, framing: &Framing, outside: Option<T>) -> Raster<T> {
+    let (width, height) = picture.size();
+    let side = framing.side;
+    if (framing.x, framing.y) == (0, 0) && (width, height) == (side, side) {
+        return picture;
+    }
+    let place = |i: usize, from: i32, length: usize| {
+        let at = i as i64 + i64::from(from);
+        let inside = at.clamp(0, length as i64 - 1);
+        (inside as usize, inside == at)
+    };
+    Raster::from_fn(side, side, |x, y| {
+        let ((x, x_inside), (y, y_inside)) =
+            (place(x, framing.x, width), place(y, framing.y, height));
+        match outside {
+            Some(outside) if !(x_inside && y_inside) => outside,
+            _ => picture.at(x, y),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::footage::{Exemplar, Frame, ImportSettings, import};
+    use crate::imaging::Response;
+    use crate::progress::Progress;
+    use crate::project::Project;
+    use crate::virtual_stage::{StageSettings, write_shoot};
+
+    #[test]
+    fn a_square_beyond_the_edge_is_padded() {
+        let picture = Raster::from_fn(3, 2, |x, y| (10 * y + x) as f32);
+        let framing = Framing {
+            x: -1,
+            y: -1,
+            ..Framing::whole((3, 2))
+        };
+        let black = cut(picture.clone(), &framing, Some(0.5));
+        assert_eq!(
+            black.pixels,
+            [0.5, 0.5, 0.5, 0.5, 0.0, 1.0, 0.5, 10.0, 11.0]
+        );
+        let edge = cut(picture.clone(), &framing, None);
+        assert_eq!(
+            edge.pixels,
+            [0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 10.0, 10.0, 11.0]
+        );
+        let middle = cut(picture, &Framing::largest((3, 2)), None);
+        assert_eq!(middle.pixels, [0.0, 1.0, 10.0, 11.0]);
+    }
+
+    /// Puts a picture's file into the middle of one of 58 × 32 pixels.
+    fn widen(path: &Path) {
+        let narrow = image::open(path).unwrap();
+        assert_eq!((narrow.width(), narrow.height()), (32, 32));
+        let mut wide = image::DynamicImage::new(58, 32, narrow.color());
+        image::imageops::replace(&mut wide, &narrow, 13, 0);
+        wide.save(path).unwrap();
+    }
+
+    fn pngs(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
+        for entry in std::fs::read_dir(folder).unwrap().flatten() {
+            match entry.path() {
+                path if path.is_dir() => pngs(&path, found),
+                path => found.extend(path.extension().is_some_and(|e| e == "png").then_some(path)),
+            }
+        }
+    }
+
+    #[test]
+    fn a_wide_shoot_is_the_square_one_in_its_middle_and_a_box_moves_it() -> Result<()> {
+        let folder = tempfile::tempdir().unwrap();
+        let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
+        let stage = StageSettings {
+            frames: 2,
+            size: 32,
+            lamps: 4,
+            ..StageSettings::default()
+        };
+        write_shoot(&shoot, &stage, &silent)?;
+        let settings = ImportSettings { size: 16, seed: 1 };
+        let square = import(&folder.path().join("square"), &shoot, &settings, &silent)?;
+        let read = |project: &Project| -> Result<(Frame, Exemplar)> {
+            let frame = Frame::load(project, &Response::Srgb, 1)?;
+            Ok((frame, Exemplar::load(project, &Response::Srgb, 0)?))
+        };
+        let (frame, exemplar) = read(&square)?;
+
+        let mut pictures = Vec::new();
+        for part in [
+            "interview",
+            "interview_masks",
+            "exemplars",
+            "exemplar_masks",
+        ] {
+            pngs(&shoot.join(part), &mut pictures);
+        }
+        pictures.iter().for_each(|path| widen(path));
+        let wide = import(&folder.path().join("wide"), &shoot, &settings, &silent)?;
+        let (wide_frame, wide_exemplar) = read(&wide)?;
+        assert_eq!(
+            (&wide_frame.plate, &wide_frame.mask),
+            (&frame.plate, &frame.mask)
+        );
+        assert_eq!(
+            (&wide_exemplar.olats, &wide_exemplar.mask),
+            (&exemplar.olats, &exemplar.mask)
+        );
+
+        // Two pixels of the source are one of the picture: the square goes 6 down, so the picture goes 3 up.
+        let lower = Framing {
+            y: 6,
+            ..Framing::largest((58, 32))
+        };
+        let reframed = |framing| -> Result<(Frame, Exemplar)> {
+            Project::change(&wide.root, |project| project.frame(framing))?;
+            read(&Project::open(&wide.root)?)
+        };
+        let (moved, moved_exemplar) = reframed(lower)?;
+        for (before, after) in [
+            (&frame.plate, &moved.plate),
+            (&exemplar.olats[2], &moved_exemplar.olats[2]),
+        ] {
+            for (x, y) in [(0, 0), (7, 3), (15, 12)] {
+                assert_eq!(after.at(x, y), before.at(x, y + 3));
+            }
+            assert_eq!(after.at(7, 15), [0.0; 3]);
+        }
+        let below = (0..16).flat_map(|x| (13..16).map(move |y| (x, y)));
+        assert!(below.clone().all(|(x, y)| moved.mask.at(x, y) == 0.0));
+        assert!(below.clone().any(|(x, y)| frame.mask.at(x, y) > 0.0));
+        let (edge, _) = reframed(Framing {
+            padding: Padding::Edge,
+            ..lower
+        })?;
+        let last = |x| edge.plate.at(x, 12);
+        // The source's last row alone, where the picture's row 12 has the mean of the last two.
+        assert!((0..16).all(|x| edge.plate.at(x, 14) == edge.plate.at(x, 15)));
+        assert!((0..16).any(|x| last(x) != [0.0; 3] && edge.plate.at(x, 15) != [0.0; 3]));
+        assert!(below.clone().all(|(x, y)| edge.mask.at(x, y) == 0.0));
+        Ok(())
+    }
+}

@@ -1,0 +1,104 @@
+//! Chooses which square of a project's pictures is worked with.
+
+use super::scan::counted;
+use crate::error::{Error, Result};
+use crate::imaging::file::dimensions;
+use crate::project::{Framing, Padding, Project};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// A square in pixels: left edge, upper edge, side.
+pub type Square = (i32, i32, usize);
+
+/// What a person chooses.
+#[derive(Clone, Debug, Default)]
+pub struct FrameSettings {
+    /// The square of the interview's frames; none leaves theirs. It is that of the exemplars too, where they
+    /// have the same size.
+    pub interview: Option<Square>,
+    /// The square of the exemplars.
+    pub exemplars: Option<Square>,
+    pub padding: Padding,
+}
+
+/// How a project's pictures are framed.
+#[derive(Clone, Debug, Serialize)]
+pub struct FrameReport {
+    pub interview: Framing,
+    pub exemplars: Framing,
+    /// Where the calibration and the network of before are now, where there were any.
+    pub aside: Vec<PathBuf>,
+}
+
+impl FrameSettings {
+    /// Frames the project's pictures, or only finds out how they are framed.
+    ///
+    /// # Errors
+    /// When a picture cannot be read, a square shows nothing of it, or two squares are chosen for pictures of
+    /// one size.
+    pub fn run(&self, project: &mut Project) -> Result<FrameReport> {
+        project.check_parts()?;
+        let sizes = [
+            dimensions(&project.frame_path(0))?,
+            dimensions(&project.olat_path(0, 0))?,
+        ];
+        let alike = sizes[0] == sizes[1];
+        if let (true, Some(one), Some(other)) = (alike, self.interview, self.exemplars)
+            && one != other
+        {
+            return Err(Error::unexpected(
+                "the framing",
+                "one square for pictures of one size",
+                "two",
+                "Frames and exemplars have the same size: give one square for both",
+            ));
+        }
+        let mut aside = Vec::new();
+        for (size, square) in sizes.into_iter().zip([self.interview, self.exemplars]) {
+            if let Some((x, y, side)) = square {
+                aside.extend(project.frame(Framing {
+                    x,
+                    y,
+                    side,
+                    padding: self.padding,
+                    ..Framing::largest(size)
+                })?);
+            }
+        }
+        let framing = &project.settings.framing;
+        Ok(FrameReport {
+            interview: framing.of(sizes[0]),
+            exemplars: framing.of(sizes[1]),
+            aside,
+        })
+    }
+}
+
+impl FrameReport {
+    /// What a person reads.
+    pub fn sentence(&self) -> String {
+        let said = |framing: &Framing| {
+            let [width, height] = framing.source;
+            format!(
+                "{} from {}, {} of {width} × {height}, {} beyond the edge",
+                counted(framing.side, "pixel"),
+                framing.x,
+                framing.y,
+                framing.padding.name()
+            )
+        };
+        let mut text = format!(
+            "Interview: {}. Exemplars: {}",
+            said(&self.interview),
+            said(&self.exemplars)
+        );
+        for folder in &self.aside {
+            text += &format!(
+                "\nThe calibration and the network were made under another framing and are in {} now: calibrate \
+                 and train again",
+                folder.display()
+            );
+        }
+        text
+    }
+}

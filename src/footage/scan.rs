@@ -1,0 +1,282 @@
+//! A look at a shoot's folder before import: what is there, and what is missing and why that matters.
+
+use super::shoot::{Listing, MANIFEST, Manifest, name_of, png_names};
+use crate::imaging::file::dimensions;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+/// What a shoot's folder holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scan {
+    pub folder: PathBuf,
+    /// What the shoot calls itself, or its folder's name.
+    pub name: String,
+    /// What was found, in the order in which it is needed.
+    pub lines: Vec<Line>,
+    pub frames: usize,
+    pub poses: usize,
+    pub lamps: usize,
+    /// Columns and rows of the first frame.
+    pub picture: Option<(usize, usize)>,
+}
+
+/// One part of a shoot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    pub part: &'static str,
+    /// What is there, in numbers.
+    pub found: String,
+    /// What is missing or wrong, and why it matters.
+    pub lack: Option<String>,
+    /// Whether no project can be made without it.
+    pub needed: bool,
+}
+
+impl Scan {
+    /// Whether all is there that a project needs.
+    pub fn is_complete(&self) -> bool {
+        self.lines
+            .iter()
+            .all(|line| line.lack.is_none() || !line.needed)
+    }
+}
+
+/// Whether `folder` looks like a shoot: it has a manifest, or an interview beside exemplars.
+pub fn is_shoot(folder: &Path) -> bool {
+    let has = |name: &str| folder.join(name).is_dir();
+    folder.join(MANIFEST).is_file() || (has("interview") && has("exemplars"))
+}
+
+/// Looks at the shoot in `folder`: lists files, reads the manifest and one picture's header. The import
+/// reads every header.
+pub fn scan(folder: &Path) -> Scan {
+    let manifest = Manifest::read(folder);
+    let listing = Listing::present(folder);
+    let names = |inside: &str| png_names(&folder.join(inside)).unwrap_or_default();
+    let Listing {
+        poses,
+        lamps,
+        frames,
+    } = &listing;
+    let first = frames
+        .first()
+        .map(|name| folder.join(format!("interview/{name}.png")));
+    let picture = first.map(|path| dimensions(&path));
+    let line = |part, found: String, lack: Option<String>| Line {
+        part,
+        found,
+        lack,
+        needed: true,
+    };
+    let mut lines = vec![line(
+        "Manifest",
+        match &manifest {
+            Ok(_) => "where camera and mirror ball stood".to_owned(),
+            Err(_) => "none".to_owned(),
+        },
+        match &manifest {
+            Ok(manifest) => (manifest.check_counts(folder, &listing).err()).map(|e| e.to_string()),
+            Err(e) => Some(format!(
+                "{e}. Without it nobody knows where camera and ball stood, so no lamp's direction can be found"
+            )),
+        },
+    )];
+    let rate = manifest.as_ref().map_or(24.0, Manifest::frame_rate);
+    lines.push(match &picture {
+        Some(Ok((width, height))) => line(
+            "Interview",
+            format!(
+                "{} of {width} × {height} pixels, {rate} a second",
+                counted(frames.len(), "frame")
+            ),
+            None,
+        ),
+        Some(Err(e)) => line(
+            "Interview",
+            counted(frames.len(), "frame"),
+            Some(e.to_string()),
+        ),
+        None => line(
+            "Interview",
+            "no frame".to_owned(),
+            Some("Bring the frames as PNG into interview/: they are what is relit".to_owned()),
+        ),
+    });
+    let olats = poses.iter().flat_map(|pose| {
+        let there: HashSet<String> = names(&format!("exemplars/{pose}")).into_iter().collect();
+        let absent = lamps.iter().filter(move |&lamp| !there.contains(lamp));
+        absent.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
+    });
+    let olats: Vec<String> = olats.collect();
+    lines.push(line(
+        "Exemplars",
+        format!("{} × {}", counted(poses.len(), "pose"), counted(lamps.len(), "lamp")),
+        if lamps.is_empty() || poses.is_empty() {
+            Some(
+                "Bring each pose under each lamp as exemplars/POSE/LAMP.png: from them the network learns what \
+                 every lamp does"
+                    .to_owned(),
+            )
+        } else {
+            absent(&olats, "Every pose is needed under every lamp, or a relit pose would lack that light")
+        },
+    ));
+    let there = names("probes");
+    let balls = std::iter::once("interview").chain(lamps.iter().map(String::as_str));
+    let balls: Vec<String> = balls
+        .filter(|name| !there.iter().any(|one| one == name))
+        .map(|name| format!("probes/{name}.png"))
+        .collect();
+    lines.push(line(
+        "Mirror balls",
+        counted(there.len(), "photograph"),
+        absent(
+            &balls,
+            "From the balls the lamps' directions and the interview's light are measured",
+        ),
+    ));
+    let mattes = [("exemplar_masks", poses), ("interview_masks", frames)];
+    let (mut found, mut missing) = (0, Vec::new());
+    if poses.is_empty() && frames.is_empty() {
+        missing.extend(["exemplar_masks/POSE.png", "interview_masks/FRAME.png"].map(str::to_owned));
+    }
+    for (inside, wanted) in mattes {
+        let there: HashSet<String> = names(inside).into_iter().collect();
+        found += wanted.iter().filter(|&name| there.contains(name)).count();
+        let lacks = wanted.iter().filter(|&name| !there.contains(name));
+        missing.extend(lacks.map(|name| format!("{inside}/{name}.png")));
+    }
+    lines.push(line(
+        "Mattes",
+        counted(found, "matte"),
+        absent(
+            &missing,
+            "A matte says what is the subject: only that is learnt and relit",
+        ),
+    ));
+    lines.push(environments(folder, manifest.as_ref().ok()));
+    Scan {
+        folder: folder.to_path_buf(),
+        name: (manifest.ok().and_then(|m| m.name)).unwrap_or_else(|| name_of(folder)),
+        lines,
+        frames: frames.len(),
+        poses: poses.len(),
+        lamps: lamps.len(),
+        picture: picture.and_then(Result::ok),
+    }
+}
+
+/// Environments can be brought at any time.
+fn environments(folder: &Path, manifest: Option<&Manifest>) -> Line {
+    let named = manifest.map_or(&[][..], |manifest| &manifest.hdris);
+    let missing: Vec<String> = (named.iter())
+        .filter(|one| !folder.join(&one.file).is_file())
+        .map(|one| one.file.display().to_string())
+        .collect();
+    Line {
+        part: "Environments",
+        found: counted(named.len() - missing.len(), "panorama"),
+        lack: if named.is_empty() {
+            Some(
+                "The built-in ones light the interview until you add panoramas of your own"
+                    .to_owned(),
+            )
+        } else {
+            absent(
+                &missing,
+                "The others and the built-in ones can be used all the same",
+            )
+        },
+        needed: false,
+    }
+}
+
+fn absent(files: &[String], why: &str) -> Option<String> {
+    let first = files.first()?;
+    let more = match files.len() - 1 {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let is = if files.len() == 1 { "is" } else { "are" };
+    Some(format!("{first}{more} {is} missing. {why}"))
+}
+
+/// A number of things, in words.
+pub fn counted(count: usize, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{plural}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::footage::{ImportSettings, import};
+    use crate::progress::Progress;
+    use crate::virtual_stage::{StageSettings, write_shoot};
+
+    #[test]
+    fn a_whole_shoot_is_complete_and_each_hole_is_named_with_its_reason() {
+        let folder = tempfile::tempdir().unwrap();
+        let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
+        let stage = StageSettings {
+            frames: 2,
+            size: 16,
+            lamps: 4,
+            ..StageSettings::default()
+        };
+        write_shoot(&shoot, &stage, &silent).unwrap();
+        assert!(is_shoot(&shoot) && !is_shoot(folder.path()));
+        let whole = scan(&shoot);
+        assert!(whole.is_complete(), "{whole:?}");
+        assert_eq!(
+            (whole.frames, whole.lamps, whole.picture),
+            (2, 4, Some((16, 16)))
+        );
+        assert!(whole.lines[2].found.ends_with("× 4 lamps"));
+        assert_eq!(whole.lines[3].found, "5 photographs");
+
+        let refused = |project: &str| {
+            let settings = ImportSettings { size: 16, seed: 1 };
+            import(&folder.path().join(project), &shoot, &settings, &silent).is_err()
+        };
+        for (line, file, says) in [
+            (0, "manifest.json", ["manifest.json", "direction"]),
+            (
+                0,
+                "interview/frame_000.png",
+                ["`frames`", "1 in the folder"],
+            ),
+            (
+                2,
+                "exemplars/pose00/olat_01.png",
+                ["pose00/olat_01.png", "under every lamp"],
+            ),
+            (
+                3,
+                "probes/interview.png",
+                ["probes/interview.png", "measured"],
+            ),
+            (
+                4,
+                "interview_masks/frame_001.png",
+                ["frame_001.png", "subject"],
+            ),
+        ] {
+            let path = shoot.join(file);
+            let bytes = std::fs::read(&path).unwrap();
+            std::fs::remove_file(&path).unwrap();
+            let holed = scan(&shoot);
+            let sentence = holed.lines[line].lack.clone().unwrap_or_default();
+            assert!(
+                says.iter().all(|word| sentence.contains(word)),
+                "{file}: {sentence}"
+            );
+            assert!(!holed.is_complete() && refused("film"), "{file}");
+            std::fs::write(&path, bytes).unwrap();
+        }
+        let nothing = scan(&folder.path().join("nothing"));
+        assert!(!nothing.is_complete() && nothing.name == "nothing");
+        assert!(nothing.lines.iter().all(|line| line.lack.is_some()));
+        assert_eq!(scan(&shoot), whole);
+    }
+}

@@ -1,0 +1,188 @@
+//! A shoot's folder: what its manifest says, and which files are there.
+
+use crate::error::{Error, Result};
+use crate::project::{Ball, NamedEnvironment};
+use serde::Deserialize;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// The name of a shoot's manifest.
+pub const MANIFEST: &str = "manifest.json";
+/// What to do about a folder that is no shoot.
+pub const NO_SHOOT: &str = "Check that this is a shoot folder and is complete";
+
+/// The part of a shoot's `manifest.json` that no picture can tell.
+#[derive(Deserialize)]
+pub struct Manifest {
+    #[serde(default)]
+    pub name: Option<String>,
+    #[serde(default)]
+    pub frame_rate: Option<f64>,
+    pub camera: Camera,
+    #[serde(default)]
+    pub dome_radius_m: Option<f32>,
+    pub probes: Probes,
+    #[serde(default)]
+    pub hdris: Vec<NamedEnvironment>,
+    /// Directions from the subject to the lamps, in the order of the OLATs' numbers. Any value, because a
+    /// shoot that says it otherwise can be imported all the same.
+    #[serde(default)]
+    pub bank_directions: Option<serde_json::Value>,
+    #[serde(default)]
+    pub exemplar_poses: Option<usize>,
+    #[serde(default)]
+    pub olat_conditions: Option<usize>,
+    #[serde(default)]
+    pub frames: Option<usize>,
+}
+
+#[derive(Deserialize)]
+pub struct Camera {
+    pub position: [f32; 3],
+}
+
+#[derive(Deserialize)]
+pub struct Probes {
+    pub ball_center_px: [f32; 2],
+    pub ball_radius_px: f32,
+    pub ball_radius_m: f32,
+}
+
+impl Manifest {
+    /// Reads the manifest of the shoot in folder `shoot`.
+    ///
+    /// # Errors
+    /// When there is none, or it is not understood.
+    pub fn read(shoot: &Path) -> Result<Self> {
+        let path = shoot.join(MANIFEST);
+        let text = std::fs::read_to_string(&path).map_err(|e| {
+            Error::file(
+                "open",
+                &path,
+                e,
+                "Name the folder that holds a shoot's manifest.json",
+            )
+        })?;
+        serde_json::from_str(&text).map_err(|e| {
+            Error::file(
+                "read",
+                &path,
+                e,
+                "Mend the manifest; `afterlight stage` writes an example",
+            )
+        })
+    }
+
+    /// Refuses a folder that holds other numbers of things than the manifest says.
+    ///
+    /// # Errors
+    /// Then.
+    pub fn check_counts(&self, shoot: &Path, listing: &Listing) -> Result<()> {
+        let counts = [
+            ("exemplar_poses", self.exemplar_poses, listing.poses.len()),
+            ("olat_conditions", self.olat_conditions, listing.lamps.len()),
+            ("frames", self.frames, listing.frames.len()),
+        ];
+        match counts
+            .into_iter()
+            .find(|(_, said, found)| said.is_some_and(|said| said != *found))
+        {
+            Some((key, Some(said), found)) => Err(Error::unexpected(
+                shoot.join(MANIFEST).display(),
+                format!("{said} as `{key}` says"),
+                format!("{found} in the folder"),
+                "Bring the missing pictures, or mend the manifest",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Frames per second of the interview; 24 where the manifest does not say.
+    pub fn frame_rate(&self) -> f64 {
+        let said = self.frame_rate.filter(|r| *r > 0.0 && r.is_finite());
+        said.unwrap_or(24.0)
+    }
+
+    /// The mirror ball, seen from the camera.
+    pub fn ball(&self) -> Ball {
+        let [x, y, z] = self.camera.position;
+        Ball {
+            center_px: self.probes.ball_center_px,
+            radius_px: self.probes.ball_radius_px,
+            radius_m: self.probes.ball_radius_m,
+            camera_distance_m: (x * x + y * y + z * z).sqrt(),
+        }
+    }
+}
+
+/// The names of what a shoot holds, sorted, without extensions.
+#[derive(Default)]
+pub struct Listing {
+    pub poses: Vec<String>,
+    /// A lamp that any pose or probe has is a lamp: where it lacks, reading it names the file.
+    pub lamps: Vec<String>,
+    pub frames: Vec<String>,
+}
+
+impl Listing {
+    /// Lists the shoot in folder `shoot`.
+    ///
+    /// # Errors
+    /// When one of its folders cannot be read.
+    pub fn read(shoot: &Path) -> Result<Self> {
+        Self::list(shoot, |names| names)
+    }
+
+    /// What is there of a shoot that may lack folders.
+    pub fn present(shoot: &Path) -> Self {
+        Self::list(shoot, |names| Ok(names.unwrap_or_default())).unwrap_or_default()
+    }
+
+    fn list(
+        shoot: &Path,
+        judged: impl Fn(Result<Vec<String>>) -> Result<Vec<String>>,
+    ) -> Result<Self> {
+        let exemplars = shoot.join("exemplars");
+        let folder = |path: &Path| path.is_dir().then(|| name_of(path));
+        let poses = judged(entries(&exemplars, folder))?;
+        let mut lamps = BTreeSet::new();
+        for pose in &poses {
+            lamps.extend(judged(png_names(&exemplars.join(pose)))?);
+        }
+        let probes = judged(png_names(&shoot.join("probes")))?;
+        lamps.extend(probes.into_iter().filter(|name| name != "interview"));
+        Ok(Self {
+            poses,
+            lamps: lamps.into_iter().collect(),
+            frames: judged(png_names(&shoot.join("interview")))?,
+        })
+    }
+}
+
+/// Names that `pick` takes from a folder's entries, sorted.
+fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
+    let listing =
+        std::fs::read_dir(folder).map_err(|e| Error::file("open", folder, e, NO_SHOOT))?;
+    let mut names: Vec<String> = listing
+        .flatten()
+        .filter_map(|entry| pick(&entry.path()))
+        .collect();
+    names.sort();
+    Ok(names)
+}
+
+pub fn png_names(folder: &Path) -> Result<Vec<String>> {
+    entries(folder, |path| {
+        let png = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        (png && !name_of(path).starts_with('.'))
+            .then(|| path.with_extension(""))
+            .map(|p| name_of(&p))
+    })
+}
+
+pub fn name_of(path: &Path) -> String {
+    path.file_name()
+        .map_or_else(|| "shoot".to_owned(), |n| n.to_string_lossy().into_owned())
+}

@@ -1,0 +1,204 @@
+//! Which square of a shoot's pictures is worked with.
+
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// A square over pictures of one size, in their pixels. Where it reaches over their edges they are padded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Framing {
+    /// Columns and rows of the pictures that it is for.
+    pub source: [usize; 2],
+    /// The square's left edge, in pixels to the right of the pictures'.
+    pub x: i32,
+    /// The square's upper edge, in pixels below the pictures'.
+    pub y: i32,
+    /// The square's side in pixels.
+    pub side: usize,
+    /// What is beyond the pictures' edges. The matte is empty there either way.
+    #[serde(default)]
+    pub padding: Padding,
+}
+
+/// What a picture shows beyond its edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Padding {
+    /// Black.
+    #[default]
+    Black,
+    /// The nearest pixel of the edge.
+    Edge,
+}
+
+impl Padding {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Black, Self::Edge];
+
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Black => "black",
+            Self::Edge => "edge",
+        }
+    }
+}
+
+impl Framing {
+    /// The largest square in the middle of pictures of `width × height` pixels.
+    pub fn largest((width, height): (usize, usize)) -> Self {
+        Self::centred((width, height), width.min(height))
+    }
+
+    /// The smallest square about all of pictures of `width × height` pixels.
+    pub fn whole((width, height): (usize, usize)) -> Self {
+        Self::centred((width, height), width.max(height))
+    }
+
+    fn centred((width, height): (usize, usize), side: usize) -> Self {
+        let middle = |length: usize| (length as i32 - side as i32).div_euclid(2);
+        Self {
+            source: [width, height],
+            x: middle(width),
+            y: middle(height),
+            side,
+            padding: Padding::default(),
+        }
+    }
+
+    /// The square moved and sized so that [`Self::check`] passes; the source stays.
+    pub fn bounded(self) -> Self {
+        let [width, height] = self.source.map(|length| length.max(1));
+        let side = self.side.clamp(1, MOST_SIDES * width.max(height));
+        let within = |at: i32, length: usize| at.clamp(1 - side as i32, length as i32 - 1);
+        Self {
+            x: within(self.x, width),
+            y: within(self.y, height),
+            side,
+            ..self
+        }
+    }
+
+    /// Refuses a square that shows nothing of the pictures, or is far larger than they are.
+    ///
+    /// # Errors
+    /// Then.
+    pub fn check(&self) -> Result<()> {
+        if *self == self.bounded() && !self.source.contains(&0) {
+            return Ok(());
+        }
+        let [width, height] = self.source;
+        Err(Error::unexpected(
+            "the framing",
+            format!(
+                "a square that shows some of a picture of {width} × {height} pixels, at most \
+                 {MOST_SIDES} times as large"
+            ),
+            format!("{} pixels from {}, {}", self.side, self.x, self.y),
+            "Mend `framing` in project.toml, or remove it: then the largest square in the middle is taken",
+        ))
+    }
+}
+
+/// A square may be so many times as large as the longer side of the pictures.
+const MOST_SIDES: usize = 4;
+
+/// The framings of a project: at most one for each size of pictures.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Framings(Vec<Framing>);
+
+impl Framings {
+    /// The framing of pictures of `width × height` pixels: the largest square in the middle where a person
+    /// chose no other.
+    pub fn of(&self, size: (usize, usize)) -> Framing {
+        let chosen = self
+            .0
+            .iter()
+            .find(|framing| framing.source == [size.0, size.1]);
+        chosen.copied().unwrap_or_else(|| Framing::largest(size))
+    }
+
+    /// Frames pictures of the framing's size by it.
+    pub fn set(&mut self, framing: Framing) {
+        let [width, height] = framing.source;
+        self.0.retain(|one| one.source != framing.source);
+        if framing != Framing::largest((width, height)) {
+            self.0.push(framing);
+        }
+    }
+
+    /// Whether nothing was chosen.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Refuses what [`Framing::check`] refuses.
+    ///
+    /// # Errors
+    /// Then.
+    pub fn check(&self) -> Result<()> {
+        self.0.iter().try_for_each(Framing::check)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_size_has_its_framing_and_the_plain_one_is_not_kept() {
+        let mut framings = Framings::default();
+        let wide = Framing {
+            x: 100,
+            padding: Padding::Edge,
+            ..Framing::whole((1920, 1080))
+        };
+        assert_eq!((wide.y, wide.side), (-420, 1920));
+        framings.set(wide);
+        assert_eq!(framings.of((1920, 1080)), wide);
+        assert_eq!(framings.of((58, 32)), Framing::largest((58, 32)));
+        let text = toml::to_string(&Kept {
+            framing: framings.clone(),
+        })
+        .unwrap();
+        assert!(text.starts_with("[[framing]]"), "{text}");
+        assert_eq!(toml::from_str::<Kept>(&text).unwrap().framing, framings);
+        framings.set(Framing::largest((1920, 1080)));
+        assert!(framings.is_empty());
+    }
+
+    #[derive(Serialize, Deserialize)]
+    struct Kept {
+        framing: Framings,
+    }
+
+    #[test]
+    fn a_square_beside_the_picture_is_refused_and_brought_back() {
+        let good = Framing::largest((40, 30));
+        good.check().unwrap();
+        for bad in [
+            Framing { x: 40, ..good },
+            Framing { y: -30, ..good },
+            Framing { side: 0, ..good },
+            Framing { side: 161, ..good },
+            Framing {
+                x: i32::MIN,
+                ..good
+            },
+            Framing {
+                side: usize::MAX,
+                ..good
+            },
+        ] {
+            assert!(bad.check().is_err(), "{bad:?}");
+            bad.bounded().check().unwrap();
+        }
+        Framing {
+            x: -29,
+            y: 29,
+            ..good
+        }
+        .check()
+        .unwrap();
+    }
+}

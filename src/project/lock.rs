@@ -1,0 +1,110 @@
+//! Who may write into a project: one program at a time.
+
+use crate::error::{Error, Result};
+use std::fs::{File, TryLockError};
+use std::io::{Read, Write};
+use std::path::Path;
+
+/// The right to write into a project, until it is dropped. The system takes it back when the process ends,
+/// however that happens.
+#[derive(Debug)]
+pub struct Lock {
+    file: File,
+}
+
+impl Lock {
+    /// Takes the project in folder `root` for `whom`, a phrase such as "the studio" that others are told.
+    /// On a file system that knows no locks nobody is kept out.
+    ///
+    /// # Errors
+    /// When somebody else has it, this process included, or the folder cannot be written.
+    pub fn take(root: &Path, whom: &str) -> Result<Self> {
+        let path = root.join(".lock");
+        let open = File::options()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path);
+        let mut file = open.map_err(|e| {
+            Error::file(
+                "write",
+                &path,
+                e,
+                "Check that the project's folder can be written",
+            )
+        })?;
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Err(Error::unexpected(
+                root.display(),
+                "a project that nobody else writes to",
+                holder(&mut file),
+                "Close it there, or wait until it is done",
+            ));
+        }
+        let host = host().map_or(String::new(), |host| format!(" on {host}"));
+        let line = format!("{whom}, process {}{host}\n", std::process::id());
+        // Who it is helps others; the lock holds without it.
+        let _ = file
+            .set_len(0)
+            .and_then(|()| file.write_all(line.as_bytes()));
+        Ok(Self { file })
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // What stays of it misleads nobody: it is read only where the lock is held.
+        let _ = self.file.set_len(0);
+    }
+}
+
+/// Who holds the lock, as far as can be read: some systems lock the file's contents too.
+fn holder(file: &mut File) -> String {
+    let mut text = String::new();
+    let read = file.take(400).read_to_string(&mut text);
+    match text.trim() {
+        "" => "another program".to_owned(),
+        _ if read.is_err() => "another program".to_owned(),
+        line => line.to_owned(),
+    }
+}
+
+/// The name of this machine.
+fn host() -> Option<String> {
+    let kernel = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
+    let name = kernel.or_else(|| {
+        ["HOSTNAME", "COMPUTERNAME"]
+            .iter()
+            .find_map(|name| std::env::var(name).ok())
+    })?;
+    let name = name.trim();
+    (!name.is_empty()).then(|| name.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_holds_it_the_next_is_told_who_and_a_dead_one_does_not_block() {
+        let folder = tempfile::tempdir().unwrap();
+        let lock = Lock::take(folder.path(), "the studio").unwrap();
+        let refused = Lock::take(folder.path(), "training")
+            .unwrap_err()
+            .to_string();
+        let process = format!("the studio, process {}", std::process::id());
+        assert!(refused.contains(&process), "{refused}");
+        drop(lock);
+        // What a killed process leaves behind.
+        std::fs::write(
+            folder.path().join(".lock"),
+            "training, process 1 on nowhere\n",
+        )
+        .unwrap();
+        Lock::take(folder.path(), "the studio").unwrap();
+        let gone = folder.path().join("gone");
+        let refused = Lock::take(&gone, "the studio").unwrap_err().to_string();
+        assert!(refused.contains("gone"), "{refused}");
+    }
+}

@@ -1,0 +1,270 @@
+//! The footage: the interview's frames and the exemplars as they were filmed, their mattes, and the square
+//! that is worked with.
+
+mod square;
+mod strip;
+
+use super::notice_ui;
+use crate::project::{Framing, Padding, Project};
+use crate::studio::command::Command;
+use crate::studio::footages::{FootageView, MatteView, Shown};
+use crate::studio::news::Phase;
+use crate::studio::panel::Sight;
+use crate::studio::theme::{self, GAP};
+use crate::worker::Need;
+use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
+use square::Square;
+
+/// Width of the column of numbers, and height of the strip of thumbnails.
+const COLUMN: f32 = 252.0;
+const STRIP: f32 = 70.0;
+
+/// The panel keeps a framing that is not used yet.
+#[derive(Default)]
+pub struct FootagePanel {
+    draft: Option<Framing>,
+    /// It was asked for, though what is computed has to be made again then.
+    asking: bool,
+    square: Square,
+}
+
+impl FootagePanel {
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let Some(project) = sight.project else { return };
+        if let Err(e) = project.check_parts() {
+            return notice_ui(ui, |ui| {
+                ui.heading("There is no footage");
+                ui.add_space(GAP);
+                ui.label(e.to_string());
+            });
+        }
+        let ground = || {
+            Frame::new()
+                .fill(theme::PANEL)
+                .inner_margin(Margin::symmetric(12, 0))
+        };
+        Panel::bottom("footage strip")
+            .exact_size(STRIP)
+            .frame(ground())
+            .show(ui, |ui| strip::strip_ui(ui, sight, out));
+        let picture = sight.footages.picture();
+        Panel::right("framing")
+            .exact_size(COLUMN)
+            .frame(ground())
+            .show(ui, |ui| {
+                ui.add_space(GAP);
+                view_ui(ui, sight, project, out);
+                if let Some(Ok(shown)) = picture {
+                    ui.add_space(2.0 * GAP);
+                    self.framing_ui(ui, sight, project, shown, out);
+                }
+            });
+        let rect = ui.available_rect_before_wrap();
+        ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
+        match picture {
+            Some(Ok(shown)) => {
+                let kept = project.settings.framing.of(shown.size);
+                let mut framing = self.framing(kept);
+                self.square.ui(ui, shown, kept, &mut framing);
+                self.draft = (framing != kept).then_some(framing);
+            }
+            Some(Err(sentence)) => notice_ui(ui, |ui| {
+                ui.heading("This picture cannot be read");
+                ui.add_space(GAP);
+                ui.label(sentence);
+                let lost =
+                    matches!(&sight.news.phase, Phase::Blocked(b) if b.need == Some(Need::Shoot));
+                if lost {
+                    ui.add_space(GAP);
+                    if ui.button("Locate…").clicked() {
+                        out.push(Command::ChooseLocation);
+                    }
+                }
+            }),
+            None => notice_ui(ui, |ui| {
+                ui.heading("Reading the footage");
+            }),
+        }
+    }
+
+    /// The framing that is drawn: the one in hand, or the project's.
+    fn framing(&self, kept: Framing) -> Framing {
+        let draft = self.draft.filter(|draft| draft.source == kept.source);
+        draft.unwrap_or(kept)
+    }
+
+    fn framing_ui(
+        &mut self,
+        ui: &mut Ui,
+        sight: &Sight,
+        project: &Project,
+        shown: &Shown,
+        out: &mut Vec<Command>,
+    ) {
+        let kept = project.settings.framing.of(shown.size);
+        let mut framing = self.framing(kept);
+        let (width, height) = shown.size;
+        ui.strong("Framing");
+        quiet_ui(
+            ui,
+            &format!("A square of pictures of {width} × {height} pixels is worked with."),
+        );
+        let speed = width.max(height) as f32 / 500.0;
+        egui::Grid::new("square")
+            .num_columns(2)
+            .spacing([GAP, 5.0])
+            .show(ui, |ui| {
+                let most = 4 * width.max(height);
+                field_ui(ui, "Left edge", DragValue::new(&mut framing.x).speed(speed));
+                field_ui(
+                    ui,
+                    "Upper edge",
+                    DragValue::new(&mut framing.y).speed(speed),
+                );
+                field_ui(
+                    ui,
+                    "Side",
+                    DragValue::new(&mut framing.side)
+                        .speed(speed)
+                        .range(1..=most),
+                );
+                ui.label("Beyond the edge");
+                ui.horizontal(|ui| {
+                    for padding in Padding::ALL {
+                        let chosen = framing.padding == padding;
+                        if ui.add(Button::selectable(chosen, padding.name())).clicked() {
+                            framing.padding = padding;
+                        }
+                    }
+                });
+                ui.end_row();
+            });
+        ui.horizontal(|ui| {
+            let padding = framing.padding;
+            for (name, hint, square) in [
+                (
+                    "Largest",
+                    "The largest square in the middle",
+                    Framing::largest(shown.size),
+                ),
+                (
+                    "Whole",
+                    "The smallest square about all of the picture",
+                    Framing::whole(shown.size),
+                ),
+            ] {
+                if ui.button(name).on_hover_text(hint).clicked() {
+                    framing = Framing { padding, ..square };
+                }
+            }
+        });
+        let size = project.settings.size;
+        if framing.side < size {
+            quiet_ui(
+                ui,
+                &format!("It has fewer pixels than the {size} that are worked with."),
+            );
+        }
+        framing = framing.bounded();
+        self.draft = (framing != kept).then_some(framing);
+        self.asking &= self.draft.is_some();
+        if self.draft.is_some() {
+            ui.add_space(GAP);
+            self.decide_ui(ui, sight, framing, out);
+        }
+    }
+
+    /// Uses the framing that is drawn, or puts it back.
+    fn decide_ui(&mut self, ui: &mut Ui, sight: &Sight, framing: Framing, out: &mut Vec<Command>) {
+        if let Some(why) = sight.read_only {
+            ui.colored_label(theme::ACCENT, why);
+        }
+        if self.asking {
+            ui.colored_label(
+                theme::ACCENT,
+                "The calibration and the network were made under the framing of before. They are put aside in \
+                 the project's folder, and have to be made again.",
+            );
+        }
+        let computed = match &sight.news.phase {
+            Phase::Blocked(blocked) => blocked.need != Some(Need::Calibration),
+            _ => true,
+        };
+        ui.horizontal(|ui| {
+            let name = if self.asking {
+                "Change it all the same"
+            } else {
+                "Use this framing"
+            };
+            let free = sight.read_only.is_none() && sight.news.work.is_none();
+            let response = ui.add_enabled(free, Button::new(name));
+            if response
+                .on_disabled_hover_text("Not while a job runs, nor read-only")
+                .clicked()
+            {
+                if computed && !self.asking {
+                    self.asking = true;
+                } else {
+                    self.asking = false;
+                    out.push(Command::Reframe(framing));
+                }
+            }
+            if ui.button("Put back").clicked() {
+                (self.draft, self.asking) = (None, false);
+            }
+        });
+    }
+}
+
+fn quiet_ui(ui: &mut Ui, sentence: &str) {
+    ui.label(RichText::new(sentence).color(theme::QUIET));
+}
+
+fn field_ui(ui: &mut Ui, name: &str, field: DragValue) {
+    let label = ui.label(name);
+    ui.add_sized(vec2(84.0, 24.0), field).labelled_by(label.id);
+    ui.end_row();
+}
+
+/// Which picture is shown, and how its matte.
+fn view_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
+    let view = sight.state.footage;
+    let mut choice = |ui: &mut Ui, name: &str, wanted: FootageView| {
+        if ui.add(Button::selectable(view == wanted, name)).clicked() && view != wanted {
+            out.push(Command::Footage(wanted));
+        }
+    };
+    ui.horizontal(|ui| {
+        for (name, exemplars) in [("Interview", false), ("Exemplars", true)] {
+            choice(ui, name, FootageView { exemplars, ..view });
+        }
+    });
+    ui.horizontal(|ui| {
+        for (name, matte) in [
+            ("Picture", MatteView::Off),
+            ("Matte over it", MatteView::Over),
+            ("Matte", MatteView::Alone),
+        ] {
+            choice(ui, name, FootageView { matte, ..view });
+        }
+    });
+    let shoot = &project.settings.shoot;
+    if view.exemplars {
+        ui.horizontal(|ui| {
+            let last = shoot.poses.len() - 1;
+            let mut pose = sight.state.pose.min(last);
+            let label = ui.label("Pose");
+            let field = DragValue::new(&mut pose).range(0..=last).speed(0.1);
+            if ui.add(field).labelled_by(label.id).changed() {
+                out.push(Command::Pose(pose));
+            }
+            quiet_ui(ui, &format!("of {last}, under {}", shoot.lamp(0)));
+        });
+    } else {
+        let frame = sight.state.frame.min(shoot.frames.len() - 1);
+        quiet_ui(
+            ui,
+            &format!("{} of {} frames", shoot.frames[frame], shoot.frames.len()),
+        );
+    }
+}

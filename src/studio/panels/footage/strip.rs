@@ -1,0 +1,80 @@
+//! The strip of thumbnails: frames spread over the clip, as many as there is room for.
+
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::theme;
+use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
+
+/// Narrowest place of a thumbnail in points, and the distance between two.
+const LEAST: f32 = 64.0;
+const BETWEEN: f32 = 3.0;
+
+/// Draws the strip into what is left of `ui`.
+pub fn strip_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    let rect = ui.available_rect_before_wrap().shrink2(vec2(0.0, 5.0));
+    let frames = spread(sight.state.frames, (rect.width() / LEAST) as usize);
+    if frames != sight.footages.wanted() {
+        out.push(Command::Thumbnails(frames.clone()));
+    }
+    let cell = rect.width() / frames.len().max(1) as f32;
+    let current = frames.partition_point(|&frame| frame <= sight.state.frame);
+    for (i, &frame) in frames.iter().enumerate() {
+        let left = rect.left() + i as f32 * cell;
+        let place =
+            Rect::from_min_size(pos2(left, rect.top()), vec2(cell - BETWEEN, rect.height()));
+        let response = ui.interact(place, ui.scope_id().with(("thumbnail", i)), Sense::click());
+        let shown = i + 1 == current;
+        response.widget_info(|| {
+            egui::WidgetInfo::selected(
+                egui::Role::Button,
+                true,
+                shown,
+                format!("Thumbnail of frame {frame}"),
+            )
+        });
+        ui.painter().rect_filled(place, 2.0, theme::WELL);
+        if let Some(picture) = sight.footages.thumbnail(frame) {
+            let size = picture.size_vec2();
+            let scale = (place.width() / size.x).min(place.height() / size.y);
+            let inside = Rect::from_center_size(place.center(), scale * size);
+            let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+            ui.painter()
+                .image(picture.id(), inside, whole, Color32::WHITE);
+        }
+        let text = place.left_bottom() + vec2(3.0, -1.0);
+        ui.painter().text(
+            text,
+            Align2::LEFT_BOTTOM,
+            frame,
+            FontId::proportional(11.0),
+            theme::TEXT,
+        );
+        if shown || response.hovered() {
+            let color = if shown { theme::ACCENT } else { theme::QUIET };
+            ui.painter()
+                .rect_stroke(place, 2.0, Stroke::new(2.0, color), StrokeKind::Inside);
+        }
+        if response.clicked() {
+            out.push(Command::Frame(frame));
+        }
+    }
+}
+
+/// `room` of `frames` frames at most, spread evenly from the first on.
+fn spread(frames: usize, room: usize) -> Vec<usize> {
+    let count = frames.min(room.max(1));
+    (0..count).map(|i| i * frames / count).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thumbnails_are_spread_over_the_clip() {
+        assert_eq!(spread(4, 10), [0, 1, 2, 3]);
+        assert_eq!(spread(100, 4), [0, 25, 50, 75]);
+        assert_eq!(spread(3, 0), [0]);
+        assert!(spread(0, 5).is_empty());
+    }
+}

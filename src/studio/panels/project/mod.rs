@@ -1,0 +1,191 @@
+//! The project: what is open, what was open lately, and the way to a new one.
+
+mod wizard;
+
+use super::TEXT_WIDTH;
+use crate::footage::scan::counted;
+use crate::project::Project;
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::recents::Recent;
+use crate::studio::theme::{self, GAP};
+use crate::studio::wizard::typed;
+use egui::{Button, Color32, Label, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
+
+/// The panel keeps where the demo shall be.
+pub struct ProjectPanel {
+    demo: String,
+}
+
+impl Default for ProjectPanel {
+    fn default() -> Self {
+        Self {
+            demo: "~/afterlight-demo".to_owned(),
+        }
+    }
+}
+
+impl ProjectPanel {
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        let rect = ui.available_rect_before_wrap();
+        ui.painter().rect_filled(rect, 0.0, theme::PANEL);
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let width = (1.4 * TEXT_WIDTH).min(ui.available_width() - 4.0 * GAP);
+            let side = 0.5 * (ui.available_width() - width);
+            ui.horizontal_top(|ui| {
+                ui.add_space(side);
+                ui.vertical(|ui| {
+                    ui.set_width(width);
+                    ui.add_space(3.0 * GAP);
+                    self.column_ui(ui, sight, out);
+                    ui.add_space(2.0 * GAP);
+                });
+            });
+        });
+    }
+
+    fn column_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+        if let Some(failure) = &sight.news.failure {
+            ui.colored_label(theme::ACCENT, failure);
+            ui.add_space(GAP);
+        }
+        // A window with a project shows its job in a line of its own.
+        if let (Some(work), None) = (&sight.news.work, sight.project) {
+            return super::work_ui(ui, work, out);
+        }
+        if let (Some(said), None) = (&sight.news.said, sight.project) {
+            ui.label(said);
+            ui.add_space(GAP);
+        }
+        if let Some(plan) = sight.wizard.plan() {
+            return wizard::plan_ui(ui, sight, plan, out);
+        }
+        match sight.project {
+            Some(project) => open_ui(ui, sight, project),
+            None => {
+                ui.heading("No project is open");
+                quiet_ui(
+                    ui,
+                    "A project is a folder that points at a shoot: the interview, a few poses under every lamp, \
+                     and the mirror balls. The shoot itself is never changed or copied.",
+                );
+            }
+        }
+        ui.add_space(GAP);
+        ui.horizontal(|ui| {
+            let new = Button::new("New project…").min_size(vec2(120.0, 28.0));
+            if ui.add(new).clicked() {
+                out.push(Command::NewProject(None));
+            }
+            let open = Button::new("Open project…").min_size(vec2(120.0, 28.0));
+            if ui.add(open).clicked() {
+                out.push(Command::ChooseProject);
+            }
+            quiet_ui(ui, "or drop the folder of a shoot or a project anywhere");
+        });
+        ui.add_space(2.0 * GAP);
+        recent_ui(ui, sight, out);
+        if sight.project.is_none() {
+            ui.add_space(2.0 * GAP);
+            self.demo_ui(ui, out);
+        }
+    }
+
+    fn demo_ui(&mut self, ui: &mut Ui, out: &mut Vec<Command>) {
+        ui.strong("Demo");
+        quiet_ui(
+            ui,
+            "Without a shoot of your own: a virtual light stage makes one, and the project opens with its \
+             network ready. This takes a few minutes and 100 MB.",
+        );
+        ui.horizontal(|ui| {
+            let label = ui.label("In folder");
+            let field = TextEdit::singleline(&mut self.demo).desired_width(360.0);
+            ui.add(field).labelled_by(label.id);
+            let folder = typed(&self.demo);
+            let make = ui.add_enabled(folder.is_some(), Button::new("Make the demo"));
+            if let (true, Some(folder)) = (make.clicked(), folder) {
+                out.push(Command::MakeDemo(folder));
+            }
+        });
+    }
+}
+
+fn quiet_ui(ui: &mut Ui, sentence: &str) {
+    ui.label(RichText::new(sentence).color(theme::QUIET));
+}
+
+/// The project that is open.
+fn open_ui(ui: &mut Ui, sight: &Sight, project: &Project) {
+    let (settings, shoot) = (&project.settings, &project.settings.shoot);
+    ui.heading(&settings.name);
+    quiet_ui(ui, &project.root.display().to_string());
+    ui.label(format!(
+        "{} at {} a second, {} × {}, worked with at {} pixels",
+        counted(shoot.frames.len(), "frame"),
+        shoot.frame_rate,
+        counted(shoot.poses.len(), "pose"),
+        counted(shoot.lamps.len(), "lamp"),
+        settings.size
+    ));
+    quiet_ui(ui, &format!("Shoot: {}", project.shoot_path("").display()));
+    quiet_ui(
+        ui,
+        match sight.read_only {
+            Some(_) => "Nothing is saved here: somebody else writes into this project",
+            None => "Everything is saved as you work",
+        },
+    );
+}
+
+fn recent_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    ui.strong("Recent");
+    let open = sight.project.map(|project| &project.root);
+    let others = sight.recents.iter();
+    let mut others = others
+        .filter(|recent| Some(&recent.folder) != open)
+        .peekable();
+    if others.peek().is_none() {
+        quiet_ui(ui, "No other project was opened lately");
+    }
+    for recent in others {
+        row_ui(ui, recent, out);
+    }
+}
+
+fn row_ui(ui: &mut Ui, recent: &Recent, out: &mut Vec<Command>) {
+    let frame = egui::Frame::new()
+        .fill(Color32::from_gray(46))
+        .corner_radius(3)
+        .inner_margin(GAP);
+    frame.show(ui, |ui| {
+        ui.horizontal(|ui| {
+            let room = ui.available_width() - 160.0;
+            ui.vertical(|ui| {
+                ui.set_width(room);
+                ui.strong(&recent.name);
+                let folder = RichText::new(recent.folder.display().to_string());
+                let folder = folder.color(theme::QUIET).size(12.0);
+                ui.add(Label::new(folder).truncate().sense(Sense::hover()));
+                if let Some(trouble) = &recent.trouble {
+                    ui.colored_label(theme::ACCENT, trouble);
+                }
+            });
+            let name = &recent.name;
+            let button = |ui: &mut Ui, text: &str, enabled: bool| {
+                let response = ui.add_enabled(enabled, Button::new(text));
+                response.widget_info(|| {
+                    egui::WidgetInfo::labeled(egui::Role::Button, enabled, format!("{text} {name}"))
+                });
+                response
+            };
+            if button(ui, "Open", recent.trouble.is_none()).clicked() {
+                out.push(Command::OpenProject(recent.folder.clone()));
+            }
+            let hint = "Takes it out of this list. Nothing on the disk is changed.";
+            if button(ui, "Remove", true).on_hover_text(hint).clicked() {
+                out.push(Command::ForgetProject(recent.folder.clone()));
+            }
+        });
+    });
+}

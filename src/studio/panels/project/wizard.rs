@@ -1,0 +1,199 @@
+//! A new project on one page: the shoot, what was found in it, and what is chosen.
+
+use super::quiet_ui;
+use crate::footage::scan::{Line, Scan};
+use crate::studio::command::Command;
+use crate::studio::panel::Sight;
+use crate::studio::theme::{self, GAP};
+use crate::studio::wizard::{Plan, cost};
+use egui::{Button, ComboBox, DragValue, Grid, Id, RichText, TextEdit, Ui, vec2};
+
+/// Working sizes that are offered.
+const SIZES: [usize; 5] = [64, 128, 256, 512, 1024];
+/// Width of a row's name in points.
+const NAMES: f32 = 110.0;
+
+/// The page.
+pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) {
+    let mut changed = plan.clone();
+    let scan = sight.wizard.scan();
+    ui.heading("New project");
+    ui.add_space(GAP);
+    row_ui(ui, "Shoot", |ui, name| {
+        let hint = "The folder with manifest.json, interview, exemplars and probes; it can be dropped here";
+        if path_ui(
+            ui,
+            name,
+            &mut changed.shoot,
+            hint,
+            "Choose the shoot's folder",
+        ) {
+            out.push(Command::ChooseShoot);
+        }
+    });
+    ui.add_space(GAP);
+    match scan {
+        Some(scan) => found_ui(ui, scan),
+        None if plan.shoot.trim().is_empty() => quiet_ui(
+            ui,
+            "A shoot's folder holds the frames of the interview, each pose under each lamp alone, their mattes, \
+             the mirror balls, and manifest.json, which says how camera and ball stood. Choose it, type its path, \
+             or drop it here.",
+        ),
+        None => quiet_ui(ui, "Looking at the folder"),
+    }
+    ui.add_space(GAP);
+    if let Some(scan) = scan {
+        choices_ui(ui, scan, plan, &mut changed, out);
+        ui.add_space(GAP);
+    }
+    ui.horizontal(|ui| {
+        let obstacle = match sight.news.work {
+            Some(_) => Some("Something else is being made: wait until it is done, or stop it"),
+            None => sight.wizard.job().err(),
+        };
+        let make = Button::new("Make project").min_size(vec2(120.0, 28.0));
+        if ui.add_enabled(obstacle.is_none(), make).clicked() {
+            out.push(Command::MakeProject);
+        }
+        if ui
+            .add(Button::new("Cancel").min_size(vec2(84.0, 28.0)))
+            .clicked()
+        {
+            out.push(Command::Plan(None));
+        }
+        if let Some(obstacle) = obstacle {
+            quiet_ui(ui, obstacle);
+        }
+    });
+    if changed != *plan {
+        out.push(Command::Plan(Some(Box::new(changed))));
+    }
+}
+
+/// A named row; its contents get the name's id.
+fn row_ui(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui, Id)) {
+    ui.horizontal(|ui| {
+        let left = egui::Layout::left_to_right(egui::Align::Center);
+        let size = vec2(NAMES, 24.0);
+        let label = ui.allocate_ui_with_layout(size, left, |ui| {
+            ui.set_min_size(size);
+            ui.label(name).id
+        });
+        contents(ui, label.inner);
+    });
+}
+
+/// A path to type, with a button for a dialog; tells whether that was clicked.
+fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -> bool {
+    let width = ui.available_width() - 96.0;
+    let field = TextEdit::singleline(path)
+        .desired_width(width)
+        .hint_text(hint);
+    ui.add(field).labelled_by(name);
+    let button = ui.button("Choose…");
+    button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, choose));
+    button.clicked()
+}
+
+/// What the folder holds, a line for each part.
+fn found_ui(ui: &mut Ui, scan: &Scan) {
+    egui::Frame::new()
+        .fill(theme::WELL)
+        .corner_radius(4)
+        .inner_margin(1.5 * GAP)
+        .show(ui, |ui| {
+            ui.set_width(ui.available_width());
+            ui.spacing_mut().interact_size.y = 18.0;
+            Grid::new("found")
+                .num_columns(3)
+                .spacing([1.5 * GAP, 5.0])
+                .show(ui, |ui| {
+                    for line in &scan.lines {
+                        line_ui(ui, line);
+                        ui.end_row();
+                    }
+                });
+        });
+}
+
+fn line_ui(ui: &mut Ui, line: &Line) {
+    let (mark, color, says) = match (&line.lack, line.needed) {
+        (None, _) => ("✔", theme::QUIET, "complete"),
+        (Some(_), false) => ("–", theme::QUIET, "not needed"),
+        (Some(_), true) => ("✖", theme::ACCENT, "missing"),
+    };
+    let tick = ui.colored_label(color, mark);
+    tick.widget_info(|| {
+        egui::WidgetInfo::labeled(egui::Role::Label, true, format!("{}: {says}", line.part))
+    });
+    ui.label(line.part);
+    ui.vertical(|ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        ui.label(RichText::new(&line.found).color(theme::QUIET));
+        if let Some(lack) = &line.lack {
+            ui.add(egui::Label::new(RichText::new(lack).color(color)).wrap());
+        }
+    });
+}
+
+fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &mut Vec<Command>) {
+    row_ui(ui, "Working size", |ui, name| {
+        let sizes = ComboBox::from_id_salt("size").selected_text(format!("{} pixels", plan.size));
+        let list = sizes.show_ui(ui, |ui| {
+            for size in SIZES {
+                ui.selectable_value(&mut changed.size, size, format!("{size} pixels"));
+            }
+        });
+        list.response.labelled_by(name);
+        if let Some((width, height)) = scan.picture
+            && width.min(height) < plan.size
+        {
+            quiet_ui(
+                ui,
+                &format!("The frames have {width} × {height} pixels: more cannot be seen"),
+            );
+        }
+    });
+    row_ui(ui, "", |ui, _| quiet_ui(ui, &cost(scan, plan)));
+    row_ui(ui, "Lamps", |ui, name| {
+        let mut all = plan.lamps.is_none();
+        if ui
+            .checkbox(&mut all, format!("All {}", scan.lamps))
+            .changed()
+        {
+            changed.lamps = (!all).then_some(scan.lamps.div_ceil(2).max(1));
+        }
+        if let Some(count) = &mut changed.lamps {
+            let most = scan.lamps.saturating_sub(1).max(1);
+            ui.add(DragValue::new(count).range(1..=most))
+                .labelled_by(name);
+            quiet_ui(
+                ui,
+                "spread evenly; the others go on to serve the calibration",
+            );
+        }
+    });
+    row_ui(ui, "Name", |ui, name| {
+        let field = TextEdit::singleline(&mut changed.name)
+            .hint_text(&scan.name)
+            .desired_width(240.0);
+        ui.add(field).labelled_by(name);
+    });
+    row_ui(ui, "Folder", |ui, name| {
+        let beside = Plan {
+            folder: String::new(),
+            ..plan.clone()
+        };
+        let hint = beside.root().unwrap_or_default().display().to_string();
+        if path_ui(
+            ui,
+            name,
+            &mut changed.folder,
+            &hint,
+            "Choose the project's folder",
+        ) {
+            out.push(Command::ChooseProjectFolder);
+        }
+    });
+}

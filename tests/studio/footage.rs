@@ -1,0 +1,167 @@
+//! The footage: thumbnails, mattes, and the square that is worked with.
+
+use super::project::{calibrated, imported, needs};
+use super::{Window, clay, drag, snapshot, until, window};
+use afterlight::gpu::DeviceChoice;
+use afterlight::project::{Framing, Project};
+use afterlight::studio::StudioApp;
+use afterlight::worker::Need;
+use egui::{Key, Modifiers, PointerButton, vec2};
+use egui_kittest::kittest::Queryable;
+
+fn footage(project: &Project) -> Window {
+    let opened = project.clone();
+    let mut window = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    window.run_steps(2);
+    window.get_by_label("Footage").click();
+    until(&mut window, "picture", |app| {
+        app.footages().picture().is_some()
+    });
+    window
+}
+
+fn until_drawn(window: &mut Window) {
+    until(window, "thumbnails", |app| {
+        let footages = app.footages();
+        let wanted = footages.wanted();
+        !wanted.is_empty()
+            && wanted
+                .iter()
+                .all(|&frame| footages.thumbnail(frame).is_some())
+    });
+}
+
+fn corner(window: &mut Window, name: &str, by: egui::Vec2) {
+    let at = window.get_by_label(name).rect().center();
+    drag(window, at, at + by, PointerButton::Primary, Modifiers::NONE);
+}
+
+fn framing(project: &Project) -> Framing {
+    Project::open(&project.root)
+        .unwrap()
+        .settings
+        .framing
+        .of((32, 32))
+}
+
+#[test]
+fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = imported(folder.path());
+    let mut window = footage(&project);
+    until_drawn(&mut window);
+    window.get_by_label("Thumbnail of frame 2").click();
+    window.run_steps(2);
+    assert_eq!(window.state().state().frame, 2);
+    let file = |end: &'static str| {
+        move |app: &StudioApp| {
+            let shown = app.footages().picture().and_then(|p| p.as_ref().ok());
+            shown.is_some_and(|shown| shown.file().ends_with(end))
+        }
+    };
+    until(&mut window, "its picture", file("interview/frame_002.png"));
+    window.get_by_label("Matte").click();
+    until(
+        &mut window,
+        "its matte",
+        file("interview_masks/frame_002.png"),
+    );
+    window.get_by_label("Exemplars").click();
+    until(
+        &mut window,
+        "a pose's matte",
+        file("exemplar_masks/pose00.png"),
+    );
+    window.get_by_label("Matte over it").click();
+    until(&mut window, "a pose", file("exemplars/pose00/olat_00.png"));
+}
+
+#[test]
+fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_confirmed() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = calibrated(folder.path());
+    let mut window = footage(&project);
+    until(&mut window, "need of a network", needs(Some(Need::Network)));
+    until_drawn(&mut window);
+    assert!(window.query_by_label("Use this framing").is_none());
+    corner(
+        &mut window,
+        "Framing, lower right corner",
+        vec2(-90.0, -20.0),
+    );
+    corner(&mut window, "Framing", vec2(40.0, -120.0));
+    window.get_by_label("Use this framing").click();
+    window.run();
+    window.get_by_label_contains("made under the framing of before");
+    assert_eq!(
+        framing(&project),
+        Framing::largest((32, 32)),
+        "nothing is changed yet"
+    );
+    snapshot(&mut window, "studio_footage_filled");
+    window.get_by_label("Change it all the same").click();
+    until(
+        &mut window,
+        "need of a calibration",
+        needs(Some(Need::Calibration)),
+    );
+    let chosen = framing(&project);
+    assert!(
+        chosen.side < 32 && chosen.x > 0 && chosen.y < 0,
+        "{chosen:?}"
+    );
+    assert_eq!(
+        window
+            .state()
+            .project()
+            .unwrap()
+            .settings
+            .framing
+            .of((32, 32)),
+        chosen
+    );
+    assert!(project.root.join("aside-1/calibration.toml").exists());
+    window.get_by_label("Footage");
+    window.get_by_label("Whole").click();
+    window.run();
+    // Nothing is lost by now, so nothing is asked.
+    window.get_by_label("Use this framing").click();
+    until(&mut window, "whole picture", |_| {
+        framing(&project) == Framing::whole((32, 32))
+    });
+}
+
+#[test]
+fn a_frame_that_is_gone_is_named_in_place_of_its_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = imported(folder.path());
+    std::fs::remove_file(project.frame_path(1)).unwrap();
+    let mut window = footage(&project);
+    window.key_press(Key::ArrowRight);
+    until(&mut window, "reason", |app| {
+        app.footages().picture().is_some_and(Result::is_err)
+    });
+    window.get_by_label("This picture cannot be read");
+    window.get_by_label_contains("interview/frame_001.png");
+    window.key_press(Key::ArrowRight);
+    until(&mut window, "next picture", |app| {
+        app.footages().picture().is_some_and(Result::is_ok)
+    });
+}
+
+#[test]
+fn without_footage_the_pane_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut project = clay::project(folder.path(), clay::environments(folder.path()));
+    project.settings.shoot.poses.clear();
+    let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+    until(&mut window, "panoramas", |app| {
+        app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    window.run_steps(2);
+    window.get_by_label("Footage").click();
+    window.run_steps(2);
+    window.get_by_label("There is no footage");
+}

@@ -1,0 +1,331 @@
+//! Projects: made from a shoot, opened again, lost, damaged, and open twice.
+
+use super::{Window, clay, drop_onto, snapshot, until, window};
+use afterlight::calibration::{CalibrateSettings, calibrate};
+use afterlight::footage::{ImportSettings, import};
+use afterlight::gpu::DeviceChoice;
+use afterlight::progress::Progress;
+use afterlight::project::{Lock, Project};
+use afterlight::studio::{Phase, Preferences, StudioApp};
+use afterlight::virtual_stage::{StageSettings, write_shoot};
+use afterlight::worker::{Job, Need};
+use egui::accesskit::Role;
+use egui_kittest::kittest::{NodeT, Queryable};
+use std::path::{Path, PathBuf};
+
+/// A small shoot in `folder`.
+pub fn shoot(folder: &Path) -> PathBuf {
+    let shoot = folder.join("shoot");
+    let stage = StageSettings {
+        frames: 3,
+        size: 32,
+        lamps: 6,
+        ..StageSettings::default()
+    };
+    write_shoot(&shoot, &stage, &Progress::silent()).unwrap();
+    shoot
+}
+
+/// A project of a small shoot, both in `folder`.
+pub fn imported(folder: &Path) -> Project {
+    let settings = ImportSettings { size: 32, seed: 5 };
+    import(
+        &folder.join("film"),
+        &shoot(folder),
+        &settings,
+        &Progress::silent(),
+    )
+    .unwrap()
+}
+
+/// The same with its calibration.
+pub fn calibrated(folder: &Path) -> Project {
+    let mut project = imported(folder);
+    let settings = CalibrateSettings::default();
+    let found = calibrate(&mut project, &settings, &Progress::silent()).unwrap();
+    found.save(&project).unwrap();
+    project
+}
+
+fn no_project() -> Window {
+    window(|ctx| StudioApp::new(ctx, None, DeviceChoice::Cpu))
+}
+
+pub fn needs(need: Option<Need>) -> impl Fn(&StudioApp) -> bool {
+    move |app| matches!(&app.news().phase, Phase::Blocked(blocked) if blocked.need == need)
+}
+
+/// Hides what differs from run to run: paths of the folder `made`.
+fn mask_paths(window: &mut Window, made: &Path) {
+    let name = made.file_name().unwrap().to_string_lossy().into_owned();
+    let labels = window
+        .query_all_by_label_contains(&name)
+        .map(|label| label.rect());
+    let fields = window
+        .query_all_by_role(Role::TextInput)
+        .map(|field| field.rect());
+    let places: Vec<egui::Rect> = labels.chain(fields).collect();
+    places.into_iter().for_each(|place| window.mask(place));
+}
+
+#[test]
+fn a_shoot_that_is_dropped_becomes_a_project() {
+    let folder = tempfile::tempdir().unwrap();
+    let shoot = shoot(folder.path());
+    let mut window = no_project();
+    window.run();
+    window.get_by_label("New project…");
+    drop_onto(&mut window, &shoot);
+    until(&mut window, "look at the shoot", |app| {
+        app.wizard().scan().is_some()
+    });
+    for part in [
+        "Manifest",
+        "Interview",
+        "Exemplars",
+        "Mirror balls",
+        "Mattes",
+    ] {
+        window.get_by_label(&format!("{part}: complete"));
+    }
+    let scan = window.state().wizard().scan().unwrap().clone();
+    assert_eq!(
+        (scan.frames, scan.lamps, scan.picture),
+        (3, 6, Some((32, 32)))
+    );
+    mask_paths(&mut window, folder.path());
+    snapshot(&mut window, "studio_project_filled");
+
+    let name = window.get_by_role_and_label(Role::TextInput, "Name");
+    name.focus();
+    name.type_text("Anna");
+    window.run();
+    window.get_by_label("All 6").click();
+    window.run();
+    window.get_by_role_and_label(Role::SpinButton, "Lamps");
+    window
+        .get_by_role_and_label(Role::ComboBox, "Working size")
+        .click();
+    window.run_steps(4);
+    window.get_by_label("64 pixels").click();
+    window.run();
+    window.get_by_label("Make project").click();
+    until(
+        &mut window,
+        "opened project",
+        needs(Some(Need::Calibration)),
+    );
+    let made = Project::open(&folder.path().join("shoot-project")).unwrap();
+    let settings = &made.settings;
+    assert_eq!((settings.name.as_str(), settings.size), ("Anna", 64));
+    assert_eq!(
+        (settings.shoot.lamps.len(), settings.shoot.other_lamps.len()),
+        (3, 3)
+    );
+    assert_eq!(window.state().project().unwrap().settings.name, "Anna");
+}
+
+#[test]
+fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let shoot = shoot(folder.path());
+    std::fs::remove_file(shoot.join("probes/olat_03.png")).unwrap();
+    std::fs::remove_file(shoot.join("interview_masks/frame_001.png")).unwrap();
+    let mut window = no_project();
+    drop_onto(&mut window, folder.path().join("shoot/manifest.json"));
+    window.get_by_label_contains("neither a panorama");
+    drop_onto(&mut window, &shoot);
+    until(&mut window, "look at the shoot", |app| {
+        app.wizard().scan().is_some()
+    });
+    window.get_by_label("Mirror balls: missing");
+    window.get_by_label_contains("probes/olat_03.png is missing. From the balls");
+    window.get_by_label_contains("interview_masks/frame_001.png is missing");
+    let make = window.get_by_label("Make project");
+    assert!(make.accesskit_node().is_disabled());
+    mask_paths(&mut window, folder.path());
+    snapshot(&mut window, "studio_project_error");
+    window.get_by_label("Cancel").click();
+    window.run();
+    window.get_by_label("No project is open");
+}
+
+#[test]
+fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = imported(folder.path());
+    let file = folder.path().join("window.json");
+    let mut preferences = Preferences::from_file(&file);
+    preferences.opened(&film.root);
+    preferences.opened(&folder.path().join("gone"));
+    let mut window = window(|ctx| StudioApp::of(ctx, preferences, None, DeviceChoice::Cpu));
+    for _ in 0..200 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        window.step();
+        if window.query_by_label("Open virtual stage").is_some() {
+            break;
+        }
+    }
+    window.get_by_label_contains("not there any more");
+    mask_paths(&mut window, folder.path());
+    snapshot(&mut window, "studio_project_recent");
+    window.get_by_label("Remove gone").click();
+    window.run();
+    assert!(
+        window
+            .query_by_label_contains("not there any more")
+            .is_none()
+    );
+    window.get_by_label("Open virtual stage").click();
+    until(
+        &mut window,
+        "opened project",
+        needs(Some(Need::Calibration)),
+    );
+    drop(window);
+    let kept = Preferences::from_file(&file);
+    assert_eq!(kept.recent(), [film.root]);
+}
+
+#[test]
+fn an_empty_window_offers_the_ways_to_a_project() {
+    let mut window = no_project();
+    window.run();
+    for offer in ["New project…", "Open project…", "Make the demo"] {
+        window.get_by_label(offer);
+    }
+    snapshot(&mut window, "studio_project_empty");
+    window.get_by_label("New project…").click();
+    window.run();
+    window.get_by_label("Choose the shoot's folder first");
+}
+
+#[test]
+fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    project.save().unwrap();
+    let open = || {
+        let project = project.clone();
+        let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+        until(&mut window, "the first picture", |app| {
+            app.relit().is_some()
+        });
+        window
+    };
+    let first = open();
+    let mut second = open();
+    second.get_by_label("Read-only");
+    second.get_by_label_contains(&format!("the studio, process {}", std::process::id()));
+    let job = Job::Calibrate {
+        project: project.root.clone(),
+        settings: CalibrateSettings::default(),
+    };
+    assert!(!second.state().worker().unwrap().run(job));
+    until(&mut second, "refusal", |app| {
+        let failure = app.news().failure.as_deref();
+        failure.is_some_and(|f| f.contains("Nothing can be written"))
+    });
+    // Neither the look nor the list of environments is kept.
+    let files = || {
+        let names = std::fs::read_dir(folder.path()).unwrap().flatten();
+        let mut names: Vec<_> = names.map(|entry| entry.file_name()).collect();
+        names.sort();
+        (
+            names,
+            std::fs::read(folder.path().join("project.toml")).unwrap(),
+        )
+    };
+    let before = files();
+    second.key_press(egui::Key::E);
+    let yard = folder.path().join("sky.exr");
+    let elsewhere = tempfile::tempdir().unwrap();
+    std::fs::copy(yard, elsewhere.path().join("yard.exr")).unwrap();
+    drop_onto(&mut second, elsewhere.path().join("yard.exr"));
+    until(&mut second, "added environment", |app| {
+        app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    assert_eq!(second.state().state().look.exposure_stops, 0.5);
+    assert_eq!(files(), before);
+
+    drop(first);
+    second.get_by_label("Try again").click();
+    second.run_steps(3);
+    assert!(second.query_by_label("Read-only").is_none());
+    let refused = Lock::take(folder.path(), "another")
+        .unwrap_err()
+        .to_string();
+    assert!(refused.contains("the studio"), "{refused}");
+}
+
+#[test]
+fn a_shoot_that_was_moved_is_asked_for_and_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = imported(folder.path());
+    let moved = folder.path().join("elsewhere");
+    std::fs::rename(folder.path().join("shoot"), &moved).unwrap();
+    let opened = project.clone();
+    let mut window = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
+    until(&mut window, "question", needs(Some(Need::Shoot)));
+    window.get_by_label("Locate…");
+    window.get_by_label_contains("../shoot");
+    drop_onto(&mut window, &moved);
+    until(&mut window, "found shoot", needs(Some(Need::Calibration)));
+    let kept = Project::open(&project.root).unwrap();
+    assert_eq!(kept.settings.shoot.folder, Path::new("../elsewhere"));
+}
+
+#[test]
+fn each_damage_has_its_sentence_and_loses_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = calibrated(folder.path());
+    let root = project.root.clone();
+    let path = |name: &str| root.join(name);
+    let opened = || {
+        let project = project.clone();
+        window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu))
+    };
+
+    std::fs::create_dir_all(path("checkpoint")).unwrap();
+    std::fs::write(path("checkpoint/checkpoint.toml"), "weights = 7").unwrap();
+    let mut window = opened();
+    until(&mut window, "damaged network", needs(None));
+    window.get_by_label_contains("checkpoint.toml");
+    window.get_by_label_contains("--fresh");
+    window.get_by_label("Try again");
+    drop(window);
+    let damaged = std::fs::read(path("checkpoint/checkpoint.toml")).unwrap();
+    assert_eq!(damaged, b"weights = 7");
+
+    std::fs::write(path("calibration.toml"), "lamps = [").unwrap();
+    let mut window = opened();
+    until(
+        &mut window,
+        "damaged calibration",
+        needs(Some(Need::Calibration)),
+    );
+    window.get_by_label_contains("calibration.toml");
+    window.get_by_label("Calibrate");
+    drop(window);
+
+    for (text, says) in [
+        (Some("name = \"film\"\nsize = x"), "Mend the line"),
+        (None, "project.toml"),
+    ] {
+        let mut window = opened();
+        until(
+            &mut window,
+            "opened project",
+            needs(Some(Need::Calibration)),
+        );
+        match text {
+            Some(text) => std::fs::write(path("project.toml"), text).unwrap(),
+            None => std::fs::remove_file(path("project.toml")).unwrap(),
+        }
+        drop_onto(&mut window, &root);
+        window.run_steps(2);
+        let failure = window.state().news().failure.clone().unwrap();
+        assert!(failure.contains(says), "{failure}");
+        assert!(window.state().project().is_some(), "what was open stays");
+    }
+}
