@@ -271,9 +271,10 @@ impl Project {
 
     /// Moves all that was computed into a new folder `aside-N`, unless there is nothing.
     fn put_aside(&self) -> Result<Option<PathBuf>> {
-        const COMPUTED: [&str; 5] = [
+        const COMPUTED: [&str; 6] = [
             "calibration.toml",
             "checkpoint",
+            "checkpoints",
             "training.csv",
             "held_out.csv",
             "measured.json",

@@ -343,13 +343,13 @@ const BINDINGS: &[Binding] = &[
         Modifiers::NONE,
         Key::I,
         Command::MarkIn,
-        "export from this frame on",
+        "play and export from this frame on",
     ),
     on(
         Modifiers::NONE,
         Key::O,
         Command::MarkOut,
-        "export up to this frame",
+        "play and export up to this frame",
     ),
     on(
         Modifiers::NONE,

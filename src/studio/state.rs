@@ -326,9 +326,11 @@ impl State {
         }
     }
 
-    /// Goes on to the next frame, around the clip's end.
+    /// Goes on to the next frame, around the end of the range between in and out.
     pub fn advance(&mut self) {
-        self.frame = (self.frame + 1) % self.frames.max(1);
+        let (first, last) = self.order.range(self.frames);
+        let within = (first..last).contains(&self.frame);
+        self.frame = if within { self.frame + 1 } else { first };
         self.look.follow(self.frame);
     }
 
@@ -496,6 +498,26 @@ mod tests {
         let mut still = State::new(1, 24.0);
         still.apply(&Command::TogglePlay);
         assert!(!still.playing, "one frame cannot be played");
+    }
+
+    #[test]
+    fn between_in_and_out_playing_goes_around() {
+        let mut s = state();
+        for command in [
+            Command::Frame(6),
+            Command::MarkOut,
+            Command::Frame(4),
+            Command::MarkIn,
+            Command::Frame(8),
+        ] {
+            s.apply(&command);
+        }
+        let mut shown = Vec::new();
+        for _ in 0..5 {
+            s.advance();
+            shown.push(s.frame);
+        }
+        assert_eq!(shown, [4, 5, 6, 4, 5]);
     }
 
     #[test]

@@ -53,6 +53,13 @@ impl TimelinePanel {
         };
         let painter = ui.painter();
         painter.rect_filled(track.rect.shrink2(vec2(0.0, 9.0)), 2.0, theme::WELL);
+        let (first, last) = state.order.range(state.frames);
+        if (first, last) != (0, state.frames.saturating_sub(1)) {
+            let range = track
+                .span(first, 9.0, 19.0)
+                .union(track.span(last, 9.0, 19.0));
+            painter.rect_filled(range, 2.0, Color32::from_gray(72));
+        }
         for &frame in sight.relit.iter().flat_map(|relit| &relit.frames_at_hand) {
             painter.rect_filled(track.span(frame, 12.0, 16.0), 0.0, theme::ACCENT_DIM);
         }
