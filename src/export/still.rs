@@ -196,7 +196,7 @@ pub(super) mod tests {
     use super::*;
     use crate::compositor::reference::view;
     use crate::imaging::color::srgb_from_linear;
-    use crate::imaging::{Image, Mask, file};
+    use crate::imaging::{Mask, Raster, file};
     use crate::scene::ViewTransform;
     use exr::meta::attribute::{AttributeValue, Text};
 
@@ -306,7 +306,7 @@ pub(super) mod tests {
         let lamp = |i: usize| LightLayer {
             lamp: format!("olat {i} ü"),
             weight: [0.5 + i as f32, 0.25, 1.0 / (1.0 + i as f32)],
-            picture: crate::imaging::Raster::from_fn(5, 3, |x, y| {
+            picture: Raster::from_fn(5, 3, |x, y| {
                 [x as f32 + 0.1, y as f32, (i * x) as f32 / 7.0]
             }),
         };
@@ -350,7 +350,7 @@ pub(super) mod tests {
         assert!(channels.iter().all(is_half));
 
         let mut other = lights.clone();
-        other.0[7].weight[1] *= 1.01;
+        other.0[7].weight[0] *= 1.01;
         assert!(
             with(&other).residual > 4.0 * check.residual,
             "a wrong weight is seen"
