@@ -68,6 +68,8 @@ key Escape
 key question
 shot keys 2
 key Escape
+# Nothing is pointed at from here on.
+xdotool mousemove 640 708
 key ctrl+1
 shot calibrate 8
 key ctrl+2
