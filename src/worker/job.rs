@@ -273,9 +273,9 @@ impl Job {
             Self::Demo { folder, device, .. } => {
                 demo::run(&folder, device, progress).map(|report| Outcome::Shown(Box::new(report)))
             }
-            Self::Frame { project, settings } => settings
-                .run(&mut Project::open(&project)?)
-                .map(Outcome::Framed),
+            Self::Frame { project, settings } => {
+                Project::change(&project, |project| settings.run(project)).map(Outcome::Framed)
+            }
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
                 checkpoint::pack(&project.checkpoint_path(), &to).map(Outcome::Packed)
