@@ -54,6 +54,12 @@ fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
     window.get_by_label("Thumbnail of frame 2").click();
     window.run_steps(2);
     assert_eq!(window.state().state().frame, 2);
+    window.key_press(Key::I);
+    window.run_steps(2);
+    window.get_by_label("frames 2 to 2");
+    window.get_by_label("All").click();
+    window.run_steps(2);
+    window.get_by_label("frames 0 to 2");
     let file = |end: &'static str| {
         move |app: &StudioApp| {
             let shown = app.footages().picture().and_then(|p| p.as_ref().ok());
