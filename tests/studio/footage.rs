@@ -96,7 +96,7 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
         "Framing, lower right corner",
         vec2(-90.0, -20.0),
     );
-    corner(&mut window, "Framing", vec2(40.0, -120.0));
+    corner(&mut window, "Framing, the square", vec2(40.0, -120.0));
     window.get_by_label("Use this framing").click();
     window.run();
     window.get_by_label_contains("made under the framing of before");
