@@ -679,11 +679,19 @@ fn a_window_without_a_picture_shows_the_job_in_its_place() {
 
 /// Compares the window with its picture, without the times, which differ from run to run.
 fn snapshot(window: &mut Window, name: &str) {
+    snapshot_without(window, name, egui::Rect::NOTHING);
+}
+
+/// The same without what is in `rect`.
+fn snapshot_without(window: &mut Window, name: &str, rect: egui::Rect) {
     if !vulkan_adapter() {
         println!("skipped: no Vulkan adapter to draw with; install mesa-vulkan-drivers");
         return;
     }
     window.run();
+    if rect.is_positive() {
+        window.mask(rect);
+    }
     for timing in ["predicted in", "relit in"] {
         let Some(label) = window.query_by_label_contains(timing).map(|l| l.rect()) else {
             continue;

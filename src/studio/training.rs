@@ -99,6 +99,11 @@ impl Training {
         }
     }
 
+    /// Whether what is known is what was on disk when it was last written to.
+    pub fn is_current(&self) -> bool {
+        self.current && !self.reading
+    }
+
     /// Takes in what was read.
     pub fn read(&mut self) {
         let Some(records) = self.slot.as_ref().and_then(|slot| slot.take()) else {

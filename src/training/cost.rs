@@ -104,38 +104,16 @@ impl Preset {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::project::{Ball, FORMAT, Settings, Shoot};
+    use crate::project::tests::empty;
+    use std::path::Path;
 
     fn project() -> Project {
         let names = |count: usize| (0..count).map(|i| i.to_string()).collect();
-        Project {
-            root: "film".into(),
-            settings: Settings {
-                format: FORMAT,
-                name: "film".into(),
-                size: 64,
-                seed: 1,
-                shoot: Shoot {
-                    folder: "shoot".into(),
-                    frame_rate: 24.0,
-                    poses: names(6),
-                    lamps: names(12),
-                    other_lamps: vec![],
-                    frames: names(100),
-                    ball: Ball {
-                        center_px: [8.0; 2],
-                        radius_px: 4.0,
-                        radius_m: 0.1,
-                        camera_distance_m: 1.0,
-                    },
-                    dome_radius_m: None,
-                    environments: vec![],
-                    lamp_layout: vec![],
-                },
-                environments: vec![],
-                framing: Default::default(),
-            },
-        }
+        let mut project = empty(Path::new("film"));
+        project.settings.size = 64;
+        let shoot = &mut project.settings.shoot;
+        (shoot.poses, shoot.lamps, shoot.frames) = (names(6), names(12), names(100));
+        project
     }
 
     #[test]

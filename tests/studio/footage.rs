@@ -54,6 +54,12 @@ fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
     window.get_by_label("Thumbnail of frame 2").click();
     window.run_steps(2);
     assert_eq!(window.state().state().frame, 2);
+    window.key_press(Key::I);
+    window.run_steps(2);
+    window.get_by_label("frames 2 to 2");
+    window.get_by_label("All").click();
+    window.run_steps(2);
+    window.get_by_label("frames 0 to 2");
     let file = |end: &'static str| {
         move |app: &StudioApp| {
             let shown = app.footages().picture().and_then(|p| p.as_ref().ok());
@@ -90,7 +96,7 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
         "Framing, lower right corner",
         vec2(-90.0, -20.0),
     );
-    corner(&mut window, "Framing", vec2(40.0, -120.0));
+    corner(&mut window, "Framing, the square", vec2(40.0, -120.0));
     window.get_by_label("Use this framing").click();
     window.run();
     window.get_by_label_contains("made under the framing of before");

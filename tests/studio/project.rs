@@ -132,7 +132,7 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
     std::fs::remove_file(shoot.join("probes/olat_03.png")).unwrap();
     std::fs::remove_file(shoot.join("interview_masks/frame_001.png")).unwrap();
     let mut window = no_project();
-    drop_onto(&mut window, folder.path().join("shoot/manifest.json"));
+    drop_onto(&mut window, folder.path().join("shoot/truth.json"));
     window.get_by_label_contains("neither a panorama");
     drop_onto(&mut window, &shoot);
     until(&mut window, "look at the shoot", |app| {

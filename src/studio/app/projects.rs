@@ -17,6 +17,9 @@ use crate::worker::{Blocked, Job, Need, Worker};
 use egui::{Ui, ViewportCommand};
 use std::path::{Path, PathBuf};
 
+/// The files of a project and of a shoot that tell what their folder is.
+const FILES: [&str; 2] = ["project.toml", "manifest.json"];
+
 impl StudioApp {
     /// Shows what `worker` makes of `project`, in place of what was shown before.
     pub(super) fn start(&mut self, project: Project, mut worker: Worker) {
@@ -199,12 +202,13 @@ impl StudioApp {
 
     /// What a dropped folder, or a file that is no panorama, asks for.
     pub(super) fn dropped_folder(&mut self, path: PathBuf) -> Option<Command> {
-        let project: &Path = match path.parent() {
-            Some(parent) if path.file_name().is_some_and(|name| name == "project.toml") => parent,
-            _ => &path,
+        // Their files stand for the folders.
+        let path = match path.parent() {
+            Some(folder) if FILES.iter().any(|name| path.ends_with(name)) => folder.to_path_buf(),
+            _ => path,
         };
-        if project.join("project.toml").exists() {
-            return Some(Command::OpenProject(project.to_path_buf()));
+        if path.join("project.toml").exists() {
+            return Some(Command::OpenProject(path));
         }
         if is_shoot(&path) {
             let lost = Some(Need::Shoot);

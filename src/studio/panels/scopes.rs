@@ -147,7 +147,7 @@ fn lamps_ui(ui: &mut Ui, texel: &[[f32; 3]], sight: &Sight, relit: &Relit, out: 
         .map(|(texel, weight)| std::array::from_fn(|c| texel[c] * weight[c]))
         .collect();
     let most = (light.iter().map(|&light| luminance(light))).fold(f32::MIN_POSITIVE, f32::max);
-    ui.label(RichText::new("Light by lamp").color(theme::QUIET));
+    ui.label(RichText::new("What each lamp gives to it").color(theme::QUIET));
     let size = vec2(ui.available_width(), 100.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Light by lamp"));

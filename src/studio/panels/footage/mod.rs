@@ -9,6 +9,7 @@ use crate::project::{Framing, Padding, Project};
 use crate::studio::command::Command;
 use crate::studio::footages::{FootageView, MatteView, Shown};
 use crate::studio::news::Phase;
+use crate::studio::order::Order;
 use crate::studio::panel::Sight;
 use crate::studio::theme::{self, GAP};
 use crate::worker::Need;
@@ -226,6 +227,41 @@ fn field_ui(ui: &mut Ui, name: &str, field: DragValue) {
     ui.end_row();
 }
 
+/// The frames that are played and exported.
+fn range_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    let order = &sight.state.order;
+    let (first, last) = order.range(sight.state.frames);
+    ui.horizontal(|ui| {
+        for (name, hint, command) in [
+            (
+                "In",
+                "Play and export from this frame on. Key: I",
+                Command::MarkIn,
+            ),
+            (
+                "Out",
+                "Play and export up to this frame. Key: O",
+                Command::MarkOut,
+            ),
+        ] {
+            if ui.button(name).on_hover_text(hint).clicked() {
+                out.push(command);
+            }
+        }
+        let all = Order {
+            frames: None,
+            ..order.clone()
+        };
+        if ui
+            .add_enabled(order.frames.is_some(), Button::new("All"))
+            .clicked()
+        {
+            out.push(Command::Order(Box::new(all)));
+        }
+        quiet_ui(ui, &format!("frames {first} to {last}"));
+    });
+}
+
 /// Which picture is shown, and how its matte.
 fn view_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
     let view = sight.state.footage;
@@ -261,6 +297,7 @@ fn view_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>
             quiet_ui(ui, &format!("of {last}, under {}", shoot.lamp(0)));
         });
     } else {
+        range_ui(ui, sight, out);
         let frame = sight.state.frame.min(shoot.frames.len() - 1);
         quiet_ui(
             ui,

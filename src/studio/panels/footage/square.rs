@@ -97,7 +97,9 @@ impl Square {
         let id = ui.scope_id().with("framing");
         // The corners lie over the body, and get what is pressed there.
         let body = ui.interact(chosen.intersect(room), id, Sense::drag());
-        body.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Framing"));
+        body.widget_info(|| {
+            egui::WidgetInfo::labeled(egui::Role::Button, true, "Framing, the square")
+        });
         let body = body.on_hover_cursor(CursorIcon::Move);
         let mut held = body.dragged().then_some((body, None));
         for (i, (corner, name)) in CORNERS.into_iter().enumerate() {

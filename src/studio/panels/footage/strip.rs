@@ -16,6 +16,7 @@ pub fn strip_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     if frames != sight.footages.wanted() {
         out.push(Command::Thumbnails(frames.clone()));
     }
+    let (first, last) = sight.state.order.range(sight.state.frames);
     let cell = rect.width() / frames.len().max(1) as f32;
     let current = frames.partition_point(|&frame| frame <= sight.state.frame);
     for (i, &frame) in frames.iter().enumerate() {
@@ -37,9 +38,13 @@ pub fn strip_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             let size = picture.size_vec2();
             let scale = (place.width() / size.x).min(place.height() / size.y);
             let inside = Rect::from_center_size(place.center(), scale * size);
+            let tint = if (first..=last).contains(&frame) {
+                Color32::WHITE
+            } else {
+                Color32::from_gray(70)
+            };
             let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
-            ui.painter()
-                .image(picture.id(), inside, whole, Color32::WHITE);
+            ui.painter().image(picture.id(), inside, whole, tint);
         }
         let text = place.left_bottom() + vec2(3.0, -1.0);
         ui.painter().text(

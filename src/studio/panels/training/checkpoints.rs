@@ -25,7 +25,10 @@ fn row_ui(ui: &mut Ui, kept: &Kept, idle: bool, out: &mut Vec<Command>) {
     let info = &kept.info;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;
-        let mut text = format!("step {}, {}", info.step, clock(info.seconds));
+        let mut text = match info.step {
+            0 => "starting point".to_owned(),
+            step => format!("step {step}, {}", clock(info.seconds)),
+        };
         if let Some(judged) = info.held_out {
             text += &format!(", {:.2} dB", judged.decibels);
         }

@@ -38,6 +38,7 @@ pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<C
         };
         let painter = ui.painter();
         painter.rect_filled(rect, 3.0, fill);
+        let limited = config.minutes.map(|minutes| 60.0 * minutes) == cost.seconds;
         let line = |x: f32, y: f32, align: egui::Align2, text: String, size: f32, color| {
             let at = egui::pos2(x, rect.top() + y);
             painter.text(at, align, text, egui::FontId::proportional(size), color);
@@ -50,7 +51,7 @@ pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<C
             right,
             4.0,
             egui::Align2::RIGHT_TOP,
-            time(&cost),
+            time(&cost, limited),
             13.0,
             theme::TEXT,
         );
@@ -60,7 +61,7 @@ pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<C
             right,
             21.0,
             egui::Align2::RIGHT_TOP,
-            steps(&cost),
+            steps(&cost, limited),
             11.5,
             quiet,
         );
@@ -78,26 +79,20 @@ pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<C
     }
 }
 
-/// Minutes and hours of a run.
-fn time(cost: &RunCost) -> String {
+/// Minutes and hours of a run; those that `limited` it are exact.
+fn time(cost: &RunCost, limited: bool) -> String {
     match cost.seconds {
         None => "known after the first steps".to_owned(),
-        Some(seconds) => {
-            let about = if cost.timed || cost.steps.is_none() {
-                ""
-            } else {
-                "about "
-            };
-            format!("{about}{}", duration(seconds))
-        }
+        Some(seconds) if limited || cost.timed => duration(seconds),
+        Some(seconds) => format!("about {}", duration(seconds)),
     }
 }
 
-fn steps(cost: &RunCost) -> String {
-    match (cost.steps, cost.seconds) {
-        (Some(steps), Some(_)) => format!("{steps} steps"),
-        (Some(steps), None) => format!("{steps} steps, time unknown"),
-        _ => "steps by its time".to_owned(),
+fn steps(cost: &RunCost, limited: bool) -> String {
+    match cost.steps {
+        None => "steps by its time".to_owned(),
+        Some(steps) if limited && !cost.timed => format!("about {steps} steps"),
+        Some(steps) => format!("{steps} steps"),
     }
 }
 
@@ -188,7 +183,8 @@ impl Buttons {
         let Some(present) = records.and_then(|records| records.present.as_ref()) else {
             // A checkpoint that is there and cannot be read is put aside by a run that begins anew.
             let broken = records.is_some_and(|records| records.failure.is_some());
-            return start_ui(ui, broken, out);
+            ui.horizontal(|ui| start_ui(ui, broken, out));
+            return;
         };
         if self.confirming {
             ui.label(RichText::new(format!(
@@ -268,15 +264,40 @@ mod tests {
             steps,
             timed,
         };
-        assert_eq!(
-            time(&cost(None, Some(9), false)),
-            "known after the first steps"
-        );
-        assert_eq!(time(&cost(Some(600.0), None, false)), "10 min");
-        assert_eq!(
-            time(&cost(Some(5400.0), Some(9), false)),
-            "about 1 h 30 min"
-        );
-        assert_eq!(time(&cost(Some(5400.0), Some(9), true)), "1 h 30 min");
+        let said = |cost: RunCost, limited| [time(&cost, limited), steps(&cost, limited)];
+        for (cost, limited, text) in [
+            (
+                cost(None, Some(9), false),
+                false,
+                ["known after the first steps", "9 steps"],
+            ),
+            (
+                cost(Some(600.0), None, false),
+                true,
+                ["10 min", "steps by its time"],
+            ),
+            (
+                cost(Some(600.0), Some(9), false),
+                true,
+                ["10 min", "about 9 steps"],
+            ),
+            (
+                cost(Some(600.0), Some(9), true),
+                true,
+                ["10 min", "9 steps"],
+            ),
+            (
+                cost(Some(5400.0), Some(9), false),
+                false,
+                ["about 1 h 30 min", "9 steps"],
+            ),
+            (
+                cost(Some(5400.0), Some(9), true),
+                false,
+                ["1 h 30 min", "9 steps"],
+            ),
+        ] {
+            assert_eq!(said(cost, limited), text);
+        }
     }
 }

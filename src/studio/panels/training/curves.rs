@@ -89,9 +89,10 @@ pub fn held_out_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
     let response = plot("held out", height)
         .include_x(0.0)
         .include_x(last as f64)
+        .y_grid_spacer(|input| few(&input, 3.0))
         .custom_y_axes(vec![
             axis(AxisHints::new_y())
-                .formatter(|mark, _| format!("{} dB", mark.value))
+                .formatter(|mark, _| format!("{} dB", tidy(mark.value, 2)))
                 .label_spacing(14.0..=20.0)
                 .min_thickness(46.0),
         ])
@@ -124,6 +125,7 @@ fn plot<'a>(name: &'static str, height: f32) -> Plot<'a> {
         .allow_double_click_reset(false)
         .auto_bounds(Vec2b::TRUE)
         .show_crosshair(false)
+        .x_grid_spacer(|input| few(&input, 6.0))
         .grid_color(Color32::from_gray(70))
         .custom_x_axes(vec![steps])
 }
@@ -181,13 +183,38 @@ fn decades(input: GridInput) -> Vec<GridMark> {
         .collect()
 }
 
-/// A loss as it is written on an axis.
+/// About `count` marks at multiples of 1, 2 or 5 of a power of ten.
+fn few(input: &GridInput, count: f64) -> Vec<GridMark> {
+    let (from, to) = input.bounds;
+    let room = (to - from) / count;
+    if !(room.is_finite() && room > 0.0) {
+        return Vec::new();
+    }
+    let power = 10f64.powf(room.log10().floor());
+    let digits = [1.0, 2.0, 5.0, 10.0].into_iter();
+    let mut steps = digits.map(|digit| digit * power);
+    let step_size = steps.find(|step| *step >= room).unwrap_or(10.0 * power);
+    let numbers = (from / step_size).ceil() as i64..=(to / step_size).floor() as i64;
+    let mark = |number: i64| GridMark {
+        value: number as f64 * step_size,
+        step_size,
+    };
+    numbers.map(mark).collect()
+}
+
+/// A loss as it is written on an axis: two digits.
 fn plain(value: f64) -> String {
     let digits = (1.0 - value.log10().floor()).clamp(0.0, 7.0) as usize;
+    tidy(value, digits)
+}
+
+/// A number with so many decimals at most.
+fn tidy(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
     }
 }
 
@@ -219,6 +246,21 @@ mod tests {
         let calm = smoothed(&curve(|i| if i % 2 == 0 { 0.1 } else { 0.4 }));
         // The geometric mean of 0.1 and 0.4 is 0.2.
         assert!(calm[100..].iter().all(|[_, y]| (0.18..0.22).contains(y)));
+    }
+
+    #[test]
+    fn a_few_marks_at_round_numbers_divide_any_range() {
+        let marks = |from, to| -> Vec<String> {
+            let input = GridInput {
+                bounds: (from, to),
+                base_step_size: 0.01,
+            };
+            let marks = few(&input, 4.0);
+            marks.iter().map(|mark| tidy(mark.value, 2)).collect()
+        };
+        assert_eq!(marks(-60.0, 1300.0), ["0", "500", "1000"]);
+        assert_eq!(marks(22.4, 24.1), ["22.5", "23", "23.5", "24"]);
+        assert!(marks(1.0, 1.0).is_empty() && marks(0.0, f64::INFINITY).is_empty());
     }
 
     #[test]

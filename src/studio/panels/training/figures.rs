@@ -82,11 +82,12 @@ pub fn figures_ui(ui: &mut Ui, sight: &Sight, project: &Project) {
             "Of the whole program",
         ),
     ];
+    // Rows of text alone need no room for buttons.
+    ui.spacing_mut().interact_size.y = 0.0;
     egui::Grid::new("figures of training")
         .num_columns(2)
         .spacing([2.0 * GAP, 2.0])
         .show(ui, |ui| {
-            ui.spacing_mut().interact_size.y = 0.0;
             for (name, value, hint) in rows {
                 ui.label(RichText::new(name).size(12.0).color(theme::QUIET))
                     .on_hover_text(hint);

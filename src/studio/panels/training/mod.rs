@@ -70,7 +70,7 @@ impl TrainingPanel {
         let room = ui.available_height();
         let thirds = (ui.available_width() - 2.0 * GAP) / 3.0 + LINE;
         let pictures = thirds.min(0.38 * room);
-        let rest = (room - pictures - 3.0 * LINE - 5.0 * GAP).max(160.0);
+        let rest = (room - pictures - 3.0 * LINE - 2.0 * GAP).max(160.0);
         let below = if judged { 0.34 * rest } else { 0.0 };
         ui.horizontal(|ui| {
             ui.label(RichText::new("Losses").size(13.0));
@@ -94,7 +94,10 @@ impl TrainingPanel {
         out: &mut Vec<Command>,
     ) {
         ui.add_space(GAP);
-        if let Some(sentence) = &records.failure {
+        // The bar to scroll by covers nothing.
+        ui.set_max_width(ui.available_width() - GAP);
+        let known = !sight.training.history.points().is_empty() || sight.training.running;
+        if let Some(sentence) = records.failure.as_ref().filter(|_| known) {
             ui.label(RichText::new(sentence).size(12.5).color(theme::ACCENT));
             ui.add_space(GAP);
         }
@@ -103,8 +106,10 @@ impl TrainingPanel {
         if !is_empty(sight, records) {
             self.buttons.ui(ui, sight, project, out);
         }
-        ui.separator();
-        figures::figures_ui(ui, sight, project);
+        if known {
+            ui.separator();
+            ui.scope(|ui| figures::figures_ui(ui, sight, project));
+        }
         ui.separator();
         checkpoints::checkpoints_ui(ui, sight, out);
         ui.add_space(GAP);
@@ -144,8 +149,7 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, records: &Records, out: &mut Vec<Comma
         let shoot = sight.project.map(|project| &project.settings.shoot);
         if let Some(shoot) = shoot {
             ui.label(format!(
-                "The network learns from {} poses under {} lamps, and from {} frames of the interview. Choose a \
-                 preset at the right.",
+                "To learn from: poses {}, lamps {}, frames of the interview {}. Choose a preset at the right.",
                 shoot.poses.len(),
                 shoot.lamps.len(),
                 shoot.frames.len()
