@@ -679,8 +679,8 @@ impl StudioApp {
         self.edited |= shown.edited;
         let drawn = shown.drawn;
         if !drawn.contains(&self.state.active) {
-            let mut main = workspace.main().iter();
-            if let Some(&active) = main.find(|&pane| drawn.contains(pane)) {
+            let main = workspace.main().iter().find(|&pane| drawn.contains(pane));
+            if let Some(&active) = main.or(drawn.first()) {
                 self.state.apply(&Command::Activate(active));
             }
         }

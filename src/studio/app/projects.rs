@@ -218,7 +218,8 @@ impl StudioApp {
             });
         }
         self.news.fail(format!(
-            "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor the folder of a project or a shoot",
+            "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor the folder of a project (with its \
+             project.toml) or of a shoot (with its manifest.json)",
             path.display()
         ));
         None

@@ -119,9 +119,9 @@ fn found_ui(ui: &mut Ui, scan: &Scan) {
 
 fn line_ui(ui: &mut Ui, line: &Line) {
     let (mark, color, says) = match (&line.lack, line.needed) {
-        (None, _) => ("✔", theme::QUIET, "complete"),
+        (None, _) => ("•", theme::QUIET, "complete"),
         (Some(_), false) => ("–", theme::QUIET, "not needed"),
-        (Some(_), true) => ("✖", theme::ACCENT, "missing"),
+        (Some(_), true) => ("!", theme::ACCENT, "missing"),
     };
     let tick = ui.colored_label(color, mark);
     tick.widget_info(|| {
