@@ -33,7 +33,7 @@ pub struct Steady {
 impl Steady {
     /// Looks at a frame after `before`, holding back `share` (`[0, 1]`) of a jump. `before` counts where
     /// it is the frame before this one and of its size; the same frame again keeps its gain. `even` gives
-    /// the [`samples`] of the frame under [`even_light`].
+    /// the samples of the frame under even light.
     ///
     /// # Errors
     /// When `even` does.

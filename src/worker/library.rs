@@ -196,7 +196,7 @@ impl Thumbnail {
         })
     }
 
-    /// The same for an environment that is turned, at up to [`Self::TURNED_WIDTH`] columns; see
+    /// The same for an environment that is turned, at up to `TURNED_WIDTH` columns; see
     /// [`crate::light::weights::rotation`].
     pub fn turned(&self, turn: Quat) -> Self {
         let codes = self.rgb.chunks_exact(3);

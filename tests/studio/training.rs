@@ -197,6 +197,7 @@ fn trained(folder: &Path, steps: u64) -> Window {
     until(&mut window, "what is on disk", |app| {
         app.training().records.is_some() && app.relit().is_some()
     });
+    until_shown(&mut window);
     window
 }
 
@@ -299,7 +300,6 @@ fn a_training_that_nobody_touches_asks_for_no_frame() {
     until(&mut window, "panoramas", |app| {
         app.environments().iter().all(|e| e.panorama.is_done())
     });
-    until_shown(&mut window);
     window.run();
     for _ in 0..5 {
         std::thread::sleep(std::time::Duration::from_millis(50));

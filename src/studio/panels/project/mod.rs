@@ -96,7 +96,7 @@ impl ProjectPanel {
         quiet_ui(
             ui,
             "Without a shoot of your own: a virtual light stage makes one, and the project opens with its \
-             network ready. This takes a few minutes and 100 MB.",
+             network ready. This takes a few minutes and 20 MB.",
         );
         ui.horizontal(|ui| {
             let label = ui.label("In folder");
