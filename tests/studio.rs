@@ -47,6 +47,8 @@ fn window(make: impl FnOnce(&egui::Context) -> StudioApp) -> Window {
     Harness::builder()
         .with_size(vec2(1280.0, 720.0))
         .with_step_dt(0.25)
+        // `run` ends when nothing asks for a frame; the threads behind the window may ask for a few.
+        .with_max_steps(60)
         .build_eframe(|cc| make(&cc.egui_ctx))
 }
 
