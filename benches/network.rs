@@ -56,6 +56,9 @@ struct Options {
     /// Further arguments for the PyTorch script, such as "--fused --channels-last".
     #[arg(long, default_value = "", allow_hyphen_values = true)]
     peer: String,
+    /// Train with gradient checkpointing: what is cheap is computed anew on the way back.
+    #[arg(long)]
+    recompute: bool,
     /// Answer lines as a peer: what the driver starts.
     #[arg(long, hide = true)]
     serve: bool,
@@ -103,7 +106,7 @@ fn main() -> Result<()> {
     if options.serve {
         afterlight::memory::keep_freed();
         let config = options.shape[0].config(options.size[0], options.precision);
-        return serve(&config, &compute(options.device));
+        return serve(&config, &compute(options.device), options.recompute);
     }
     race(&options)
 }
@@ -167,9 +170,12 @@ impl Learner {
 }
 
 /// Answers the lines on the standard input with the network of this crate.
-fn serve(config: &UNetConfig, compute: &ComputeDevice) -> Result<()> {
+fn serve(config: &UNetConfig, compute: &ComputeDevice, recompute: bool) -> Result<()> {
     let plain = &compute.device;
-    let device = plain.clone().autodiff();
+    let mut device = plain.clone().autodiff();
+    if recompute {
+        device = device.gradient_checkpointing();
+    }
     device.seed(0);
     let noise = |channels| {
         let shape = [1, channels, config.size, config.size];
@@ -258,8 +264,10 @@ impl Peer {
     }
 
     fn ours(shape: Shape, size: usize, threads: usize, options: &Options) -> Result<Self> {
+        let recompute = options.recompute.then_some("--recompute");
         Self::start(
             Command::new(std::env::current_exe()?)
+                .args(recompute)
                 .args(["--serve", "--shape", &name(shape)])
                 .args(["--precision", &name(options.precision)])
                 .args(["--device", &name(options.device)])

@@ -1,6 +1,7 @@
 //! The demo: the whole way on a shoot of the virtual stage, with no data and no download.
 
 use crate::calibration::{CalibrateSettings, Calibration, calibrate};
+use crate::compositor::Storage;
 use crate::error::Result;
 use crate::evaluation::{EvaluateReport, EvaluateSettings, Method, Truth, evaluate};
 use crate::export::Files;
@@ -138,6 +139,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
             files: Files::to(clip.display().to_string()),
             profile: false,
             device,
+            storage: Storage::default(),
         },
         progress,
     )?;

@@ -194,6 +194,8 @@ fn a_small_shoot_goes_all_the_way() {
     has_keys(&relit["passes"][0], &["name", "ran", "reason", "ms"]);
     assert!(at.join("out.0002.exr").exists() && at.join("out.0003.exr").exists());
 
+    fields_are_kept_as_asked(at);
+    kernels_are_timed_once(at);
     fronts_are_yaws_and_are_remembered(at);
     let with_layers = [
         "relight",
@@ -262,6 +264,48 @@ fn a_small_shoot_goes_all_the_way() {
 }
 
 /// Which way is front in a file is a yaw of its content, said for once or remembered in the project.
+/// Relights one frame; what is said of it.
+fn relit(at: &Path, arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_afterlight"))
+        .current_dir(at)
+        .env("XDG_CACHE_HOME", at.join("cache"))
+        .env("CUBECL_DEBUG_LOG", at.join("kernels.log"))
+        .args(["relight", "film", "--environment", "nave"])
+        .args(["--frames", "1-1", "--to", "one.%04d.png", "--profile"])
+        .args(arguments)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    said
+}
+
+fn fields_are_kept_as_asked(at: &Path) {
+    for (field, sentence) in [
+        ("f32", "were kept in f32"),
+        ("f16", "were kept in f16"),
+        ("compressed", "components of 36, which err by 0."),
+    ] {
+        let said = relit(at, &["--device", "cpu", "--field", field]);
+        assert!(said.contains(sentence), "{field}: {said}");
+    }
+}
+
+/// What burn times on a GPU is kept in the cache folder: a second run times nothing.
+fn kernels_are_timed_once(at: &Path) {
+    let log = at.join("kernels.log");
+    for anew in [true, false] {
+        let said = relit(at, &["--device", "gpu"]);
+        if !said.contains("GPU (wgpu)") {
+            eprintln!("skipped: no GPU, not even a software one: {said}");
+            return;
+        }
+        let timed = std::fs::read_to_string(&log).unwrap();
+        assert_eq!(timed.contains("Fastest result"), anew);
+        std::fs::remove_file(&log).unwrap();
+    }
+}
+
 fn fronts_are_yaws_and_are_remembered(at: &Path) {
     let yard = image::Rgb32FImage::from_fn(64, 32, |x, y| {
         image::Rgb([if x < 20 && y < 16 { 9.0 } else { 0.3 }; 3])

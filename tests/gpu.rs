@@ -2,9 +2,9 @@
 
 mod mapped;
 
-use afterlight::compositor::Field;
+use afterlight::compositor::{Field, Keeping, Storage};
 use afterlight::footage::Frame;
-use afterlight::gpu::ComputeDevice;
+use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::imaging::{Image, Raster};
 use afterlight::reflectance::checkpoint::CheckpointInfo;
 use afterlight::reflectance::predictor::predicts_in_half;
@@ -72,6 +72,12 @@ fn weights() -> Vec<[f32; 3]> {
     vec![[0.2, 0.5, 1.0], [0.0; 3], [2.0, 1.0, 0.1], [0.3; 3]]
 }
 
+/// A prediction of [`frame`] as the program keeps it on this device.
+fn kept(predictor: &Predictor, storage: Storage, compute: &ComputeDevice) -> Field {
+    let field = predictor.predict_on_device(&frame()).unwrap();
+    Keeping::new(storage).keep(field, compute.passes()).unwrap()
+}
+
 /// The largest difference as a share of the largest value.
 fn difference(a: &Image, b: &Image) -> f32 {
     let values = |image: &Image| image.pixels.as_flattened().to_vec();
@@ -89,10 +95,13 @@ fn a_field_lit_where_the_network_left_it_is_the_cpu_s() {
     let Some((compute, _turn)) = gpu() else {
         return;
     };
-    let passes = compute.passes();
     let [here, there] = both(&compute, Precision::Full);
-    let there = Field::predicted(there.predict_on_device(&frame()).unwrap(), passes).unwrap();
-    let here = Field::predicted(here.predict_on_device(&frame()).unwrap(), None).unwrap();
+    let there = kept(&there, Storage::F32, &compute);
+    let here = kept(
+        &here,
+        Storage::F32,
+        &ComputeDevice::choose(DeviceChoice::Cpu),
+    );
     assert_eq!((there.size(), there.lamps()), ((SIZE, SIZE), LAMPS));
     assert_eq!((here.size(), here.lamps()), ((SIZE, SIZE), LAMPS));
     let [there_lit, here_lit] = [&there, &here].map(|field| field.relight(&weights()).unwrap());
@@ -109,23 +118,43 @@ fn of_a_prediction_that_is_lit_nothing_but_the_picture_is_read_back() {
     let Some((compute, _turn)) = gpu() else {
         return;
     };
-    let passes = compute.passes();
     let [_, predictor] = both(&compute, Precision::Full);
-    let lit = || {
-        let field = Field::predicted(predictor.predict_on_device(&frame()).unwrap(), passes);
-        field.unwrap().relight(&weights()).unwrap()
-    };
-    // The first time kernels are timed against each other, which reads clocks.
-    let first = lit();
-    let (second, mapped) = mapped_during(lit);
-    assert_eq!(first, second);
-    let picture = (SIZE * SIZE * 4 * size_of::<f32>()) as u64;
-    assert_eq!(mapped, [picture]);
+    for storage in [Storage::F32, Storage::F16] {
+        let lit = || {
+            let field = kept(&predictor, storage, &compute);
+            field.relight(&weights()).unwrap()
+        };
+        // The first time kernels are timed against each other, which reads clocks.
+        let first = lit();
+        let (second, mapped) = mapped_during(lit);
+        assert_eq!(first, second);
+        let picture = (SIZE * SIZE * 4 * size_of::<f32>()) as u64;
+        assert_eq!(mapped, [picture], "{storage:?}");
+    }
     // The log does see the network's own reads.
     let (field, mapped) = mapped_during(|| predictor.predict(&frame()).unwrap());
     let field = (field.values.len() * size_of::<f32>()) as u64;
     // Its reads land in pages, which may be larger.
     assert!(mapped.iter().any(|&bytes| bytes >= field), "{mapped:?}");
+}
+
+#[test]
+fn a_prediction_is_the_same_however_it_is_kept_and_wherever() {
+    let Some((compute, _turn)) = gpu() else {
+        return;
+    };
+    let [here, there] = both(&compute, Precision::Full);
+    let cpu = ComputeDevice::choose(DeviceChoice::Cpu);
+    let exact = kept(&here, Storage::F32, &cpu);
+    let lit = exact.relight(&weights()).unwrap();
+    for (storage, off) in [(Storage::F16, 6e-4), (Storage::Compressed, 0.02)] {
+        for field in [kept(&here, storage, &cpu), kept(&there, storage, &compute)] {
+            assert!(storage == Storage::Compressed || 2 * field.bytes() <= exact.bytes());
+            let apart = difference(&field.relight(&weights()).unwrap(), &lit);
+            println!("{storage:?}: apart by {apart:e} of the largest value");
+            assert!(apart <= off, "{storage:?} {apart}");
+        }
+    }
 }
 
 #[test]

@@ -147,6 +147,24 @@ fn a_resumed_run_equals_an_unstopped_one(config: TrainingConfig) {
 }
 
 #[test]
+fn what_is_computed_anew_on_the_way_back_changes_nothing() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    shoot(folder.path());
+    let networks = [false, true].map(|recompute| {
+        let (project, calibration) = project(folder.path(), &format!("{recompute}"));
+        let config = TrainingConfig {
+            epochs: 3,
+            recompute,
+            ..small()
+        };
+        run(&project, &calibration, config);
+        predicted(&project, &calibration).values
+    });
+    assert_eq!(networks[0], networks[1]);
+}
+
+#[test]
 fn training_learns_and_its_output_does_not_fall_to_black() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();

@@ -2,6 +2,7 @@
 
 use super::parse::{parse_front, parse_keys, parse_light, parse_range};
 use super::{DeviceArgs, OutputArgs};
+use crate::compositor::Storage;
 use crate::export::relight::RelightSettings;
 use crate::export::{Bits, Existing, Files};
 use crate::light::conventions::Front;
@@ -70,6 +71,9 @@ pub struct RelightArgs {
     /// Say which passes ran, which did not and why, and what each took.
     #[arg(long)]
     profile: bool,
+    /// In what numbers the predicted OLATs are kept.
+    #[arg(long, value_enum, default_value_t)]
+    field: Storage,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -235,6 +239,7 @@ impl RelightArgs {
             },
             profile: self.profile,
             device: self.device.device,
+            storage: self.field,
         };
         Job::Relight {
             project: self.project.clone(),

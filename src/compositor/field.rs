@@ -4,8 +4,35 @@ use super::passes::PicturePasses;
 use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
 use crate::error::Result;
 use crate::imaging::Image;
-use crate::reflectance::{CompressedField, DeviceField, FieldBuffer, HalfField, ReflectanceField};
+use crate::reflectance::{
+    CompressedField, DeviceField, FieldBuffer, HalfField, LampBasis, ReflectanceField,
+};
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+
+/// In what numbers predicted OLATs are kept: rungs of accuracy, memory and the time of a sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Storage {
+    /// As the network left them.
+    F32,
+    /// In half the memory: a value is off by at most 2⁻¹¹ of it.
+    #[default]
+    F16,
+    /// As principal components over the lamps, as many as err by 1 % of the field's root mean square.
+    Compressed,
+}
+
+/// Keeps the predicted OLATs of one frame after the other.
+#[derive(Debug, Default)]
+pub struct Keeping {
+    storage: Storage,
+    /// The components that the last frames were kept in, and how many of them.
+    basis: Option<(LampBasis, usize)>,
+    /// The largest error of a frame that was kept in components.
+    error: f64,
+}
 
 /// Where the compositor finds the OLATs of a frame.
 #[derive(Debug)]
@@ -47,18 +74,6 @@ impl Field {
         }
     }
 
-    /// A prediction: where there are passes for the network's GPU it stays there, else it is copied to
-    /// memory.
-    ///
-    /// # Errors
-    /// When the device fails.
-    pub fn predicted(field: DeviceField, passes: Option<&Arc<PicturePasses>>) -> Result<Self> {
-        match passes {
-            Some(passes) => Ok(Self::Gpu(field.into_buffer()?, passes.clone())),
-            None => Ok(Self::Memory(field.read()?)),
-        }
-    }
-
     /// Width and height in pixels.
     pub fn size(&self) -> (usize, usize) {
         match self {
@@ -85,7 +100,7 @@ impl Field {
             Self::Memory(field) => size_of_val(&field.values[..]),
             Self::Half(field) => size_of_val(field.values()),
             Self::Compressed(field) => field.bytes(),
-            Self::Gpu(field, _) => field.lamps * 3 * field.width * field.height * size_of::<f32>(),
+            Self::Gpu(field, _) => field.bytes(),
         }
     }
 
@@ -101,5 +116,118 @@ impl Field {
             Self::Compressed(field) => Ok(relight_compressed(field, weights)),
             Self::Gpu(field, passes) => passes.relight.sum(field, weights),
         }
+    }
+}
+
+impl Keeping {
+    /// The error of [`Storage::Compressed`]: of a frame, and of the one that components are chosen by, so
+    /// that they serve the frames around it too.
+    const ERRORS: [f64; 2] = [0.01, 0.007];
+
+    pub fn new(storage: Storage) -> Self {
+        Self {
+            storage,
+            ..Self::default()
+        }
+    }
+
+    /// A prediction as it is kept: where there are passes for the network's GPU on that, else in memory.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn keep(
+        &mut self,
+        field: DeviceField,
+        passes: Option<&Arc<PicturePasses>>,
+    ) -> Result<Field> {
+        let Some(passes) = passes else {
+            let field = field.read()?;
+            return Ok(match self.storage {
+                Storage::F32 => field.into(),
+                Storage::F16 => HalfField::from(&field).into(),
+                Storage::Compressed => self.compressed(&field).into(),
+            });
+        };
+        let field = match self.storage {
+            Storage::F32 => field.into_buffer()?,
+            Storage::F16 => passes.relight.halve(&field.into_buffer()?)?,
+            Storage::Compressed => {
+                let field = self.compressed(&field.read()?);
+                FieldBuffer::upload_components(field, &passes.device)
+            }
+        };
+        Ok(Field::Gpu(field, passes.clone()))
+    }
+
+    /// In what the OLATs were kept, and what that costs in accuracy.
+    pub fn sentence(&self) -> String {
+        match (self.storage, &self.basis) {
+            (Storage::F32, _) => "The OLATs were kept in f32".to_owned(),
+            (Storage::F16, _) => "The OLATs were kept in f16: each value within 0.05 %".to_owned(),
+            (Storage::Compressed, basis) => {
+                let (count, all) = basis
+                    .as_ref()
+                    .map_or((0, 0), |(basis, n)| (*n, basis.len()));
+                format!(
+                    "The OLATs were kept in {count} components of {all}, which err by {:.2} % of their root mean square at most",
+                    100.0 * self.error
+                )
+            }
+        }
+    }
+
+    /// The field in the components of the frames before it; in its own where those err too much.
+    fn compressed(&mut self, field: &ReflectanceField) -> CompressedField {
+        let [most, chosen] = Self::ERRORS;
+        if let Some((basis, count)) = &self.basis
+            && let Some(kept) = basis.compress(field, *count)
+        {
+            let error = kept.error(field);
+            if error <= most {
+                self.error = self.error.max(error);
+                return kept;
+            }
+        }
+        let basis = LampBasis::of(&[field]).expect("one field has one number of lamps");
+        let count = basis.components_for(chosen);
+        let own = basis.compress(field, count);
+        self.error = self.error.max(basis.error(count));
+        self.basis = Some((basis, count));
+        own.expect("it is the field's own basis")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All pixels have the same look under the lamps, each at a brightness of its own.
+    fn field(look: fn(usize) -> f32, brightness: f32) -> ReflectanceField {
+        let (lamps, pixels) = (7, 6 * 5);
+        let value = |i: usize| brightness * look(i / pixels) * (1 + i % pixels) as f32;
+        ReflectanceField {
+            width: 6,
+            height: 5,
+            lamps,
+            values: (0..3 * lamps * pixels).map(value).collect(),
+        }
+    }
+
+    #[test]
+    fn components_of_a_frame_serve_the_next_until_they_err_too_much() {
+        let mut keeping = Keeping::new(Storage::Compressed);
+        let first = field(|plane| 1.0 + plane as f32, 1.0);
+        let kept = keeping.compressed(&first);
+        assert_eq!(kept.basis.len(), 1);
+        assert!(kept.error(&first) <= 0.007);
+        // The same look is in the same components, whatever its brightness.
+        let darker = field(|plane| 1.0 + plane as f32, 0.5);
+        assert!(keeping.compressed(&darker).basis == kept.basis);
+        let other = field(|plane| (plane % 2) as f32, 1.0);
+        let anew = keeping.compressed(&other);
+        assert!(anew.basis != kept.basis);
+        assert!(anew.error(&other) <= 0.007 && keeping.error <= 0.01);
+        let dark = field(|_| 0.0, 1.0);
+        assert_eq!(keeping.compressed(&dark).error(&dark), 0.0);
     }
 }

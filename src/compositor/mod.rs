@@ -39,7 +39,7 @@ pub use compose::{
 pub use despill::{Screen, Spill, despill, guide, rim, spill};
 pub use difference::difference;
 pub use false_color::{CLIPPED, LEGEND, Zone, false_color};
-pub use field::Field;
+pub use field::{Field, Keeping, Storage};
 pub use glare::{brightest, glare};
 pub use grain::{Grain, grain};
 pub use levels::Levels;

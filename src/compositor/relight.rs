@@ -4,7 +4,7 @@
 use crate::imaging::Image;
 use crate::reflectance::half_field::{HalfField, TILE, widen};
 use crate::reflectance::kernels::chunks::vectorized;
-use crate::reflectance::{CompressedField, ReflectanceField};
+use crate::reflectance::{CompressedField, ReflectanceField, compressed};
 use rayon::prelude::*;
 
 /// Pixels that one task sums: three sums of this length (48 KiB) stay in a core's own cache, and every
@@ -64,7 +64,8 @@ pub fn relight_half(field: &HalfField, weights: &[[f32; 3]], lamps: &[usize]) ->
 
 /// [`relight`] for a field of principal components, each plane of which is read once for all channels.
 pub fn relight_compressed(field: &CompressedField, weights: &[[f32; 3]]) -> Image {
-    let shares = field.shares(weights).into_iter().enumerate();
+    let shares = compressed::shares(&field.basis, weights);
+    let shares = shares.into_iter().enumerate();
     let shares: Vec<_> = shares.filter(|(_, share)| *share != [0.0; 3]).collect();
     let mut relit = Image::filled(field.width, field.height, [0.0; 3]);
     let chunks = relit.pixels.par_chunks_mut(CHUNK).enumerate();

@@ -4,8 +4,8 @@ use super::writer::{Lights, Writer, check};
 use super::{Files, LightLayers, Rebuild};
 use crate::calibration::Calibration;
 use crate::compositor::{
-    CameraView, Extra, Field, Grain, Identity, Ingredients, Levels, PassReport, Picture, Reuse,
-    Upstream, compose, compose_reusing,
+    CameraView, Extra, Grain, Identity, Ingredients, Keeping, Levels, PassReport, Picture, Reuse,
+    Storage, Upstream, compose, compose_reusing,
 };
 use crate::error::{Error, Result};
 use crate::footage::Frame;
@@ -54,6 +54,8 @@ pub struct RelightSettings {
     /// Say what each pass did and took.
     pub profile: bool,
     pub device: DeviceChoice,
+    /// In what numbers the predicted OLATs are kept.
+    pub storage: Storage,
 }
 
 /// What was written.
@@ -124,6 +126,7 @@ pub fn relight(
     let size = project.settings.size;
     let mut writer = Writer::open(&settings.files, (first, last), size, frame_rate)?;
     let mut rebuild: Option<Rebuild> = None;
+    let mut keeping = Keeping::new(settings.storage);
     let (mut levels, mut steady) = (None, None);
     // What does not change from frame to frame is made, and copied to a GPU, once.
     let mut reuse = Reuse::default();
@@ -158,7 +161,7 @@ pub fn relight(
         };
         let frame = Frame::load(project, &calibration.response, index)?;
         let start = Instant::now();
-        let field = Field::predicted(predictor.predict_on_device(&frame)?, compute.passes())?;
+        let field = keeping.keep(predictor.predict_on_device(&frame)?, compute.passes())?;
         let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         // One level for the whole clip, or it would flicker.
         let levels = match levels {
@@ -217,6 +220,7 @@ pub fn relight(
             Some(_) => "The passes ran on the GPU; their times are its own clock's",
             None => "The passes ran on the CPU; their times are by the wall",
         });
+        progress.say(keeping.sentence());
         for pass in &passes {
             let time = match pass.ms {
                 None => "   not timed".to_owned(),

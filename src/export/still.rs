@@ -101,9 +101,7 @@ pub(super) fn color_channels(prefix: &str, picture: &Image) -> [AnyChannel<FlatS
 /// When the file cannot be written or the picture has no linear light.
 pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<()> {
     use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
-    use exr::prelude::{
-        AnyChannels, Compression, Encoding, Layer, LayerAttributes, Vec2, WritableImage,
-    };
+    use exr::prelude::{AnyChannels, Encoding, Layer, LayerAttributes, Vec2, WritableImage};
 
     let linear = picture.linear.as_ref().ok_or_else(|| no_light(path))?;
     let coverage = picture.alpha.pixels.iter().map(|&alpha| half(alpha));
@@ -113,10 +111,8 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
         .into_iter()
         .chain([coverage])
         .chain(layers);
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        ..Encoding::default()
-    };
+    // ZIP over scan lines in order: the same picture gives the same bytes.
+    let encoding = Encoding::SMALL_LOSSLESS;
     let mut header = LayerAttributes {
         frames_per_second: Some(rational_rate(about.frame_rate)),
         software_name: Some(Text::from("Afterlight")),
@@ -256,6 +252,19 @@ pub(super) mod tests {
             read.layer_data.attributes.frames_per_second,
             Some((24000, 1001))
         );
+        assert_eq!(
+            (
+                read.layer_data.encoding.compression,
+                read.layer_data.encoding.blocks
+            ),
+            (
+                exr::prelude::Compression::ZIP16,
+                exr::prelude::Blocks::ScanLines
+            )
+        );
+        let bytes = std::fs::read(&path).unwrap();
+        write_still(&path, &wanted, &about(Bits::Eight)).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), bytes, "the same picture");
         let time = read.attributes.time_code.unwrap();
         assert_eq!((time.seconds, time.frame), (1, 7));
         let pixels = &read.layer_data.channel_data.pixels.pixels;

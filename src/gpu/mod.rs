@@ -2,6 +2,7 @@
 //! backend. Network, passes and window share one GPU, so that what the network computes can be lit and
 //! shown without a copy.
 
+mod autotune;
 mod self_test;
 
 use crate::compositor::passes::PicturePasses;
@@ -131,6 +132,7 @@ impl Gpu {
     }
 
     fn register(setup: WgpuSetup) -> Result<Self, String> {
+        autotune::keep();
         let network = Device::wgpu_options().setup(setup.clone()).init();
         Ok(Self {
             network: network.map_err(|e| e.to_string())?,

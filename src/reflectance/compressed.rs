@@ -130,25 +130,45 @@ impl CompressedField {
         &self.planes[component * pixels..(component + 1) * pixels]
     }
 
-    /// What each component adds to red, green and blue under lamps of these weights, one per lamp:
-    /// Σ over lamps of basis · weight, summed in f64.
-    pub fn shares(&self, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        let share = |component: &Vec<f32>| {
-            let mut sums = [0f64; 3];
-            for (lamp, weights) in component.as_chunks::<3>().0.iter().zip(weights) {
-                for channel in 0..3 {
-                    sums[channel] += f64::from(lamp[channel]) * f64::from(weights[channel]);
-                }
-            }
-            sums.map(|sum| sum as f32)
+    /// The field's relative root-mean-square error: what `of`, which it was made of, has and it has not. Values
+    /// that are no numbers are left out.
+    pub fn error(&self, of: &ReflectanceField) -> f64 {
+        let energy = |planes: &[f32]| -> f64 {
+            let squares = planes.par_chunks(SUMS).map(|chunk| {
+                let finite = chunk.iter().filter(|v| v.is_finite());
+                finite.map(|&v| f64::from(v) * f64::from(v)).sum::<f64>()
+            });
+            // Added in order, so that threads do not matter.
+            squares.collect::<Vec<f64>>().iter().sum()
         };
-        self.basis.iter().map(share).collect()
+        let (all, kept) = (energy(&of.values), energy(&self.planes));
+        // The basis is orthonormal, so that what is kept and what is left add up.
+        if all > 0.0 {
+            ((all - kept).max(0.0) / all).sqrt()
+        } else {
+            0.0
+        }
     }
 
     /// What planes and basis take of memory.
     pub fn bytes(&self) -> usize {
         size_of::<f32>() * (self.planes.len() + 3 * self.lamps * self.basis.len())
     }
+}
+
+/// What each component of a basis ([`CompressedField::basis`]) adds to red, green and blue under lamps of these
+/// weights, one per lamp: Σ over lamps of basis · weight, summed in f64.
+pub fn shares(basis: &[Vec<f32>], weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let share = |component: &Vec<f32>| {
+        let mut sums = [0f64; 3];
+        for (lamp, weights) in component.as_chunks::<3>().0.iter().zip(weights) {
+            for channel in 0..3 {
+                sums[channel] += f64::from(lamp[channel]) * f64::from(weights[channel]);
+            }
+        }
+        sums.map(|sum| sum as f32)
+    };
+    basis.iter().map(share).collect()
 }
 
 /// Σ over pixels of the products of any two planes, pixels with values that are no numbers left out.

@@ -1,6 +1,8 @@
 //! A reflectance field where the network left it: on its device, with or without a copy to memory.
 
+use super::compressed::CompressedField;
 use super::field::ReflectanceField;
+use super::half_field::HalfField;
 use crate::error::{Error, Result};
 use burn::tensor::Tensor;
 use burn_cubecl::cubecl::wgpu::{AutoCompiler, WgpuResource, WgpuServer};
@@ -14,22 +16,39 @@ pub struct DeviceField {
     olats: Tensor<4>,
 }
 
-/// A field in a buffer of the GPU that network and passes share, as f32 in the layout of
-/// [`ReflectanceField::values`].
+/// A field in a buffer of the GPU that network and passes share.
 #[derive(Debug)]
 pub struct FieldBuffer {
     pub width: usize,
     pub height: usize,
     /// Number of lamps.
     pub lamps: usize,
+    form: Form,
     place: Place,
+}
+
+/// How a field lies in its buffer.
+#[derive(Debug)]
+pub enum Form {
+    /// In f32 as [`ReflectanceField::values`].
+    Full,
+    /// As [`HalfField::values`], two of them to a word.
+    Half {
+        /// Two words: bits that the GPU chose the scale by, and [`HalfField::scale`].
+        scale: wgpu::Buffer,
+    },
+    /// As [`CompressedField::planes`].
+    Components {
+        /// [`CompressedField::basis`].
+        basis: Vec<Vec<f32>>,
+    },
 }
 
 #[derive(Debug)]
 enum Place {
     /// The network's own buffer, kept from being used anew.
     Predicted(ManagedResource<WgpuResource>),
-    Uploaded(wgpu::Buffer),
+    Own(wgpu::Buffer),
 }
 
 impl DeviceField {
@@ -75,6 +94,7 @@ impl DeviceField {
             width,
             height,
             lamps,
+            form: Form::Full,
             place: Place::Predicted(resource),
         })
     }
@@ -83,16 +103,69 @@ impl DeviceField {
 impl FieldBuffer {
     /// Copies a field, which may not be empty, to a GPU.
     pub fn upload(field: &ReflectanceField, device: &wgpu::Device) -> Self {
-        let buffer = device.create_buffer_init(&BufferInitDescriptor {
-            label: Some("reflectance field"),
-            contents: bytemuck::cast_slice(&field.values),
-            usage: wgpu::BufferUsages::STORAGE,
-        });
         Self {
             width: field.width,
             height: field.height,
             lamps: field.lamps,
-            place: Place::Uploaded(buffer),
+            form: Form::Full,
+            place: Place::Own(stored(bytemuck::cast_slice(&field.values), device)),
+        }
+    }
+
+    /// [`Self::upload`] for a field in f16.
+    pub fn upload_half(field: &HalfField, device: &wgpu::Device) -> Self {
+        let scale = [0, field.scale().to_bits()];
+        Self {
+            width: field.width,
+            height: field.height,
+            lamps: field.lamps,
+            form: Form::Half {
+                scale: stored(bytemuck::cast_slice(&scale), device),
+            },
+            place: Place::Own(stored(bytemuck::cast_slice(field.values()), device)),
+        }
+    }
+
+    /// [`Self::upload`] for principal components, of which there may be none.
+    pub fn upload_components(field: CompressedField, device: &wgpu::Device) -> Self {
+        // No buffer is empty.
+        let planes = if field.planes.is_empty() {
+            &[0.0]
+        } else {
+            &field.planes[..]
+        };
+        Self {
+            width: field.width,
+            height: field.height,
+            lamps: field.lamps,
+            place: Place::Own(stored(bytemuck::cast_slice(planes), device)),
+            form: Form::Components { basis: field.basis },
+        }
+    }
+
+    /// The same field in f16, in buffers that a pass writes.
+    pub fn halved(&self, values: wgpu::Buffer, scale: wgpu::Buffer) -> Self {
+        Self {
+            width: self.width,
+            height: self.height,
+            lamps: self.lamps,
+            form: Form::Half { scale },
+            place: Place::Own(values),
+        }
+    }
+
+    /// How the field lies in its buffer.
+    pub fn form(&self) -> &Form {
+        &self.form
+    }
+
+    /// What the OLATs take of the GPU's memory.
+    pub fn bytes(&self) -> usize {
+        let pixels = self.width * self.height;
+        match &self.form {
+            Form::Full => size_of::<f32>() * 3 * self.lamps * pixels,
+            Form::Half { .. } => HalfField::bytes(pixels, self.lamps),
+            Form::Components { basis } => size_of::<f32>() * basis.len() * pixels,
         }
     }
 
@@ -100,9 +173,17 @@ impl FieldBuffer {
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
         match &self.place {
             Place::Predicted(resource) => resource.resource().as_wgpu_bind_resource(),
-            Place::Uploaded(buffer) => buffer.as_entire_binding(),
+            Place::Own(buffer) => buffer.as_entire_binding(),
         }
     }
+}
+
+fn stored(contents: &[u8], device: &wgpu::Device) -> wgpu::Buffer {
+    device.create_buffer_init(&BufferInitDescriptor {
+        label: Some("reflectance field"),
+        contents,
+        usage: wgpu::BufferUsages::STORAGE,
+    })
 }
 
 fn device_failure(cause: &dyn std::fmt::Debug) -> Error {

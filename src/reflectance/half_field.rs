@@ -67,6 +67,11 @@ impl From<&ReflectanceField> for HalfField {
 }
 
 impl HalfField {
+    /// What so many pixels under so many lamps take of memory.
+    pub fn bytes(pixels: usize, lamps: usize) -> usize {
+        size_of::<u16>() * pixels.div_ceil(TILE) * 3 * lamps * TILE
+    }
+
     /// What a stored value is times, a power of two.
     pub fn scale(&self) -> f32 {
         self.scale

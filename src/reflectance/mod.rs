@@ -2,7 +2,7 @@
 //! paper.
 
 pub mod checkpoint;
-mod compressed;
+pub(crate) mod compressed;
 mod device_field;
 mod eigen;
 mod field;
@@ -14,7 +14,7 @@ mod resize;
 mod unet;
 
 pub use compressed::{CompressedField, LampBasis};
-pub use device_field::{DeviceField, FieldBuffer};
+pub use device_field::{DeviceField, FieldBuffer, Form};
 pub use field::ReflectanceField;
 pub use half_field::HalfField;
 pub use kernels::Precision;

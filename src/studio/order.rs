@@ -3,6 +3,7 @@
 use super::news::Phase;
 use super::panel::Reading;
 use super::state::{Keyed, Look};
+use crate::compositor::Storage;
 use crate::export::relight::RelightSettings;
 use crate::export::{Existing, Files, Format};
 use crate::gpu::DeviceChoice;
@@ -136,6 +137,7 @@ impl Order {
             },
             profile: false,
             device,
+            storage: Storage::default(),
         }
     }
 }

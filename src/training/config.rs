@@ -76,6 +76,8 @@ pub struct TrainingConfig {
     pub minutes: Option<f64>,
     /// Seconds from one checkpoint to the next.
     pub checkpoint_seconds: f64,
+    /// Computes what is cheap anew on the way back in place of keeping it: less memory for more time.
+    pub recompute: bool,
 }
 
 impl Preset {
@@ -114,6 +116,7 @@ impl Preset {
                 epochs: 100_000,
                 minutes: Some(10.0),
                 checkpoint_seconds: 30.0,
+                recompute: false,
             },
             Self::FastGpu => TrainingConfig {
                 width: 32,
@@ -150,6 +153,7 @@ impl Preset {
                 epochs: 1040,
                 minutes: None,
                 checkpoint_seconds: 120.0,
+                recompute: false,
             },
         }
     }

@@ -124,7 +124,10 @@ impl Trainer {
                 ));
             }
         }
-        let autodiff = device.clone().autodiff();
+        let mut autodiff = device.clone().autodiff();
+        if config.recompute {
+            autodiff = autodiff.gradient_checkpointing();
+        }
         let open = |path: &PathBuf| Features::open(path, &autodiff);
         let criterion = Criterion {
             features: config.features.as_ref().map(open).transpose()?,

@@ -7,7 +7,7 @@ use super::latest::Latest;
 use super::rivals::Rivals;
 use super::second::Rival;
 use crate::calibration::Calibration;
-use crate::compositor::Field;
+use crate::compositor::{Field, Keeping};
 use crate::error::Error;
 use crate::footage::Frame;
 use crate::gpu::ComputeDevice;
@@ -56,6 +56,8 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     let predictor = Predictor::open(project, &compute.device).map_err(blocked(need))?;
     let passes = compute.passes().cloned();
     let (project, response) = (project.clone(), calibration.response);
+    // In f16 twice as many frames stay at hand.
+    let mut keeping = Keeping::default();
     let rivals = Rivals::new(&project, &calibration, compute);
     Ok(Source {
         rig: calibration.rig,
@@ -63,9 +65,7 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
         rival: Box::new(rivals.find()),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
-            let field = Field::predicted(predictor.predict_on_device(&frame)?, passes.as_ref())?;
-            // Twice as many frames stay at hand, at 2⁻¹¹ of a value.
-            let field = field.halved();
+            let field = keeping.keep(predictor.predict_on_device(&frame)?, passes.as_ref())?;
             Ok((frame, field))
         }),
     })

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct Export {
     /// No other has this number.
     pub id: u64,
-    /// What people call it: the files' name.
+    /// What people call it: the files' name, once they are written as they were named then.
     pub name: String,
     pub standing: Standing,
 }
@@ -32,7 +32,9 @@ pub enum Standing {
 /// What an export wrote.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
-    /// The folder that holds it.
+    /// The files' name.
+    pub name: String,
+    /// The folder that holds them.
     pub folder: PathBuf,
     pub sentence: String,
 }
@@ -115,6 +117,9 @@ impl Queue {
 impl Line {
     fn set(&mut self, id: u64, standing: Standing) {
         if let Some(export) = self.exports.iter_mut().find(|export| export.id == id) {
+            if let Standing::Done(written) = &standing {
+                export.name.clone_from(&written.name);
+            }
             export.standing = standing;
         }
     }

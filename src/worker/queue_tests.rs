@@ -18,6 +18,7 @@ fn told_export(worker: &Worker, name: &str) -> (u64, Sender<()>) {
                 }
                 Err(RecvTimeoutError::Disconnected) => {
                     return Ok(Written {
+                        name: format!("{said}, written"),
                         folder: PathBuf::from(&said),
                         sentence: format!("{frames} frames"),
                     });
@@ -69,6 +70,8 @@ fn exports_are_written_one_after_the_other_and_behind_the_job_in_hand() {
     drop(tell_first);
     let done = wait_until(&worker, second, |s| matches!(s, Standing::Done(_)));
     assert_eq!(done.sentence(), Some("0 frames"));
+    let names: Vec<String> = worker.exports().into_iter().map(|e| e.name).collect();
+    assert_eq!(names, ["first, written", "second, written"]);
     let first = wait_until(&worker, first, |s| matches!(s, Standing::Done(_)));
     assert_eq!(first.sentence(), Some("3 frames"));
 }

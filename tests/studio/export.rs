@@ -3,6 +3,7 @@
 use super::{Window, clay_window, snapshot, told_job, until, until_shown, window};
 use afterlight::Error;
 use afterlight::calibration::{CalibrateSettings, calibrate};
+use afterlight::compositor::Storage;
 use afterlight::export::relight::{RelightSettings, relight};
 use afterlight::export::{Files, rebuilt};
 use afterlight::footage::{ImportSettings, import};
@@ -147,7 +148,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     window.key_press(Key::Enter);
     window.run_steps(2);
     assert_eq!(window.state().state().order.frames, Some((0, 1)));
-    window.get_by_label_contains("mouse.0000.png … mouse.0001.png, 2 frames");
+    window.get_by_label_contains("2 frames: mouse.0000.png … mouse.0001.png");
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 1);
     let Standing::Done(Written { folder, .. }) = &window.state().exports()[0].standing else {
@@ -167,6 +168,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     window.run_steps(2);
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 2);
+    assert_eq!(window.state().exports()[1].name, "mouse_2.%04d.png");
     assert_eq!(files(&root, "mouse").len(), 4);
     assert_eq!(bytes(first[0]), before);
     assert_ne!(bytes("mouse_2.0000.png"), before);
@@ -317,6 +319,7 @@ fn settings(to: String) -> RelightSettings {
         files: Files::to(to),
         profile: false,
         device: DeviceChoice::Cpu,
+        storage: Storage::default(),
     }
 }
 
@@ -386,7 +389,8 @@ fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
     let (tell, told) = channel::<()>();
     let folder = folder.to_path_buf();
     let worker = window.state().worker().unwrap();
-    worker.export(name.to_owned(), move |progress| {
+    let name = name.to_owned();
+    worker.export(name.clone(), move |progress| {
         let mut frames = 0;
         loop {
             progress.check(&format!("{frames} frames are kept: clay.%04d.png"))?;
@@ -402,8 +406,9 @@ fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
             }
         }
         Ok(Written {
+            sentence: format!("{frames} frames at 12 ms each: exports/{name}"),
+            name,
             folder,
-            sentence: format!("{frames} frames at 12 ms each: exports/clay.%04d.png"),
         })
     });
     tell
@@ -495,6 +500,7 @@ fn the_export_s_panel_looks_as_it_did() {
     snapshot(&mut window, "studio_export_empty");
 
     let done = told_export(&window, "clay.mov", folder.path());
+    (0..8).for_each(|_| done.send(()).unwrap());
     drop(done);
     let tell = told_export(&window, "clay.%04d.png", folder.path());
     let _next = told_export(&window, "clay.%04d.exr", folder.path());

@@ -10,6 +10,6 @@ mod subject;
 mod work;
 
 pub use pictures::{GpuPicture, PicturePasses};
-pub use relight::{Layout, RelightPass};
+pub use relight::RelightPass;
 pub use subject::GpuMatte;
 pub use work::{Finished, Work};

@@ -1,16 +1,21 @@
-//! Pass `relight` on the GPU. Its twins on the CPU are [`crate::compositor::reference::relight`] and
-//! [`crate::compositor::reference::relight_half`].
+//! Pass `relight` on the GPU, for fields of every [`Form`]. Its twins on the CPU are
+//! [`crate::compositor::reference::relight`], [`crate::compositor::reference::relight_half`] and
+//! [`crate::compositor::reference::relight_compressed`].
 
 use super::read::read_back;
 use super::work::image;
 use crate::compositor::reference::lit_lamps;
 use crate::error::{Error, Result};
 use crate::imaging::Image;
-use crate::reflectance::{FieldBuffer, HalfField, ReflectanceField};
+use crate::reflectance::compressed::shares;
+use crate::reflectance::{FieldBuffer, Form, HalfField, ReflectanceField};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Pixels of one workgroup, as in the shader.
 const WORKGROUP: u32 = 64;
+
+/// Workgroups that look for the largest value of a field.
+const SEARCHES: usize = 1024;
 
 /// The compiled pass, for one device.
 #[derive(Debug)]
@@ -19,18 +24,9 @@ pub struct RelightPass {
     queue: wgpu::Queue,
     full: wgpu::ComputePipeline,
     half: wgpu::ComputePipeline,
-}
-
-/// How a field lies in its buffer.
-#[derive(Clone, Copy, Debug)]
-pub enum Layout {
-    /// As [`ReflectanceField::values`].
-    Full,
-    /// As [`HalfField::values`], two of them to a word.
-    Half {
-        /// [`HalfField::scale`].
-        scale: f32,
-    },
+    components: wgpu::ComputePipeline,
+    largest: wgpu::ComputePipeline,
+    halve: wgpu::ComputePipeline,
 }
 
 /// What the shader is told besides the lamps.
@@ -38,9 +34,10 @@ pub enum Layout {
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Shape {
     pixels: u32,
+    /// Entries of the list of lamps.
     lamps: u32,
     all_lamps: u32,
-    scale: f32,
+    padding: u32,
 }
 
 /// One lamp's entry in the shader's list.
@@ -73,18 +70,27 @@ impl RelightPass {
             queue: queue.clone(),
             full: pipeline("main"),
             half: pipeline("main_half"),
+            components: pipeline("main_components"),
+            largest: pipeline("largest"),
+            halve: pipeline("halve"),
         }
     }
 
-    /// Sums a field where the network left it, on this device, and reads the picture back.
+    /// Sums a field that is on this device and reads the picture back.
     ///
     /// # Errors
     /// When the field does not fit the weights, or the device fails.
     pub fn sum(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<Image> {
         self.check_binds(field, weights)?;
-        let (width, height) = (field.width, field.height);
-        let relit = self.dispatch(Layout::Full, field.binding(), width * height, weights)?;
-        self.picture(&relit, width, height)
+        let mut commands = self.device.create_command_encoder(&Default::default());
+        let relit = {
+            let mut pass = commands.begin_compute_pass(&Default::default());
+            self.encode(&mut pass, field, weights)?
+        };
+        let target = (&self.device, &self.queue);
+        read_back(target, commands, &[&relit], |parts| {
+            image((field.width, field.height), parts[0])
+        })
     }
 
     /// Uploads a field, sums it and reads the picture back.
@@ -93,8 +99,11 @@ impl RelightPass {
     /// When the field is too large for the device, does not fit the weights, or the device fails.
     pub fn run(&self, field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<Image> {
         check_lamps(field.lamps, weights)?;
-        let bytes = bytemuck::cast_slice(&field.values);
-        self.upload(bytes, Layout::Full, [field.width, field.height], weights)
+        if field.values.is_empty() {
+            return Ok(Image::filled(field.width, field.height, [0.0; 3]));
+        }
+        self.check_bytes(size_of_val(&field.values[..]))?;
+        self.sum(&FieldBuffer::upload(field, &self.device), weights)
     }
 
     /// [`Self::run`] for a field in f16.
@@ -103,38 +112,66 @@ impl RelightPass {
     /// As [`Self::run`].
     pub fn run_half(&self, field: &HalfField, weights: &[[f32; 3]]) -> Result<Image> {
         check_lamps(field.lamps, weights)?;
-        let layout = Layout::Half {
-            scale: field.scale(),
-        };
-        let bytes = bytemuck::cast_slice(field.values());
-        self.upload(bytes, layout, [field.width, field.height], weights)
+        if field.values().is_empty() {
+            return Ok(Image::filled(field.width, field.height, [0.0; 3]));
+        }
+        self.check_bytes(size_of_val(field.values()))?;
+        self.sum(&FieldBuffer::upload_half(field, &self.device), weights)
     }
 
-    fn upload(
-        &self,
-        field: &[u8],
-        layout: Layout,
-        [width, height]: [usize; 2],
-        weights: &[[f32; 3]],
-    ) -> Result<Image> {
-        if field.is_empty() || lit_lamps(weights).is_empty() {
-            return Ok(Image::filled(width, height, [0.0; 3]));
+    /// A field in f32 on this device as one in f16, as [`HalfField`] has it, but that values below 2⁻²⁹ of the
+    /// largest may be 0. Nothing is read back or waited for.
+    ///
+    /// # Errors
+    /// When the field is larger than the device binds at once.
+    pub fn halve(&self, field: &FieldBuffer) -> Result<FieldBuffer> {
+        self.check_bytes(field.bytes())?;
+        let pixels = field.width * field.height;
+        let buffer = |label, size| {
+            self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            })
+        };
+        let bytes = HalfField::bytes(pixels, field.lamps) as u64;
+        let values = buffer("reflectance field in f16", bytes);
+        // A new buffer holds zeros: the search begins with nothing.
+        let stored = buffer("scale of halves", 8);
+        let shape = self.upload(
+            bytemuck::bytes_of(&Shape {
+                pixels: pixels as u32,
+                lamps: field.lamps as u32,
+                all_lamps: field.lamps as u32,
+                padding: 0,
+            }),
+            wgpu::BufferUsages::UNIFORM,
+        );
+        let shape = (3, shape.as_entire_binding());
+        let stored_binding = (4, stored.as_entire_binding());
+        let mut commands = self.device.create_command_encoder(&Default::default());
+        let search = [(0, field.binding()), shape.clone(), stored_binding.clone()];
+        let groups = pixels.div_ceil(2 * WORKGROUP as usize);
+        self.check_groups(groups, 2)?;
+        let halves = (2, values.as_entire_binding());
+        let halve = [(0, field.binding()), halves, shape, stored_binding];
+        for (pipeline, bound, groups) in [
+            (&self.largest, &search[..], SEARCHES.min(groups)),
+            (&self.halve, &halve[..], groups),
+        ] {
+            // Two passes: the second sees all that the first wrote.
+            let mut pass = commands.begin_compute_pass(&Default::default());
+            self.dispatch(&mut pass, pipeline, bound, groups);
         }
-        self.check_bytes(field.len())?;
-        let values = self.device.create_buffer_init(&BufferInitDescriptor {
-            label: Some("reflectance field"),
-            contents: field,
-            usage: wgpu::BufferUsages::STORAGE,
-        });
-        let binding = values.as_entire_binding();
-        let relit = self.dispatch(layout, binding, width * height, weights)?;
-        self.picture(&relit, width, height)
+        self.queue.submit([commands.finish()]);
+        Ok(field.halved(values, stored))
     }
 
     /// Refuses a field that does not fit the weights or that the device cannot bind at once.
     pub(super) fn check_binds(&self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<()> {
         check_lamps(field.lamps, weights)?;
-        self.check_bytes(size_of::<f32>() * field.lamps * 3 * field.width * field.height)
+        self.check_bytes(field.bytes())
     }
 
     fn check_bytes(&self, bytes: usize) -> Result<()> {
@@ -150,109 +187,97 @@ impl RelightPass {
         ))
     }
 
-    /// Sums a field that is on this device already and leaves `pixels` values of RGBA f32 in a buffer there.
-    /// Submits one dispatch.
-    fn dispatch(
-        &self,
-        layout: Layout,
-        field: wgpu::BindingResource,
-        pixels: usize,
-        weights: &[[f32; 3]],
-    ) -> Result<wgpu::Buffer> {
-        let mut commands = self
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let relit = {
-            let mut pass = commands.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            self.encode(&mut pass, layout, field, pixels, weights)?
-        };
-        self.queue.submit([commands.finish()]);
-        Ok(relit)
+    fn check_groups(&self, groups: usize, each: usize) -> Result<()> {
+        let limit = self.device.limits().max_compute_workgroups_per_dimension as usize;
+        if groups <= limit {
+            return Ok(());
+        }
+        let pixels = |groups| groups * each * WORKGROUP as usize;
+        Err(Error::unexpected(
+            "the reflectance field",
+            format!(
+                "at most {} pixels, which is what this GPU does at once",
+                pixels(limit)
+            ),
+            format!("about {}", pixels(groups)),
+            "Relight it on the CPU, or choose a smaller working size",
+        ))
     }
 
-    /// Records the sum of a field that is on this device already, and the buffer that it goes to:
-    /// `pixels` values of RGBA f32.
+    /// Records the sum of a field that is on this device already, and the buffer that it goes to: values of
+    /// RGBA f32.
     ///
     /// # Errors
     /// When the device has no room for the workgroups.
     pub(super) fn encode(
         &self,
         pass: &mut wgpu::ComputePass,
-        layout: Layout,
-        field: wgpu::BindingResource,
-        pixels: usize,
+        field: &FieldBuffer,
         weights: &[[f32; 3]],
     ) -> Result<wgpu::Buffer> {
-        let (pipeline, each, scale) = match layout {
-            Layout::Full => (&self.full, 1, 1.0),
-            Layout::Half { scale } => (&self.half, 2, scale),
+        let (pipeline, each) = match field.form() {
+            Form::Full => (&self.full, 1),
+            Form::Half { .. } => (&self.half, 2),
+            Form::Components { .. } => (&self.components, 1),
         };
+        let pixels = field.width * field.height;
         let groups = pixels.div_ceil(each * WORKGROUP as usize);
-        let limit = self.device.limits().max_compute_workgroups_per_dimension as usize;
-        if groups > limit {
-            return Err(Error::unexpected(
-                "the reflectance field",
-                format!(
-                    "at most {} pixels, which is what this GPU does at once",
-                    limit * each * WORKGROUP as usize
-                ),
-                pixels.to_string(),
-                "Relight it on the CPU, or choose a smaller working size",
-            ));
-        }
-        let lamps = lit_lamps(weights);
-        let shape = Shape {
-            pixels: pixels as u32,
-            lamps: lamps.len() as u32,
-            all_lamps: weights.len() as u32,
-            scale,
+        self.check_groups(groups, each)?;
+        let weights: Vec<[f32; 3]> = match field.form() {
+            Form::Components { basis } => shares(basis, weights),
+            Form::Full | Form::Half { .. } => weights.to_vec(),
         };
-        let mut shares: Vec<Share> = lamps
-            .iter()
-            .map(|&lamp| Share {
+        let mut shares: Vec<Share> = lit_lamps(&weights)
+            .into_iter()
+            .map(|lamp| Share {
                 weight: weights[lamp],
                 lamp: lamp as u32,
             })
             .collect();
+        let shape = Shape {
+            pixels: pixels as u32,
+            lamps: shares.len() as u32,
+            all_lamps: field.lamps as u32,
+            padding: 0,
+        };
         // A binding may not be empty; the shader's count keeps it from reading this one.
-        shares.resize(
-            shares.len().max(1),
-            Share {
+        if shares.is_empty() {
+            shares.push(Share {
                 weight: [0.0; 3],
                 lamp: 0,
-            },
-        );
-        let upload = |label, contents: &[u8], usage| {
-            self.device.create_buffer_init(&BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage,
-            })
-        };
-        let shares = upload(
-            "lamp shares",
-            bytemuck::cast_slice(&shares),
-            wgpu::BufferUsages::STORAGE,
-        );
-        let shape = upload(
-            "relight shape",
-            bytemuck::bytes_of(&shape),
-            wgpu::BufferUsages::UNIFORM,
-        );
+            });
+        }
+        let storage = wgpu::BufferUsages::STORAGE;
+        let shares = self.upload(bytemuck::cast_slice(&shares), storage);
+        let shape = self.upload(bytemuck::bytes_of(&shape), wgpu::BufferUsages::UNIFORM);
         let relit = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("relit"),
             size: 16 * pixels as u64,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+            usage: storage | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
-        let resources = [
-            field,
-            shares.as_entire_binding(),
-            relit.as_entire_binding(),
-            shape.as_entire_binding(),
+        let mut bound = vec![
+            (0, field.binding()),
+            (1, shares.as_entire_binding()),
+            (2, relit.as_entire_binding()),
+            (3, shape.as_entire_binding()),
         ];
-        let entries: Vec<wgpu::BindGroupEntry> = (0..)
-            .zip(resources)
+        if let Form::Half { scale } = field.form() {
+            bound.push((4, scale.as_entire_binding()));
+        }
+        self.dispatch(pass, pipeline, &bound, groups);
+        Ok(relit)
+    }
+
+    fn dispatch(
+        &self,
+        pass: &mut wgpu::ComputePass,
+        pipeline: &wgpu::ComputePipeline,
+        bound: &[(u32, wgpu::BindingResource)],
+        groups: usize,
+    ) {
+        let bound = bound.iter().cloned();
+        let entries: Vec<wgpu::BindGroupEntry> = bound
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -263,14 +288,13 @@ impl RelightPass {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &bindings, &[]);
         pass.dispatch_workgroups(groups as u32, 1, 1);
-        Ok(relit)
     }
 
-    fn picture(&self, relit: &wgpu::Buffer, width: usize, height: usize) -> Result<Image> {
-        let commands = self.device.create_command_encoder(&Default::default());
-        let target = (&self.device, &self.queue);
-        read_back(target, commands, &[relit], |parts| {
-            image((width, height), parts[0])
+    fn upload(&self, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer_init(&BufferInitDescriptor {
+            label: Some("relight"),
+            contents,
+            usage,
         })
     }
 }
@@ -290,7 +314,10 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
 #[cfg(test)]
 pub(in crate::compositor) mod tests {
     use super::*;
-    use crate::compositor::relight::{relight, relight_half, tests::noise_field};
+    use crate::compositor::relight::{
+        relight, relight_compressed, relight_half, tests::noise_field,
+    };
+    use crate::reflectance::CompressedField;
     use std::future::Future;
     use std::pin::pin;
     use std::task::{Context, Poll, Waker};
@@ -392,6 +419,84 @@ pub(in crate::compositor) mod tests {
             pass.run_half(&HalfField::from(&noise_field(4, 4, 3)), &[[1.0; 3]; 2])
                 .is_err()
         );
+    }
+
+    #[test]
+    fn the_gpu_halves_a_field_as_the_cpu_does() {
+        let Some(pass) = pass() else { return };
+        for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
+            for brightness in [1.0, 0.0, 3e-5, 7e7, 1e-38] {
+                let mut field = noise_field(width, height, lamps);
+                field.values.iter_mut().for_each(|v| *v *= brightness);
+                let weights: Vec<[f32; 3]> =
+                    (0..lamps).map(|l| [0.1 * l as f32, 1.0, 3.0]).collect();
+                let there = FieldBuffer::upload(&field, &pass.device);
+                let there = pass.halve(&there).unwrap();
+                assert!(matches!(there.form(), Form::Half { .. }));
+                let there = pass.sum(&there, &weights).unwrap();
+                let here = pass.run_half(&HalfField::from(&field), &weights).unwrap();
+                // Denormals may be nothing in both the halves and f32.
+                let small: f32 = weights.iter().map(|w| w[2]).sum::<f32>()
+                    * (brightness * 0.5f32.powi(29)).max(f32::MIN_POSITIVE);
+                for (there, here) in
+                    (there.pixels.iter().flatten()).zip(here.pixels.iter().flatten())
+                {
+                    // A half between two may be rounded to either.
+                    let bound = 0.5f32.powi(10) * here + small;
+                    assert!((there - here).abs() <= bound, "{there} is not {here}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_stays_so_where_a_gpu_halves_it() {
+        let Some(pass) = pass() else { return };
+        let mut field = noise_field(5, 5, 2);
+        field.values[7] = f32::INFINITY;
+        field.values[25 + 9] = f32::NAN;
+        let half = pass
+            .halve(&FieldBuffer::upload(&field, &pass.device))
+            .unwrap();
+        let lit = pass.sum(&half, &[[1.0; 3]; 2]).unwrap();
+        let here = relight(&field, &[[1.0; 3]; 2], &[0, 1]);
+        for (i, (there, here)) in lit.pixels.iter().zip(&here.pixels).enumerate() {
+            for c in 0..3 {
+                let bad = (i, c) == (7, 0) || (i, c) == (9, 1);
+                assert_eq!(there[c].is_finite(), !bad, "{i} {c} {there:?}");
+                assert!(bad || (there[c] - here[c]).abs() <= 1e-3 * here[c]);
+            }
+        }
+    }
+
+    #[test]
+    fn the_gpu_sums_components_as_its_twin_does() {
+        let Some(pass) = pass() else { return };
+        let field = noise_field(67, 45, 5);
+        let weights = [
+            [1e4, 0.0, 2.0],
+            [0.0; 3],
+            [1.0; 3],
+            [0.5; 3],
+            [0.0, 3.0, 0.0],
+        ];
+        for error in [0.0, 0.2, 2.0] {
+            let field = CompressedField::of(&field, error);
+            let here = relight_compressed(&field, &weights);
+            let there = FieldBuffer::upload_components(field, &pass.device);
+            let there = pass.sum(&there, &weights).unwrap();
+            let largest = here
+                .pixels
+                .as_flattened()
+                .iter()
+                .fold(0f32, |m, v| m.max(*v));
+            for (there, here) in (there.pixels.iter().flatten()).zip(here.pixels.iter().flatten()) {
+                assert!(
+                    (there - here).abs() <= 1e-5 * largest,
+                    "{there} is not {here}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use super::effects::size_of_picture;
 use super::pictures::{GpuPicture, PicturePasses};
-use super::relight::Layout;
 use super::work::Work;
 use crate::compositor::edges::rings;
 use crate::compositor::reference::SOLID;
@@ -75,14 +74,10 @@ impl Work<'_> {
     pub fn sum(&mut self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<GpuPicture> {
         let passes = self.passes;
         passes.relight.check_binds(field, weights)?;
-        let (width, height) = (field.width, field.height);
         let relit = self.record("relight", |pass| {
-            let pixels = width * height;
-            passes
-                .relight
-                .encode(pass, Layout::Full, field.binding(), pixels, weights)
+            passes.relight.encode(pass, field, weights)
         })?;
-        Ok(passes.adopt(width, height, relit))
+        Ok(passes.adopt(field.width, field.height, relit))
     }
 
     /// Pass `relight`: the subject of a frame under its lamps, premultiplied, with its matte as the fourth

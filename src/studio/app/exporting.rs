@@ -8,7 +8,7 @@ use crate::studio::layout::Pane;
 use crate::studio::lookout::Wanted;
 use crate::studio::panel::Reading;
 use crate::worker::{Export, Standing, Written};
-use std::path::PathBuf;
+use std::path::Path;
 
 impl StudioApp {
     pub(super) fn apply_to_exports(&mut self, command: Command) {
@@ -57,9 +57,11 @@ impl StudioApp {
         let light = panorama.environment.clone();
         let settings = order.settings(project, &self.state.look, light, self.device);
         let project = project.clone();
-        let to = PathBuf::from(&settings.files.to);
-        let name = to.file_name().unwrap_or_default().display().to_string();
-        worker.export(name, move |progress| {
+        let name = |to: &str| {
+            let name = Path::new(to).file_name().unwrap_or_default();
+            name.display().to_string()
+        };
+        worker.export(name(&settings.files.to), move |progress| {
             let report = relight(&project, &settings, progress)?;
             let (first, last) = settings.frames.unwrap_or_default();
             let file = Destination::parse(&report.output)?
@@ -67,6 +69,7 @@ impl StudioApp {
                 .next();
             let file = file.unwrap_or_default();
             Ok(Written {
+                name: name(&report.output),
                 folder: file.parent().unwrap_or(&project.root).to_path_buf(),
                 sentence: report.sentence(),
             })

@@ -37,11 +37,12 @@ pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     }
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for export in sight.exports {
-            let well = Frame::new()
-                .fill(theme::WELL)
+            // Lighter than the panel: the bar of what is done lies in it as in a well.
+            let card = Frame::new()
+                .fill(ui.visuals().faint_bg_color)
                 .corner_radius(3)
                 .inner_margin(Margin::same(8));
-            well.show(ui, |ui| {
+            card.show(ui, |ui| {
                 ui.set_width(ui.available_width());
                 export_ui(ui, export, sight.news.work.as_ref(), out);
             });

@@ -241,8 +241,8 @@ fn files_ui(ui: &mut Ui, sight: &Sight, order: &mut Order, root: &Path) {
             more => format!("{} frames", more + 1),
         };
         let text = match &files[..] {
-            [one, other] if one != other => format!("{} … {}, {frames}", name(one), name(other)),
-            [one, ..] => format!("{}, {frames}", name(one)),
+            [one, other] if one != other => format!("{frames}: {} … {}", name(one), name(other)),
+            [one, ..] => format!("{frames}: {}", name(one)),
             [] => String::new(),
         };
         ui.add(quiet(text)).on_hover_text(written);
@@ -264,11 +264,11 @@ fn add_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     let environment = sight.environment().map(|entry| &entry.panorama);
     let obstacle = sight.state.order.obstacle(&sight.news.phase, environment);
     ui.add_space(2.0);
-    let add = Button::new("Add to queue")
-        .fill(theme::ACCENT_DIM)
-        .min_size(vec2(ui.available_width(), 28.0));
+    let add = Button::new("Add to queue").fill(theme::ACCENT_DIM);
+    let size = vec2(ui.available_width(), 28.0);
     let response = ui
-        .add_enabled(obstacle.is_none(), add)
+        .add_enabled_ui(obstacle.is_none(), |ui| ui.add_sized(size, add))
+        .inner
         .on_hover_text("Exports the picture as it is set now. Key: Ctrl+Enter");
     if response.clicked() {
         out.push(Command::Export);
