@@ -1,7 +1,11 @@
 //! The application: it hears the worker, shows the panels, applies their commands and asks for the
 //! picture that the state calls for.
 
+mod blind;
+mod exporting;
 mod projects;
+
+pub use blind::Left;
 
 use super::command::Command;
 use super::compare::{Compare, With};
@@ -38,8 +42,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-mod exporting;
-
 /// Extensions of panoramas.
 const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
 
@@ -53,8 +55,8 @@ pub struct StudioApp {
     state: State,
     news: News,
     relit: Option<Arc<Relit>>,
-    /// What the worker was asked for last.
-    asked: Option<Wanted>,
+    /// What the worker was asked for last, and whether something was being dragged.
+    asked: Option<(Wanted, bool)>,
     studies: Studies,
     reviews: Reviews,
     training: Training,
@@ -66,6 +68,8 @@ pub struct StudioApp {
     wizard: Wizard,
     /// The folder of a project that a job has made.
     made: Arc<Latest<PathBuf>>,
+    /// Where the project goes when the window can no longer be drawn.
+    next: Option<Left>,
     /// Keeps others from writing into the open project.
     lock: Option<Lock>,
     /// Why nothing can be written into it, where another keeps us from it.
@@ -164,6 +168,7 @@ impl StudioApp {
             recents: Recents::default(),
             wizard: Wizard::default(),
             made: Arc::new(Latest::new(wake.clone())),
+            next: None,
             lock: None,
             read_only: None,
             due: 0.0,
@@ -333,15 +338,23 @@ impl StudioApp {
             second,
             solo: self.state.solo.clone(),
         };
-        if self.asked.as_ref() != Some(&wanted) {
+        let dragged = self.state.is_dragged();
+        let (asked, while_dragged) = match &self.asked {
+            Some((asked, dragged)) => (*asked == wanted, *dragged),
+            None => (false, false),
+        };
+        if !asked {
             self.news.failure = None;
+        }
+        if !asked || dragged != while_dragged {
             worker.show(Ask {
                 scene: wanted.scene.clone(),
                 environment: panorama.environment.clone(),
                 second: wanted.second.clone(),
                 solo: wanted.solo.clone(),
+                dragged,
             });
-            self.asked = Some(wanted);
+            self.asked = Some((wanted, dragged));
         }
     }
 
@@ -480,6 +493,9 @@ impl StudioApp {
             Command::PauseJob => {
                 if let (Some(worker), Some(work)) = (&self.worker, &mut self.news.work) {
                     let pause = !work.is_paused();
+                    if work.held.is_some() {
+                        self.news.failure = None;
+                    }
                     work.pause(pause, Instant::now());
                     worker.pause(pause);
                 }
@@ -689,7 +705,10 @@ impl StudioApp {
 }
 
 impl eframe::App for StudioApp {
-    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+        if self.is_blind(frame) {
+            return;
+        }
         self.hear();
         let mut commands = Vec::new();
         commands.extend(self.chosen.take());
