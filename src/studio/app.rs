@@ -1,10 +1,12 @@
 //! The application: it hears the worker, shows the panels, applies their commands and asks for the
 //! picture that the state calls for.
 
+mod asking;
 mod blind;
 mod exporting;
 mod projects;
 
+use asking::Wanted;
 pub use blind::Left;
 
 use super::command::Command;
@@ -16,7 +18,7 @@ use super::lookout::Lookout;
 use super::news::{News, Phase};
 use super::order::Order;
 use super::palette::Palette;
-use super::panel::{Entry, Reading, Sight};
+use super::panel::{Entry, Sight};
 use super::panels::{JobPanel, StatusPanel, TabsPanel};
 use super::panes::{Panes, Shown};
 use super::preferences::Preferences;
@@ -33,14 +35,11 @@ use crate::calibration::{CalibrateSettings, Circle};
 use crate::evaluation::review::ReviewSettings;
 use crate::gpu::DeviceChoice;
 use crate::project::{Lock, Project};
-use crate::scene::Scene;
-use crate::worker::{
-    Ask, Blocked, Event, Export, Job, Latest, Need, Origin, Relit, Second, Source, Worker,
-};
+use crate::worker::{Blocked, Event, Export, Job, Latest, Need, Relit, Source, Worker};
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Extensions of panoramas.
 const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
@@ -91,15 +90,6 @@ pub struct StudioApp {
     tabs: TabsPanel,
     job: JobPanel,
     status: StatusPanel,
-}
-
-/// A picture that the state asks for.
-#[derive(PartialEq)]
-struct Wanted {
-    scene: Scene,
-    environment: Origin,
-    second: Option<Second>,
-    solo: Vec<usize>,
 }
 
 /// The window's title.
@@ -310,73 +300,6 @@ impl StudioApp {
         self.hear_made();
         let unsaved = self.saver.failures().chain(self.shelf.hear());
         unsaved.for_each(|failure| self.news.fail(failure));
-    }
-
-    /// Asks for the picture that the state calls for, where that is another than before.
-    fn ask(&mut self) {
-        let place = self.state.look.environment;
-        let (Some(worker), Some(entry)) = (&self.worker, self.shelf.entries().get(place)) else {
-            return;
-        };
-        let Reading::Done { panorama, .. } = &entry.panorama else {
-            return;
-        };
-        let second = self.state.second(|origin| {
-            let entry = self
-                .shelf
-                .entries()
-                .iter()
-                .find(|e| e.listed.origin == *origin)?;
-            match &entry.panorama {
-                Reading::Done { panorama, .. } => Some(panorama.environment.clone()),
-                _ => None,
-            }
-        });
-        let wanted = Wanted {
-            scene: self.state.scene(),
-            environment: entry.listed.origin.clone(),
-            second,
-            solo: self.state.solo.clone(),
-        };
-        let dragged = self.state.is_dragged();
-        let (asked, while_dragged) = match &self.asked {
-            Some((asked, dragged)) => (*asked == wanted, *dragged),
-            None => (false, false),
-        };
-        if !asked {
-            self.news.failure = None;
-        }
-        if !asked || dragged != while_dragged {
-            worker.show(Ask {
-                scene: wanted.scene.clone(),
-                environment: panorama.environment.clone(),
-                second: wanted.second.clone(),
-                solo: wanted.solo.clone(),
-                dragged,
-            });
-            self.asked = Some((wanted, dragged));
-        }
-    }
-
-    /// Goes on to the next frame when it is due and the present one has been seen.
-    fn play(&mut self) {
-        let period = 1.0 / self.state.frame_rate;
-        let now = self.ctx.input(|i| i.time);
-        let seen = self
-            .relit
-            .as_ref()
-            .is_some_and(|r| r.scene.frame == self.state.frame);
-        if !self.state.playing {
-            self.due = now + period;
-        } else if seen {
-            if now >= self.due {
-                self.state.advance();
-                // Late frames are not made up for: that would show them faster than they were filmed.
-                self.due = (self.due + period).max(now);
-            }
-            self.ctx
-                .request_repaint_after(Duration::from_secs_f64((self.due - now).max(0.0)));
-        }
     }
 
     fn apply(&mut self, command: Command) {

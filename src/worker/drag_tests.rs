@@ -1,7 +1,7 @@
 //! Pictures while the light is dragged.
 
 use super::*;
-use crate::imaging::color::srgb_to_linear;
+use crate::imaging::color::linear_from_srgb;
 
 /// A ball under two lamps, on 64 × 64 pixels.
 fn ball(index: usize) -> (Frame, Field) {
@@ -60,7 +60,7 @@ fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_that_res
     assert_ne!(coarse.rgb, full.rgb);
     let light_of = |relit: &Relit| -> f32 {
         let codes = relit.rgb.iter().map(|&code| f32::from(code) / 255.0);
-        codes.map(srgb_to_linear).sum()
+        codes.map(linear_from_srgb).sum()
     };
     let [less, more] = [&coarse, &full].map(|relit| light_of(relit));
     assert!((less / more - 1.0).abs() < 0.05, "{less} {more}");
