@@ -12,6 +12,7 @@ pub use blind::Left;
 use super::command::Command;
 use super::compare::{Compare, With};
 use super::footages::Footages;
+use super::inspected::Inspected;
 use super::kept::KeptLook;
 use super::layout::Pane;
 use super::lookout::Lookout;
@@ -56,6 +57,7 @@ pub struct StudioApp {
     relit: Option<Arc<Relit>>,
     /// What the worker was asked for last, and whether something was being dragged.
     asked: Option<(Wanted, bool)>,
+    inspected: Inspected,
     studies: Studies,
     reviews: Reviews,
     training: Training,
@@ -149,6 +151,7 @@ impl StudioApp {
             news: News::new(Phase::NoProject),
             relit: None,
             asked: None,
+            inspected: Inspected::default(),
             studies: Studies::default(),
             reviews: Reviews::default(),
             training: Training::default(),
@@ -194,6 +197,11 @@ impl StudioApp {
     /// The newest picture.
     pub fn relit(&self) -> Option<&Arc<Relit>> {
         self.relit.as_ref()
+    }
+
+    /// The light of the probed pixel under each lamp at full power, once it was found.
+    pub fn texel(&self) -> Option<&[[f32; 3]]> {
+        self.inspected.texel()
     }
 
     /// What was found out about the calibration.
@@ -293,6 +301,7 @@ impl StudioApp {
             self.state.lamps = rig.map_or(0, |rig| rig.lamps.len());
             self.exports = worker.exports();
         }
+        self.inspected.hear();
         self.studies.hear();
         self.reviews.hear();
         self.training.read();
@@ -542,6 +551,7 @@ macro_rules! sight {
             environments: $app.shelf.entries(),
             shown: &$app.shown,
             relit: $app.relit.as_ref(),
+            texel: $app.inspected.texel(),
             exports: &$app.exports,
             taken: $app.lookout.found(),
             probe: $app.studies.probe.as_ref(),
@@ -667,6 +677,10 @@ impl eframe::App for StudioApp {
         self.ask();
         self.look_out();
         self.look_at_folders();
+        if let (Some(relit), Some(pixel)) = (&self.relit, self.state.probed) {
+            let wake = self.wake();
+            (self.inspected).ask(&relit.predicted, pixel, &self.shown, wake);
+        }
         if let Some(project) = &self.project {
             let wake = self.wake();
             self.training.ask(project, &self.shown, wake.clone());
