@@ -207,6 +207,11 @@ impl Worker {
         self.relit.take()
     }
 
+    /// Whether there is a picture that [`Self::relit`] would give.
+    pub fn has_picture(&self) -> bool {
+        self.relit.is_full()
+    }
+
     /// The newest pictures of a network in training, once.
     pub fn pictures(&self) -> Option<Arc<TrainingPictures>> {
         self.pictures.take()
