@@ -48,7 +48,7 @@ mod tests {
     use crate::compositor::passes::PicturePasses;
     use crate::compositor::passes::relight::tests::any_device;
     use crate::imaging::{Image, Raster};
-    use crate::reflectance::{CompressedField, FieldBuffer, ReflectanceField};
+    use crate::reflectance::{CompressedField, FieldBuffer, HalfField, ReflectanceField};
     use std::sync::Arc;
 
     #[test]
@@ -69,8 +69,13 @@ mod tests {
         ];
         if let Some((device, queue)) = any_device() {
             let passes = Arc::new(PicturePasses::new(&device, &queue));
-            let buffer = FieldBuffer::upload(&field, &device);
-            fields.push(Field::Gpu(buffer, passes));
+            let compressed = CompressedField::of(&field, 0.0);
+            let buffers = [
+                FieldBuffer::upload(&field, &device),
+                FieldBuffer::upload_half(&HalfField::from(&field), &device),
+                FieldBuffer::upload_components(compressed, &device),
+            ];
+            fields.extend(buffers.map(|buffer| Field::Gpu(buffer, passes.clone())));
         }
         for (x, y) in [(0, 0), (12, 10), (5, 7)] {
             for field in &fields {

@@ -68,9 +68,8 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
         rival: Box::new(rivals.find()),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
-            let field = compute.guarded(|| {
-                keeping.keep(predictor.predict_on_device(&frame)?, compute.passes())
-            })?;
+            let field = compute
+                .guarded(|| keeping.keep(predictor.predict_on_device(&frame)?, compute.passes()))?;
             Ok((frame, field))
         }),
     })
