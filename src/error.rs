@@ -25,6 +25,12 @@ pub enum Error {
         found: String,
         remedy: String,
     },
+    /// The GPU is gone, and with it what it held.
+    #[error(
+        "the GPU stopped working: its driver failed, or it was taken away. All that was saved is kept. Start \
+         Afterlight again to use the GPU, or go on on the CPU (--device cpu)"
+    )]
+    GpuLost,
     /// The person asked for a stop; whatever was finished has been kept.
     #[error("stopped on request: {kept}")]
     Cancelled { kept: String },

@@ -22,6 +22,8 @@ pub mod progress;
 pub mod project;
 pub mod reflectance;
 pub mod scene;
+#[cfg(test)]
+mod small_disk;
 pub mod studio;
 pub mod training;
 pub mod turn;

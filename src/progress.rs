@@ -23,6 +23,8 @@ pub enum Report {
     Saved,
     /// How a training run stands.
     Training(TrainingPoint),
+    /// The work waits for a person, who has to put right what the sentence says and then let it go on.
+    Held(String),
     /// A sentence worth keeping in the log: a warning, a fallback, where something was written.
     Say(String),
 }
@@ -63,6 +65,8 @@ const PAUSE_INTERVAL: Duration = Duration::from_millis(20);
 pub struct Progress<'a> {
     sink: &'a (dyn Fn(Report) + Sync),
     pictures: Option<&'a (dyn Fn(TrainingPictures) + Sync)>,
+    /// Whether a person is there who can end a pause.
+    attended: bool,
     control: Control,
 }
 
@@ -72,6 +76,7 @@ impl<'a> Progress<'a> {
         Self {
             sink,
             pictures: None,
+            attended: false,
             control,
         }
     }
@@ -84,11 +89,20 @@ impl<'a> Progress<'a> {
         }
     }
 
+    /// The same where a person is there who can end a pause.
+    pub fn attended(self) -> Self {
+        Self {
+            attended: true,
+            ..self
+        }
+    }
+
     /// Reports nothing and never stops: for tests and short work.
     pub fn silent() -> Progress<'static> {
         Progress {
             sink: &|_| {},
             pictures: None,
+            attended: false,
             control: Control::default(),
         }
     }
@@ -147,6 +161,24 @@ impl<'a> Progress<'a> {
         }
     }
 
+    /// Does what may fail for reasons that a person can put right, such as a full disk: where one is there, the work
+    /// pauses, says what is wrong, and tries again when it is let go on.
+    ///
+    /// # Errors
+    /// When it fails and nobody is there, or a stop was asked for.
+    pub fn insist<T>(&self, mut act: impl FnMut() -> Result<T>) -> Result<T> {
+        loop {
+            let done = act();
+            let Err(error) = &done else { return done };
+            if !self.attended || self.cancelled() {
+                return done;
+            }
+            self.control.pause(true);
+            (self.sink)(Report::Held(error.to_string()));
+            self.wait_while_paused();
+        }
+    }
+
     /// A safe point: waits for the end of a pause, and fails with [`Error::Cancelled`] once a stop was
     /// asked for. `kept` says what survives.
     pub fn check(&self, kept: &str) -> Result<()> {
@@ -161,5 +193,45 @@ impl<'a> Progress<'a> {
         } else {
             Ok(())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Mutex;
+
+    fn full() -> Result<()> {
+        let remedy = "Check that the disk has room";
+        Err(Error::file("write", "weights.bpk", "no space left", remedy))
+    }
+
+    #[test]
+    fn what_a_person_can_put_right_is_tried_again_when_they_let_it_go_on() {
+        let control = Control::default();
+        let said = Mutex::new(Vec::new());
+        let sink = |report| {
+            assert!(control.paused(), "it waits before it says so");
+            said.lock().unwrap().push(report);
+            control.pause(false);
+        };
+        let progress = Progress::new(&sink, control.clone()).attended();
+        let mut tries = 0;
+        let written = progress.insist(|| {
+            tries += 1;
+            if tries < 3 { full() } else { Ok(()) }
+        });
+        assert!(written.is_ok() && tries == 3);
+        let held = Report::Held(full().unwrap_err().to_string());
+        assert_eq!(*said.lock().unwrap(), [held.clone(), held]);
+    }
+
+    #[test]
+    fn nobody_is_waited_for_where_nobody_is_and_a_stop_ends_the_wait() {
+        assert!(Progress::silent().insist(full).is_err());
+        let control = Control::default();
+        let sink = |_| control.stop();
+        let progress = Progress::new(&sink, control.clone()).attended();
+        assert!(progress.insist(full).is_err());
     }
 }

@@ -14,6 +14,8 @@ mod export;
 mod footage;
 #[path = "studio/keyframes.rs"]
 mod keyframes;
+#[path = "studio/live.rs"]
+mod live;
 #[path = "studio/project.rs"]
 mod project;
 #[path = "studio/review.rs"]
@@ -100,7 +102,8 @@ fn drop_onto(window: &mut Window, path: impl Into<std::path::PathBuf>) {
 fn until_shown(window: &mut Window) {
     window.run_steps(2);
     until(window, "picture of the state", |app| {
-        let shown = app.relit().map(|r| (&r.scene, r.environment.as_str()));
+        let shown = app.relit().filter(|r| r.coarse == 1);
+        let shown = shown.map(|r| (&r.scene, r.environment.as_str()));
         let environment = &app.environments()[app.state().look.environment];
         shown == Some((&app.state().scene(), environment.listed.name.as_str()))
     });

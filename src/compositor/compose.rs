@@ -131,11 +131,11 @@ fn make(
     check(of)?;
     let inputs = inputs(of);
     match of.field {
-        Field::Gpu(field, passes) => {
+        Field::Gpu(field, passes) => passes.guarded(|| {
             let uploads = reuse.as_mut().map(|r| r.gpu.own.clone());
             let hand = OnGpu::new(of, inputs, (field, passes), uploads.unwrap_or_default())?;
             perform(Stage::new(scene, of, inputs, hand, reuse), given)
-        }
+        }),
         _ => {
             let rim = reuse.as_mut().map(|r| r.memory.own.clone());
             let hand = InMemory::new(of, inputs, rim.unwrap_or_default());

@@ -114,7 +114,7 @@ impl Field {
             Self::Memory(field) => Ok(relight(field, weights, &lit_lamps(weights))),
             Self::Half(field) => Ok(relight_half(field, weights, &lit_lamps(weights))),
             Self::Compressed(field) => Ok(relight_compressed(field, weights)),
-            Self::Gpu(field, passes) => passes.relight.sum(field, weights),
+            Self::Gpu(field, passes) => passes.guarded(|| passes.relight.sum(field, weights)),
         }
     }
 }

@@ -25,6 +25,7 @@ mod pyramid;
 pub mod reference;
 mod relight;
 mod reuse;
+mod shrunk;
 mod smoothing;
 mod stage;
 mod texel;

@@ -5,7 +5,7 @@ use crate::reflectance::half_field::{TILE, widen};
 
 impl Field {
     /// The light of the pixel in column `x` and row `y` under each lamp at full power; none outside the
-    /// picture, and for a field on a GPU, which would have to be waited for.
+    /// picture, and where a GPU fails. A field on a GPU is waited for: not on the window's thread.
     pub fn texel(&self, x: usize, y: usize) -> Option<Vec<[f32; 3]>> {
         let (width, height) = self.size();
         if x >= width || y >= height {
@@ -37,7 +37,7 @@ impl Field {
                 }
                 Some(light)
             }
-            Self::Gpu(..) => None,
+            Self::Gpu(field, passes) => passes.guarded(|| passes.begin().texel(field, pixel)).ok(),
         }
     }
 }
@@ -45,8 +45,11 @@ impl Field {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compositor::passes::PicturePasses;
+    use crate::compositor::passes::relight::tests::any_device;
     use crate::imaging::{Image, Raster};
-    use crate::reflectance::{CompressedField, ReflectanceField};
+    use crate::reflectance::{CompressedField, FieldBuffer, HalfField, ReflectanceField};
+    use std::sync::Arc;
 
     #[test]
     fn every_kind_of_field_has_the_same_texels() {
@@ -59,11 +62,21 @@ mod tests {
             })
             .collect();
         let field = ReflectanceField::from_olats(&olats);
-        let fields = [
+        let mut fields = vec![
             Field::from(field.clone()),
             Field::from(field.clone()).halved(),
             Field::from(CompressedField::of(&field, 0.0)),
         ];
+        if let Some((device, queue)) = any_device() {
+            let passes = Arc::new(PicturePasses::new(&device, &queue));
+            let compressed = CompressedField::of(&field, 0.0);
+            let buffers = [
+                FieldBuffer::upload(&field, &device),
+                FieldBuffer::upload_half(&HalfField::from(&field), &device),
+                FieldBuffer::upload_components(compressed, &device),
+            ];
+            fields.extend(buffers.map(|buffer| Field::Gpu(buffer, passes.clone())));
+        }
         for (x, y) in [(0, 0), (12, 10), (5, 7)] {
             for field in &fields {
                 let texel = field.texel(x, y).unwrap();
@@ -74,6 +87,8 @@ mod tests {
                 }
             }
         }
-        assert!(fields[0].texel(13, 0).is_none() && fields[1].texel(0, 11).is_none());
+        for field in &fields {
+            assert!(field.texel(13, 0).is_none() && field.texel(0, 11).is_none());
+        }
     }
 }

@@ -6,6 +6,7 @@ mod autotune;
 mod self_test;
 
 use crate::compositor::passes::PicturePasses;
+use crate::error;
 use burn::tensor::Device;
 use burn::tensor::wgpu::WgpuSetup;
 use clap::ValueEnum;
@@ -60,10 +61,7 @@ impl ComputeDevice {
             DeviceChoice::Auto => Gpu::shared(is_hardware),
             DeviceChoice::Gpu => Gpu::shared(|_| true),
         };
-        Self::trusted(gpu, |gpu| {
-            let verdict = gpu.verdict.get_or_init(|| self_test::run(gpu));
-            verdict.clone()
-        })
+        Self::trusted(gpu, Gpu::check)
     }
 
     /// A GPU that passes `test`, else the CPU.
@@ -86,6 +84,28 @@ impl ComputeDevice {
     pub fn passes(&self) -> Option<&Arc<PicturePasses>> {
         self.gpu.as_ref().map(|gpu| &gpu.passes)
     }
+
+    /// Whether it was a GPU and is lost.
+    pub fn is_lost(&self) -> bool {
+        self.passes().is_some_and(|passes| passes.is_lost())
+    }
+
+    /// Does what needs this device; where that is a GPU as [`PicturePasses::guarded`].
+    ///
+    /// # Errors
+    /// As that.
+    pub fn guarded<T>(&self, work: impl FnOnce() -> error::Result<T>) -> error::Result<T> {
+        match self.passes() {
+            Some(passes) => passes.guarded(work),
+            None => work(),
+        }
+    }
+}
+
+/// Whether this process had a GPU and lost it.
+pub fn is_lost() -> bool {
+    let shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+    shared.as_ref().is_some_and(|gpu| gpu.passes.is_lost())
 }
 
 impl Gpu {
@@ -96,6 +116,17 @@ impl Gpu {
         if shared.is_none() {
             *shared = Self::register(setup).ok();
         }
+    }
+
+    /// Whether it can be used, and if not, why.
+    fn check(&self) -> Result<(), String> {
+        if self.passes.is_lost() {
+            let name = &self.adapter.name;
+            return Err(format!(
+                "the GPU {name} stopped working; start Afterlight again to use it"
+            ));
+        }
+        self.verdict.get_or_init(|| self_test::run(self)).clone()
     }
 
     /// The GPU of this process if it `suits`, made where there is none yet.
@@ -175,5 +206,51 @@ fn slowness(kind: wgpu::DeviceType) -> u8 {
         wgpu::DeviceType::VirtualGpu => 2,
         wgpu::DeviceType::Other => 3,
         wgpu::DeviceType::Cpu => 4,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+    use burn::tensor::Tensor;
+
+    /// On a GPU of the test's own, for there is one for all others.
+    #[test]
+    fn a_network_on_a_gpu_that_is_lost_says_so_and_the_next_device_is_the_cpu() {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+        let Some(adapter) = adapters.into_iter().next() else {
+            println!("skipped: no adapter");
+            return;
+        };
+        let gpu = Gpu::open(&instance, adapter).unwrap();
+        let compute = |gpu: Gpu| ComputeDevice::trusted(Ok(gpu), Gpu::check);
+        gpu.verdict.set(Ok(())).unwrap();
+        let there = compute(gpu.clone());
+        let twice = || {
+            there.guarded(|| {
+                let ones = Tensor::<1>::ones([8], &there.device);
+                let data = (ones.clone() + ones).try_into_data();
+                let data =
+                    data.map_err(|e| Error::unexpected("ones", "values", format!("{e:?}"), ""))?;
+                Ok(data.try_into_vec::<f32>().unwrap_or_default())
+            })
+        };
+        assert_eq!(twice().unwrap(), [2.0; 8]);
+        assert!(!there.is_lost());
+
+        gpu.device.destroy();
+        for _ in 0..2 {
+            assert!(matches!(twice(), Err(Error::GpuLost)));
+        }
+        assert!(there.is_lost());
+        let next = compute(gpu);
+        assert!(next.gpu.is_none() && next.device == Device::flex());
+        let said = next.description;
+        assert!(
+            said.contains("stopped working; start Afterlight again"),
+            "{said}"
+        );
     }
 }

@@ -93,17 +93,25 @@ pub fn save(
         let name = name(what);
         write_beside(&folder.join(&name), |out| out.write_all(bytes)).map(|()| name)
     };
-    let table = Table {
-        weights: write("weights", &weight_bytes(network)?)?,
-        average_weights: match &state.average_weights {
-            Some(bytes) => Some(write("average", bytes)?),
-            None => None,
-        },
-        live_weights: Some(write("live", &state.live_weights)?),
-        optimizer: Some(write("optimizer", &state.optimizer)?),
-        info: info.clone(),
+    let written = || {
+        let table = Table {
+            weights: write("weights", &weight_bytes(network)?)?,
+            average_weights: match &state.average_weights {
+                Some(bytes) => Some(write("average", bytes)?),
+                None => None,
+            },
+            live_weights: Some(write("live", &state.live_weights)?),
+            optimizer: Some(write("optimizer", &state.optimizer)?),
+            info: info.clone(),
+        };
+        save_table(folder, &table)
     };
-    save_table(folder, &table)
+    written().inspect_err(|_| {
+        // What there was room for is of no use without the rest.
+        if let Ok(table) = table(folder) {
+            remove_unnamed(folder, &table);
+        }
+    })
 }
 
 /// Writes the project's network in `from` as a starting point for other projects into `to`: half
@@ -187,6 +195,12 @@ pub fn has_optimizer(folder: &Path) -> Result<bool> {
 /// Makes `table` the folder's checkpoint and removes weights that it does not name.
 fn save_table(folder: &Path, table: &Table) -> Result<()> {
     save_toml(&folder.join("checkpoint.toml"), table)?;
+    remove_unnamed(folder, table);
+    Ok(())
+}
+
+/// Removes weights that the folder's table does not name.
+fn remove_unnamed(folder: &Path, table: &Table) {
     let named = [
         Some(&table.weights),
         table.average_weights.as_ref(),
@@ -200,7 +214,6 @@ fn save_table(folder: &Path, table: &Table) -> Result<()> {
             let _ = std::fs::remove_file(entry.path());
         }
     }
-    Ok(())
 }
 
 /// A network's weights as one burnpack.

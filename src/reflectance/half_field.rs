@@ -1,5 +1,7 @@
 //! A reflectance field in half the memory: f16 under one scale.
 
+mod shrunk;
+
 use super::field::ReflectanceField;
 use half::f16;
 use half::slice::{HalfBitsSliceExt, HalfFloatSliceExt};

@@ -1,18 +1,25 @@
 //! The application: it hears the worker, shows the panels, applies their commands and asks for the
 //! picture that the state calls for.
 
+mod asking;
+mod blind;
+mod exporting;
 mod projects;
+
+use asking::Wanted;
+pub use blind::Left;
 
 use super::command::Command;
 use super::compare::{Compare, With};
 use super::footages::Footages;
+use super::inspected::Inspected;
 use super::kept::KeptLook;
 use super::layout::Pane;
 use super::lookout::Lookout;
 use super::news::{News, Phase};
 use super::order::Order;
 use super::palette::Palette;
-use super::panel::{Entry, Reading, Sight};
+use super::panel::{Entry, Sight};
 use super::panels::{JobPanel, StatusPanel, TabsPanel};
 use super::panes::{Panes, Shown};
 use super::preferences::Preferences;
@@ -29,16 +36,11 @@ use crate::calibration::{CalibrateSettings, Circle};
 use crate::evaluation::review::ReviewSettings;
 use crate::gpu::DeviceChoice;
 use crate::project::{Lock, Project};
-use crate::scene::Scene;
-use crate::worker::{
-    Ask, Blocked, Event, Export, Job, Latest, Need, Origin, Relit, Second, Source, Worker,
-};
+use crate::worker::{Blocked, Event, Export, Job, Latest, Need, Relit, Source, Worker};
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-
-mod exporting;
+use std::time::Instant;
 
 /// Extensions of panoramas.
 const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
@@ -53,8 +55,9 @@ pub struct StudioApp {
     state: State,
     news: News,
     relit: Option<Arc<Relit>>,
-    /// What the worker was asked for last.
-    asked: Option<Wanted>,
+    /// What the worker was asked for last, and whether something was being dragged.
+    asked: Option<(Wanted, bool)>,
+    inspected: Inspected,
     studies: Studies,
     reviews: Reviews,
     training: Training,
@@ -66,6 +69,8 @@ pub struct StudioApp {
     wizard: Wizard,
     /// The folder of a project that a job has made.
     made: Arc<Latest<PathBuf>>,
+    /// Where the project goes when the window can no longer be drawn.
+    next: Option<Left>,
     /// Keeps others from writing into the open project.
     lock: Option<Lock>,
     /// Why nothing can be written into it, where another keeps us from it.
@@ -87,15 +92,6 @@ pub struct StudioApp {
     tabs: TabsPanel,
     job: JobPanel,
     status: StatusPanel,
-}
-
-/// A picture that the state asks for.
-#[derive(PartialEq)]
-struct Wanted {
-    scene: Scene,
-    environment: Origin,
-    second: Option<Second>,
-    solo: Vec<usize>,
 }
 
 /// The window's title.
@@ -155,6 +151,7 @@ impl StudioApp {
             news: News::new(Phase::NoProject),
             relit: None,
             asked: None,
+            inspected: Inspected::default(),
             studies: Studies::default(),
             reviews: Reviews::default(),
             training: Training::default(),
@@ -164,6 +161,7 @@ impl StudioApp {
             recents: Recents::default(),
             wizard: Wizard::default(),
             made: Arc::new(Latest::new(wake.clone())),
+            next: None,
             lock: None,
             read_only: None,
             due: 0.0,
@@ -199,6 +197,11 @@ impl StudioApp {
     /// The newest picture.
     pub fn relit(&self) -> Option<&Arc<Relit>> {
         self.relit.as_ref()
+    }
+
+    /// The light of the probed pixel under each lamp at full power, once it was found.
+    pub fn texel(&self) -> Option<&[[f32; 3]]> {
+        self.inspected.texel()
     }
 
     /// What was found out about the calibration.
@@ -298,6 +301,7 @@ impl StudioApp {
             self.state.lamps = rig.map_or(0, |rig| rig.lamps.len());
             self.exports = worker.exports();
         }
+        self.inspected.hear();
         self.studies.hear();
         self.reviews.hear();
         self.training.read();
@@ -305,65 +309,6 @@ impl StudioApp {
         self.hear_made();
         let unsaved = self.saver.failures().chain(self.shelf.hear());
         unsaved.for_each(|failure| self.news.fail(failure));
-    }
-
-    /// Asks for the picture that the state calls for, where that is another than before.
-    fn ask(&mut self) {
-        let place = self.state.look.environment;
-        let (Some(worker), Some(entry)) = (&self.worker, self.shelf.entries().get(place)) else {
-            return;
-        };
-        let Reading::Done { panorama, .. } = &entry.panorama else {
-            return;
-        };
-        let second = self.state.second(|origin| {
-            let entry = self
-                .shelf
-                .entries()
-                .iter()
-                .find(|e| e.listed.origin == *origin)?;
-            match &entry.panorama {
-                Reading::Done { panorama, .. } => Some(panorama.environment.clone()),
-                _ => None,
-            }
-        });
-        let wanted = Wanted {
-            scene: self.state.scene(),
-            environment: entry.listed.origin.clone(),
-            second,
-            solo: self.state.solo.clone(),
-        };
-        if self.asked.as_ref() != Some(&wanted) {
-            self.news.failure = None;
-            worker.show(Ask {
-                scene: wanted.scene.clone(),
-                environment: panorama.environment.clone(),
-                second: wanted.second.clone(),
-                solo: wanted.solo.clone(),
-            });
-            self.asked = Some(wanted);
-        }
-    }
-
-    /// Goes on to the next frame when it is due and the present one has been seen.
-    fn play(&mut self) {
-        let period = 1.0 / self.state.frame_rate;
-        let now = self.ctx.input(|i| i.time);
-        let seen = self
-            .relit
-            .as_ref()
-            .is_some_and(|r| r.scene.frame == self.state.frame);
-        if !self.state.playing {
-            self.due = now + period;
-        } else if seen {
-            if now >= self.due {
-                self.state.advance();
-                // Late frames are not made up for: that would show them faster than they were filmed.
-                self.due = (self.due + period).max(now);
-            }
-            self.ctx
-                .request_repaint_after(Duration::from_secs_f64((self.due - now).max(0.0)));
-        }
     }
 
     fn apply(&mut self, command: Command) {
@@ -480,6 +425,9 @@ impl StudioApp {
             Command::PauseJob => {
                 if let (Some(worker), Some(work)) = (&self.worker, &mut self.news.work) {
                     let pause = !work.is_paused();
+                    if work.held.is_some() {
+                        self.news.failure = None;
+                    }
                     work.pause(pause, Instant::now());
                     worker.pause(pause);
                 }
@@ -603,6 +551,7 @@ macro_rules! sight {
             environments: $app.shelf.entries(),
             shown: &$app.shown,
             relit: $app.relit.as_ref(),
+            texel: $app.inspected.texel(),
             exports: &$app.exports,
             taken: $app.lookout.found(),
             probe: $app.studies.probe.as_ref(),
@@ -689,7 +638,10 @@ impl StudioApp {
 }
 
 impl eframe::App for StudioApp {
-    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+        if self.is_blind(frame) {
+            return;
+        }
         self.hear();
         let mut commands = Vec::new();
         commands.extend(self.chosen.take());
@@ -725,6 +677,10 @@ impl eframe::App for StudioApp {
         self.ask();
         self.look_out();
         self.look_at_folders();
+        if let (Some(relit), Some(pixel)) = (&self.relit, self.state.probed) {
+            let wake = self.wake();
+            (self.inspected).ask(&relit.predicted, pixel, &self.shown, wake);
+        }
         if let Some(project) = &self.project {
             let wake = self.wake();
             self.training.ask(project, &self.shown, wake.clone());

@@ -10,8 +10,8 @@ use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Longer sides of a picture and of a thumbnail in pixels.
-const PICTURE_PX: usize = 1280;
+/// Longer sides of a picture and of a thumbnail in pixels: sharp on screens of two pixels a point.
+const PICTURE_PX: usize = 2560;
 const THUMBNAIL_PX: usize = 128;
 /// Thumbnails that are kept.
 const MOST_THUMBNAILS: usize = 128;

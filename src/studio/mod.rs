@@ -5,6 +5,7 @@ mod app;
 mod command;
 mod compare;
 mod footages;
+mod inspected;
 mod kept;
 mod keyed;
 mod keys;
@@ -28,7 +29,7 @@ mod theme;
 mod training;
 mod wizard;
 
-pub use app::StudioApp;
+pub use app::{Left, StudioApp};
 pub use command::Command;
 pub use compare::{Compare, How, With};
 pub use footages::{FootageView, Footages, MatteView};
@@ -48,15 +49,36 @@ pub use wizard::{Plan, Wizard};
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceChoice, Gpu, device_descriptor};
 use crate::project::Project;
+use crate::worker::Latest;
 use burn::tensor::wgpu::WgpuSetup;
 use eframe::egui_wgpu::{RenderState, WgpuSetupCreateNew};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-/// Opens the window, on a project or on the offer to open one, and returns when it is closed.
+/// A window whose GPU is lost sooner is not opened again.
+const SOON: Duration = Duration::from_secs(20);
+
+/// Opens the window, on a project or on the offer to open one, and returns when it is closed. Where the GPU
+/// that draws it is lost, the window is opened anew on the same project, and says so.
 ///
 /// # Errors
 /// When there is no display, or no graphics adapter that can draw a window.
-pub fn run(project: Option<Project>, device: DeviceChoice) -> Result<()> {
+pub fn run(mut project: Option<Project>, device: DeviceChoice) -> Result<()> {
+    let left = Left::new(Latest::new(|| {}));
+    let mut lost = false;
+    loop {
+        let opened = Instant::now();
+        show(project, device, left.clone(), lost)?;
+        match left.take() {
+            None => return Ok(()),
+            Some(_) if opened.elapsed() < SOON => return Err(Error::GpuLost),
+            Some(open) => (project, lost) = (open, true),
+        }
+    }
+}
+
+/// One window, until it is closed. `lost` says that it stands for one whose GPU was lost.
+fn show(project: Option<Project>, device: DeviceChoice, left: Left, lost: bool) -> Result<()> {
     let title = app::title(project.as_ref());
     let mut setup = WgpuSetupCreateNew::without_display_handle();
     setup.device_descriptor = Arc::new(device_descriptor);
@@ -75,8 +97,9 @@ pub fn run(project: Option<Project>, device: DeviceChoice) -> Result<()> {
         if let Some(window) = &cc.wgpu_render_state {
             share(window);
         }
+        let said = lost.then(|| Error::GpuLost.to_string());
         let app = StudioApp::of(&cc.egui_ctx, Preferences::of_user(), project, device);
-        Ok(Box::new(app) as Box<dyn eframe::App>)
+        Ok(Box::new(app.replaced_by(left, said.as_deref())) as Box<dyn eframe::App>)
     };
     eframe::run_native(&title, options, Box::new(create)).map_err(|e| {
         Error::unexpected(

@@ -26,6 +26,8 @@ pub struct Work {
     /// Finished share of the stage, from 0 to 1.
     pub share: f32,
     pub note: String,
+    /// What has to be put right before it can go on.
+    pub held: Option<String>,
     /// Whether it was asked to stop.
     pub stopping: bool,
     /// When the stage began, pauses since then left out, and the share that was finished then.
@@ -161,6 +163,13 @@ impl News {
                     self.said = Some(sentence.to_owned());
                 }
             }
+            Event::Report(Report::Held(sentence)) => {
+                if let Some(work) = &mut self.work {
+                    work.pause(true, Instant::now());
+                    work.held = Some(sentence.clone());
+                }
+                self.fail(sentence);
+            }
             Event::Report(Report::Saved | Report::Training(_)) => {}
             Event::Report(Report::Step {
                 stage,
@@ -184,6 +193,7 @@ impl Work {
             stage: what,
             share: 0.0,
             note: String::new(),
+            held: None,
             stopping: false,
             since: Instant::now(),
             first_share: 0.0,
@@ -210,6 +220,7 @@ impl Work {
             (Some(since), false) => {
                 self.since += now.saturating_duration_since(since);
                 self.paused = None;
+                self.held = None;
             }
             _ => {}
         }
@@ -328,6 +339,19 @@ mod tests {
             assert_eq!(news.said.as_deref(), standing.sentence());
             assert_eq!(news.log.back().unwrap().kind, kind);
         }
+    }
+
+    #[test]
+    fn work_that_waits_for_a_person_is_paused_and_says_why() {
+        let mut news = News::new(ready());
+        news.hear(Event::Started { what: "training" });
+        news.hear(Event::Report(Report::Held("no space left".into())));
+        let work = news.work.as_mut().unwrap();
+        assert!(work.is_paused());
+        assert_eq!(work.held.as_deref(), Some("no space left"));
+        work.pause(false, Instant::now());
+        assert_eq!(work.held, None);
+        assert_eq!(news.log.back().unwrap().kind, Kind::Failed);
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub struct Sight<'a> {
     pub shown: &'a [Pane],
     /// The newest picture.
     pub relit: Option<&'a Arc<Relit>>,
+    /// The light of the probed pixel under each lamp at full power.
+    pub texel: Option<&'a [[f32; 3]]>,
     /// The line of exports.
     pub exports: &'a [Export],
     /// Which files of the next export are there already.

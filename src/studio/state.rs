@@ -192,6 +192,11 @@ impl State {
         !self.redo.is_empty()
     }
 
+    /// Whether a setting is being dragged.
+    pub fn is_dragged(&self) -> bool {
+        self.dragging.is_some()
+    }
+
     /// Ends a drag: the next change is a step of its own.
     pub fn release(&mut self) {
         self.dragging = None;

@@ -79,7 +79,9 @@ impl Log {
     }
 
     fn line(&mut self, line: &str) -> Result<()> {
-        writeln!(self.out, "{line}").map_err(|e| self.failure(&e))
+        // All of a line at once: where there is no room it can be written again.
+        let line = format!("{line}\n");
+        (self.out.write_all(line.as_bytes())).map_err(|e| self.failure(&e))
     }
 
     pub fn flush(&mut self) -> Result<()> {

@@ -7,6 +7,8 @@ pub mod config;
 mod cost;
 mod data;
 pub mod features;
+#[cfg(test)]
+mod full_disk_tests;
 mod gradient;
 #[cfg(test)]
 mod gradient_tests;

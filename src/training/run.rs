@@ -22,8 +22,10 @@ const MOST_BAD_STEPS: u32 = 3;
 /// each case the checkpoint is written. Every step's losses go to `training.csv`. Checkpoints that it
 /// passes are kept in a list that thins out as they age, and the one that it begins at is in that list.
 ///
+/// What cannot be written, as on a full disk, is waited for where a person is there ([`Progress::insist`]).
+///
 /// # Errors
-/// When pictures cannot be read, the checkpoint cannot be written, or three steps in a row are not
+/// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, or three steps in a row are not
 /// finite: then the last good checkpoint stays.
 pub fn train(
     project: &Project,
@@ -33,6 +35,16 @@ pub fn train(
 ) -> Result<TrainReport> {
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
+    compute.guarded(|| learn(project, calibration, settings, &compute, progress))
+}
+
+fn learn(
+    project: &Project,
+    calibration: &Calibration,
+    settings: &TrainSettings,
+    compute: &ComputeDevice,
+    progress: &Progress,
+) -> Result<TrainReport> {
     let mut trainer = Trainer::new(project, calibration, settings, &compute.device, progress)?;
     progress.say(format!(
         "The network: {}; the pictures take {} MB more",
@@ -65,8 +77,8 @@ pub fn train(
             break;
         }
         if progress.paused() {
-            trainer.save(project)?;
-            logs.flush()?;
+            progress.insist(|| trainer.save(project))?;
+            progress.insist(|| logs.flush())?;
             progress.say(format!("Paused after step {}", trainer.info.step));
             progress.wait_while_paused();
             saved = Instant::now();
@@ -79,7 +91,7 @@ pub fn train(
         let seconds = began.elapsed().as_secs_f64();
         trainer.info.seconds += seconds;
         drop(turn);
-        logs.steps.step(&trainer.info, &report)?;
+        progress.insist(|| logs.steps.step(&trainer.info, &report))?;
         watch.step(&report, seconds);
         watch.predict(&trainer, config.minutes, progress);
         if report.taken {
@@ -107,7 +119,7 @@ pub fn train(
             recent.note(trainer.info.step),
         );
         if trainer.info.step.is_multiple_of(LOOK_STEPS) {
-            recent.judge(&mut trainer, &mut logs, &mut watch)?;
+            recent.judge(&mut trainer, &mut logs, &mut watch, progress)?;
             if dead.look(trainer.dead_lamps().unwrap_or_default()) {
                 progress.say(dead.warning(names));
             }
@@ -120,7 +132,7 @@ pub fn train(
         }
         last = Some(report);
     }
-    recent.judge(&mut trainer, &mut logs, &mut watch)?;
+    recent.judge(&mut trainer, &mut logs, &mut watch, progress)?;
     save(project, &trainer, &mut logs, progress)?;
     if let Some(report) = last {
         watch.tell(&trainer, &report, &dead.sure, progress);
@@ -140,7 +152,7 @@ pub fn train(
     Ok(TrainReport {
         steps: trainer.info.step,
         seconds: trainer.info.seconds,
-        device: compute.description,
+        device: compute.description.clone(),
         features: trainer.features(),
         parameters: trainer.average.num_params(),
         loss_rec: recent.reconstruction.unwrap_or(f32::NAN),
@@ -153,8 +165,8 @@ pub fn train(
 
 /// Writes the checkpoint and keeps it in the list.
 fn save(project: &Project, trainer: &Trainer, logs: &mut Logs, progress: &Progress) -> Result<()> {
-    trainer.save(project)?;
-    logs.flush()?;
+    progress.insist(|| trainer.save(project))?;
+    progress.insist(|| logs.flush())?;
     if let Err(e) = kept::keep(project, Why::Passing) {
         // The checkpoint itself is written: that there is no way back to it ends no run.
         progress.say(e.to_string());
@@ -231,14 +243,21 @@ struct Recent {
 
 impl Recent {
     /// Judges by the pose that was held out, where one was.
-    fn judge(&mut self, trainer: &mut Trainer, logs: &mut Logs, watch: &mut Watch) -> Result<()> {
+    fn judge(
+        &mut self,
+        trainer: &mut Trainer,
+        logs: &mut Logs,
+        watch: &mut Watch,
+        progress: &Progress,
+    ) -> Result<()> {
         let Some(decibels) = trainer.judge() else {
             return Ok(());
         };
         self.held_out = Some(decibels);
         watch.judged(decibels);
-        let mut log = logs.judgements.iter_mut();
-        log.try_for_each(|log| log.judgement(trainer.info(), decibels))
+        logs.judgements
+            .iter_mut()
+            .try_for_each(|log| progress.insist(|| log.judgement(trainer.info(), decibels)))
     }
 
     fn add(&mut self, report: &StepReport) {

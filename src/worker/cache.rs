@@ -28,6 +28,12 @@ impl FieldCache {
         Some(found)
     }
 
+    /// The frame that is nearest to `index`, the one before it where two are; it does not count as used.
+    pub fn nearest(&self, index: usize) -> Option<Arc<PredictedFrame>> {
+        let far = |p: &&Arc<PredictedFrame>| (p.frame.index.abs_diff(index), p.frame.index);
+        self.frames.iter().min_by_key(far).cloned()
+    }
+
     /// Keeps a field in place of an older one of the same frame.
     pub fn insert(&mut self, predicted: Arc<PredictedFrame>) {
         self.frames

@@ -1,6 +1,7 @@
 //! The thread that works: it runs long actions one after the other, beside the network's thread, which
 //! is told of each checkpoint that can be read. Where no job was asked for it writes the exports in line.
 
+use super::caught::caught;
 use super::event::Event;
 use super::latest::Latest;
 use super::queue::Queue;
@@ -83,8 +84,10 @@ impl<Tell: Fn(Event) + Sync> Labour<Tell> {
             (self.tell)(Event::Report(report));
         };
         let show = |pictures| self.pictures.put(Arc::new(pictures));
-        let progress = Progress::new(&report, task.control).with_pictures(&show);
-        let done = (task.action)(&progress);
+        let progress = Progress::new(&report, task.control)
+            .with_pictures(&show)
+            .attended();
+        let done = caught(|| (task.action)(&progress));
         let sentence = done.unwrap_or_else(|e| e.to_string());
         self.in_hand.end();
         // In this order: what the network's thread says next is about the time after the job.
@@ -101,7 +104,7 @@ impl<Tell: Fn(Event) + Sync> Labour<Tell> {
         };
         (self.tell)(Event::Started { what: "exporting" });
         let report = |report: Report| (self.tell)(Event::Report(report));
-        let done = write(&Progress::new(&report, control));
+        let done = caught(|| write(&Progress::new(&report, control)));
         let standing = self.queue.end(id, done);
         self.in_hand.end();
         (self.tell)(Event::Exported(standing));

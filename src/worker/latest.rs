@@ -25,6 +25,14 @@ impl<T> Latest<T> {
         (self.wake)();
     }
 
+    /// Whether a value waits to be taken.
+    pub fn is_full(&self) -> bool {
+        self.slot
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .is_some()
+    }
+
     /// Takes the value out, if one was put since the last time.
     pub fn take(&self) -> Option<T> {
         self.slot

@@ -13,8 +13,10 @@
 //! predicted anew when they are asked for.
 
 mod cache;
+mod caught;
 mod clerk;
 mod event;
+mod haste;
 mod job;
 mod keeper;
 mod labour;
@@ -26,6 +28,7 @@ mod relighter;
 mod review;
 mod rivals;
 mod second;
+mod stage;
 mod study;
 
 pub use clerk::Clerk;
@@ -90,8 +93,11 @@ impl Worker {
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
         // To look for a GPU takes a while, and what it finds does not change.
-        let mut compute = None;
+        let mut compute: Option<ComputeDevice> = None;
         let open = move || {
+            if compute.as_ref().is_some_and(ComputeDevice::is_lost) {
+                compute = None;
+            }
             let compute = compute.get_or_insert_with(|| ComputeDevice::choose(device));
             open_project(&project, compute)
         };
@@ -101,6 +107,15 @@ impl Worker {
     /// Starts work on frames from anywhere. `open` is called on the network's thread: at the start,
     /// whenever a job has saved a network, and after each job.
     pub fn over(
+        open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
+        wake: impl Fn() + Clone + Send + Sync + 'static,
+    ) -> Self {
+        Self::within(haste::WINDOW_FRAME_MS, open, wake)
+    }
+
+    /// [`Self::over`], with what a picture may take in milliseconds while something is dragged.
+    fn within(
+        budget_ms: f64,
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
@@ -148,6 +163,8 @@ impl Worker {
             tell: tell.clone(),
             stop: stop.clone(),
             cache: cache::FieldCache::new(FIELD_BUDGET_BYTES),
+            renew: renew.clone(),
+            budget_ms,
         };
         let in_hand = labour::InHand::default();
         let queue = queue::Queue::default();
@@ -188,6 +205,11 @@ impl Worker {
     /// The newest picture, once.
     pub fn relit(&self) -> Option<Arc<Relit>> {
         self.relit.take()
+    }
+
+    /// Whether there is a picture that [`Self::relit`] would give.
+    pub fn has_picture(&self) -> bool {
+        self.relit.is_full()
     }
 
     /// The newest pictures of a network in training, once.

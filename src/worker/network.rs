@@ -2,6 +2,7 @@
 //! when a job brings one.
 
 use super::PredictedFrame;
+use super::caught::caught;
 use super::event::{Blocked, Event, Need};
 use super::latest::Latest;
 use super::rivals::Rivals;
@@ -53,19 +54,22 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     // A network that is there and cannot be used is not replaced unasked.
     let untrained = !project.checkpoint_path().exists();
     let need = untrained.then_some(Need::Network);
-    let predictor = Predictor::open(project, &compute.device).map_err(blocked(need))?;
-    let passes = compute.passes().cloned();
+    let predictor = compute
+        .guarded(|| Predictor::open(project, &compute.device))
+        .map_err(blocked(need))?;
+    let compute = compute.clone();
     let (project, response) = (project.clone(), calibration.response);
     // In f16 twice as many frames stay at hand.
     let mut keeping = Keeping::default();
-    let rivals = Rivals::new(&project, &calibration, compute);
+    let rivals = Rivals::new(&project, &calibration, &compute);
     Ok(Source {
         rig: calibration.rig,
         device: compute.description.clone(),
         rival: Box::new(rivals.find()),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
-            let field = keeping.keep(predictor.predict_on_device(&frame)?, passes.as_ref())?;
+            let field = compute
+                .guarded(|| keeping.keep(predictor.predict_on_device(&frame)?, compute.passes()))?;
             Ok((frame, field))
         }),
     })
@@ -127,15 +131,17 @@ where
             } else if let Some(wanted) = self.wanted.take() {
                 // What was wanted of an older network is asked for again by whoever still wants it.
                 let current = source.as_mut().filter(|_| wanted.generation == generation);
-                if let Some(source) = current {
-                    self.predict(source, &wanted);
+                let done = current.map(|source| self.predict(source, &wanted));
+                if self.lost(done) {
+                    source = self.open(source, &mut generation);
                 }
             } else if let Some(challenge) = self.challenge.take() {
                 let current = source
                     .as_mut()
                     .filter(|_| challenge.generation == generation);
-                if let Some(source) = current {
-                    self.find(source, challenge);
+                let done = current.map(|source| self.find(source, challenge));
+                if self.lost(done) {
+                    source = self.open(source, &mut generation);
                 }
             } else if bell.recv().is_err() {
                 break;
@@ -173,36 +179,42 @@ where
         }
     }
 
-    fn find(&self, source: &mut Source, of: Challenge) {
-        let started = Instant::now();
-        match (source.rival)(&of.rival, of.frame) {
-            Ok((frame, field)) => self.rivals.put(Challenger {
-                found: Arc::new(PredictedFrame {
-                    frame: Arc::new(frame),
-                    field: Arc::new(field),
-                    generation: of.generation,
-                    ms: started.elapsed().as_secs_f64() * 1e3,
-                }),
-                of,
-            }),
-            Err(e) => (self.tell)(Event::Failed {
-                sentence: e.to_string(),
-            }),
-        }
+    /// Tells what went wrong, and whether the device is gone, so that another is needed. What was wanted of it
+    /// is asked for again by whoever still wants it.
+    fn lost(&self, done: Option<Result<(), Error>>) -> bool {
+        let Some(Err(error)) = done else {
+            return false;
+        };
+        (self.tell)(Event::Failed {
+            sentence: error.to_string(),
+        });
+        matches!(error, Error::GpuLost)
     }
 
-    fn predict(&self, source: &mut Source, wanted: &Wanted) {
+    fn find(&self, source: &mut Source, of: Challenge) -> Result<(), Error> {
         let started = Instant::now();
-        match (source.predict)(wanted.frame) {
-            Ok((frame, field)) => self.fields.put(Arc::new(PredictedFrame {
+        let (frame, field) = caught(|| (source.rival)(&of.rival, of.frame))?;
+        self.rivals.put(Challenger {
+            found: Arc::new(PredictedFrame {
                 frame: Arc::new(frame),
                 field: Arc::new(field),
-                generation: wanted.generation,
+                generation: of.generation,
                 ms: started.elapsed().as_secs_f64() * 1e3,
-            })),
-            Err(e) => (self.tell)(Event::Failed {
-                sentence: e.to_string(),
             }),
-        }
+            of,
+        });
+        Ok(())
+    }
+
+    fn predict(&self, source: &mut Source, wanted: &Wanted) -> Result<(), Error> {
+        let started = Instant::now();
+        let (frame, field) = caught(|| (source.predict)(wanted.frame))?;
+        self.fields.put(Arc::new(PredictedFrame {
+            frame: Arc::new(frame),
+            field: Arc::new(field),
+            generation: wanted.generation,
+            ms: started.elapsed().as_secs_f64() * 1e3,
+        }));
+        Ok(())
     }
 }

@@ -3,25 +3,28 @@
 
 use super::PredictedFrame;
 use super::cache::FieldCache;
+use super::caught::caught;
 use super::event::Event;
+use super::haste::Small;
 use super::latest::Latest;
 use super::network::{Challenge, Challenger, Opened, Wanted};
-use super::second::{self, Codes, Second};
-use crate::compositor::{
-    CameraView, Extra, Grain, Identity, Ingredients, Levels, PassReport, Reuse, Steady, Upstream,
-    compose_reusing,
-};
+use super::second::{Codes, Second};
+use super::stage::Stage;
+use crate::compositor::{CameraView, Extra, Ingredients, PassReport, Upstream, compose_reusing};
 use crate::error::{Error, Result};
-use crate::footage::Frame;
+use crate::imaging::resample::resize;
 use crate::imaging::{Encoded, Image};
-use crate::light::lighting::Lit;
-use crate::light::{Environment, LightWeights, Lighting, Rig};
+use crate::light::{Environment, Rig};
 use crate::progress::Control;
-use crate::scene::{Background, Output, Scene, ViewTransform};
+use crate::scene::{Background, Output, Scene};
 use std::collections::HashSet;
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
-use std::time::Instant;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+/// A picture that is smaller than it could be is made anew at its full size when nothing else was asked for so
+/// long.
+const STILL: Duration = Duration::from_millis(120);
 
 /// A picture that the window wants.
 #[derive(Clone, Debug)]
@@ -33,6 +36,8 @@ pub struct Ask {
     pub second: Option<Second>,
     /// Lamps that light the subject alone, each as bright as half of an even light; none is the light.
     pub solo: Vec<usize>,
+    /// Something is being dragged: a picture that is soon there is better than a sharp one.
+    pub dragged: bool,
 }
 
 /// A relit picture, ready for a texture.
@@ -45,13 +50,15 @@ pub struct Relit {
     pub environment: String,
     pub width: usize,
     pub height: usize,
+    /// How many pixels along each axis were lit as one, while something was dragged; 1 in a picture that stays.
+    pub coarse: usize,
     /// sRGB codes, three bytes a pixel, row by row.
     pub rgb: Vec<u8>,
     /// What it is compared with, of the same size.
     pub second: Option<(Second, Codes)>,
     /// Lamps that light the subject alone.
     pub solo: Vec<usize>,
-    /// Scene-linear light of each pixel, premultiplied, where it is in memory.
+    /// Scene-linear light of each pixel, premultiplied, where it is in memory at full size.
     pub linear: Option<Image>,
     /// What each lamp's picture was multiplied with.
     pub weights: Vec<[f32; 3]>,
@@ -83,6 +90,10 @@ pub(super) struct Relighter<Tell> {
     pub tell: Tell,
     pub stop: Control,
     pub cache: FieldCache,
+    /// Asks the network's thread to open its source again.
+    pub renew: Arc<Latest<()>>,
+    /// What a picture may take in milliseconds while something is dragged.
+    pub budget_ms: f64,
 }
 
 /// All that a picture is made of.
@@ -90,69 +101,28 @@ struct Made {
     ask: Ask,
     shown: Arc<PredictedFrame>,
     rival: Option<Arc<PredictedFrame>>,
+    coarse: usize,
 }
 
 impl Made {
-    /// Whether the same picture comes of both.
-    fn is(&self, other: &Self) -> bool {
+    /// Whether this is the same picture, no coarser.
+    fn serves(&self, other: &Self) -> bool {
         let rivals = self.rival.as_ref().map(Arc::as_ptr) == other.rival.as_ref().map(Arc::as_ptr);
         let environments = Arc::ptr_eq(&self.ask.environment, &other.ask.environment);
         let (mine, theirs) = (&self.ask, &other.ask);
         let asks = (&mine.scene, &mine.solo, &mine.second)
             == (&theirs.scene, &theirs.solo, &theirs.second);
-        rivals && environments && asks && Arc::ptr_eq(&self.shown, &other.shown)
+        self.coarse <= other.coarse
+            && rivals
+            && environments
+            && asks
+            && Arc::ptr_eq(&self.shown, &other.shown)
     }
 }
 
 fn scaled(weights: &[[f32; 3]], factor: f32) -> Vec<[f32; 3]> {
     let scaled = weights.iter().map(|weight| weight.map(|w| w * factor));
     scaled.collect()
-}
-
-/// What the thread knows of the light.
-struct Light {
-    environment: Arc<Environment>,
-    lit: Lit,
-    levels: Levels,
-    /// What `weights` are of.
-    lighting: Lighting,
-    yaw_deg: f32,
-    weights: LightWeights,
-}
-
-impl Light {
-    /// The weights of some lamps alone, each with half of the energy of an even light from all of them.
-    fn solo(&self, lamps: &[usize]) -> LightWeights {
-        let mut weights = self.lit.even();
-        let share = 0.5 * weights.per_lamp.len() as f32 * self.levels.of_unit_light();
-        for (lamp, weight) in weights.per_lamp.iter_mut().enumerate() {
-            let on = if lamps.contains(&lamp) { share } else { 0.0 };
-            *weight = weight.map(|w| w * on);
-        }
-        weights
-    }
-}
-
-/// What the thread knows of the shoot.
-struct Stage {
-    rig: Arc<Rig>,
-    /// The first frame that was predicted: it sets the level of every light for the whole session.
-    reference: Option<Arc<PredictedFrame>>,
-    light: Option<Light>,
-    /// How many environments there have been.
-    environments: u64,
-    /// The field that was composed last, and how many there have been.
-    composed: Option<Arc<PredictedFrame>>,
-    fields: u64,
-    /// Its plate's grain under a view transform, where a scene asked for it.
-    grain: Option<(ViewTransform, Grain)>,
-    /// What it hands on to the frame after it.
-    steady: Option<Steady>,
-    reuse: Reuse,
-    /// The light of the second picture, where it has one of its own.
-    other: Option<Light>,
-    /// How many second pictures there have been.
-    seconds: u64,
 }
 
 impl<Tell: Fn(Event)> Relighter<Tell> {
@@ -170,7 +140,17 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         // What was asked for to compare with, and what came last.
         let mut challenge: Option<Challenge> = None;
         let mut rival: Option<Arc<PredictedFrame>> = None;
-        while bell.recv().is_ok() && !self.stop.stopped() {
+        loop {
+            let coarse = made.as_ref().is_some_and(|made| made.coarse > 1);
+            let wait = if coarse { STILL } else { Duration::MAX };
+            let settled = match bell.recv_timeout(wait) {
+                Ok(()) => false,
+                Err(RecvTimeoutError::Timeout) => true,
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            if self.stop.stopped() {
+                break;
+            }
             // In this order: a field that is here was put after the opening that it belongs to.
             let field = self.fields.take();
             if let Some(opened) = self.opened.take() {
@@ -180,8 +160,8 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 // Under the same lamps the picture stays, at its level, until the network that is at
                 // hand now has predicted it.
                 if stage.as_ref().is_none_or(|stage| stage.rig != opened.rig) {
-                    stage = Some(Stage::new(opened.rig));
-                    shown = None;
+                    stage = Some(Stage::new(opened.rig, self.budget_ms));
+                    (shown, made) = (None, None);
                 }
             }
             let mut fresh = None;
@@ -206,16 +186,20 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             if let Some(field) = self.cache.get(wanted) {
                 shown = Some(field);
                 sent = None;
-            } else if sent != Some(wanted) {
-                sent = Some(wanted);
-                self.wanted.put(Wanted {
-                    generation,
-                    frame: wanted,
-                });
+            } else {
+                // The nearest stands in for it.
+                shown = self.cache.nearest(wanted).or(shown);
+                if sent != Some(wanted) {
+                    sent = Some(wanted);
+                    self.wanted.put(Wanted {
+                        generation,
+                        frame: wanted,
+                    });
+                }
             }
-            let Some(shown) = &shown else { continue };
+            let Some(current) = &shown else { continue };
             let scene = Scene {
-                frame: shown.frame.index,
+                frame: current.frame.index,
                 output: Output::Display,
                 ..ask.scene.clone()
             };
@@ -224,7 +208,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                     let wanted = Challenge {
                         generation,
                         rival: of.clone(),
-                        frame: shown.frame.index,
+                        frame: current.frame.index,
                     };
                     if challenge.as_ref() != Some(&wanted) {
                         rival = None;
@@ -239,20 +223,38 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                     scene: scene.clone(),
                     ..ask.clone()
                 },
-                shown: shown.clone(),
+                shown: current.clone(),
                 rival: rival.clone(),
+                // What is compared has its full size, and so has its second picture.
+                coarse: if ask.dragged && !settled && ask.second.is_none() {
+                    stage.haste.factor()
+                } else {
+                    1
+                },
             };
-            if made.as_ref().is_some_and(|made| made.is(&making)) {
+            if made.as_ref().is_some_and(|made| made.serves(&making)) {
                 continue;
             }
-            let predict_ms = (fresh == Some(shown.frame.index)).then_some(shown.ms);
-            let relit = self.relight(stage, &making, predict_ms, started);
-            made = Some(making);
+            let predict_ms = (fresh == Some(current.frame.index)).then_some(current.ms);
+            let relit = caught(|| self.relight(stage, &making, predict_ms, started));
+            made = Some(Made {
+                coarse: relit.as_ref().map_or(1, |relit| relit.coarse),
+                ..making
+            });
             match relit {
                 Ok(relit) => self.relit.put(Arc::new(relit)),
-                Err(e) => (self.tell)(Event::Failed {
-                    sentence: e.to_string(),
-                }),
+                Err(e) => {
+                    (self.tell)(Event::Failed {
+                        sentence: e.to_string(),
+                    });
+                    if matches!(e, Error::GpuLost) {
+                        // Whatever is at hand is there. The network's thread finds another device.
+                        self.cache = FieldCache::new(super::FIELD_BUDGET_BYTES);
+                        *stage = Stage::new(stage.rig.clone(), self.budget_ms);
+                        (shown, made, rival, challenge) = (None, None, None, None);
+                        self.renew.put(());
+                    }
+                }
             }
         }
     }
@@ -264,36 +266,20 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         predict_ms: Option<f64>,
         started: Instant,
     ) -> Result<Relit> {
-        let Made { ask, shown, rival } = making;
+        let Made {
+            ask, shown, rival, ..
+        } = making;
         let mut scene = ask.scene.clone();
-        stage.reference.get_or_insert_with(|| shown.clone());
         let weights_ms = stage.light(&ask.environment, &scene, shown)?;
         let second = stage.second(ask, shown, rival.as_deref())?;
-        if stage
-            .composed
-            .as_ref()
-            .is_none_or(|last| !Arc::ptr_eq(last, shown))
-        {
-            stage.composed = Some(shown.clone());
-            stage.fields += 1;
-            stage.grain = None;
-        }
-        let view = scene.effects.view;
-        if scene.effects.grain > 0.0 && stage.grain.as_ref().is_none_or(|(of, _)| *of != view) {
-            let Frame { plate, mask, .. } = &*shown.frame;
-            stage.grain = Some((view, Grain::of_plate(plate, mask, view)));
-        }
-        let identity = Identity {
-            frame: stage.fields,
-            environment: stage.environments,
-            second: stage.seconds,
-        };
+        let identity = stage.begin(shown, &scene);
         let Stage {
             rig,
             light,
             grain,
             steady,
             reuse,
+            haste,
             ..
         } = stage;
         let Some(light) = light else {
@@ -306,11 +292,23 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             scene.background = Background::None;
         }
         let weights = solo.as_ref().unwrap_or(&light.weights);
+        let (width, height) = shown.frame.mask.size();
+        let small = match making.coarse {
+            1 => None,
+            factor => haste.small(shown, factor),
+        };
+        let (coarse, field, mask, reuse) = match small {
+            Some(Small {
+                field, mask, reuse, ..
+            }) => (making.coarse, &*field, &*mask, reuse),
+            None => (1, &*shown.field, &shown.frame.mask, reuse),
+        };
+        let composed = Instant::now();
         let picture = compose_reusing(
             &scene,
             &Ingredients {
-                field: &shown.field,
-                mask: &shown.frame.mask,
+                field,
+                mask,
                 weights,
                 environment: &light.environment,
                 levels: light.levels,
@@ -328,9 +326,14 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             },
             reuse,
         )?;
-        *steady = picture.steady;
-        let (width, height) = picture.alpha.size();
-        let display = picture.display.as_ref().map(Codes::of);
+        let display = picture.display.as_ref().map(|display| match coarse {
+            1 => Codes::of(display),
+            _ => Codes::of(&Encoded(resize(&display.0, width, height))),
+        });
+        if coarse == 1 {
+            *steady = picture.steady;
+        }
+        haste.took(coarse, composed.elapsed().as_secs_f64() * 1e3);
         Ok(Relit {
             scene: ask.scene.clone(),
             second: second.map(|(of, picture)| (of, Codes::of(&picture))),
@@ -339,8 +342,9 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             environment: light.environment.name.clone(),
             width,
             height,
+            coarse,
             rgb: display.map_or_else(Vec::new, |codes| codes.rgb),
-            linear: picture.linear,
+            linear: picture.linear.filter(|_| coarse == 1),
             passes: picture.passes,
             predict_ms: shown.ms,
             relight_ms: started.elapsed().as_secs_f64() * 1e3,
@@ -349,114 +353,5 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             frames_at_hand: self.cache.indices().collect(),
             predicted: shown.clone(),
         })
-    }
-}
-
-impl Stage {
-    fn new(rig: Arc<Rig>) -> Self {
-        Self {
-            rig,
-            reference: None,
-            light: None,
-            environments: 0,
-            composed: None,
-            fields: 0,
-            grain: None,
-            steady: None,
-            reuse: Reuse::default(),
-            other: None,
-            seconds: 0,
-        }
-    }
-
-    /// The second picture that is asked for, where all that it is made of is at hand.
-    fn second(
-        &mut self,
-        ask: &Ask,
-        shown: &PredictedFrame,
-        rival: Option<&PredictedFrame>,
-    ) -> Result<Option<(Second, Encoded)>> {
-        let Some(wanted) = &ask.second else {
-            return Ok(None);
-        };
-        self.seconds += 1;
-        let scene = second::plain(&ask.scene);
-        let picture = match (wanted, rival, &mut self.light) {
-            (Second::Plate, ..) => Some(second::plate(&shown.frame.plate, &scene)),
-            (Second::Rival(_), Some(rival), Some(light)) => {
-                let solo = (!ask.solo.is_empty()).then(|| light.solo(&ask.solo));
-                let weights = solo.as_ref().unwrap_or(&light.weights);
-                let scene = Scene {
-                    background: if solo.is_some() {
-                        Background::None
-                    } else {
-                        scene.background
-                    },
-                    ..scene
-                };
-                second::rival(&scene, rival, weights, &light.environment, light.levels)?
-            }
-            (Second::Light(environment, yaw_deg), ..) => {
-                let yaw_deg = *yaw_deg;
-                let scene = Scene { yaw_deg, ..scene };
-                // The same as the picture itself, with the two lights' places changed.
-                let first = std::mem::replace(&mut self.light, self.other.take());
-                let lit = self.light(environment, &scene, shown);
-                self.other = std::mem::replace(&mut self.light, first);
-                lit?;
-                let other = self.other.as_ref();
-                let made = other.map(|light| {
-                    let (weights, levels) = (&light.weights, light.levels);
-                    second::rival(&scene, shown, weights, &light.environment, levels)
-                });
-                made.transpose()?.flatten()
-            }
-            _ => None,
-        };
-        Ok(picture.map(|picture| (wanted.clone(), picture)))
-    }
-
-    /// The weights that a scene asks for, and what finding them took in milliseconds; none where they were
-    /// at hand.
-    fn light(
-        &mut self,
-        environment: &Arc<Environment>,
-        scene: &Scene,
-        shown: &PredictedFrame,
-    ) -> Result<Option<f64>> {
-        let started = Instant::now();
-        let (yaw_deg, lighting) = (scene.yaw_deg, &scene.lighting);
-        let mut old = self.light.take();
-        let same = |light: &Light| Arc::ptr_eq(&light.environment, environment);
-        if let Some(light) = old.as_ref().filter(|light| same(light))
-            && light.yaw_deg == yaw_deg
-            && light.lighting == *lighting
-        {
-            self.light = old;
-            return Ok(None);
-        }
-        let (mut lit, levels) = match old.take() {
-            Some(light) if same(&light) => (light.lit, light.levels),
-            other => {
-                self.environments += 1;
-                let lit = match other {
-                    Some(light) => light.lit.environment(environment),
-                    None => Lit::new(environment, &self.rig, lighting.weighting),
-                };
-                let reference = self.reference.as_deref().unwrap_or(shown);
-                let (field, mask) = (&reference.field, &reference.frame.mask);
-                let levels = Levels::balanced(environment, &lit.even(), field, mask)?;
-                (lit, levels)
-            }
-        };
-        self.light = Some(Light {
-            environment: environment.clone(),
-            levels,
-            lighting: lighting.clone(),
-            yaw_deg,
-            weights: lit.weights(lighting, yaw_deg, 1.0 / levels.background),
-            lit,
-        });
-        Ok(Some(started.elapsed().as_secs_f64() * 1e3))
     }
 }

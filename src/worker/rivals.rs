@@ -60,11 +60,12 @@ impl Rivals {
         let (_, network) = match known {
             Some(known) => self.network.insert(known),
             None => {
-                let read = Predictor::open_at(&self.project, folder, &self.compute.device)?;
+                let open = || Predictor::open_at(&self.project, folder, &self.compute.device);
+                let read = self.compute.guarded(open)?;
                 self.network.insert((folder.to_path_buf(), read))
             }
         };
-        let predicted = network.predict(&frame)?;
+        let predicted = self.compute.guarded(|| network.predict(&frame))?;
         Ok((frame, Field::from(predicted).halved()))
     }
 }

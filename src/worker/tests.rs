@@ -77,6 +77,7 @@ fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> Ask {
         environment: environment.clone(),
         second: None,
         solo: Vec::new(),
+        dragged: false,
     }
 }
 
@@ -532,3 +533,9 @@ fn a_dropped_worker_is_gone() {
 
 #[path = "queue_tests.rs"]
 mod queue_tests;
+
+#[path = "drag_tests.rs"]
+mod drag_tests;
+
+#[path = "lost_tests.rs"]
+mod lost_tests;

@@ -107,6 +107,9 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
     window.run_steps(3);
     let [x, y] = window.state().state().probed.unwrap();
     assert!((8..56).contains(&x) && (8..56).contains(&y), "{x}, {y}");
+    until(&mut window, "the lamps of the pixel", |app| {
+        app.texel().is_some()
+    });
     snapshot(&mut window, "studio_scopes");
     // The lamp under a click is shown alone: one of the two in the middle of 24.
     window.get_by_label("Light by lamp").click();

@@ -77,7 +77,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-fn opened() -> (Window, PathBuf, TempDir) {
+pub fn opened() -> (Window, PathBuf, TempDir) {
     let (folder, project) = trained();
     let root = project.root.clone();
     let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));

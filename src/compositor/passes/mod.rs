@@ -2,6 +2,7 @@
 
 mod clock;
 mod effects;
+mod lost;
 mod measures;
 mod pictures;
 mod read;
@@ -9,6 +10,7 @@ pub(in crate::compositor) mod relight;
 mod subject;
 mod work;
 
+pub use lost::is_lost;
 pub use pictures::{GpuPicture, PicturePasses};
 pub use relight::RelightPass;
 pub use subject::GpuMatte;

@@ -67,6 +67,23 @@ impl PicturePasses {
 }
 
 impl Work<'_> {
+    /// The light of one pixel, counted row by row, under each lamp at full power. Nothing else is read.
+    ///
+    /// # Errors
+    /// As [`Self::sum`], or when the device fails.
+    pub fn texel(&mut self, field: &FieldBuffer, pixel: usize) -> Result<Vec<[f32; 3]>> {
+        let alone = |lamp: usize| {
+            let mut weights = vec![[0.0; 3]; field.lamps];
+            weights[lamp] = [1.0; 3];
+            weights
+        };
+        // A sum of one lamp is what the field holds, however it holds it.
+        let lamps = (0..field.lamps).map(|lamp| self.sum(field, &alone(lamp)));
+        let lamps: Vec<GpuPicture> = lamps.collect::<Result<_>>()?;
+        let values = self.pixel(&lamps, pixel)?;
+        Ok(values.into_iter().map(|[r, g, b, _]| [r, g, b]).collect())
+    }
+
     /// The sum of a field's lamps as it is: values that are no numbers stay.
     ///
     /// # Errors

@@ -156,6 +156,31 @@ impl<'a> Work<'a> {
         })
     }
 
+    /// Has the GPU do what was recorded so far, and reads the values of one pixel of each picture, counted row by
+    /// row.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn pixel(&mut self, pictures: &[GpuPicture], pixel: usize) -> Result<Vec<[f32; 4]>> {
+        let device = &self.passes.device;
+        let values = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("pixel"),
+            size: 16 * pictures.len() as u64,
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let next = device.create_command_encoder(&Default::default());
+        let mut commands = std::mem::replace(&mut self.commands, next);
+        for (i, picture) in (0u64..).zip(pictures) {
+            let from = 16 * pixel as u64;
+            commands.copy_buffer_to_buffer(&picture.buffer, from, &values, 16 * i, 16);
+        }
+        let target = (device, &self.passes.queue);
+        read_back(target, commands, &[&values], |parts| {
+            bytemuck::pod_collect_to_vec(parts[0])
+        })
+    }
+
     /// Has the GPU do all that was recorded, and reads `pictures`, what was counted and how long it took,
     /// in one copy.
     ///

@@ -6,6 +6,7 @@ use crate::footage::scan::is_shoot;
 use crate::project::{Framing, Lock, Project};
 use crate::studio::command::Command;
 use crate::studio::footages::Footages;
+use crate::studio::inspected::Inspected;
 use crate::studio::layout::{Pane, Workspace};
 use crate::studio::news::Phase;
 use crate::studio::reviews::Reviews;
@@ -29,6 +30,7 @@ impl StudioApp {
         }
         self.news.begin(Phase::Opening);
         (self.relit, self.asked) = (None, None);
+        self.inspected = Inspected::default();
         self.studies = Studies::default();
         self.reviews = Reviews::default();
         self.footages = Footages::default();

@@ -61,14 +61,14 @@ fn work_ui(ui: &mut Ui, work: &Work, said: Option<&str>, out: &mut Vec<Command>)
             },
         );
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-            let note = if work.note.is_empty() {
-                work.stage
-            } else {
-                &work.note
+            let note = match &work.held {
+                Some(held) => held,
+                None if work.note.is_empty() => work.stage,
+                None => &work.note,
             };
             let note = Label::new(RichText::new(note).color(theme::QUIET)).truncate();
             let response = ui.add(note);
-            if let Some(said) = said {
+            if let Some(said) = work.held.as_deref().or(said) {
                 response.on_hover_text(said);
             }
         });

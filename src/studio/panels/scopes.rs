@@ -130,12 +130,8 @@ fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
     if let Some([r, g, b]) = linear {
         row(ui, "Linear", format!("{r:.4} {g:.4} {b:.4}"));
     }
-    match relit.predicted.field.texel(x, y) {
-        Some(texel) => lamps_ui(ui, &texel, sight, relit, out),
-        None => {
-            let why = "What each lamp gives to a pixel is read where the OLATs are in memory, not on a GPU";
-            ui.label(RichText::new(why).color(theme::QUIET));
-        }
+    if let Some(texel) = sight.texel {
+        lamps_ui(ui, texel, sight, relit, out);
     }
 }
 

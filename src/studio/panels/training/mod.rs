@@ -97,7 +97,9 @@ impl TrainingPanel {
         // The bar to scroll by covers nothing.
         ui.set_max_width(ui.available_width() - GAP);
         let known = !sight.training.history.points().is_empty() || sight.training.running;
-        if let Some(sentence) = records.failure.as_ref().filter(|_| known) {
+        let work = sight.news.work.as_ref().filter(|_| sight.training.running);
+        let held = work.and_then(|work| work.held.as_ref());
+        for sentence in records.failure.iter().filter(|_| known).chain(held) {
             ui.label(RichText::new(sentence).size(12.5).color(theme::ACCENT));
             ui.add_space(GAP);
         }

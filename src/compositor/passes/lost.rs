@@ -1,0 +1,69 @@
+//! What becomes of work on a GPU that is lost: its driver failed, or it was taken away. From then on nothing that
+//! is asked of it is done, most of that without a word, and some calls of wgpu and burn panic.
+
+use super::PicturePasses;
+use crate::error::{Error, Result};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+/// Whether a device is lost. It takes microseconds and does not wait for the GPU.
+pub fn is_lost(device: &wgpu::Device) -> bool {
+    // wgpu says it once, to the one callback that burn has set. A lost device makes no buffer.
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("sign of life"),
+        size: 4,
+        usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::MAP_WRITE,
+        mapped_at_creation: true,
+    });
+    buffer.get_mapped_range_mut(..).is_err()
+}
+
+impl PicturePasses {
+    /// Whether their GPU is lost.
+    pub fn is_lost(&self) -> bool {
+        is_lost(&self.device)
+    }
+
+    /// Does what needs their GPU.
+    ///
+    /// # Errors
+    /// When `work` fails; [`Error::GpuLost`] where the GPU is lost in the meantime, whatever `work` made of that:
+    /// another error, a panic, or values that nobody computed.
+    pub fn guarded<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let done = catch_unwind(AssertUnwindSafe(work));
+        if self.is_lost() {
+            return Err(Error::GpuLost);
+        }
+        done.unwrap_or_else(|panic| resume_unwind(panic))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::relight::tests::any_device;
+    use super::*;
+
+    #[test]
+    fn whatever_comes_of_work_on_a_lost_gpu_is_the_loss() {
+        let Some((device, queue)) = any_device() else {
+            return;
+        };
+        let passes = PicturePasses::new(&device, &queue);
+        assert_eq!(passes.guarded(|| Ok(3)).unwrap(), 3);
+        let own = || Error::unexpected("a picture", "pixels", "none", "Draw some");
+        let said = passes.guarded(|| Err::<(), _>(own())).unwrap_err();
+        assert_eq!(said.to_string(), own().to_string());
+        let fault = || passes.guarded(|| -> Result<()> { panic!("on purpose") });
+        assert!(
+            catch_unwind(AssertUnwindSafe(fault)).is_err(),
+            "a fault of ours is none of the GPU's"
+        );
+
+        device.destroy();
+        let lost = [
+            passes.guarded(|| Ok(())),
+            passes.guarded(|| Err(own())),
+            passes.guarded(|| panic!("on purpose")),
+        ];
+        assert!(lost.iter().all(|done| matches!(done, Err(Error::GpuLost))));
+    }
+}

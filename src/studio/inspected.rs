@@ -1,0 +1,61 @@
+//! What each lamp gives to the pixel under the cursor. It is found beside the window's thread, for a field on a GPU
+//! has to be waited for.
+
+use super::layout::Pane;
+use crate::worker::{Clerk, PredictedFrame};
+use std::sync::Arc;
+
+/// A pixel of a frame: column and row.
+#[derive(Clone)]
+struct Ask {
+    of: Arc<PredictedFrame>,
+    pixel: [usize; 2],
+}
+
+/// The light of a pixel under each lamp at full power; none where it cannot be told.
+type Texel = Option<Vec<[f32; 3]>>;
+
+/// The newest that was found, and who finds it.
+#[derive(Default)]
+pub struct Inspected {
+    clerk: Option<Clerk<Ask, Texel>>,
+    asked: Option<Ask>,
+    found: Texel,
+}
+
+impl Inspected {
+    /// Takes in what was found.
+    pub fn hear(&mut self) {
+        // The newest question is answered last, and others may not be.
+        if let Some(found) = self.clerk.iter().flat_map(Clerk::answers).last() {
+            self.found = found;
+        }
+    }
+
+    /// Asks for a pixel of a frame where the panes `shown` show it.
+    pub fn ask(
+        &mut self,
+        of: &Arc<PredictedFrame>,
+        pixel: [usize; 2],
+        shown: &[Pane],
+        wake: impl Fn() + Send + 'static,
+    ) {
+        let known = |asked: &Ask| Arc::ptr_eq(&asked.of, of) && asked.pixel == pixel;
+        if !shown.contains(&Pane::Scopes) || self.asked.as_ref().is_some_and(known) {
+            return;
+        }
+        let ask = Ask {
+            of: of.clone(),
+            pixel,
+        };
+        let answer = |Ask { of, pixel: [x, y] }: Ask| of.field.texel(x, y);
+        let clerk = self.clerk.get_or_insert_with(|| Clerk::start(wake, answer));
+        clerk.ask(ask.clone());
+        self.asked = Some(ask);
+    }
+
+    /// The light of the pixel under each lamp at full power, or that of the one before while it is looked for.
+    pub fn texel(&self) -> Option<&[[f32; 3]]> {
+        self.found.as_deref()
+    }
+}

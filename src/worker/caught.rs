@@ -1,0 +1,22 @@
+//! Faults of the program on a thread of its own: they end what was being done, not the thread.
+
+use crate::error::{Error, Result};
+use crate::gpu;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Does something; a panic is an error.
+pub(super) fn caught<T>(act: impl FnOnce() -> Result<T>) -> Result<T> {
+    catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|panic| {
+        if gpu::is_lost() {
+            return Err(Error::GpuLost);
+        }
+        let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+        Err(Error::unexpected(
+            "Afterlight",
+            "no fault of its own",
+            text.unwrap_or_default(),
+            "What was saved is kept. Report this fault",
+        ))
+    })
+}

@@ -1,0 +1,131 @@
+//! Pictures while the light is dragged.
+
+use super::*;
+use crate::imaging::color::linear_from_srgb;
+
+/// A ball under two lamps, on 64 × 64 pixels.
+fn ball(index: usize) -> (Frame, Field) {
+    let side = |x: usize| (x as f32 + 0.5) / 32.0 - 1.0;
+    let mask = Mask::from_fn(64, 64, |x, y| {
+        ((0.8 - side(x).hypot(side(y))) * 32.0).clamp(0.0, 1.0)
+    });
+    let olat =
+        |turn: f32| Image::from_fn(64, 64, |x, _| [(0.6 + turn * side(x)).max(0.0) * 0.5; 3]);
+    let field = ReflectanceField::from_olats(&[olat(-1.0), olat(1.0)]);
+    let plate = Image::filled(64, 64, [0.5; 3]);
+    (Frame { index, plate, mask }, field.into())
+}
+
+fn worker(budget_ms: f64) -> Worker {
+    let open = || {
+        Ok(Source {
+            rig: rig(),
+            device: "test".to_owned(),
+            predict: Box::new(|index| Ok(ball(index))),
+            rival: Box::new(|_, index| Ok(ball(index))),
+        })
+    };
+    Worker::within(budget_ms, open, || {})
+}
+
+fn shown(worker: &Worker, yaw_deg: f32, coarse: impl Fn(usize) -> bool) -> Arc<Relit> {
+    wait_for(|| {
+        let relit = worker.relit();
+        relit.filter(|relit| relit.scene.yaw_deg == yaw_deg && coarse(relit.coarse))
+    })
+}
+
+fn drag(worker: &Worker, yaw_deg: f32, light: &Arc<Environment>) {
+    worker.show(Ask {
+        dragged: true,
+        ..ask(0, yaw_deg, light)
+    });
+}
+
+#[test]
+fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_that_rests() {
+    let light = from_the_left();
+    // No picture is quick enough, or every one is.
+    let [slow, quick] = [0.0, f64::MAX].map(worker);
+    for worker in [&slow, &quick] {
+        drag(worker, 0.0, &light);
+        // The first says how long they take.
+        shown(worker, 0.0, |coarse| coarse == 1);
+        drag(worker, 40.0, &light);
+    }
+    let coarse = shown(&slow, 40.0, |coarse| coarse > 1);
+    let full = shown(&quick, 40.0, |coarse| coarse == 1);
+    assert_eq!((coarse.width, coarse.height), (64, 64));
+    assert_eq!(coarse.rgb.len(), full.rgb.len());
+    assert_ne!(coarse.rgb, full.rgb);
+    let light_of = |relit: &Relit| -> f32 {
+        let codes = relit.rgb.iter().map(|&code| f32::from(code) / 255.0);
+        codes.map(linear_from_srgb).sum()
+    };
+    let [less, more] = [&coarse, &full].map(|relit| light_of(relit));
+    assert!((less / more - 1.0).abs() < 0.05, "{less} {more}");
+    // Away from the edge the light is smooth, and so is the difference small.
+    for (x, y) in (20..44).flat_map(|y| (20..44).map(move |x| (x, y))) {
+        let at = 3 * (64 * y + x);
+        let apart = coarse.rgb[at].abs_diff(full.rgb[at]);
+        assert!(apart <= 3, "{apart} at {x}, {y}");
+    }
+
+    // The pointer rests, still down: the same picture at its size, bit for bit, and no other.
+    let rested = shown(&slow, 40.0, |coarse| coarse == 1);
+    assert_eq!(rested.rgb, full.rgb);
+    assert_eq!(rested.linear, full.linear);
+    // It is let go: nothing is left to be done.
+    slow.show(ask(0, 40.0, &light));
+    drag(&slow, 90.0, &light);
+    shown(&slow, 90.0, |coarse| coarse > 1);
+    slow.show(ask(0, 90.0, &light));
+    quick.show(ask(0, 90.0, &light));
+    let [slow, quick] = [slow, quick].map(|worker| shown(&worker, 90.0, |coarse| coarse == 1));
+    assert_eq!(slow.rgb, quick.rgb);
+}
+
+#[test]
+fn a_drag_has_no_queue() {
+    let light = from_the_left();
+    let worker = worker(f64::MAX);
+    worker.show(ask(0, 0.0, &light));
+    shown(&worker, 0.0, |_| true);
+    let mut pictures = Vec::new();
+    for yaw in 1..=400 {
+        drag(&worker, yaw as f32 / 4.0, &light);
+        pictures.extend(worker.relit().map(|relit| relit.scene.yaw_deg));
+    }
+    pictures.extend(worker.relit().map(|relit| relit.scene.yaw_deg));
+    // From here on there is the one in work at most, and then the newest.
+    let before = pictures.len();
+    while pictures.last() != Some(&100.0) {
+        let relit = wait_for(|| worker.relit());
+        pictures.push(relit.scene.yaw_deg);
+    }
+    assert!(pictures.len() <= before + 2);
+    assert!(
+        pictures.is_sorted(),
+        "an older picture never follows a newer one: {pictures:?}"
+    );
+}
+
+#[test]
+fn a_scrub_shows_the_nearest_frame_at_hand_and_then_the_one_it_rests_on() {
+    let (worker, go, begun) = slow_worker();
+    let light = from_the_left();
+    for frame in [3, 20] {
+        worker.show(ask(frame, 0.0, &light));
+        go.send(()).unwrap();
+        wait_for(|| worker.relit().filter(|relit| relit.scene.frame == frame));
+    }
+    for (wanted, nearest) in [(18, 20), (5, 3), (12, 20), (11, 3)] {
+        worker.show(ask(wanted, wanted as f32, &light));
+        let relit = shown(&worker, wanted as f32, |_| true);
+        assert_eq!(relit.scene.frame, nearest, "for frame {wanted}");
+    }
+    drop(go);
+    let refined = wait_for(|| worker.relit().filter(|relit| relit.scene.frame == 11));
+    assert_eq!(refined.scene.yaw_deg, 11.0);
+    drop(begun);
+}

@@ -1,0 +1,317 @@
+//! A window that keeps up: drags, playing, idling, a GPU that is lost, a disk that is full.
+
+use super::{
+    MIDDLE, Window, clay, clay_window, export, snapshot, told_job, until, until_shown, window,
+};
+use afterlight::Error;
+use afterlight::studio::{Left, Pane, StudioApp, Workspace};
+use afterlight::worker::Latest;
+use eframe::egui_wgpu::{WgpuSetup, WgpuSetupExisting};
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers, PointerButton, ViewportCommand, ViewportId, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use std::time::{Duration, Instant};
+
+/// Lets the relighter make the picture that it was asked for, as it does between two frames of a window.
+fn between_frames(window: &Window) {
+    let started = Instant::now();
+    while !window.state().worker().unwrap().has_picture() {
+        assert!(started.elapsed() < Duration::from_secs(60), "no picture");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
+    let pos = MIDDLE + vec2(x, 0.0);
+    window.event(match pressed {
+        None => Event::PointerMoved(pos),
+        Some(pressed) => Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        },
+    });
+}
+
+#[test]
+fn each_frame_of_a_drag_shows_the_yaw_of_the_frame_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    pointer(&window, 0.0, None);
+    window.step();
+    pointer(&window, 0.0, Some(true));
+    window.run_steps(2);
+    let mut frames = Vec::new();
+    for step in 1..=60 {
+        pointer(&window, step as f32, None);
+        window.step();
+        let asked = window.state().state().look.yaw_deg;
+        let shown = |window: &Window| window.state().relit().unwrap().scene.yaw_deg == asked;
+        let mut frame = 1;
+        while !shown(&window) {
+            between_frames(&window);
+            window.step();
+            frame += 1;
+        }
+        frames.push(frame);
+    }
+    assert_eq!(window.state().state().look.yaw_deg, 60.0 * 0.4);
+    println!("frames from a move of the pointer to its picture: {frames:?}");
+    assert!(frames.iter().all(|&frames| frames == 2), "{frames:?}");
+}
+
+#[test]
+fn what_is_predicted_is_played_at_the_rate_it_was_filmed_at() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    for frame in 1..clay::FRAMES {
+        window.key_press(Key::ArrowRight);
+        until(&mut window, "the next frame", |app| {
+            app.relit().is_some_and(|relit| relit.scene.frame == frame)
+        });
+    }
+    window.key_press(Key::Home);
+    until_shown(&mut window);
+    let at_hand = &window.state().relit().unwrap().frames_at_hand;
+    assert_eq!(at_hand.len(), clay::FRAMES);
+    window.key_press(Key::Space);
+    window.step();
+    // A step of this window is a quarter of a second, which is what a frame of the clay takes.
+    let mut shown = Vec::new();
+    for _ in 0..2 * clay::FRAMES {
+        let before = window.state().state().frame;
+        window.step();
+        if window.state().state().frame != before {
+            between_frames(&window);
+        }
+        shown.push(window.state().state().frame);
+    }
+    let first = shown[0];
+    let steady = (0..shown.len()).map(|step| (first + step) % clay::FRAMES);
+    assert_eq!(shown, steady.collect::<Vec<_>>());
+}
+
+/// Waits until nothing asks for a frame any more.
+fn until_idle(window: &mut Window, what: &str) {
+    let started = Instant::now();
+    let mut quiet = 0;
+    while quiet < 4 {
+        assert!(
+            started.elapsed() < Duration::from_secs(60),
+            "{what} asks for frames"
+        );
+        std::thread::sleep(Duration::from_millis(40));
+        let asked = window.ctx.has_requested_repaint();
+        window.step();
+        let wait = window.output().viewport_output[&ViewportId::ROOT].repaint_delay;
+        let idle = !asked && wait > Duration::from_secs(3600);
+        quiet = if idle { quiet + 1 } else { 0 };
+    }
+}
+
+/// Goes to a workspace by its key.
+fn enter(window: &mut Window, place: usize) {
+    const KEYS: [Key; 5] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
+    window.key_press_modifiers(Modifiers::COMMAND, KEYS[place]);
+    window.run_steps(3);
+    assert_eq!(window.state().state().workspace, Workspace::ALL[place]);
+}
+
+/// Opens a pane by the palette.
+fn open(window: &mut Window, pane: Pane) {
+    window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
+    window.run_steps(3);
+    window.event(Event::Text(format!("panel {}", pane.name())));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    assert!(!window.state().state().palette);
+    assert_eq!(window.state().state().active, pane);
+}
+
+#[test]
+fn nothing_that_is_shown_asks_for_frames_while_nothing_happens() {
+    let (mut window, _root, _folder) = export::opened();
+    for (place, workspace) in Workspace::ALL.into_iter().enumerate() {
+        enter(&mut window, place);
+        until_idle(&mut window, workspace.name());
+    }
+    enter(&mut window, 2);
+    for pane in Pane::ALL {
+        open(&mut window, pane);
+        until_idle(&mut window, pane.name());
+    }
+}
+
+/// How many controls are shown; each has a name.
+fn named_controls(window: &Window) -> usize {
+    window.check_accessibility();
+    let controls = window.root().children_recursive();
+    let inputs =
+        controls.filter(|node| egui::accessibility::is_input(node.accesskit_node().role()));
+    inputs.count()
+}
+
+#[test]
+fn every_control_of_every_workspace_pane_menu_and_dialog_has_a_name() {
+    let (mut window, _root, _folder) = export::opened();
+    for place in 0..Workspace::ALL.len() {
+        enter(&mut window, place);
+        until_idle(&mut window, "the workspace");
+        let plain = named_controls(&window);
+        assert!(plain > 10, "{plain} controls");
+        window.get_by_label("Panels").click();
+        window.run_steps(3);
+        window.get_by_label("Reset arrangement");
+        named_controls(&window);
+        window.key_press(Key::Escape);
+        window.run_steps(3);
+        for role in [Role::ComboBox, Role::DisclosureTriangle] {
+            for list in 0..window.query_all_by_role(role).count() {
+                if let Some(list) = window.query_all_by_role(role).nth(list) {
+                    list.click_accesskit();
+                }
+                window.run_steps(3);
+                named_controls(&window);
+                window.key_press(Key::Escape);
+                window.run_steps(3);
+            }
+        }
+        for pane in Pane::ALL {
+            open(&mut window, pane);
+            named_controls(&window);
+        }
+    }
+    window.key_press(Key::Questionmark);
+    window.run_steps(3);
+    named_controls(&window);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
+    window.run_steps(3);
+    named_controls(&window);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    open(&mut window, Pane::Project);
+    window.get_by_label("New project…").click();
+    window.run_steps(3);
+    window.get_by_label("Choose the shoot's folder first");
+    named_controls(&window);
+}
+
+#[test]
+fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    until_shown(&mut window);
+    let job = told_job(&mut window);
+    job.send(|progress| {
+        let mut full = true;
+        let written = progress.insist(|| {
+            let remedy = "Check that the folder can be written and the disk has room";
+            let failure = Error::file("write", "checkpoint/live.bpk", "no space left", remedy);
+            if std::mem::take(&mut full) {
+                Err(failure)
+            } else {
+                Ok(())
+            }
+        });
+        progress.step("training", 500, 1000, format!("{written:?}"));
+    })
+    .unwrap();
+    until(&mut window, "the pause", |app| {
+        app.news()
+            .work
+            .as_ref()
+            .is_some_and(|work| work.held.is_some())
+    });
+    assert!(window.state().news().work.as_ref().unwrap().is_paused());
+    let said = window.query_all_by_label_contains("cannot write checkpoint/live.bpk");
+    assert_eq!(
+        said.count(),
+        2,
+        "over the picture and in the line of the job"
+    );
+    window.get_by_label("Go on").click();
+    until(&mut window, "the step after it", |app| {
+        app.news()
+            .work
+            .as_ref()
+            .is_some_and(|work| work.note == "Ok(())")
+    });
+    window.run_steps(2);
+    assert!(window.query_by_label_contains("cannot write").is_none());
+    drop(job);
+}
+
+#[test]
+fn a_window_whose_gpu_is_lost_draws_nothing_closes_and_leaves_its_project() {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+    let Some(adapter) = adapters.into_iter().next() else {
+        println!("skipped: no Vulkan adapter to draw with; install mesa-vulkan-drivers");
+        return;
+    };
+    let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).unwrap();
+    let setup = WgpuSetup::Existing(WgpuSetupExisting {
+        instance,
+        adapter,
+        device: device.clone(),
+        queue,
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    let left = Left::new(Latest::new(|| {}));
+    let next = left.clone();
+    let mut window = Harness::builder()
+        .with_size(vec2(1280.0, 720.0))
+        .wgpu_setup(setup)
+        .build_eframe(|cc| {
+            StudioApp::over(&cc.egui_ctx, project, clay::source)
+                .replaced_by(next, Some("opened again"))
+        });
+    until(&mut window, "first picture", |app| app.relit().is_some());
+    until_shown(&mut window);
+    window.get_by_label("opened again");
+    window.key_press(Key::E);
+    window.run_steps(2);
+    assert!(left.take().is_none() && !window.output().shapes.is_empty());
+
+    device.destroy();
+    window.step();
+    let output = window.output();
+    assert!(output.shapes.is_empty());
+    let commands = &output.viewport_output[&ViewportId::ROOT].commands;
+    assert!(commands.contains(&ViewportCommand::Close));
+    let project = left.take().unwrap().unwrap();
+    assert_eq!(project.settings.name, "clay");
+    drop(window);
+    let again = self::window(|ctx| StudioApp::over(ctx, project, clay::source));
+    assert_eq!(
+        again.state().state().look.exposure_stops,
+        0.5,
+        "the look was kept"
+    );
+}
+
+#[test]
+fn at_twice_the_pixels_the_window_is_as_sharp_as_its_display() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    let mut window = Harness::builder()
+        .with_size(vec2(1280.0, 720.0))
+        .with_pixels_per_point(2.0)
+        .build_eframe(|cc| StudioApp::over(&cc.egui_ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    // What is predicted is marked on the timeline.
+    for _ in 0..3 {
+        window.key_press(Key::ArrowRight);
+        until_shown(&mut window);
+    }
+    snapshot(&mut window, "studio_twice");
+}
