@@ -254,6 +254,7 @@ fn scenes() -> Vec<Scene> {
             view: ViewTransform::Filmic,
             grain: 1.0,
             inspection,
+            ..Effects::default()
         },
         ..Scene::default()
     };

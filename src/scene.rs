@@ -1,5 +1,11 @@
 //! A scene: everything one picture asks for, as plain data.
 
+mod forced;
+mod pass;
+
+pub use forced::Forced;
+pub use pass::Pass;
+
 use crate::light::Lighting;
 use serde::{Deserialize, Serialize};
 
@@ -65,6 +71,8 @@ pub struct Effects {
     pub grain: f32,
     /// What is looked at in place of the picture itself.
     pub inspection: Inspection,
+    /// Passes that run, or are left out, whatever the picture calls for.
+    pub forced: Forced,
 }
 
 /// How linear light becomes codes of a display.
@@ -124,6 +132,21 @@ impl Effects {
             grain: bound(self.grain, 4.0),
             ..self
         }
+    }
+
+    /// Whether an effect that has a strength is asked for: by the strength, or because its pass is forced to
+    /// run and not forced off.
+    pub fn asks(&self, pass: Pass) -> bool {
+        let strength = match pass {
+            Pass::Smoothing => self.smoothing,
+            Pass::Despill => self.despill,
+            Pass::BackgroundBlur => self.background_blur,
+            Pass::LightWrap => self.light_wrap,
+            Pass::Glare => self.glare,
+            Pass::Grain => self.grain,
+            _ => 0.0,
+        };
+        self.forced.get(pass).unwrap_or(strength > 0.0)
     }
 }
 

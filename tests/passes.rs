@@ -11,7 +11,7 @@ use afterlight::gpu::ComputeDevice;
 use afterlight::imaging::{Image, Mask};
 use afterlight::light::{Environment, LightWeights};
 use afterlight::reflectance::{FieldBuffer, ReflectanceField};
-use afterlight::scene::{Background, Effects, Inspection, Output, Scene, ViewTransform};
+use afterlight::scene::{Background, Effects, Output, Scene, ViewTransform};
 use mapped::{gpu, mapped_during};
 
 const SIZE: usize = 256;
@@ -116,7 +116,7 @@ fn scene() -> Scene {
             glare: 0.3,
             view: ViewTransform::Filmic,
             grain: 1.0,
-            inspection: Inspection::Picture,
+            ..Effects::default()
         },
         ..Scene::default()
     }

@@ -6,6 +6,8 @@ mod calibrating;
 mod clay;
 #[path = "studio/comparing.rs"]
 mod comparing;
+#[path = "studio/effects.rs"]
+mod effects;
 #[path = "studio/environments.rs"]
 mod environments;
 #[path = "studio/export.rs"]
@@ -18,6 +20,8 @@ mod keyframes;
 mod live;
 #[path = "studio/project.rs"]
 mod project;
+#[path = "studio/refusals.rs"]
+mod refusals;
 #[path = "studio/review.rs"]
 mod review;
 #[path = "studio/training.rs"]
@@ -684,19 +688,24 @@ fn a_window_without_a_picture_shows_the_job_in_its_place() {
 
 /// Compares the window with its picture, without the times, which differ from run to run.
 fn snapshot(window: &mut Window, name: &str) {
-    snapshot_without(window, name, egui::Rect::NOTHING);
+    snapshot_without(window, name, &[]);
 }
 
-/// The same without what is in `rect`.
-fn snapshot_without(window: &mut Window, name: &str, rect: egui::Rect) {
+/// Places from `left` to `right` of all that says `word`: what differs from run to run, as a folder's name.
+fn lines_with(window: &Window, word: &str, left: f32, right: f32) -> Vec<egui::Rect> {
+    let found = window.query_all_by_label_contains(word);
+    let lines = found.map(|line| egui::Rect::from_x_y_ranges(left..=right, line.rect().y_range()));
+    lines.collect()
+}
+
+/// The same without what is in `places`.
+fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
     if !vulkan_adapter() {
         println!("skipped: no Vulkan adapter to draw with; install mesa-vulkan-drivers");
         return;
     }
     window.run();
-    if rect.is_positive() {
-        window.mask(rect);
-    }
+    places.iter().for_each(|&place| window.mask(place));
     for timing in ["predicted in", "relit in"] {
         let Some(label) = window.query_by_label_contains(timing).map(|l| l.rect()) else {
             continue;

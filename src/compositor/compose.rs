@@ -91,6 +91,9 @@ pub struct PassReport {
     pub name: String,
     pub ran: bool,
     pub reason: String,
+    /// Why it cannot be forced to run or to be left out; nothing where it can.
+    #[serde(skip)]
+    pub fixed: Option<String>,
     /// Time it took in milliseconds, measuring whether it is called for included: on the CPU by the wall,
     /// on a GPU by its own clock, from the start to the end of each shader. None on a GPU without such a
     /// clock; 0 where nothing was done.

@@ -3,7 +3,7 @@ use super::*;
 use crate::compositor::smoothing::tests::after;
 use crate::compositor::{Facts, rim};
 use crate::imaging::color::luminance;
-use crate::scene::{Background, Channel, Effects, Inspection, Output, ViewTransform};
+use crate::scene::{Background, Channel, Effects, Forced, Inspection, Output, Pass, ViewTransform};
 
 /// Effects that this set does not call for, though the scene asks for all that has a need measured.
 fn idle() -> Effects {
@@ -359,4 +359,104 @@ fn hard_inputs_give_finite_pictures_with_every_effect() {
             }
         }
     }
+}
+
+#[test]
+fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_is_not_done() {
+    let set = Set::new(64);
+    let before = after(None, 4, &set.field, &set.mask, 0.8);
+    let extra = Extra {
+        before: Some(&before),
+        grain: Some(&Grain::default()),
+        ..Extra::default()
+    };
+    // Lamps beyond white behind the subject call for what a strength asks for.
+    let mut lamps = Set::new(64);
+    lamps.environment.radiance = Image::from_fn(64, 32, |x, _| [(x % 7) as f32; 3]);
+    let made_of = |set: &Set, effects, background| {
+        let scene = Scene {
+            frame: 5,
+            effects,
+            ..scene(background, Output::Display, 0.0)
+        };
+        let of = Ingredients {
+            extra,
+            ..set.ingredients()
+        };
+        compose(&scene, &of).unwrap()
+    };
+    let made = |effects, background| made_of(&set, effects, background);
+    let around = Background::Environment;
+    let forced = |effects: Effects, pass, run| Effects {
+        forced: Forced::default().with(pass, Some(run)),
+        ..effects
+    };
+    let off = Effects::default();
+    let plain = made(off, around);
+    for pass in [
+        Pass::Smoothing,
+        Pass::Despill,
+        Pass::BackgroundBlur,
+        Pass::LightWrap,
+        Pass::Glare,
+        Pass::Exposure,
+        Pass::Grain,
+    ] {
+        let on = made(forced(off, pass, true), around);
+        assert!(on.passes[pass as usize].ran, "{pass:?}");
+        // Rounding of a background that is drawn before the subject is laid over it.
+        let apart = largest_difference(plain.light(), on.light());
+        assert!(apart < 1e-6, "{pass:?}: {apart}");
+    }
+    // Dither stays below one code, where nothing is behind the subject too.
+    let bare = made(off, Background::None).display.unwrap();
+    let on = made(forced(off, Pass::Dither, true), Background::None);
+    let apart = largest_difference(&bare.0, &on.display.unwrap().0);
+    assert!(0.0 < apart && apart <= 0.5 / 255.0, "{apart}");
+
+    let strong = Effects {
+        background_blur: 0.05,
+        light_wrap: 0.5,
+        glare: 0.3,
+        ..off
+    };
+    for (pass, without) in [
+        (
+            Pass::BackgroundBlur,
+            Effects {
+                background_blur: 0.0,
+                ..strong
+            },
+        ),
+        (
+            Pass::LightWrap,
+            Effects {
+                light_wrap: 0.0,
+                ..strong
+            },
+        ),
+        (
+            Pass::Glare,
+            Effects {
+                glare: 0.0,
+                ..strong
+            },
+        ),
+    ] {
+        let left_out = made_of(&lamps, forced(strong, pass, false), around);
+        assert_eq!(
+            left_out.display,
+            made_of(&lamps, without, around).display,
+            "{pass:?}"
+        );
+        assert_ne!(
+            left_out.display,
+            made_of(&lamps, strong, around).display,
+            "{pass:?}"
+        );
+    }
+    let dark = made(forced(off, Pass::Background, false), around);
+    assert_eq!(dark.light().pixels[0], [0.0; 3]);
+    let dark = made(forced(strong, Pass::Background, false), around);
+    assert!(!dark.passes[Pass::BackgroundBlur as usize].ran);
 }

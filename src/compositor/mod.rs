@@ -18,7 +18,6 @@ mod glare;
 mod grain;
 mod levels;
 mod light_wrap;
-mod pass;
 pub mod passes;
 mod plan;
 mod pyramid;
@@ -45,11 +44,12 @@ pub use glare::{brightest, glare};
 pub use grain::{Grain, grain};
 pub use levels::Levels;
 pub use light_wrap::light_wrap;
-pub use pass::Pass;
 pub use plan::{Facts, Inputs, PlannedPass, plan};
 pub use reuse::Reuse;
 pub use smoothing::Steady;
 pub use view::{code, view};
+
+pub use crate::scene::Pass;
 
 #[cfg(test)]
 mod on_gpu_tests;

@@ -7,7 +7,9 @@ use super::*;
 use crate::error::Result;
 use crate::imaging::{Encoded, Image};
 use crate::reflectance::{FieldBuffer, ReflectanceField};
-use crate::scene::{Background, Channel, Effects, Inspection, Output, Scene, ViewTransform};
+use crate::scene::{
+    Background, Channel, Effects, Forced, Inspection, Output, Scene, ViewTransform,
+};
 use std::sync::Arc;
 
 const SIZE: usize = 96;
@@ -99,10 +101,24 @@ fn effects() -> Vec<Effects> {
         glare: 0.3,
         view: ViewTransform::Filmic,
         grain: 1.0,
-        inspection: Inspection::Picture,
+        ..off
+    };
+    let force = |run| {
+        let all = Pass::ALL.into_iter();
+        all.fold(Forced::default(), |forced, pass| {
+            forced.with(pass, Some(run))
+        })
     };
     vec![
         off,
+        Effects {
+            forced: force(true),
+            ..off
+        },
+        Effects {
+            forced: force(false),
+            ..all
+        },
         Effects {
             smoothing: 0.8,
             ..off
@@ -163,22 +179,23 @@ fn a_gpu_s_picture_is_the_cpu_s() {
             let shown = output == Output::Display;
             let around = scene.background == Background::Environment;
             for (pass, asked) in [
-                (Pass::Smoothing, effects.smoothing > 0.0),
-                (Pass::Despill, effects.despill > 0.0),
+                (Pass::Smoothing, effects.asks(Pass::Smoothing)),
+                (Pass::Despill, effects.asks(Pass::Despill)),
                 (
                     Pass::BackgroundBlur,
-                    effects.background_blur > 0.0 && around,
+                    effects.asks(Pass::BackgroundBlur) && around,
                 ),
-                (Pass::LightWrap, effects.light_wrap > 0.0 && around),
-                (Pass::Glare, effects.glare > 0.0),
-                (Pass::Grain, effects.grain > 0.0 && shown),
+                (Pass::LightWrap, effects.asks(Pass::LightWrap) && around),
+                (Pass::Glare, effects.asks(Pass::Glare)),
+                (Pass::Grain, effects.asks(Pass::Grain) && shown),
             ] {
                 assert_eq!(
                     there.passes[pass as usize].ran, asked,
                     "{pass:?}: {scene:?}"
                 );
             }
-            let opaque = scene.background == Background::Environment;
+            let off = effects.forced.get(Pass::Background) == Some(false);
+            let opaque = scene.background == Background::Environment && !off;
             assert_eq!(there.linear.is_some(), output == Output::Linear || !opaque);
             if let (Some(here), Some(there)) = (&here.linear, &there.linear) {
                 // Up to 20: arc tangents of the background are good to 2e-3 of a GPU's texel.
@@ -201,6 +218,38 @@ fn a_gpu_s_picture_is_the_cpu_s() {
             }
             assert_eq!(here.steady.is_some(), there.steady.is_some());
         }
+    }
+}
+
+#[test]
+fn a_pass_that_is_forced_without_a_strength_changes_nothing_on_a_gpu() {
+    let Some(both) = Both::new(false) else { return };
+    let [_, of] = both.ingredients();
+    let made = |forced| {
+        let effects = Effects {
+            forced,
+            ..Effects::default()
+        };
+        let scene = Scene {
+            effects,
+            ..scene(Background::Environment, Output::Linear, 0.0)
+        };
+        compose(&scene, &of).unwrap()
+    };
+    let plain = made(Forced::default());
+    for pass in [
+        Pass::Smoothing,
+        Pass::Despill,
+        Pass::BackgroundBlur,
+        Pass::LightWrap,
+        Pass::Glare,
+        Pass::Exposure,
+    ] {
+        let on = made(Forced::default().with(pass, Some(true)));
+        assert!(on.passes[pass as usize].ran, "{pass:?}");
+        let apart = largest_difference(plain.light(), on.light());
+        // A rounding of the brightest value, 20.
+        assert!(apart < 20.0 * 1e-6, "{pass:?}: {apart}");
     }
 }
 

@@ -3,9 +3,8 @@
 use super::background::Backdrop;
 use super::despill::Spill;
 use super::grain;
-use super::pass::Pass;
 use super::smoothing;
-use crate::scene::{Background, Effects, Inspection, Output, Scene, ViewTransform};
+use crate::scene::{Background, Effects, Inspection, Output, Pass, Scene, ViewTransform};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Spill that takes less than this share of the rim's luminance is left where it is.
@@ -64,8 +63,10 @@ pub struct Inputs {
 pub struct PlannedPass {
     pub pass: Pass,
     pub run: bool,
-    /// Why it runs, or why it may be left out without changing the picture.
+    /// Why it runs, or why it may be left out without changing the picture; whether it was forced.
     pub reason: String,
+    /// Why it cannot be forced to run or to be left out; nothing where it can.
+    pub fixed: Option<&'static str>,
     /// Stands for all that the picture after this pass depends on: where it did not change, neither did
     /// the picture. A pass that is left out has the key of the picture that it passes on.
     pub key: u64,
@@ -73,7 +74,13 @@ pub struct PlannedPass {
 
 /// The picture behind the subject is needed whole, not only where the matte is open.
 pub(super) fn draws_whole(effects: &Effects) -> bool {
-    effects.background_blur > 0.0 || effects.light_wrap > 0.0
+    effects.asks(Pass::BackgroundBlur) || effects.asks(Pass::LightWrap)
+}
+
+/// Nothing is behind the subject: the scene asks for no background, or it is forced off.
+pub(super) fn is_cut_out(scene: &Scene) -> bool {
+    scene.background == Background::None
+        || scene.effects.forced.get(Pass::Background) == Some(false)
 }
 
 /// A number that stands for `parts`.
@@ -88,9 +95,14 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
     let effects = scene.effects.bounded();
     let mut planned: Vec<PlannedPass> = Vec::with_capacity(Pass::ALL.len());
     for pass in Pass::ALL {
-        let (run, reason) = match decision(pass, scene, &effects, facts) {
-            Ok(reason) => (true, reason),
-            Err(reason) => (false, reason),
+        let fixed = fixed(pass, scene);
+        let forced = effects.forced.get(pass).filter(|_| fixed.is_none());
+        let (run, reason) = match (forced, decision(pass, scene, &effects, facts)) {
+            (None, Ok(reason)) => (true, reason),
+            (None, Err(reason)) => (false, reason),
+            (Some(true), Ok(reason) | Err(reason)) => (true, format!("forced; {reason}")),
+            // Whether it would be called for was not measured.
+            (Some(false), _) => (false, "forced off".to_owned()),
         };
         let upstream = upstream_key(pass, scene, &facts.inputs, &planned);
         let key = match pass {
@@ -105,10 +117,32 @@ pub fn plan(scene: &Scene, facts: &Facts) -> Vec<PlannedPass> {
             pass,
             run,
             reason,
+            fixed,
             key,
         });
     }
     planned
+}
+
+/// Why a pass cannot be forced; nothing where it can.
+fn fixed(pass: Pass, scene: &Scene) -> Option<&'static str> {
+    let bare = is_cut_out(scene);
+    let linear = scene.output == Output::Linear;
+    match pass {
+        Pass::Predict | Pass::Weights => {
+            Some("it is made once and kept: no picture is made without it")
+        }
+        Pass::Relight => Some("it makes the subject: no picture is made without it"),
+        Pass::View => Some("it makes what a display can show"),
+        Pass::Channels | Pass::FalseColor => Some("it is chosen under Show"),
+        Pass::Difference => Some("it needs a second picture: it is chosen under Compare"),
+        Pass::Background if scene.background == Background::None => {
+            Some("the scene asks for no background")
+        }
+        Pass::BackgroundBlur | Pass::LightWrap if bare => Some("nothing is behind the subject"),
+        Pass::Grain | Pass::Dither if linear => Some("the output stays linear"),
+        _ => None,
+    }
 }
 
 /// What a pass reads.
@@ -173,6 +207,8 @@ fn decision(pass: Pass, scene: &Scene, effects: &Effects, facts: &Facts) -> Resu
     };
     let behind = if scene.background == Background::None {
         Err("the scene asks for no background".to_owned())
+    } else if is_cut_out(scene) {
+        Err("the background is forced off".to_owned())
     } else if facts.open_share > 0.0 {
         Ok(())
     } else {

@@ -1,6 +1,6 @@
 use super::super::despill::Screen;
 use super::*;
-use crate::scene::Channel;
+use crate::scene::{Channel, Forced};
 
 const FACTS: Facts = Facts {
     field_cached: false,
@@ -46,6 +46,7 @@ fn everything() -> (Scene, Facts) {
         view: ViewTransform::Filmic,
         grain: 1.0,
         inspection: Inspection::FalseColor,
+        ..Effects::default()
     };
     let facts = Facts {
         steady_gain: Some([1.05, 1.0, 1.0]),
@@ -244,4 +245,74 @@ fn whether_something_was_at_hand_does_not_change_the_picture_s_key() {
             .collect::<Vec<_>>()
     };
     assert_eq!(last(&FACTS), last(&cached));
+}
+
+#[test]
+fn a_forced_pass_runs_or_not_whatever_calls_for_it_and_says_so() {
+    let (all, needed) = everything();
+    for (plain, facts) in [(scene(), FACTS), (all, needed)] {
+        let before = plan(&plain, &facts);
+        for pass in Pass::ALL {
+            for run in [true, false] {
+                let mut forced = plain.clone();
+                forced.effects.forced = Forced::default().with(pass, Some(run));
+                let (before, after) = (
+                    &before[pass as usize],
+                    &plan(&forced, &facts)[pass as usize],
+                );
+                let changed = changed((&plain, &facts), (&forced, &facts));
+                if before.fixed.is_some() {
+                    assert_eq!(before, after);
+                    assert!(changed.is_empty());
+                    continue;
+                }
+                assert_eq!(after.run, run, "{pass:?}");
+                let says = if run { "forced; " } else { "forced off" };
+                assert!(after.reason.starts_with(says), "{}", after.reason);
+                assert_eq!(
+                    changed.contains(&pass.name()),
+                    before.run != run,
+                    "{pass:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_lacks_its_input_cannot_be_forced_and_says_why() {
+    let bare = Scene {
+        background: Background::None,
+        output: Output::Linear,
+        ..scene()
+    };
+    let fixed = |scene: &Scene| {
+        let planned = plan(scene, &FACTS);
+        let fixed = planned.iter().filter(|p| p.fixed.is_some());
+        fixed.map(|p| p.pass.name()).collect::<Vec<_>>()
+    };
+    let always = [
+        "predict",
+        "weights",
+        "relight",
+        "view",
+        "channels",
+        "difference",
+        "false_color",
+    ];
+    assert_eq!(fixed(&scene()), always);
+    let cut_out = with(Effects {
+        forced: Forced::default().with(Pass::Background, Some(false)),
+        ..Effects::default()
+    });
+    assert_eq!(fixed(&cut_out)[3..5], ["background_blur", "light_wrap"]);
+    for name in [
+        "background",
+        "background_blur",
+        "light_wrap",
+        "grain",
+        "dither",
+    ] {
+        assert!(fixed(&bare).contains(&name), "{name}");
+    }
 }

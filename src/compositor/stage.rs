@@ -4,14 +4,13 @@
 use super::background::Backdrop;
 use super::compose::{Ingredients, PassReport, Picture};
 use super::grain::Grain;
-use super::pass::Pass;
-use super::plan::{Facts, Inputs, PlannedPass, draws_whole};
+use super::plan::{Facts, Inputs, PlannedPass, draws_whole, is_cut_out};
 use super::reference::lit_lamps;
 use super::reuse::{Kept, Reuse, Slots};
 use super::smoothing::Steady;
 use crate::error::Result;
 use crate::imaging::Mask;
-use crate::scene::{Background, Effects, Inspection, Output, Scene};
+use crate::scene::{Effects, Inspection, Output, Pass, Scene};
 
 mod hand;
 mod in_memory;
@@ -52,6 +51,7 @@ pub(super) struct Done {
     pass: Pass,
     ran: bool,
     reason: String,
+    fixed: Option<&'static str>,
     /// The time it took before this picture was begun.
     before: Option<f64>,
     /// It ran or was measured.
@@ -89,9 +89,10 @@ impl<'a, H: Hand> Stage<'a, H> {
             },
             behind: None,
             laid: false,
-            alpha: match scene.background {
-                Background::Environment => Mask::filled(width, height, 1.0),
-                Background::None => of.mask.clone(),
+            alpha: if is_cut_out(scene) {
+                of.mask.clone()
+            } else {
+                Mask::filled(width, height, 1.0)
             },
             display: None,
             guide: None,
@@ -146,6 +147,7 @@ impl<'a, H: Hand> Stage<'a, H> {
             pass: this.pass,
             ran: this.run,
             reason: this.reason.clone(),
+            fixed: this.fixed,
             before: None,
             worked: measured,
         };
@@ -216,7 +218,7 @@ impl<'a, H: Hand> Stage<'a, H> {
     /// Draws what is behind the subject: whole, or where the matte is open and at once into the picture.
     /// `keys` are those of the passes whose picture would make this needless.
     fn background(&mut self, keys: [u64; 2]) -> Result<bool> {
-        if self.scene.background != Background::Environment {
+        if is_cut_out(self.scene) {
             return Ok(false);
         }
         let backdrop = Backdrop::of(self.scene, self.of.levels.background);
@@ -307,8 +309,7 @@ impl<'a, H: Hand> Stage<'a, H> {
     /// The picture, and what became of each pass.
     pub fn finish(self, done: Vec<Done>) -> Result<Picture> {
         // What is not opaque is brought to straight alpha in linear light.
-        let opaque =
-            self.scene.background == Background::Environment || self.facts.open_share == 0.0;
+        let opaque = !is_cut_out(self.scene) || self.facts.open_share == 0.0;
         let needs_linear = self.scene.output == Output::Linear || !opaque;
         let finished = self.hand.finish(self.linear, self.display, needs_linear)?;
         if let Some(reuse) = self.reuse {
@@ -325,6 +326,7 @@ impl<'a, H: Hand> Stage<'a, H> {
                 name: done.pass.name().to_owned(),
                 ran: done.ran,
                 reason,
+                fixed: done.fixed.map(str::to_owned),
                 ms: match done.before {
                     None if done.worked => finished.ms.map(|ms| ms[done.pass as usize]),
                     before => Some(before.unwrap_or(0.0)),

@@ -18,7 +18,7 @@ use crate::light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use crate::progress::Progress;
 use crate::project::{KnownEnvironment, Project};
 use crate::reflectance::Predictor;
-use crate::scene::{Background, Effects, Output, Scene};
+use crate::scene::{Background, Effects, Output, Pass, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -175,7 +175,8 @@ pub fn relight(
         let weights = lit.weights(&scene.lighting, scene.yaw_deg, 1.0 / levels.background);
         let weights_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         uncovered_energy = weights.uncovered;
-        let grain = (settings.effects.grain > 0.0)
+        let grain = (settings.effects)
+            .asks(Pass::Grain)
             .then(|| Grain::of_plate(&frame.plate, &frame.mask, settings.effects.view));
         let ingredients = Ingredients {
             field: &field,

@@ -6,7 +6,7 @@ use super::still::{About, no_light, write_still};
 use super::{ClipWriter, Destination, scaled, untaken};
 use crate::compositor::{Picture, view};
 use crate::error::{Error, Result};
-use crate::scene::{Effects, Inspection, Output};
+use crate::scene::{Effects, Inspection, Output, Pass};
 
 /// What takes the frames, in order.
 pub(super) struct Writer {
@@ -74,7 +74,7 @@ impl Writer {
         };
         let deep = self.files.bits == Bits::Sixteen
             || movie.is_some_and(|ending| ending.eq_ignore_ascii_case("mov"));
-        let plain = effects.grain <= 0.0 && effects.inspection == Inspection::Picture;
+        let plain = !effects.asks(Pass::Grain) && effects.inspection == Inspection::Picture;
         match self.destination.output() {
             Output::Display if deep && plain => Output::Linear,
             output => output,

@@ -3,7 +3,9 @@
 
 mod asking;
 mod blind;
+mod drops;
 mod exporting;
+mod jobs;
 mod projects;
 
 use asking::Wanted;
@@ -33,17 +35,13 @@ use super::training::Training;
 use super::wizard::Wizard;
 use super::{keys, theme};
 use crate::calibration::{CalibrateSettings, Circle};
-use crate::evaluation::review::ReviewSettings;
 use crate::gpu::DeviceChoice;
 use crate::project::{Lock, Project};
 use crate::worker::{Blocked, Event, Export, Job, Latest, Need, Relit, Source, Worker};
 use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Extensions of panoramas.
-const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
 
 /// The window's contents.
 pub struct StudioApp {
@@ -267,7 +265,7 @@ impl StudioApp {
             Ok(kept) => kept
                 .into_iter()
                 .for_each(|kept| kept.apply(&mut self.state.look)),
-            Err(e) => self.news.fail(e.to_string()),
+            Err(e) => self.news.refuse(e.to_string()),
         }
         self.kept = KeptLook::of(&self.state.look);
     }
@@ -308,12 +306,18 @@ impl StudioApp {
         self.footages.hear(&self.ctx);
         self.hear_made();
         let unsaved = self.saver.failures().chain(self.shelf.hear());
-        unsaved.for_each(|failure| self.news.fail(failure));
+        unsaved.for_each(|failure| self.news.refuse(failure));
     }
 
     fn apply(&mut self, command: Command) {
+        let state = &self.state;
+        let covered = state.palette || state.keys || state.full_screen;
         self.state.apply(&command);
         match command {
+            Command::DismissRefusal => self.news.refusal = None,
+            Command::Dismiss if !covered => self.news.refusal = None,
+            Command::AddEnvironments(_) => self.news.refusal = None,
+            Command::ListCheckpoints => self.training.list(),
             Command::ToggleFullScreen | Command::Dismiss => {
                 self.ctx
                     .send_viewport_cmd(ViewportCommand::Fullscreen(self.state.full_screen));
@@ -321,7 +325,7 @@ impl StudioApp {
             Command::ChooseEnvironments => self.dialog(|| {
                 let dialog = rfd::FileDialog::new().set_title("Add environments");
                 dialog
-                    .add_filter("Panoramas", &PANORAMAS)
+                    .add_filter("Panoramas", &drops::PANORAMAS)
                     .pick_files()
                     .map(Command::AddEnvironments)
             }),
@@ -344,7 +348,7 @@ impl StudioApp {
                 self.state.apply(&Command::Zoom { factor, about });
             }
             Command::Mark(marked) => match &self.read_only {
-                Some(why) => self.news.fail(why.clone()),
+                Some(why) => self.news.refuse(why.clone()),
                 None => self.reviews.mark(*marked),
             },
             Command::NudgeCircle { by, radius } => {
@@ -463,46 +467,6 @@ impl StudioApp {
         }
     }
 
-    /// Calibrates with what was set by hand.
-    fn calibrate(&self) {
-        let look = &self.state.look;
-        let settings = CalibrateSettings {
-            circle: look.circle,
-            trial: look.trial,
-            ..CalibrateSettings::default()
-        };
-        self.run(|project| Job::Calibrate { project, settings });
-    }
-
-    /// Trains as was chosen.
-    fn train(&self, fresh: bool) {
-        if let Some(project) = &self.project {
-            let choice = self.training.choice(&self.state, project);
-            if fresh || self.training.refusal(&choice, project).is_none() {
-                let settings = self.training.settings(&choice, fresh, self.device);
-                self.run(|project| Job::Train { project, settings });
-            }
-        }
-    }
-
-    /// Compares the network with the truth, or writes what was found as a page.
-    fn review(&self, truth: Option<PathBuf>, fresh: bool, report: Option<PathBuf>) {
-        let settings = ReviewSettings {
-            truth: truth.or_else(|| self.reviews.truth()),
-            fresh,
-            report,
-            device: self.device,
-        };
-        self.run(|project| Job::Review { project, settings });
-    }
-
-    /// Runs a job on the open project, unless one is in hand.
-    fn run(&self, job: impl FnOnce(PathBuf) -> Job) {
-        if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
-            worker.run(job(project.root.clone()));
-        }
-    }
-
     /// Shows a dialog beside the window's thread; what it brings is applied when it closes.
     fn dialog(&self, ask: impl FnOnce() -> Option<Command> + Send + 'static) {
         let chosen = self.chosen.clone();
@@ -512,33 +476,6 @@ impl StudioApp {
             }
         });
     }
-
-    /// What was dropped onto the window: panoramas, or a project's folder.
-    fn dropped(&mut self, out: &mut Vec<Command>) {
-        let dropped = self
-            .ctx
-            .input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
-        let paths: Vec<PathBuf> = dropped
-            .iter()
-            .map(|file| file.path().to_path_buf())
-            .collect();
-        let (panoramas, others): (Vec<_>, Vec<_>) = paths.into_iter().partition(|p| is_panorama(p));
-        if !panoramas.is_empty() {
-            out.push(Command::AddEnvironments(panoramas));
-        }
-        out.extend(
-            others
-                .into_iter()
-                .filter_map(|path| self.dropped_folder(path)),
-        );
-    }
-}
-
-fn is_panorama(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default();
-    PANORAMAS
-        .iter()
-        .any(|known| extension.eq_ignore_ascii_case(known))
 }
 
 /// What panels see of the window. A function would borrow the panels along with it.

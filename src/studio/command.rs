@@ -109,6 +109,8 @@ pub enum Command {
     Inspect(Inspection),
     /// Look at the pixel in this column and row.
     Probe(Option<[usize; 2]>),
+    /// Look which checkpoints there are to compare with.
+    ListCheckpoints,
     /// Ask for the folder of a truth with a dialog, and compare the picture with it.
     CompareTruth,
     /// Take the silhouette that was found in the photographs.
@@ -160,8 +162,11 @@ pub enum Command {
     ToggleKeys,
     /// Open the list of all commands, or close it.
     TogglePalette,
-    /// Close whatever covers the picture, and leave full screen.
+    /// Close whatever covers the picture, and leave full screen; where there is nothing of it, as
+    /// [`Self::DismissRefusal`].
     Dismiss,
+    /// Put away why something could not be done.
+    DismissRefusal,
 
     /// Ask for files with a dialog, and add what is chosen.
     ChooseEnvironments,

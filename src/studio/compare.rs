@@ -2,9 +2,11 @@
 
 use super::listed::Listed;
 use super::state::State;
+use crate::light::Environment;
 use crate::light::conventions::Front;
 use crate::worker::{Origin, Rival, Second};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What stands beside the relit picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +40,9 @@ pub enum How {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compare {
     pub on: bool,
+    /// The first picture; none is the relit one.
+    pub first: Option<With>,
+    /// The second picture.
     pub with: With,
     pub how: How,
     /// Where one is shown at a time: whether it is the second.
@@ -48,6 +53,7 @@ impl Default for Compare {
     fn default() -> Self {
         Self {
             on: false,
+            first: None,
             with: With::Plate,
             how: How::Wipe,
             second: false,
@@ -70,14 +76,25 @@ impl Compare {
 }
 
 impl State {
-    /// The second picture that this state asks for; none where it is of an environment that has not been
-    /// read.
-    pub fn second(
+    /// The pictures besides the relit one that this state asks for, the first and the second; none where it is
+    /// of an environment that has not been read.
+    pub fn compared(
         &self,
-        environment: impl Fn(&Origin) -> Option<std::sync::Arc<crate::light::Environment>>,
+        environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
+    ) -> [Option<Second>; 2] {
+        if !self.compare.on {
+            return [None, None];
+        }
+        let Compare { first, with, .. } = &self.compare;
+        [first.as_ref(), Some(with)].map(|with| self.beside(with?, &environment))
+    }
+
+    fn beside(
+        &self,
+        with: &With,
+        environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
     ) -> Option<Second> {
-        let compare = self.compare.on.then_some(&self.compare)?;
-        Some(match &compare.with {
+        Some(match with {
             With::Plate => Second::Plate,
             With::Environment(origin) => {
                 let mut list = self.look.environments.iter();
@@ -97,7 +114,6 @@ mod tests {
     use super::super::command::Command;
     use super::*;
     use crate::imaging::Image;
-    use crate::light::Environment;
 
     #[test]
     fn w_wipes_and_q_changes_sides() {
@@ -126,8 +142,14 @@ mod tests {
         state.compare.with = With::Environment(Origin::File(files[1].clone()));
         let grey = Image::filled(2, 1, [0.5; 3]);
         let grey = std::sync::Arc::new(Environment::from_radiance("grey", grey));
-        let second = state.second(|_| Some(grey.clone()));
-        assert_eq!(second, Some(Second::Light(grey.clone(), -10.0)));
+        let compared = state.compared(|_| Some(grey.clone()));
+        assert_eq!(compared, [None, Some(Second::Light(grey.clone(), -10.0))]);
+        state.compare.first = Some(With::Plate);
+        assert_eq!(
+            state.compared(|_| None),
+            [Some(Second::Plate), None],
+            "it was not read"
+        );
         assert_eq!(state.scene().yaw_deg, 100.0);
     }
 }

@@ -27,7 +27,25 @@ pub enum Owner {
     Person,
 }
 
+impl Owner {
+    /// Whose it is, in a few words.
+    pub fn says(self) -> &'static str {
+        match self {
+            Self::Shoot => "of the shoot",
+            Self::Program => "built in",
+            Self::Person => "added",
+        }
+    }
+}
+
 impl Listed {
+    /// Whether another of a list has the same name but for capitals.
+    pub fn is_ambiguous(&self, list: &[Self]) -> bool {
+        let name = self.name.to_lowercase();
+        let same = list.iter().filter(|one| one.name.to_lowercase() == name);
+        same.count() > 1
+    }
+
     /// Whether it has not been said yet which way is front in a file that a person brought.
     pub fn asks(&self) -> bool {
         self.owner == Owner::Person && self.front.is_none()

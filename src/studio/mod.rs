@@ -5,6 +5,7 @@ mod app;
 mod command;
 mod compare;
 mod footages;
+mod icons;
 mod inspected;
 mod kept;
 mod keyed;

@@ -68,8 +68,11 @@ pub struct News {
     pub phase: Phase,
     /// The job that runs beside whatever can be done.
     pub work: Option<Work>,
-    /// Why what was asked for last could not be made.
+    /// Why the picture that was asked for last could not be made.
     pub failure: Option<String>,
+    /// Why something that a person did could not be done. It stays until it is put away, or until something
+    /// that is done later answers it.
+    pub refusal: Option<String>,
     /// The last sentence of a job.
     pub said: Option<String>,
     /// All sentences, the newest last.
@@ -85,6 +88,7 @@ impl News {
             phase,
             work: None,
             failure: None,
+            refusal: None,
             said: None,
             log: VecDeque::new(),
             opened: Instant::now(),
@@ -100,10 +104,10 @@ impl News {
         };
     }
 
-    /// Something went wrong.
-    pub fn fail(&mut self, sentence: String) {
+    /// Something that a person did, or that was to be written, could not be done.
+    pub fn refuse(&mut self, sentence: String) {
         self.note(Kind::Failed, &sentence);
-        self.failure = Some(sentence);
+        self.refusal = Some(sentence);
     }
 
     /// Something is to be known.
@@ -138,9 +142,12 @@ impl News {
                 self.note(Kind::Failed, &why.sentence);
                 self.phase = Phase::Blocked(why);
             }
-            Event::Failed { sentence } => self.fail(sentence),
+            Event::Failed { sentence } => {
+                self.note(Kind::Failed, &sentence);
+                self.failure = Some(sentence);
+            }
             Event::Started { what } => {
-                (self.failure, self.said) = (None, None);
+                (self.failure, self.refusal, self.said) = (None, None, None);
                 self.work = Some(Work::new(what));
             }
             Event::Report(Report::Say(sentence)) => self.say(sentence),
@@ -168,7 +175,7 @@ impl News {
                     work.pause(true, Instant::now());
                     work.held = Some(sentence.clone());
                 }
-                self.fail(sentence);
+                self.note(Kind::Failed, &sentence);
             }
             Event::Report(Report::Saved | Report::Training(_)) => {}
             Event::Report(Report::Step {
@@ -308,15 +315,18 @@ mod tests {
         news.hear(Event::Failed {
             sentence: "no such file".into(),
         });
-        news.fail("no such file".into());
+        news.refuse("no such file".into());
         news.hear(Event::Finished {
             sentence: "trained".into(),
         });
         news.begin(Phase::Opening);
         let kinds: Vec<Kind> = news.log.iter().map(|line| line.kind).collect();
         assert_eq!(kinds, [Kind::Failed, Kind::Said]);
-        assert_eq!((&news.failure, &news.said), (&None, &None));
-        (0..2 * LOG_LINES).for_each(|i| news.fail(i.to_string()));
+        assert_eq!(
+            (&news.failure, &news.refusal, &news.said),
+            (&None, &None, &None)
+        );
+        (0..2 * LOG_LINES).for_each(|i| news.refuse(i.to_string()));
         assert_eq!(news.log.len(), LOG_LINES);
         assert!(news.log[LOG_LINES - 1].to_string().ends_with("1999"));
     }

@@ -98,7 +98,7 @@ fn all(ctx: &egui::Context, sight: &Sight) -> Vec<Entry> {
     let lights = sight.environments.iter().enumerate();
     let lights = lights.map(|(i, e)| {
         entry(
-            format!("light by {}", e.listed.name),
+            format!("light by {}", sight.title(e)),
             Command::Environment(i),
         )
     });

@@ -90,6 +90,15 @@ impl Sight<'_> {
         self.training.running && self.shown.contains(&Pane::Training)
     }
 
+    /// What an environment is called: with whose it is, where another has the same name.
+    pub fn title(&self, entry: &Entry) -> String {
+        let Listed { name, owner, .. } = &entry.listed;
+        match entry.listed.is_ambiguous(&self.state.look.environments) {
+            true => format!("{name}, {}", owner.says()),
+            false => name.clone(),
+        }
+    }
+
     /// The entry that lights the subject, if there is any.
     pub fn environment(&self) -> Option<&Entry> {
         self.environments.get(self.state.look.environment)

@@ -85,11 +85,16 @@ impl Shown<'_> {
         let out = &mut *self.out;
         match pane {
             Pane::Probe => {
-                self.side_ui(ui, pane, 392.0);
+                // Where there is nothing to show, the reason has all of the room.
+                if !matches!(sight.probe, Some(Err(_))) {
+                    self.side_ui(ui, pane, 392.0);
+                }
                 self.panes.probe.ui(ui, &self.sight, self.out);
             }
             Pane::Gamma => {
-                self.side_ui(ui, pane, 408.0);
+                if !matches!(sight.gamma, Some(Err(_))) {
+                    self.side_ui(ui, pane, 408.0);
+                }
                 self.panes.gamma.ui(ui, &self.sight, self.out);
             }
             Pane::Training => panes.training.ui(ui, sight, out),
@@ -105,7 +110,7 @@ impl Shown<'_> {
                 });
             }),
             Pane::Effects => padded(ui, |ui| {
-                scrolled(ui, |ui| panes.effects.ui(ui, sight));
+                scrolled(ui, |ui| panes.effects.ui(ui, sight, out));
             }),
             Pane::Scopes => padded(ui, |ui| {
                 scrolled(ui, |ui| panes.scopes.ui(ui, sight, out));
@@ -139,10 +144,8 @@ impl Behavior<Pane> for Shown<'_> {
         ui.painter().rect_filled(rect, 0.0, theme::PANEL);
         ui.set_clip_rect(ui.clip_rect().intersect(rect));
         self.drawn.push(*pane);
-        let pressed = ui.input(|i| {
-            let at = i.pointer.interact_pos();
-            i.pointer.any_pressed() && at.is_some_and(|at| rect.contains(at))
-        });
+        // Not where something that lies over the pane is meant, as a menu.
+        let pressed = ui.input(|i| i.pointer.any_pressed()) && ui.rect_contains_pointer(rect);
         if pressed && self.sight.state.active != *pane {
             self.out.push(Command::Activate(*pane));
         }

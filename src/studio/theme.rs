@@ -1,6 +1,7 @@
 //! How the window looks: neutral greys, so that nothing competes with the picture.
 
-use egui::{Color32, CornerRadius, FontId, Stroke, TextStyle};
+use super::icons;
+use egui::{Color32, CornerRadius, FontDefinitions, FontId, Stroke, TextStyle};
 
 /// Around the picture: middle grey, 18 % of white, which leaves the eye's judgement alone.
 pub const SURROUND: Color32 = Color32::from_gray(118);
@@ -22,6 +23,9 @@ pub const GAP: f32 = 8.0;
 /// Gives the window its look.
 pub fn apply(ctx: &egui::Context) {
     ctx.set_theme(egui::Theme::Dark);
+    let mut fonts = FontDefinitions::default();
+    icons::add_to(&mut fonts);
+    ctx.set_fonts(fonts);
     ctx.all_styles_mut(|style| {
         style.text_styles = [
             (TextStyle::Small, FontId::proportional(12.0)),

@@ -65,6 +65,8 @@ pub struct Training {
     reading: bool,
     /// Whether what was read is what is there.
     current: bool,
+    /// Whether it is asked for where it is not shown.
+    listed: bool,
 }
 
 impl Training {
@@ -104,6 +106,16 @@ impl Training {
         self.current && !self.reading
     }
 
+    /// Has what is on disk read, though the panel is not shown.
+    pub fn list(&mut self) {
+        self.listed = true;
+    }
+
+    /// Whether what was read is what is there, or is being read.
+    pub fn is_asked(&self) -> bool {
+        self.current
+    }
+
     /// Takes in what was read.
     pub fn read(&mut self) {
         let Some(records) = self.slot.as_ref().and_then(|slot| slot.take()) else {
@@ -127,7 +139,8 @@ impl Training {
         shown: &[Pane],
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) {
-        if self.current || self.reading || !shown.contains(&Pane::Training) {
+        let wanted = std::mem::take(&mut self.listed) || shown.contains(&Pane::Training);
+        if self.current || self.reading || !wanted {
             return;
         }
         (self.current, self.reading) = (true, true);

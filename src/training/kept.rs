@@ -34,6 +34,13 @@ pub struct Kept {
     pub info: CheckpointInfo,
 }
 
+impl Kept {
+    /// Where it is.
+    pub fn folder(&self, project: &Project) -> PathBuf {
+        folder(project).join(&self.name)
+    }
+}
+
 /// Why a checkpoint is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {

@@ -136,8 +136,8 @@ impl Worker {
         let tasks = Arc::new(Latest::new(ring_labour.clone()));
         let opened = Arc::new(Latest::new(ring_relighter.clone()));
         let fields = Arc::new(Latest::new(ring_relighter.clone()));
-        let rivals = Arc::new(Latest::new(ring_relighter.clone()));
-        let challenge = Arc::new(Latest::new(ring_network.clone()));
+        let rivals = [(); 2].map(|()| Arc::new(Latest::new(ring_relighter.clone())));
+        let challenge = [(); 2].map(|()| Arc::new(Latest::new(ring_network.clone())));
         let asks = Arc::new(Latest::new(ring_relighter.clone()));
         let pictures = Arc::new(Latest::new(wake.clone()));
         let relit = Arc::new(Latest::new(wake));

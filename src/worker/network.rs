@@ -109,9 +109,9 @@ pub(super) struct Network<Open, Tell> {
     pub renew: Arc<Latest<()>>,
     pub opened: Arc<Latest<Opened>>,
     pub fields: Arc<Latest<Arc<PredictedFrame>>>,
-    /// What is to be compared with, and what was found.
-    pub challenge: Arc<Latest<Challenge>>,
-    pub rivals: Arc<Latest<Challenger>>,
+    /// What is to be compared, and what was found, for the first picture and the second.
+    pub challenge: [Arc<Latest<Challenge>>; 2],
+    pub rivals: [Arc<Latest<Challenger>>; 2],
     pub tell: Tell,
     pub stop: Control,
 }
@@ -135,11 +135,13 @@ where
                 if self.lost(done) {
                     source = self.open(source, &mut generation);
                 }
-            } else if let Some(challenge) = self.challenge.take() {
+            } else if let Some((side, challenge)) =
+                (0..2).find_map(|side| Some((side, self.challenge[side].take()?)))
+            {
                 let current = source
                     .as_mut()
                     .filter(|_| challenge.generation == generation);
-                let done = current.map(|source| self.find(source, challenge));
+                let done = current.map(|source| self.find(source, side, challenge));
                 if self.lost(done) {
                     source = self.open(source, &mut generation);
                 }
@@ -191,10 +193,10 @@ where
         matches!(error, Error::GpuLost)
     }
 
-    fn find(&self, source: &mut Source, of: Challenge) -> Result<(), Error> {
+    fn find(&self, source: &mut Source, side: usize, of: Challenge) -> Result<(), Error> {
         let started = Instant::now();
         let (frame, field) = caught(|| (source.rival)(&of.rival, of.frame))?;
-        self.rivals.put(Challenger {
+        self.rivals[side].put(Challenger {
             found: Arc::new(PredictedFrame {
                 frame: Arc::new(frame),
                 field: Arc::new(field),

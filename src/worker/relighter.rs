@@ -8,7 +8,7 @@ use super::event::Event;
 use super::haste::Small;
 use super::latest::Latest;
 use super::network::{Challenge, Challenger, Opened, Wanted};
-use super::second::{Codes, Second};
+use super::second::{self, Codes, Second};
 use super::stage::Stage;
 use crate::compositor::{CameraView, Extra, Ingredients, PassReport, Upstream, compose_reusing};
 use crate::error::{Error, Result};
@@ -32,7 +32,9 @@ pub struct Ask {
     /// Its output is a display whatever it says.
     pub scene: Scene,
     pub environment: Arc<Environment>,
-    /// What the picture is compared with.
+    /// What is compared in place of the picture.
+    pub first: Option<Second>,
+    /// What it is compared with.
     pub second: Option<Second>,
     /// Lamps that light the subject alone, each as bright as half of an even light; none is the light.
     pub solo: Vec<usize>,
@@ -54,6 +56,9 @@ pub struct Relit {
     pub coarse: usize,
     /// sRGB codes, three bytes a pixel, row by row.
     pub rgb: Vec<u8>,
+    /// What is compared in its place, of the same size; where a scene asks for the difference, that to the
+    /// second.
+    pub first: Option<(Second, Codes)>,
     /// What it is compared with, of the same size.
     pub second: Option<(Second, Codes)>,
     /// Lamps that light the subject alone.
@@ -84,8 +89,9 @@ pub(super) struct Relighter<Tell> {
     pub opened: Arc<Latest<Opened>>,
     pub fields: Arc<Latest<Arc<PredictedFrame>>>,
     pub wanted: Arc<Latest<Wanted>>,
-    pub challenge: Arc<Latest<Challenge>>,
-    pub rivals: Arc<Latest<Challenger>>,
+    /// For the first picture and the second.
+    pub challenge: [Arc<Latest<Challenge>>; 2],
+    pub rivals: [Arc<Latest<Challenger>>; 2],
     pub relit: Arc<Latest<Arc<Relit>>>,
     pub tell: Tell,
     pub stop: Control,
@@ -96,22 +102,34 @@ pub(super) struct Relighter<Tell> {
     pub budget_ms: f64,
 }
 
+/// One of the two pictures that are compared: the OLATs that were asked for elsewhere, and what was found.
+#[derive(Default)]
+struct Side {
+    challenge: Option<Challenge>,
+    rival: Option<Arc<PredictedFrame>>,
+}
+
 /// All that a picture is made of.
 struct Made {
     ask: Ask,
     shown: Arc<PredictedFrame>,
-    rival: Option<Arc<PredictedFrame>>,
+    rivals: [Option<Arc<PredictedFrame>>; 2],
     coarse: usize,
 }
 
 impl Made {
     /// Whether this is the same picture, no coarser.
     fn serves(&self, other: &Self) -> bool {
-        let rivals = self.rival.as_ref().map(Arc::as_ptr) == other.rival.as_ref().map(Arc::as_ptr);
+        let rivals = |made: &Self| {
+            made.rivals
+                .each_ref()
+                .map(|it| it.as_ref().map(Arc::as_ptr))
+        };
+        let rivals = rivals(self) == rivals(other);
         let environments = Arc::ptr_eq(&self.ask.environment, &other.ask.environment);
         let (mine, theirs) = (&self.ask, &other.ask);
-        let asks = (&mine.scene, &mine.solo, &mine.second)
-            == (&theirs.scene, &theirs.solo, &theirs.second);
+        let asks = (&mine.scene, &mine.solo, &mine.first, &mine.second)
+            == (&theirs.scene, &theirs.solo, &theirs.first, &theirs.second);
         self.coarse <= other.coarse
             && rivals
             && environments
@@ -137,9 +155,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         let mut sent: Option<usize> = None;
         // What the newest picture shows: the same is not made again.
         let mut made: Option<Made> = None;
-        // What was asked for to compare with, and what came last.
-        let mut challenge: Option<Challenge> = None;
-        let mut rival: Option<Arc<PredictedFrame>> = None;
+        let mut sides: [Side; 2] = Default::default();
         loop {
             let coarse = made.as_ref().is_some_and(|made| made.coarse > 1);
             let wait = if coarse { STILL } else { Duration::MAX };
@@ -156,7 +172,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             if let Some(opened) = self.opened.take() {
                 generation = opened.generation;
                 self.cache = FieldCache::new(super::FIELD_BUDGET_BYTES);
-                (sent, challenge, rival) = (None, None, None);
+                (sent, sides) = (None, Default::default());
                 // Under the same lamps the picture stays, at its level, until the network that is at
                 // hand now has predicted it.
                 if stage.as_ref().is_none_or(|stage| stage.rig != opened.rig) {
@@ -171,11 +187,10 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 shown.get_or_insert_with(|| predicted.clone());
                 self.cache.insert(predicted);
             }
-            let found = self.rivals.take();
-            if let Some(Challenger { found, .. }) =
-                found.filter(|found| challenge.as_ref() == Some(&found.of))
-            {
-                rival = Some(found);
+            for (side, found) in sides.iter_mut().zip(&self.rivals) {
+                let found = found.take();
+                let found = found.filter(|found| side.challenge.as_ref() == Some(&found.of));
+                side.rival = found.map(|it| it.found).or(side.rival.take());
             }
             ask = self.asks.take().or(ask);
             let (Some(stage), Some(ask)) = (&mut stage, &ask) else {
@@ -203,20 +218,22 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 output: Output::Display,
                 ..ask.scene.clone()
             };
-            match &ask.second {
-                Some(Second::Rival(of)) => {
-                    let wanted = Challenge {
-                        generation,
-                        rival: of.clone(),
-                        frame: current.frame.index,
-                    };
-                    if challenge.as_ref() != Some(&wanted) {
-                        rival = None;
-                        challenge = Some(wanted.clone());
-                        self.challenge.put(wanted);
-                    }
+            for (i, second) in [&ask.first, &ask.second].into_iter().enumerate() {
+                let side = &mut sides[i];
+                let Some(Second::Rival(of)) = second else {
+                    *side = Side::default();
+                    continue;
+                };
+                let wanted = Challenge {
+                    generation,
+                    rival: of.clone(),
+                    frame: current.frame.index,
+                };
+                if side.challenge.as_ref() != Some(&wanted) {
+                    side.rival = None;
+                    side.challenge = Some(wanted.clone());
+                    self.challenge[i].put(wanted);
                 }
-                _ => (challenge, rival) = (None, None),
             }
             let making = Made {
                 ask: Ask {
@@ -224,9 +241,9 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                     ..ask.clone()
                 },
                 shown: current.clone(),
-                rival: rival.clone(),
-                // What is compared has its full size, and so has its second picture.
-                coarse: if ask.dragged && !settled && ask.second.is_none() {
+                rivals: sides.each_ref().map(|side| side.rival.clone()),
+                // What is compared has its full size, and so has what it is compared with.
+                coarse: if ask.dragged && !settled && ask.first.is_none() && ask.second.is_none() {
                     stage.haste.factor()
                 } else {
                     1
@@ -251,7 +268,8 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                         // Whatever is at hand is there. The network's thread finds another device.
                         self.cache = FieldCache::new(super::FIELD_BUDGET_BYTES);
                         *stage = Stage::new(stage.rig.clone(), self.budget_ms);
-                        (shown, made, rival, challenge) = (None, None, None, None);
+                        (shown, made) = (None, None);
+                        sides = Default::default();
                         self.renew.put(());
                     }
                 }
@@ -267,11 +285,12 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         started: Instant,
     ) -> Result<Relit> {
         let Made {
-            ask, shown, rival, ..
+            ask, shown, rivals, ..
         } = making;
         let mut scene = ask.scene.clone();
         let weights_ms = stage.light(&ask.environment, &scene, shown)?;
-        let second = stage.second(ask, shown, rival.as_deref())?;
+        let first = stage.compared(ask, 0, shown, rivals[0].as_deref())?;
+        let second = stage.compared(ask, 1, shown, rivals[1].as_deref())?;
         let identity = stage.begin(shown, &scene);
         let Stage {
             rig,
@@ -336,6 +355,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         haste.took(coarse, composed.elapsed().as_secs_f64() * 1e3);
         Ok(Relit {
             scene: ask.scene.clone(),
+            first: second::differing(first, second.as_ref(), &scene)?,
             second: second.map(|(of, picture)| (of, Codes::of(&picture))),
             solo: ask.solo.clone(),
             weights: scaled(&weights.per_lamp, light.levels.subject),

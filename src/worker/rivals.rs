@@ -10,6 +10,7 @@ use crate::gpu::ComputeDevice;
 use crate::imaging::Response;
 use crate::project::Project;
 use crate::reflectance::{Predictor, ReflectanceField};
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 /// What is needed to find them.
@@ -17,8 +18,8 @@ pub(super) struct Rivals {
     project: Project,
     response: Response,
     compute: ComputeDevice,
-    /// The network of a checkpoint, which takes a while to read.
-    network: Option<(PathBuf, Predictor)>,
+    /// The networks of the last checkpoints, which take a while to read: two can be compared.
+    networks: VecDeque<(PathBuf, Predictor)>,
 }
 
 impl Rivals {
@@ -27,7 +28,7 @@ impl Rivals {
             project: project.clone(),
             response: calibration.response,
             compute: compute.clone(),
-            network: None,
+            networks: VecDeque::new(),
         }
     }
 
@@ -56,15 +57,14 @@ impl Rivals {
 
     fn checkpoint(&mut self, folder: &Path, index: usize) -> Result<(Frame, Field)> {
         let frame = Frame::load(&self.project, &self.response, index)?;
-        let known = self.network.take().filter(|(of, _)| of == folder);
-        let (_, network) = match known {
-            Some(known) => self.network.insert(known),
-            None => {
-                let open = || Predictor::open_at(&self.project, folder, &self.compute.device);
-                let read = self.compute.guarded(open)?;
-                self.network.insert((folder.to_path_buf(), read))
-            }
-        };
+        if self.networks.iter().all(|(of, _)| of != folder) {
+            self.networks.truncate(1);
+            let open = || Predictor::open_at(&self.project, folder, &self.compute.device);
+            let read = self.compute.guarded(open)?;
+            self.networks.push_front((folder.to_path_buf(), read));
+        }
+        let network = self.networks.iter().position(|(of, _)| of == folder);
+        let (_, network) = &self.networks[network.unwrap_or(0)];
         let predicted = self.compute.guarded(|| network.predict(&frame))?;
         Ok((frame, Field::from(predicted).halved()))
     }

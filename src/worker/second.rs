@@ -2,7 +2,9 @@
 
 use super::PredictedFrame;
 use crate::compositor::reference::scale;
-use crate::compositor::{CameraView, Extra, Ingredients, Levels, Upstream, compose, view};
+use crate::compositor::{
+    CameraView, Extra, Ingredients, Levels, Upstream, compose, difference, view,
+};
 use crate::error::Result;
 use crate::imaging::color::byte_from_unit;
 use crate::imaging::{Encoded, Image};
@@ -100,6 +102,25 @@ pub(super) fn rival(
         },
     )?;
     Ok(picture.display)
+}
+
+/// The first of two pictures as it is shown: where a scene asks for their difference, that.
+///
+/// # Errors
+/// When the pictures differ in size.
+pub(super) fn differing(
+    first: Option<(Second, Encoded)>,
+    second: Option<&(Second, Encoded)>,
+    scene: &Scene,
+) -> Result<Option<(Second, Codes)>> {
+    let Some((of, mut picture)) = first else {
+        return Ok(None);
+    };
+    if let (Inspection::Difference { gain }, Some((_, second))) = (scene.effects.inspection, second)
+    {
+        difference(&mut picture, second, gain)?;
+    }
+    Ok(Some((of, Codes::of(&picture))))
 }
 
 /// A scene as the second picture has it: nothing is inspected in it that needs a second one.

@@ -11,7 +11,7 @@ use crate::footage::Frame;
 use crate::imaging::Encoded;
 use crate::light::lighting::Lit;
 use crate::light::{Environment, LightWeights, Lighting, Rig};
-use crate::scene::{Background, Scene, ViewTransform};
+use crate::scene::{Background, Pass, Scene, ViewTransform};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -56,9 +56,9 @@ pub struct Stage {
     pub steady: Option<Steady>,
     pub reuse: Reuse,
     pub haste: Haste,
-    /// The light of the second picture, where it has one of its own.
-    other: Option<Light>,
-    /// How many second pictures there have been.
+    /// The lights of the pictures that are compared, where they have some of their own.
+    others: [Option<Light>; 2],
+    /// How many pictures to compare there have been.
     seconds: u64,
 }
 
@@ -76,7 +76,7 @@ impl Stage {
             steady: None,
             reuse: Reuse::default(),
             haste: Haste::within(budget_ms),
-            other: None,
+            others: [None, None],
             seconds: 0,
         }
     }
@@ -90,7 +90,8 @@ impl Stage {
             self.grain = None;
         }
         let view = scene.effects.view;
-        if scene.effects.grain > 0.0 && self.grain.as_ref().is_none_or(|(of, _)| *of != view) {
+        if scene.effects.asks(Pass::Grain) && self.grain.as_ref().is_none_or(|(of, _)| *of != view)
+        {
             let Frame { plate, mask, .. } = &*shown.frame;
             self.grain = Some((view, Grain::of_plate(plate, mask, view)));
         }
@@ -101,14 +102,16 @@ impl Stage {
         }
     }
 
-    /// The second picture that is asked for, where all that it is made of is at hand.
-    pub fn second(
+    /// The first or the second picture (`side` 0 or 1) that is asked for to be compared, where all that it is
+    /// made of is at hand.
+    pub fn compared(
         &mut self,
         ask: &Ask,
+        side: usize,
         shown: &Arc<PredictedFrame>,
         rival: Option<&PredictedFrame>,
     ) -> Result<Option<(Second, Encoded)>> {
-        let Some(wanted) = &ask.second else {
+        let Some(wanted) = [&ask.first, &ask.second][side] else {
             return Ok(None);
         };
         self.seconds += 1;
@@ -132,11 +135,11 @@ impl Stage {
                 let yaw_deg = *yaw_deg;
                 let scene = Scene { yaw_deg, ..scene };
                 // The same as the picture itself, with the two lights' places changed.
-                let first = std::mem::replace(&mut self.light, self.other.take());
+                let first = std::mem::replace(&mut self.light, self.others[side].take());
                 let lit = self.light(environment, &scene, shown);
-                self.other = std::mem::replace(&mut self.light, first);
+                self.others[side] = std::mem::replace(&mut self.light, first);
                 lit?;
-                let other = self.other.as_ref();
+                let other = self.others[side].as_ref();
                 let made = other.map(|light| {
                     let (weights, levels) = (&light.weights, light.levels);
                     second::rival(&scene, shown, weights, &light.environment, levels)

@@ -3,7 +3,7 @@ use crate::footage::ImportSettings;
 use crate::imaging::{Image, Mask};
 use crate::light::{Environment, Lamp, Rig};
 use crate::reflectance::ReflectanceField;
-use crate::scene::{Background, Output, Scene};
+use crate::scene::{Background, Inspection, Output, Scene};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -75,6 +75,7 @@ fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> Ask {
     Ask {
         scene,
         environment: environment.clone(),
+        first: None,
         second: None,
         solo: Vec::new(),
         dragged: false,
@@ -483,6 +484,34 @@ fn what_a_picture_is_compared_with_comes_with_it() {
         [first[1], first[0]],
         "at the level of the first"
     );
+
+    // Any two of them, and their difference.
+    let two = |inspection| {
+        let mut wanted = ask(0, 0.0, &left);
+        wanted.scene.effects.inspection = inspection;
+        worker.show(Ask {
+            first: Some(Second::Plate),
+            second: Some(Second::Rival(Rival::Exemplar(1))),
+            ..wanted.clone()
+        });
+        wait_for(|| {
+            let relit = worker.relit()?;
+            let whole = relit.first.is_some() && relit.second.is_some();
+            (whole && relit.scene == wanted.scene).then_some(relit)
+        })
+    };
+    let both = two(Inspection::Picture);
+    assert_eq!(both.rgb, turned.rgb);
+    assert_eq!(both.first.as_ref().unwrap().1.rgb, codes(&plate));
+    assert_eq!(codes(&both), codes(&rival));
+    let apart = two(Inspection::Difference { gain: 1.0 });
+    let wanted: Vec<u8> = (codes(&plate).iter().zip(codes(&rival)))
+        .map(|(a, b)| a.abs_diff(b))
+        .collect();
+    let (_, shown) = apart.first.as_ref().unwrap();
+    let off = shown.rgb.iter().zip(&wanted).map(|(a, b)| a.abs_diff(*b));
+    // Both codes were rounded before they were taken from each other here.
+    assert!(off.max() <= Some(1));
 
     let alone = compared(Second::Plate, &[1]);
     let [left_end, right_end] = ends(&alone.rgb);

@@ -1,6 +1,6 @@
 //! The workspaces of the calibration, driven with the mouse alone and with keys alone.
 
-use super::{Window, drag, snapshot, until, window};
+use super::{Window, drag, lines_with, snapshot, snapshot_without, until, window};
 use afterlight::calibration::{self, CalibrateSettings, Calibration};
 use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
@@ -325,6 +325,8 @@ fn what_keeps_a_workspace_empty_is_said_there() {
     });
     window.run_steps(2);
     window.get_by_label_contains("afterlight calibrate");
+    let places = lines_with(&window, "afterlight calibrate", 370.0, 910.0);
+    snapshot_without(&mut window, "studio_gamma_error", &places);
     window.get_by_label("Probe").click();
     window.run_steps(2);
     until(&mut window, "reason", |app| {
@@ -332,4 +334,6 @@ fn what_keeps_a_workspace_empty_is_said_there() {
     });
     window.run_steps(2);
     window.get_by_label_contains("interview.png");
+    let places = lines_with(&window, "interview.png", 370.0, 910.0);
+    snapshot_without(&mut window, "studio_probe_error", &places);
 }

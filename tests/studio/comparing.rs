@@ -1,7 +1,8 @@
 //! Two pictures side by side, lamps alone, pixels, and the list of commands.
 
-use super::{clay_window, drag, picture, snapshot, until, until_shown};
-use afterlight::studio::{How, With, Workspace};
+use super::training::trained_project;
+use super::{clay, clay_window, drag, picture, snapshot, until, until_shown, window};
+use afterlight::studio::{How, Pane, StudioApp, With, Workspace};
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
 
@@ -81,6 +82,111 @@ fn another_environment_and_a_photographed_pose_stand_beside_the_picture() {
         second.is_some_and(|(_, codes)| *codes != rival)
     });
     assert!(window.state().relit().unwrap().rgb == shown.rgb);
+}
+
+#[test]
+fn two_checkpoints_are_compared_and_with_what_was_filmed() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = trained_project(folder.path(), 400);
+    let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    let choose = |window: &mut super::Window, menus: &[&str]| {
+        for &name in menus {
+            click(window, name, 208.0);
+            window.run_steps(3);
+        }
+    };
+    choose(&mut window, &["Compare"]);
+    // Nothing is read before it is asked for.
+    assert!(window.state().training().records.is_none());
+    click(&window, "Checkpoint", 208.0);
+    until(&mut window, "list of checkpoints", |app| {
+        app.training().records.is_some()
+    });
+    window.get_by_label("step 400, 0:40, 28.86 dB, present");
+    choose(&mut window, &["step 100, 0:10, 25.00 dB"]);
+    until_compared(&mut window);
+    let shown = window.state().relit().unwrap().clone();
+    assert!(shown.first.is_none());
+    choose(
+        &mut window,
+        &["First: relit", "Checkpoint", "step 200, 0:20, 26.80 dB"],
+    );
+    until(&mut window, "both networks", |app| {
+        app.relit()
+            .is_some_and(|relit| relit.first.is_some() && relit.second.is_some())
+    });
+    let compare = window.state().state().compare.clone();
+    for (with, name) in [
+        (compare.first.as_ref().unwrap(), "0002-step-0000200"),
+        (&compare.with, "0001-step-0000100"),
+    ] {
+        let With::Checkpoint(folder) = with else {
+            panic!("{with:?}");
+        };
+        assert!(folder.ends_with(name), "{folder:?}");
+    }
+    let relit = window.state().relit().unwrap().clone();
+    assert!(relit.rgb == shown.rgb, "the relit picture stays");
+    let brightness = |rgb: &[u8]| rgb.iter().map(|&v| u64::from(v)).sum::<u64>();
+    let [first, second] =
+        [&relit.first, &relit.second].map(|side| brightness(&side.as_ref().unwrap().1.rgb));
+    assert!(first > second, "{first} {second}");
+    window.get_by_label("First: step 200");
+    window.get_by_label("Against step 100");
+    snapshot(&mut window, "studio_checkpoints");
+
+    choose(&mut window, &["First: step 200", "Interview frame"]);
+    until(&mut window, "the plate", |app| {
+        let relit = app.relit().unwrap();
+        let first = relit.first.as_ref().map(|(of, _)| of);
+        first == Some(&afterlight::worker::Second::Plate) && relit.second.is_some()
+    });
+    choose(&mut window, &["First: interview frame", "Relit picture"]);
+    until(&mut window, "the relit picture", |app| {
+        app.relit().is_some_and(|relit| relit.first.is_none())
+    });
+}
+
+#[test]
+fn a_click_in_a_menu_leaves_the_keys_to_the_pane_that_has_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    assert_eq!(window.state().state().active, Pane::Picture);
+    window.get_by_label("Panels").click();
+    window.run_steps(3);
+    let entry = window.get_by_label("Reset arrangement").rect().center();
+    let light = window.get_by_label("Environment").rect();
+    assert!(entry.x > light.left(), "the menu lies over the light");
+    window.get_by_label("Reset arrangement").click();
+    window.run_steps(3);
+    assert!(window.query_by_label("Reset arrangement").is_none());
+    assert_eq!(window.state().state().active, Pane::Picture);
+    // The same place is the pane's where no menu lies over it.
+    window.hover_at(entry);
+    window.drag_at(entry);
+    window.drop_at(entry);
+    window.run_steps(2);
+    assert_eq!(window.state().state().active, Pane::Light);
+}
+
+#[test]
+fn a_channel_is_chosen_above_the_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Channels").click();
+    window.run_steps(3);
+    click(&window, "green", 208.0);
+    until_shown(&mut window);
+    let green = picture(&window);
+    assert!(green.chunks_exact(3).all(|p| p[0] == p[1] && p[1] == p[2]));
+    window.get_by_label("Channels").click();
+    window.run_steps(3);
+    click(&window, "picture", 208.0);
+    until_shown(&mut window);
+    assert!(picture(&window) != green);
 }
 
 #[test]

@@ -37,6 +37,38 @@ fn project_and_yard(folder: &Path) -> (PathBuf, PathBuf) {
     (home, file)
 }
 
+#[test]
+fn two_of_one_name_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut environments = clay::environments(folder.path());
+    let sky = &mut environments[1];
+    std::fs::rename(
+        folder.path().join(&sky.file),
+        folder.path().join("nave.exr"),
+    )
+    .unwrap();
+    (sky.name, sky.file) = ("nave".to_owned(), PathBuf::from("nave.exr"));
+    let project = clay::project(folder.path(), environments);
+    project.save().unwrap();
+    let mut window = open(folder.path());
+    for (name, entry) in [("Nave, built in", "Nave"), ("nave, of the shoot", "nave")] {
+        window.get_by_label(name).click();
+        until_shown(&mut window);
+        assert_eq!(window.state().relit().unwrap().environment, entry);
+    }
+    assert!(window.query_by_label("Nave").is_none());
+    window.get_by_label("window");
+    // What is kept has the names alone.
+    window.key_press(Key::E);
+    window.run_steps(2);
+    drop(window);
+    let look = std::fs::read_to_string(folder.path().join("look.json")).unwrap();
+    assert!(look.contains("\"environment\": \"nave\""), "{look}");
+    let kept = Project::open(folder.path()).unwrap();
+    let names: Vec<_> = kept.environments().into_iter().map(|e| e.name).collect();
+    assert_eq!(names, ["window", "nave"]);
+}
+
 fn drop_file(window: &mut Window, file: PathBuf) {
     drop_onto(window, file);
     until_shown(window);
@@ -54,6 +86,7 @@ fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remember
     drop_file(&mut window, yard.clone());
     assert_eq!(window.state().relit().unwrap().environment, "yard");
     window.get_by_label(QUESTION);
+    super::snapshot(&mut window, "studio_front");
     let before = super::picture(&window);
 
     window.get_by_label_contains("three.js, Blender").click();
@@ -169,6 +202,12 @@ fn a_file_that_is_gone_is_named_and_stays_in_the_list() {
         2,
         "in the line at the bottom and over the picture"
     );
+    let mut places = super::lines_with(&window, "yard.exr", 216.0, 900.0);
+    places.sort_by_key(|place| place.bottom() as i32);
+    // The line at the bottom is as wide as the window.
+    places[1].set_left(12.0);
+    places[1].set_right(1160.0);
+    super::snapshot_without(&mut window, "studio_environments_error", &places);
     drop(window);
     assert!(Project::open(&home).unwrap().environment(&yard).is_some());
 }

@@ -1,7 +1,9 @@
 //! The footage: thumbnails, mattes, and the square that is worked with.
 
 use super::project::{calibrated, imported, needs};
-use super::{Window, clay, drag, snapshot, until, window};
+use super::{
+    Window, clay, drag, lines_with, snapshot, snapshot_without, until, until_shown, window,
+};
 use afterlight::gpu::DeviceChoice;
 use afterlight::project::{Framing, Project};
 use afterlight::studio::StudioApp;
@@ -150,6 +152,13 @@ fn a_frame_that_is_gone_is_named_in_place_of_its_picture() {
     });
     window.get_by_label("This picture cannot be read");
     window.get_by_label_contains("interview/frame_001.png");
+    until(&mut window, "thumbnails", |app| {
+        [0, 2]
+            .iter()
+            .all(|&frame| app.footages().thumbnail(frame).is_some())
+    });
+    let places = lines_with(&window, "interview/frame_001.png", 250.0, 790.0);
+    snapshot_without(&mut window, "studio_footage_error", &places);
     window.key_press(Key::ArrowRight);
     until(&mut window, "next picture", |app| {
         app.footages().picture().is_some_and(Result::is_ok)
@@ -170,4 +179,7 @@ fn without_footage_the_pane_says_so() {
     window.get_by_label("Footage").click();
     window.run_steps(2);
     window.get_by_label("There is no footage");
+    until_shown(&mut window);
+    let places = lines_with(&window, "project.toml", 370.0, 910.0);
+    snapshot_without(&mut window, "studio_footage_empty", &places);
 }

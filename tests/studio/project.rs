@@ -1,6 +1,6 @@
 //! Projects: made from a shoot, opened again, lost, damaged, and open twice.
 
-use super::{Window, clay, drop_onto, snapshot, until, window};
+use super::{Window, clay, drop_onto, lines_with, snapshot, snapshot_without, until, window};
 use afterlight::calibration::{CalibrateSettings, calibrate};
 use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
@@ -55,17 +55,16 @@ pub fn needs(need: Option<Need>) -> impl Fn(&StudioApp) -> bool {
     move |app| matches!(&app.news().phase, Phase::Blocked(blocked) if blocked.need == need)
 }
 
-/// Hides what differs from run to run: paths of the folder `made`.
-fn mask_paths(window: &mut Window, made: &Path) {
-    let name = made.file_name().unwrap().to_string_lossy().into_owned();
-    let labels = window
-        .query_all_by_label_contains(&name)
-        .map(|label| label.rect());
-    let fields = window
-        .query_all_by_role(Role::TextInput)
-        .map(|field| field.rect());
-    let places: Vec<egui::Rect> = labels.chain(fields).collect();
-    places.into_iter().for_each(|place| window.mask(place));
+/// A snapshot without what differs from run to run: paths of the folder `made`.
+fn snapshot_without_paths(window: &mut Window, name: &str, made: &Path) {
+    let made = made.file_name().unwrap().to_string_lossy().into_owned();
+    let mut places = lines_with(window, &made, 284.0, 830.0);
+    // What was refused is as wide as the column.
+    let refusals = places.iter_mut().filter(|place| place.top() < 40.0);
+    refusals.for_each(|place| *place = egui::Rect::from_x_y_ranges(298.0..=968.0, place.y_range()));
+    let fields = window.query_all_by_role(Role::TextInput);
+    places.extend(fields.map(|field| field.rect()));
+    snapshot_without(window, name, &places);
 }
 
 #[test]
@@ -93,7 +92,7 @@ fn a_shoot_that_is_dropped_becomes_a_project() {
         (scan.frames, scan.lamps, scan.picture),
         (3, 6, Some((32, 32)))
     );
-    mask_paths(&mut window, folder.path());
+    snapshot_without_paths(&mut window, "studio_project_filled", folder.path());
 
     let name = window.get_by_role_and_label(Role::TextInput, "Name");
     name.focus();
@@ -142,7 +141,7 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
     window.get_by_label_contains("interview_masks/frame_001.png is missing");
     let make = window.get_by_label("Make project");
     assert!(make.accesskit_node().is_disabled());
-    mask_paths(&mut window, folder.path());
+    snapshot_without_paths(&mut window, "studio_project_error", folder.path());
     window.get_by_label("Cancel").click();
     window.run();
     window.get_by_label("No project is open");
@@ -165,7 +164,7 @@ fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
         }
     }
     window.get_by_label_contains("not there any more");
-    mask_paths(&mut window, folder.path());
+    snapshot_without_paths(&mut window, "studio_project_recent", folder.path());
     window.get_by_label("Remove gone").click();
     window.run();
     assert!(

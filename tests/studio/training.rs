@@ -154,8 +154,9 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
 
 const PACE: f64 = 0.1;
 
-/// A window on a project whose folder holds the logs of `steps` steps, and checkpoints.
-fn trained(folder: &Path, steps: u64) -> Window {
+/// A project whose folder holds the logs of `steps` steps, and checkpoints after a quarter of them, a half
+/// and all.
+pub fn trained_project(folder: &Path, steps: u64) -> Project {
     let project = clay::project(folder, clay::environments(folder));
     std::fs::write(project.calibration_path(), "").unwrap();
     let keep = |folder: &Path, step: u64| {
@@ -192,6 +193,12 @@ fn trained(folder: &Path, steps: u64) -> Window {
     }
     std::fs::write(folder.join("training.csv"), log).unwrap();
     std::fs::write(folder.join("held_out.csv"), judged).unwrap();
+    project
+}
+
+/// A window on it.
+fn trained(folder: &Path, steps: u64) -> Window {
+    let project = trained_project(folder, steps);
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
     until(&mut window, "what is on disk", |app| {
@@ -320,6 +327,8 @@ fn an_empty_training_says_what_it_needs_and_offers_it() {
         app.training().records.is_some() && app.relit().is_some()
     });
     window.get_by_label("Calibrate first");
+    until_shown(&mut window);
+    snapshot(&mut window, "studio_training_empty");
 }
 
 #[test]
@@ -347,5 +356,5 @@ fn a_training_that_cannot_be_read_says_why() {
     // The folder's name is another each time.
     let sentence = window.get_by_label_contains("checkpoint.toml").rect();
     let pane = Rect::from_x_y_ranges(12.0..=575.0, sentence.y_range());
-    snapshot_without(&mut window, "studio_training_error", pane);
+    snapshot_without(&mut window, "studio_training_error", &[pane]);
 }

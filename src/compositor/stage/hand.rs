@@ -3,11 +3,10 @@
 use crate::compositor::background::Backdrop;
 use crate::compositor::despill::{Screen, Spill};
 use crate::compositor::grain::Grain;
-use crate::compositor::pass::Pass;
 use crate::compositor::reuse::{Reuse, Slots};
 use crate::error::Result;
 use crate::imaging::{Encoded, Image, Mask};
-use crate::scene::{Channel, ViewTransform};
+use crate::scene::{Channel, Pass, ViewTransform};
 
 /// Does the passes of one picture: in memory, or on a GPU that keeps all pictures until the end. Everything
 /// that is computed fails where the device does.

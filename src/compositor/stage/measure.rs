@@ -3,11 +3,10 @@
 use super::{Hand, Stage};
 use crate::compositor::compose::Ingredients;
 use crate::compositor::grain::Grain;
-use crate::compositor::pass::Pass;
-use crate::compositor::plan::{Inputs, PlannedPass, key};
+use crate::compositor::plan::{Inputs, PlannedPass, is_cut_out, key};
 use crate::compositor::smoothing::Steady;
 use crate::error::Result;
-use crate::scene::Background;
+use crate::scene::Pass;
 
 impl<H: Hand> Stage<'_, H> {
     /// Measures whether the last of these passes is called for, where the scene asks for it and nothing
@@ -17,33 +16,34 @@ impl<H: Hand> Stage<'_, H> {
             return Ok(false);
         };
         let (of, effects) = (self.of, self.effects);
+        let asked = effects.asks(this.pass);
         let upstream = key(earlier.iter().map(|p| p.key).collect::<Vec<_>>());
         match this.pass {
-            Pass::Smoothing if effects.smoothing > 0.0 => {
+            Pass::Smoothing if asked => {
                 let (frame, before) = (self.scene.frame, of.extra.before);
                 let even = || self.hand.even_samples();
                 let steady = Steady::after(before, frame, effects.smoothing, even)?;
                 self.facts.steady_gain = Some(steady.gain);
                 self.steady = Some(steady);
             }
-            Pass::Despill if effects.despill > 0.0 => {
+            Pass::Despill if asked => {
                 let guide = |stage: &mut Self| stage.hand.guide(&stage.linear);
                 let (guide, spill) = self.kept(|s| &mut s.spill, upstream, guide)?;
                 self.guide = Some(guide);
                 self.facts.spill = Some(spill);
             }
-            Pass::LightWrap if effects.light_wrap > 0.0 => {
+            Pass::LightWrap if asked => {
                 let Some(behind) = self.behind.clone() else {
                     return Ok(false);
                 };
                 let need = |stage: &mut Self| stage.hand.wrap_need(&stage.linear, &behind);
                 self.facts.wrap_need = self.kept(|s| &mut s.wrap_need, upstream, need)?;
             }
-            Pass::Glare if effects.glare > 0.0 => {
+            Pass::Glare if asked => {
                 let brightest = |stage: &mut Self| stage.hand.brightest(&stage.linear);
                 self.facts.brightest = self.kept(|s| &mut s.brightest, upstream, brightest)?;
             }
-            Pass::Grain if effects.grain > 0.0 => {
+            Pass::Grain if asked => {
                 let (Some(plate), Some(_)) = (of.extra.grain, &self.display) else {
                     return Ok(false);
                 };
@@ -53,7 +53,7 @@ impl<H: Hand> Stage<'_, H> {
                 };
                 self.own_grain = self.kept(|s| &mut s.grain, upstream, own)?;
                 let mut missing = plate.beyond(&self.own_grain, effects.grain).most();
-                if self.scene.background == Background::Environment && self.facts.open_share > 0.0 {
+                if !is_cut_out(self.scene) && self.facts.open_share > 0.0 {
                     missing = missing.max(effects.grain * plate.most());
                 }
                 self.facts.missing_grain = missing;

@@ -6,7 +6,6 @@ use crate::compositor::compose::Ingredients;
 use crate::compositor::despill::{Screen, Spill};
 use crate::compositor::difference::check_size;
 use crate::compositor::grain::Grain;
-use crate::compositor::pass::Pass;
 use crate::compositor::passes::{GpuMatte, GpuPicture, PicturePasses, Work};
 use crate::compositor::plan::{Inputs, key};
 use crate::compositor::reuse::{Kept, Reuse, Slots};
@@ -14,7 +13,7 @@ use crate::compositor::smoothing::{self, even_light};
 use crate::error::Result;
 use crate::imaging::{Encoded, Image, Mask};
 use crate::reflectance::FieldBuffer;
-use crate::scene::{Channel, ViewTransform};
+use crate::scene::{Channel, Pass, ViewTransform};
 
 /// What was copied to the GPU, and made there, for a frame and for an environment.
 #[derive(Clone, Debug, Default)]

@@ -11,7 +11,7 @@ use std::time::Duration;
 pub struct Wanted {
     scene: Scene,
     environment: Origin,
-    second: Option<Second>,
+    compared: [Option<Second>; 2],
     solo: Vec<usize>,
 }
 
@@ -25,7 +25,7 @@ impl StudioApp {
         let Reading::Done { panorama, .. } = &entry.panorama else {
             return;
         };
-        let second = self.state.second(|origin| {
+        let compared = self.state.compared(|origin| {
             let entry = self
                 .shelf
                 .entries()
@@ -39,7 +39,7 @@ impl StudioApp {
         let wanted = Wanted {
             scene: self.state.scene(),
             environment: entry.listed.origin.clone(),
-            second,
+            compared,
             solo: self.state.solo.clone(),
         };
         let dragged = self.state.is_dragged();
@@ -51,10 +51,12 @@ impl StudioApp {
             self.news.failure = None;
         }
         if !asked || dragged != while_dragged {
+            let [first, second] = wanted.compared.clone();
             worker.show(Ask {
                 scene: wanted.scene.clone(),
                 environment: panorama.environment.clone(),
-                second: wanted.second.clone(),
+                first,
+                second,
                 solo: wanted.solo.clone(),
                 dragged,
             });

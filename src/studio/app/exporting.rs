@@ -32,7 +32,7 @@ impl StudioApp {
             Command::OpenFolder(folder) => {
                 if let Err(e) = open::that_detached(&folder) {
                     let folder = folder.display();
-                    self.news.fail(format!(
+                    self.news.refuse(format!(
                         "cannot open the folder {folder}: {e}. Open it in your file manager"
                     ));
                 }
@@ -47,13 +47,14 @@ impl StudioApp {
         let reading = entry.map(|entry| &entry.panorama);
         let order = &self.state.order;
         if let Some(obstacle) = order.obstacle(&self.news.phase, reading) {
-            return self.news.fail(obstacle.to_owned());
+            return self.news.refuse(obstacle.to_owned());
         }
         let (Some(worker), Some(project), Some(Reading::Done { panorama, .. })) =
             (&self.worker, &self.project, reading)
         else {
             return;
         };
+        self.news.refusal = None;
         let light = panorama.environment.clone();
         let settings = order.settings(project, &self.state.look, light, self.device);
         let project = project.clone();
@@ -101,7 +102,7 @@ impl StudioApp {
             .map(|export| export.name.clone())
             .collect();
         if !left.is_empty() {
-            self.news.fail(format!(
+            self.news.refuse(format!(
                 "These exports ended as a project was opened: {}. Add them again; stills that were finished are \
                  kept",
                 left.join(", ")

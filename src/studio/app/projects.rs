@@ -2,7 +2,6 @@
 
 use super::{StudioApp, title};
 use crate::error::Result;
-use crate::footage::scan::is_shoot;
 use crate::project::{Framing, Lock, Project};
 use crate::studio::command::Command;
 use crate::studio::footages::Footages;
@@ -14,12 +13,9 @@ use crate::studio::studies::Studies;
 use crate::studio::theme;
 use crate::studio::training::Training;
 use crate::studio::wizard::Plan;
-use crate::worker::{Blocked, Job, Need, Worker};
+use crate::worker::{Blocked, Job, Worker};
 use egui::{Ui, ViewportCommand};
 use std::path::{Path, PathBuf};
-
-/// The files of a project and of a shoot that tell what their folder is.
-const FILES: [&str; 2] = ["project.toml", "manifest.json"];
 
 impl StudioApp {
     /// Shows what `worker` makes of `project`, in place of what was shown before.
@@ -67,7 +63,7 @@ impl StudioApp {
                     let worker = Worker::start(project.clone(), self.device, self.wake());
                     self.open(project, worker);
                 }
-                Err(e) => self.news.fail(e.to_string()),
+                Err(e) => self.news.refuse(e.to_string()),
             },
             Command::ForgetProject(folder) => {
                 self.preferences.forget(&folder);
@@ -84,7 +80,7 @@ impl StudioApp {
             Command::Plan(plan) => self.wizard.set(plan.map(|plan| *plan)),
             Command::MakeProject => match self.wizard.job() {
                 Ok((job, project)) => self.make(job, project),
-                Err(sentence) => self.news.fail(sentence.to_owned()),
+                Err(sentence) => self.news.refuse(sentence.to_owned()),
             },
             Command::MakeDemo(folder) => {
                 let project = crate::demo::project_folder(&folder);
@@ -154,7 +150,7 @@ impl StudioApp {
         });
         if !begun {
             let sentence = "Something else is being made: wait until it is done, or stop it";
-            self.news.fail(sentence.to_owned());
+            self.news.refuse(sentence.to_owned());
         }
     }
 
@@ -181,7 +177,16 @@ impl StudioApp {
                 changed.map_err(|e| e.to_string())
             }
         };
-        changed.map_err(|sentence| self.news.fail(sentence)).ok()
+        match changed {
+            Ok(done) => {
+                self.news.refusal = None;
+                Some(done)
+            }
+            Err(sentence) => {
+                self.news.refuse(sentence);
+                None
+            }
+        }
     }
 
     /// Works with another square of the pictures; what is set in the window stays.
@@ -200,31 +205,6 @@ impl StudioApp {
                 ));
             }
         }
-    }
-
-    /// What a dropped folder, or a file that is no panorama, asks for.
-    pub(super) fn dropped_folder(&mut self, path: PathBuf) -> Option<Command> {
-        // Their files stand for the folders.
-        let path = match path.parent() {
-            Some(folder) if FILES.iter().any(|name| path.ends_with(name)) => folder.to_path_buf(),
-            _ => path,
-        };
-        if path.join("project.toml").exists() {
-            return Some(Command::OpenProject(path));
-        }
-        if is_shoot(&path) {
-            let lost = Some(Need::Shoot);
-            return Some(match &self.news.phase {
-                Phase::Blocked(blocked) if blocked.need == lost => Command::Locate(path),
-                _ => Command::NewProject(Some(path)),
-            });
-        }
-        self.news.fail(format!(
-            "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor the folder of a project (with its \
-             project.toml) or of a shoot (with its manifest.json)",
-            path.display()
-        ));
-        None
     }
 
     /// Looks at what the panes of project and footage show of the disk.

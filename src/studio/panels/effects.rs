@@ -1,36 +1,140 @@
-//! The plan of passes: which ran, which did not and why, and what each took.
+//! The plan of passes: which ran, which did not and why, what each took, and a switch that forces it.
 
+use crate::compositor::{Pass, PassReport};
+use crate::scene::{Effects, Forced};
+use crate::studio::command::Command;
 use crate::studio::panel::Sight;
 use crate::studio::theme::{self, GAP};
-use egui::{RichText, Ui};
+use egui::{Align, ComboBox, Label, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
+
+/// Width of the switch in points.
+const SWITCH: f32 = 64.0;
+/// Height of a line that has a switch.
+const LINE: f32 = 20.0;
+
+/// What a pass can be told to do, with what the switch says and what that means.
+const CHOICES: [(Option<bool>, &str, &str); 3] = [
+    (None, "auto", "As the scene calls for"),
+    (Some(true), "on", "Run it, whatever the scene calls for"),
+    (
+        Some(false),
+        "off",
+        "Leave it out, whatever the scene calls for",
+    ),
+];
 
 /// The panel keeps nothing.
 #[derive(Default)]
 pub struct EffectsPanel;
 
 impl EffectsPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight) {
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         let Some(relit) = sight.relit else {
-            ui.label("No picture has been made yet");
+            ui.label(
+                RichText::new("The passes are listed once a picture has been made")
+                    .color(theme::QUIET),
+            );
             return;
         };
-        // Rows of text alone need no room for buttons.
-        ui.spacing_mut().interact_size.y = 0.0;
-        for pass in &relit.passes {
-            let color = if pass.ran { theme::TEXT } else { theme::QUIET };
-            ui.horizontal(|ui| {
-                ui.label(RichText::new(&pass.name).size(13.0).color(color));
-                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    let time = match pass.ms {
-                        _ if !pass.ran => "skipped".to_owned(),
-                        Some(ms) => format!("{ms:.2} ms"),
-                        None => "not timed".to_owned(),
-                    };
-                    ui.label(RichText::new(time).size(13.0).color(color));
-                });
-            });
-            ui.label(RichText::new(&pass.reason).size(12.0).color(theme::QUIET));
-            ui.add_space(GAP / 2.0);
+        // The bar to scroll by covers nothing.
+        ui.set_max_width(ui.available_width() - GAP);
+        forced_ui(ui, &sight.state.look.effects, out);
+        ui.spacing_mut().interact_size.y = LINE;
+        ui.spacing_mut().item_spacing.y = 2.0;
+        for report in &relit.passes {
+            if let Some(pass) = Pass::ALL.into_iter().find(|p| p.name() == report.name) {
+                pass_ui(ui, pass, report, &sight.state.look.effects, out);
+            }
         }
     }
+}
+
+/// How many passes are forced, and the way back.
+fn forced_ui(ui: &mut Ui, effects: &Effects, out: &mut Vec<Command>) {
+    let says = match effects.forced.count() {
+        0 => return,
+        1 => "1 pass is forced".to_owned(),
+        more => format!("{more} passes are forced"),
+    };
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(says).size(13.0).color(theme::ACCENT));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui
+                .button(RichText::new("All auto").size(13.0))
+                .on_hover_text("Every pass as the scene calls for")
+                .clicked()
+            {
+                out.push(Command::Effects(Effects {
+                    forced: Forced::default(),
+                    ..*effects
+                }));
+            }
+        });
+    });
+    ui.add_space(GAP / 2.0);
+}
+
+fn pass_ui(
+    ui: &mut Ui,
+    pass: Pass,
+    report: &PassReport,
+    effects: &Effects,
+    out: &mut Vec<Command>,
+) {
+    let color = if report.ran {
+        theme::TEXT
+    } else {
+        theme::QUIET
+    };
+    ui.horizontal(|ui| {
+        ui.set_min_height(LINE);
+        ui.label(RichText::new(&report.name).size(13.0).color(color));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            match &report.fixed {
+                None => switch_ui(ui, pass, effects, out),
+                Some(why) => {
+                    let fixed = Label::new(RichText::new("fixed").size(12.0).color(theme::QUIET));
+                    ui.add_sized(vec2(SWITCH, LINE), fixed.sense(Sense::hover()))
+                        .on_hover_text(format!("It cannot be forced: {why}"));
+                }
+            }
+            let time = match report.ms {
+                _ if !report.ran => "skipped".to_owned(),
+                Some(ms) => format!("{ms:.2} ms"),
+                None => "not timed".to_owned(),
+            };
+            ui.label(RichText::new(time).size(13.0).color(color));
+        });
+    });
+    ui.label(RichText::new(&report.reason).size(12.0).color(theme::QUIET));
+    ui.add_space(GAP / 2.0);
+}
+
+/// Forces a pass, or leaves it to the scene.
+fn switch_ui(ui: &mut Ui, pass: Pass, effects: &Effects, out: &mut Vec<Command>) {
+    let now = effects.forced.get(pass);
+    let (_, says, means) = CHOICES[CHOICES
+        .iter()
+        .position(|(run, ..)| *run == now)
+        .unwrap_or(0)];
+    let color = match now {
+        None => theme::QUIET,
+        Some(_) => theme::ACCENT,
+    };
+    let list = ComboBox::from_id_salt(pass)
+        .selected_text(RichText::new(says).size(12.0).color(color))
+        .width(SWITCH)
+        .show_ui(ui, |ui| {
+            for (run, _, means) in CHOICES {
+                if ui.selectable_label(run == now, means).clicked() && run != now {
+                    out.push(Command::Effects(Effects {
+                        forced: effects.forced.with(pass, run),
+                        ..*effects
+                    }));
+                }
+            }
+        });
+    let name = format!("Force {}", pass.name());
+    (list.response).widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, &name));
+    list.response.on_hover_text(means);
 }

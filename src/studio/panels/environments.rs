@@ -1,6 +1,7 @@
 //! The list of environments: the shoot's, those that are built in, and what was added.
 
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::listed::Owner;
 use crate::studio::panel::{Entry, Reading, Sight};
 use crate::studio::theme::{self, GAP};
@@ -19,8 +20,7 @@ impl EnvironmentsPanel {
         ui.horizontal(|ui| {
             ui.strong("Environments");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                if ui
-                    .button("Add…")
+                if icons::worded_ui(ui, icons::ADD, "Add…")
                     .on_hover_text("Add panoramas: EXR, HDR, or pictures of 8 or 16 bits; they can be dropped anywhere")
                     .clicked()
                 {
@@ -40,7 +40,7 @@ impl EnvironmentsPanel {
                 ui.spacing_mut().item_spacing.y = 2.0;
                 for (i, entry) in sight.environments.iter().enumerate() {
                     let chosen = i == sight.state.look.environment;
-                    let row = row_ui(ui, entry, sight.state.look.yaw_deg, chosen);
+                    let row = row_ui(ui, entry, sight, chosen);
                     if chosen
                         && entry.listed.owner == Owner::Person
                         && remove_ui(ui, entry, row.rect)
@@ -55,11 +55,11 @@ impl EnvironmentsPanel {
 }
 
 /// One environment of the list.
-fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> Response {
+fn row_ui(ui: &mut Ui, entry: &Entry, sight: &Sight, chosen: bool) -> Response {
     let size = vec2(ui.available_width(), 46.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &entry.listed.name)
+        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, sight.title(entry))
     });
     let fill = match (chosen, response.hovered()) {
         (true, _) => Color32::from_gray(68),
@@ -76,6 +76,7 @@ fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> Response {
     }
     let picture = Rect::from_min_size(rect.min + vec2(8.0, 5.0), vec2(72.0, 36.0));
     ui.painter().rect_filled(picture, 0.0, theme::WELL);
+    let yaw_deg = sight.state.look.yaw_deg;
     panorama_ui(ui, entry, picture, entry.listed.front().turned(yaw_deg));
     let removable = chosen && entry.listed.owner == Owner::Person;
     let text = Rect::from_min_max(
@@ -83,11 +84,14 @@ fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> Response {
         rect.max - vec2(if removable { REMOVE } else { GAP }, 0.0),
     );
     let state = match &entry.panorama {
-        Reading::Waiting => Some("reading"),
-        Reading::Failed(_) => Some("cannot be read"),
-        Reading::Done { .. } if entry.listed.asks() => Some("which way is front?"),
-        Reading::Done { panorama, .. } if !panorama.notes.is_empty() => Some("see the notes"),
-        Reading::Done { .. } => None,
+        Reading::Waiting => Some(["", "reading"]),
+        Reading::Failed(_) => Some([icons::WARNING, "unreadable"]),
+        Reading::Done { .. } if entry.listed.asks() => Some([icons::FRONT, "front?"]),
+        Reading::Done { panorama, .. } if !panorama.notes.is_empty() => Some(["", "see the notes"]),
+        // Which of two that have the same name.
+        Reading::Done { .. } => (entry.listed)
+            .is_ambiguous(&sight.state.look.environments)
+            .then(|| ["", entry.listed.owner.says()]),
     };
     let color = if chosen { Color32::WHITE } else { theme::TEXT };
     // What there is to say stands below the name, which gives way to it.
@@ -103,7 +107,7 @@ fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> Response {
         color,
         if state.is_some() { 1 } else { 2 },
     );
-    let state = state.map(|state| line(state, 12.0, theme::QUIET, 1));
+    let state = state.map(|parts| line(parts.join(" ").trim(), 12.0, theme::QUIET, 1));
     let height = name.size().y + state.as_ref().map_or(0.0, |state| state.size().y);
     let at = pos2(text.left(), text.center().y - height / 2.0);
     let below = at + vec2(0.0, name.size().y);
@@ -115,7 +119,8 @@ fn row_ui(ui: &mut Ui, entry: &Entry, yaw_deg: f32, chosen: bool) -> Response {
         Reading::Failed(sentence) => response.on_hover_text(sentence),
         Reading::Done { panorama, .. } => {
             let (width, height) = panorama.environment.radiance.size();
-            let mut hint = format!("{}\n{width} × {height} texels", entry.listed.origin);
+            let (from, whose) = (&entry.listed.origin, entry.listed.owner.says());
+            let mut hint = format!("{from}\n{whose}, {width} × {height} texels");
             for note in &panorama.notes {
                 hint += &format!("\n{note}");
             }
@@ -136,11 +141,11 @@ fn remove_ui(ui: &Ui, entry: &Entry, row: Rect) -> bool {
     } else {
         theme::QUIET
     };
-    let font = egui::FontId::proportional(16.0);
+    let font = egui::FontId::proportional(14.0);
     ui.painter().text(
         place.center(),
         egui::Align2::CENTER_CENTER,
-        "×",
+        icons::REMOVE,
         font,
         color,
     );

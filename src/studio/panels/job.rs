@@ -1,6 +1,7 @@
 //! The line of the job that runs beside the picture, and what it said when it was over.
 
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::layout::Pane;
 use crate::studio::news::Work;
 use crate::studio::panel::Sight;
@@ -10,7 +11,7 @@ use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense,
 use std::time::{Duration, Instant};
 
 /// Widths in points, so that nothing moves as figures change: "Stopping", "100 %", "99 h 59 min left".
-const BUTTON_WIDTH: f32 = 84.0;
+const BUTTON_WIDTH: f32 = 100.0;
 const SHARE_WIDTH: f32 = 110.0;
 const LEFT_WIDTH: f32 = 118.0;
 /// Height of everything in the line.
@@ -106,9 +107,9 @@ pub fn buttons_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
 
 fn stop_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
     let size = vec2(BUTTON_WIDTH, HEIGHT);
-    let stop = Button::new(if work.stopping { "Stopping" } else { "Stop" }).min_size(size);
-    if ui
-        .add_enabled(!work.stopping, stop)
+    let name = if work.stopping { "Stopping" } else { "Stop" };
+    let stop = Button::new((icons::STOP, name)).min_size(size);
+    if icons::named_ui(ui, !work.stopping, stop, name)
         .on_hover_text(
             "Stops after the step in hand. What is finished is kept: training goes on from its \
              checkpoint when it is started again.",
@@ -119,11 +120,19 @@ fn stop_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
     }
 }
 
+/// The icon and the name of the button that holds a job, or lets it go on.
+pub fn pause_name(work: &Work) -> (&'static str, &'static str) {
+    match work.is_paused() {
+        true => (icons::PLAY, "Go on"),
+        false => (icons::PAUSE, "Pause"),
+    }
+}
+
 fn pause_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
     let size = vec2(BUTTON_WIDTH, HEIGHT);
-    let pause = Button::new(if work.is_paused() { "Go on" } else { "Pause" }).min_size(size);
-    if ui
-        .add_enabled(!work.stopping, pause)
+    let (icon, name) = pause_name(work);
+    let pause = Button::new((icon, name)).min_size(size);
+    if icons::named_ui(ui, !work.stopping, pause, name)
         .on_hover_text(
             "Waits after the step in hand, which leaves the device to the picture. Training saves its \
              checkpoint first. Key: P",

@@ -9,6 +9,7 @@ use crate::light::conventions::Tool;
 use crate::light::weights::Weighting;
 use crate::light::{Lighting, PlacedLight, placed, white};
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::listed::Listed;
 use crate::studio::panel::{Entry, Sight};
 use crate::studio::state::Keyed;
@@ -228,7 +229,10 @@ fn placed_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let hint =
                 "Adds a softbox beside the environment. It stays where it stands when that turns.";
-            if ui.button("Add light").on_hover_text(hint).clicked() {
+            if icons::worded_ui(ui, icons::ADD, "Add light")
+                .on_hover_text(hint)
+                .clicked()
+            {
                 wanted.placed.push(PlacedLight::default());
             }
         });
@@ -243,7 +247,11 @@ fn placed_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
                 );
                 ui.color_edit_button_rgb(&mut light.color);
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    if ui.small_button("Remove").clicked() {
+                    let name = format!("Remove light {}", i + 1);
+                    if icons::named_ui(ui, true, icons::alone(icons::REMOVE), &name)
+                        .on_hover_text(&name)
+                        .clicked()
+                    {
                         removed = Some(i);
                     }
                     let kinds = [

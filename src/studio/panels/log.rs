@@ -1,6 +1,7 @@
 //! What happened: sentences of jobs and errors with their remedies, to read again and to copy.
 
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::news::Kind;
 use crate::studio::panel::Sight;
 use crate::studio::theme;
@@ -18,7 +19,7 @@ impl LogPanel {
             return;
         }
         ui.horizontal(|ui| {
-            if ui.button("Copy all").clicked() {
+            if icons::worded_ui(ui, icons::COPY, "Copy all").clicked() {
                 let text: Vec<String> = lines.iter().map(ToString::to_string).collect();
                 ui.ctx().copy_text(text.join("\n"));
             }
@@ -31,13 +32,16 @@ impl LogPanel {
             .stick_to_bottom(true)
             .show(ui, |ui| {
                 for line in lines {
-                    let color = match line.kind {
-                        Kind::Said => theme::TEXT,
-                        Kind::Failed => theme::ACCENT,
+                    let (color, icon) = match line.kind {
+                        Kind::Said => (theme::TEXT, ""),
+                        Kind::Failed => (theme::ACCENT, icons::WARNING),
                     };
                     ui.horizontal_top(|ui| {
                         let quiet = RichText::new(&line.time).monospace().size(12.0);
                         ui.label(quiet.color(theme::QUIET));
+                        let place = egui::vec2(14.0, 16.0);
+                        let icon = RichText::new(icon).size(14.0).color(color);
+                        ui.add_sized(place, egui::Label::new(icon));
                         let sentence = RichText::new(&line.sentence).size(13.0).color(color);
                         // Part of a sentence can be copied too.
                         ui.add(egui::Label::new(sentence).wrap().selectable(true));

@@ -43,9 +43,10 @@ pub use training::TrainingPanel;
 pub use viewport::ViewportPanel;
 
 use super::command::Command;
+use super::icons;
 use super::news::Work;
 use super::theme::{self, GAP};
-use egui::{Rect, Ui, vec2};
+use egui::{Align, Layout, Rect, RichText, Ui, vec2};
 
 /// Widest that sentences over the picture become, in points.
 const TEXT_WIDTH: f32 = 520.0;
@@ -64,6 +65,36 @@ fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
             .inner_margin(3.0 * GAP)
             .show(ui, |ui| ui.vertical_centered(contents));
     });
+}
+
+/// Why something could not be done, and the button that puts it away.
+fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
+    ui.horizontal_top(|ui| {
+        ui.label(
+            RichText::new(icons::WARNING)
+                .size(16.0)
+                .color(theme::ACCENT),
+        );
+        let button = 28.0 + GAP;
+        let down = Layout::top_down(Align::Min);
+        let room = vec2(ui.available_width() - button, 0.0);
+        ui.allocate_ui_with_layout(room, down, |ui| {
+            ui.set_width(room.x);
+            ui.colored_label(theme::ACCENT, sentence);
+        });
+        put_away_ui(ui, out);
+    });
+}
+
+/// The button that puts a refusal away.
+fn put_away_ui(ui: &mut Ui, out: &mut Vec<Command>) {
+    let name = "Put the message away";
+    if icons::named_ui(ui, true, icons::alone(icons::REMOVE).frame(false), name)
+        .on_hover_text("Puts it away; it stays in the log. Key: Esc")
+        .clicked()
+    {
+        out.push(Command::DismissRefusal);
+    }
 }
 
 /// A job in all of the room: what it does, how far it is, and the buttons that end it.

@@ -2,6 +2,7 @@
 
 use crate::scene::{Background, Channel, Effects, Inspection, ViewTransform};
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::panel::Sight;
 use crate::studio::panels::number_ui;
 use crate::studio::panels::rows::{FIELD, Row, choice_ui};
@@ -19,11 +20,15 @@ impl PicturePanel {
         ui.horizontal(|ui| {
             ui.strong("Picture");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                for (text, can, command) in [
-                    ("Redo", sight.state.can_redo(), Command::Redo),
-                    ("Undo", sight.state.can_undo(), Command::Undo),
+                let (undo, redo) = (sight.state.can_undo(), sight.state.can_redo());
+                for (icon, name, can, key, command) in [
+                    (icons::REDO, "Redo", redo, "Ctrl+Shift+Z", Command::Redo),
+                    (icons::UNDO, "Undo", undo, "Ctrl+Z", Command::Undo),
                 ] {
-                    if ui.add_enabled(can, egui::Button::new(text)).clicked() {
+                    if icons::named_ui(ui, can, icons::alone(icon), name)
+                        .on_hover_text(format!("{name}. Key: {key}"))
+                        .clicked()
+                    {
                         out.push(command);
                     }
                 }
@@ -121,6 +126,17 @@ const ROWS: [Row<Effects>; 6] = [
     ),
 ];
 
+/// What can be looked at, what it is called, and its key.
+pub const SHOWN: [(Inspection, &str, &str); 7] = [
+    (Inspection::Picture, "picture", "C"),
+    (Inspection::Channel(Channel::Red), "red", "R"),
+    (Inspection::Channel(Channel::Green), "green", "G"),
+    (Inspection::Channel(Channel::Blue), "blue", "B"),
+    (Inspection::Channel(Channel::Luminance), "luminance", "L"),
+    (Inspection::Channel(Channel::Alpha), "alpha", "A"),
+    (Inspection::FalseColor, "false colour", ""),
+];
+
 fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     let effects = sight.state.look.effects;
     let mut wanted = effects;
@@ -131,15 +147,7 @@ fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     ];
     choice_ui(ui, "View", &views, &mut wanted.view);
     ui.end_row();
-    let shown = [
-        (Inspection::Picture, "picture"),
-        (Inspection::Channel(Channel::Red), "red"),
-        (Inspection::Channel(Channel::Green), "green"),
-        (Inspection::Channel(Channel::Blue), "blue"),
-        (Inspection::Channel(Channel::Luminance), "luminance"),
-        (Inspection::Channel(Channel::Alpha), "alpha"),
-        (Inspection::FalseColor, "false colour"),
-    ];
+    let shown = SHOWN.map(|(inspection, name, _)| (inspection, name));
     choice_ui(ui, "Show", &shown, &mut wanted.inspection);
     ui.end_row();
     if wanted != effects {

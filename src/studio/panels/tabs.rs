@@ -1,6 +1,7 @@
 //! The workspaces, the panes that can be opened, and the arrangement.
 
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::layout::{Pane, Workspace};
 use crate::studio::panel::Sight;
 use crate::studio::theme;
@@ -28,7 +29,7 @@ impl TabsPanel {
                 }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.menu_button("Panels", |ui| {
+                let menu = ui.menu_button((icons::PANELS, "Panels"), |ui| {
                     for pane in Pane::ALL {
                         let shown = sight.shown.contains(&pane);
                         let main = sight.state.workspace.main().contains(&pane);
@@ -46,6 +47,7 @@ impl TabsPanel {
                         out.push(Command::ResetLayout);
                     }
                 });
+                (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Panels"));
                 if let Some(project) = sight.project {
                     let name = RichText::new(&project.settings.name).color(theme::QUIET);
                     ui.label(name)

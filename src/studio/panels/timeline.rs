@@ -2,6 +2,7 @@
 
 use crate::light::keyframes::Interpolation;
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::panel::Sight;
 use crate::studio::state::Keyed;
 use crate::studio::theme::{self, GAP};
@@ -20,12 +21,39 @@ impl TimelinePanel {
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         let state = sight.state;
         ui.horizontal_centered(|ui| {
-            let text = if state.playing { "Pause" } else { "Play" };
-            let play = egui::Button::new(text).min_size(vec2(84.0, 28.0));
-            if ui.add_enabled(state.frames > 1, play).clicked() {
-                out.push(Command::TogglePlay);
-            }
             let last = state.frames.saturating_sub(1);
+            let (icon, name) = match state.playing {
+                true => (icons::PAUSE, "Pause"),
+                false => (icons::PLAY, "Play"),
+            };
+            ui.scope(|ui| {
+                ui.spacing_mut().item_spacing.x = 2.0;
+                for (icon, name, enabled, key, command) in [
+                    (
+                        icons::PREVIOUS,
+                        "Previous frame",
+                        state.frame > 0,
+                        "←",
+                        Command::StepFrame(-1),
+                    ),
+                    (icon, name, state.frames > 1, "Space", Command::TogglePlay),
+                    (
+                        icons::NEXT,
+                        "Next frame",
+                        state.frame < last,
+                        "→",
+                        Command::StepFrame(1),
+                    ),
+                ] {
+                    let hint = format!("{name}. Key: {key}");
+                    if icons::named_ui(ui, enabled, icons::alone(icon), name)
+                        .on_hover_text(hint)
+                        .clicked()
+                    {
+                        out.push(command);
+                    }
+                }
+            });
             let mut frame = state.frame;
             let field = egui::DragValue::new(&mut frame).range(0..=last).speed(0.1);
             let label = ui.label("Frame");

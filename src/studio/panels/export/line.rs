@@ -1,14 +1,14 @@
 //! The line of exports: what waits, how far the one in hand is, what became of the others.
 
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::news::Work;
 use crate::studio::panel::Sight;
 use crate::studio::panels::job;
 use crate::studio::theme::{self, GAP};
 use crate::worker::{Export, Standing, Written};
 use egui::{
-    Align, Button, Frame, Label, Layout, Margin, ProgressBar, RichText, Role, ScrollArea, Ui,
-    WidgetInfo, vec2,
+    Align, Button, Frame, Label, Layout, Margin, ProgressBar, RichText, ScrollArea, Ui, vec2,
 };
 
 pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
@@ -95,39 +95,45 @@ fn export_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<Co
 }
 
 fn buttons_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<Command>) {
-    let mut button = |ui: &mut Ui, enabled: bool, text: &str, hint: &str, command: Command| {
-        let response = ui.add_enabled(enabled, Button::new(text).min_size(vec2(76.0, 22.0)));
-        // Several exports have the same buttons.
-        let name = format!("{text} {}", export.name);
-        response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, &name));
-        if response.on_hover_text(hint).clicked() {
-            out.push(command);
-        }
-    };
+    let mut button =
+        |ui: &mut Ui, enabled, icon: &str, text: &str, hint: &str, command: Command| {
+            let button = Button::new((icon, text)).min_size(vec2(76.0, 22.0));
+            // Several exports have the same buttons.
+            let name = format!("{text} {}", export.name);
+            if icons::named_ui(ui, enabled, button, &name)
+                .on_hover_text(hint)
+                .clicked()
+            {
+                out.push(command);
+            }
+        };
     let remove = Command::Withdraw(export.id);
     match &export.standing {
         Standing::Running => {
             let Some(work) = work else { return };
-            let pause = if work.is_paused() { "Go on" } else { "Pause" };
+            let (icon, pause) = job::pause_name(work);
             let hint =
                 "Waits after the frame in hand, which leaves the device to the picture. Key: P";
-            button(ui, !work.stopping, pause, hint, Command::PauseJob);
+            button(ui, !work.stopping, icon, pause, hint, Command::PauseJob);
             let cancel = if work.stopping { "Stopping" } else { "Cancel" };
             let hint =
                 "Stops after the frame in hand. Stills that are finished are kept, a movie is not";
-            button(ui, !work.stopping, cancel, hint, remove);
+            button(ui, !work.stopping, icons::STOP, cancel, hint, remove);
         }
-        Standing::Waiting => button(ui, true, "Remove", "Takes it out of the line", remove),
+        Standing::Waiting => {
+            let hint = "Takes it out of the line";
+            button(ui, true, icons::REMOVE, "Remove", hint, remove);
+        }
         Standing::Done(Written { folder, .. }) => {
             let hint = folder.display().to_string();
             let open = Command::OpenFolder(folder.clone());
-            button(ui, true, "Open folder", &hint, open);
+            button(ui, true, icons::FOLDER, "Open folder", &hint, open);
             let hint = "Takes it out of the list; the files stay";
-            button(ui, true, "Remove", hint, remove);
+            button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
         Standing::Failed(_) | Standing::Cancelled(_) => {
             let hint = "Takes it out of the list; what was written stays";
-            button(ui, true, "Remove", hint, remove);
+            button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
     }
     ui.add_space(GAP);

@@ -5,6 +5,7 @@ mod line;
 use crate::export::{Destination, Files, Format};
 use crate::scene::Background;
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::order::Order;
 use crate::studio::panel::Sight;
 use crate::studio::panels::number_ui;
@@ -264,12 +265,14 @@ fn add_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     let environment = sight.environment().map(|entry| &entry.panorama);
     let obstacle = sight.state.order.obstacle(&sight.news.phase, environment);
     ui.add_space(2.0);
-    let add = Button::new("Add to queue").fill(theme::ACCENT_DIM);
+    let add = Button::new((icons::QUEUE, "Add to queue")).fill(theme::ACCENT_DIM);
     let size = vec2(ui.available_width(), 28.0);
+    let enabled = obstacle.is_none();
     let response = ui
-        .add_enabled_ui(obstacle.is_none(), |ui| ui.add_sized(size, add))
-        .inner
-        .on_hover_text("Exports the picture as it is set now. Key: Ctrl+Enter");
+        .add_enabled_ui(enabled, |ui| ui.add_sized(size, add))
+        .inner;
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, "Add to queue"));
+    let response = response.on_hover_text("Exports the picture as it is set now. Key: Ctrl+Enter");
     if response.clicked() {
         out.push(Command::Export);
     }

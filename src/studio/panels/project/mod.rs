@@ -6,6 +6,7 @@ use super::TEXT_WIDTH;
 use crate::footage::scan::counted;
 use crate::project::Project;
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::panel::Sight;
 use crate::studio::recents::Recent;
 use crate::studio::theme::{self, GAP};
@@ -45,8 +46,8 @@ impl ProjectPanel {
     }
 
     fn column_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        if let Some(failure) = &sight.news.failure {
-            ui.colored_label(theme::ACCENT, failure);
+        if let Some(refusal) = &sight.news.refusal {
+            super::refusal_ui(ui, refusal, out);
             ui.add_space(GAP);
         }
         // A window with a project shows its job in a line of its own.
@@ -73,13 +74,14 @@ impl ProjectPanel {
         }
         ui.add_space(GAP);
         ui.horizontal(|ui| {
-            let new = Button::new("New project…").min_size(vec2(120.0, 28.0));
-            if ui.add(new).clicked() {
-                out.push(Command::NewProject(None));
-            }
-            let open = Button::new("Open project…").min_size(vec2(120.0, 28.0));
-            if ui.add(open).clicked() {
-                out.push(Command::ChooseProject);
+            for (icon, words, command) in [
+                (icons::ADD, "New project…", Command::NewProject(None)),
+                (icons::FOLDER, "Open project…", Command::ChooseProject),
+            ] {
+                let button = Button::new((icon, words)).min_size(vec2(132.0, 28.0));
+                if icons::named_ui(ui, true, button, words).clicked() {
+                    out.push(command);
+                }
             }
             quiet_ui(ui, "or drop the folder of a shoot or a project anywhere");
         });
@@ -159,6 +161,7 @@ fn row_ui(ui: &mut Ui, recent: &Recent, out: &mut Vec<Command>) {
         .corner_radius(3)
         .inner_margin(GAP);
     frame.show(ui, |ui| {
+        ui.set_min_width(ui.available_width());
         ui.horizontal(|ui| {
             let room = ui.available_width() - 160.0;
             ui.vertical(|ui| {

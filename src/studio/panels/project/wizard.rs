@@ -3,6 +3,7 @@
 use super::quiet_ui;
 use crate::footage::scan::{Line, Scan};
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::panel::Sight;
 use crate::studio::theme::{self, GAP};
 use crate::studio::wizard::{Plan, cost};
@@ -107,6 +108,7 @@ fn found_ui(ui: &mut Ui, scan: &Scan) {
             ui.spacing_mut().interact_size.y = 18.0;
             Grid::new("found")
                 .num_columns(3)
+                .min_col_width(16.0)
                 .spacing([1.5 * GAP, 5.0])
                 .show(ui, |ui| {
                     for line in &scan.lines {
@@ -119,9 +121,9 @@ fn found_ui(ui: &mut Ui, scan: &Scan) {
 
 fn line_ui(ui: &mut Ui, line: &Line) {
     let (mark, color, says) = match (&line.lack, line.needed) {
-        (None, _) => ("•", theme::QUIET, "complete"),
+        (None, _) => (icons::DONE, theme::QUIET, "complete"),
         (Some(_), false) => ("–", theme::QUIET, "not needed"),
-        (Some(_), true) => ("!", theme::ACCENT, "missing"),
+        (Some(_), true) => (icons::WARNING, theme::ACCENT, "missing"),
     };
     let tick = ui.colored_label(color, mark);
     tick.widget_info(|| {

@@ -21,21 +21,44 @@ pub fn checkpoints_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     }
 }
 
+/// What a checkpoint is called: its step, the time of training, and how the unseen pose came out.
+pub fn title(kept: &Kept) -> String {
+    let info = &kept.info;
+    let mut text = short(kept);
+    if info.step > 0 {
+        text += &format!(", {}", clock(info.seconds));
+    }
+    if let Some(judged) = info.held_out {
+        text += &format!(", {:.2} dB", judged.decibels);
+    }
+    text
+}
+
+/// The same where there is little room.
+pub fn short(kept: &Kept) -> String {
+    match kept.info.step {
+        0 => "starting point".to_owned(),
+        step => format!("step {step}"),
+    }
+}
+
+/// Why a checkpoint is kept, its folder, and what it takes.
+pub fn details(kept: &Kept) -> String {
+    let why = if kept.aside {
+        "Put aside"
+    } else {
+        "Left by training"
+    };
+    format!("{why}: {}, {:.1} MB", kept.name, kept.bytes as f64 / 1e6)
+}
+
 fn row_ui(ui: &mut Ui, kept: &Kept, idle: bool, out: &mut Vec<Command>) {
     let info = &kept.info;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;
-        let mut text = match info.step {
-            0 => "starting point".to_owned(),
-            step => format!("step {step}, {}", clock(info.seconds)),
-        };
-        if let Some(judged) = info.held_out {
-            text += &format!(", {:.2} dB", judged.decibels);
-        }
         let color = if kept.present { theme::ACCENT } else { theme::TEXT };
-        let why = if kept.aside { "Put aside" } else { "Left by training" };
-        ui.label(RichText::new(text).size(12.5).color(color))
-            .on_hover_text(format!("{why}: {}, {:.1} MB", kept.name, kept.bytes as f64 / 1e6));
+        ui.label(RichText::new(title(kept)).size(12.5).color(color))
+            .on_hover_text(details(kept));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if kept.present {
                 ui.label(RichText::new("present").size(12.0).color(theme::QUIET));

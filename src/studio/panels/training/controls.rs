@@ -2,6 +2,7 @@
 
 use crate::project::Project;
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::panel::Sight;
 use crate::studio::panels::job;
 use crate::studio::theme;
@@ -205,21 +206,19 @@ impl Buttons {
         let choice = sight.training.choice(sight.state, project);
         let refusal = sight.training.refusal(&choice, project);
         ui.horizontal(|ui| {
-            let resume = Button::new("Resume")
+            let resume = Button::new((icons::PLAY, "Resume"))
                 .fill(theme::ACCENT_DIM)
                 .min_size(BUTTON);
             let hint = format!("Goes on from step {}. Key: Ctrl+Enter", present.step);
-            if ui
-                .add_enabled(refusal.is_none(), resume)
+            if icons::named_ui(ui, refusal.is_none(), resume, "Resume")
                 .on_hover_text(hint)
                 .on_disabled_hover_text(refusal.clone().unwrap_or_default())
                 .clicked()
             {
                 out.push(Command::StartTraining { fresh: false });
             }
-            let over = Button::new("Start over…").min_size(BUTTON);
-            if ui
-                .add(over)
+            let over = Button::new((icons::OVER, "Start over…")).min_size(BUTTON);
+            if icons::named_ui(ui, true, over, "Start over…")
                 .on_hover_text("Begins with a new network")
                 .clicked()
             {
@@ -238,11 +237,14 @@ impl Buttons {
 
 /// The button that begins the first run.
 pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
-    let start = Button::new("Start")
+    let start = Button::new((icons::PLAY, "Start"))
         .fill(theme::ACCENT_DIM)
         .min_size(BUTTON);
     let hint = "Trains the network with this preset. Key: Ctrl+Enter";
-    if ui.add(start).on_hover_text(hint).clicked() {
+    if icons::named_ui(ui, true, start, "Start")
+        .on_hover_text(hint)
+        .clicked()
+    {
         out.push(Command::StartTraining { fresh });
     }
 }

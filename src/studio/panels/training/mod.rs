@@ -1,7 +1,7 @@
 //! The network while it learns: curves and pictures, what to train, what it costs, and the checkpoints to go
 //! back to.
 
-mod checkpoints;
+pub mod checkpoints;
 mod controls;
 mod curves;
 mod figures;
@@ -9,6 +9,7 @@ mod pictures;
 
 use crate::project::Project;
 use crate::studio::command::Command;
+use crate::studio::icons;
 use crate::studio::panel::Sight;
 use crate::studio::panels::notice_ui;
 use crate::studio::theme::{self, GAP};
@@ -34,7 +35,7 @@ impl TrainingPanel {
             return notice_ui(ui, |ui| {
                 ui.heading("No project is open");
                 ui.add_space(GAP);
-                if ui.button("Open project…").clicked() {
+                if icons::worded_ui(ui, icons::FOLDER, "Open project…").clicked() {
                     out.push(Command::ChooseProject);
                 }
             });

@@ -3,6 +3,7 @@
 use crate::studio::command::Command;
 use crate::studio::news::Phase;
 use crate::studio::panel::{Reading, Sight};
+use crate::studio::panels::refusal_ui;
 use crate::studio::theme::{self, GAP};
 use crate::training::Preset;
 use crate::worker::{Blocked, Need};
@@ -14,6 +15,10 @@ pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         ui.heading(text);
         ui.add_space(GAP);
     };
+    if let Some(refusal) = &sight.news.refusal {
+        refusal_ui(ui, refusal, out);
+        ui.add_space(GAP);
+    }
     let mut button = |ui: &mut Ui, text: String, command: Command| {
         ui.add_space(GAP);
         if ui.button(text).clicked() {

@@ -6,8 +6,9 @@ mod toolbar;
 
 use crate::studio::command::Command;
 use crate::studio::compare::How;
+use crate::studio::icons;
 use crate::studio::panel::{Reading, Sight};
-use crate::studio::panels::{TEXT_WIDTH, notice_ui};
+use crate::studio::panels::{TEXT_WIDTH, notice_ui, put_away_ui};
 use crate::studio::theme::{self, GAP};
 use crate::worker::Relit;
 use egui::{
@@ -53,8 +54,12 @@ impl ViewportPanel {
                 gestures(ui, rect, out);
                 self.fit = pictures_ui(ui, rect, shown, sight, out);
                 gizmo::gizmo_ui(ui, rect, sight, out);
+                let mut below = rect;
                 if let Some(sentence) = overlay(sight, &shown.relit) {
-                    note_ui(ui, rect, &sentence);
+                    below.max.y = note_ui(ui, rect, &sentence, false, out).top() + GAP;
+                }
+                if let Some(refusal) = &sight.news.refusal {
+                    note_ui(ui, below, refusal, true, out);
                 }
             }
             _ => notice_ui(ui, |ui| instead::instead_ui(ui, sight, out)),
@@ -82,9 +87,13 @@ impl ViewportPanel {
         };
         let size = [relit.width, relit.height];
         let codes = relit.second.as_ref().map(|(_, codes)| codes);
+        let first_rgb = relit
+            .first
+            .as_ref()
+            .map_or(&relit.rgb, |(_, codes)| &codes.rgb);
         self.shown = Some(Shown {
             relit: relit.clone(),
-            first: texture(ctx, "relit", first, size, &relit.rgb),
+            first: texture(ctx, "relit", first, size, first_rgb),
             second: codes.map(|codes| {
                 let size = [codes.width, codes.height];
                 texture(ctx, "second", second, size, &codes.rgb)
@@ -128,6 +137,10 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
     let second = shown.second.as_ref().filter(|_| compare.on);
     let peeks = ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down());
     let name = || toolbar::name(&compare.with, sight);
+    let first = || match (&compare.first, &relit.first) {
+        (Some(with), Some(_)) => toolbar::name(with, sight),
+        _ => "relit".to_owned(),
+    };
     let (place, fit) = match (second, compare.how) {
         (Some(second), How::Side) => {
             let (left, right) = rect.split_left_right_at_fraction(0.5);
@@ -135,7 +148,7 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             let (other, _) = placed(right, size, sight);
             paint(ui, left, &shown.first, place, (0.0, 1.0));
             paint(ui, right, second, other, (0.0, 1.0));
-            label(ui, left, Align2::LEFT_TOP, "relit");
+            label(ui, left, Align2::LEFT_TOP, &first());
             label(ui, right, Align2::LEFT_TOP, &name());
             (place, fit)
         }
@@ -150,7 +163,7 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             let wipe = sight.state.wipe.clamp(0.0, 1.0);
             paint(ui, rect, &shown.first, place, (0.0, wipe));
             paint(ui, rect, second, place, (wipe, 1.0));
-            label(ui, rect, Align2::LEFT_TOP, "relit");
+            label(ui, rect, Align2::LEFT_TOP, &first());
             label(ui, rect, Align2::RIGHT_TOP, &name());
             wipe_ui(ui, rect, place, wipe, out);
             (place, fit)
@@ -160,7 +173,7 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             let (texture, name) = if compare.second {
                 (second, name())
             } else {
-                (&shown.first, "relit".to_owned())
+                (&shown.first, first())
             };
             paint(ui, rect, texture, place, (0.0, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &name);
@@ -170,7 +183,8 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             let (place, fit) = placed(rect, size, sight);
             paint(ui, rect, &shown.first, place, (0.0, 1.0));
             if second.is_some() {
-                let text = format!("difference to {}, × {}", name(), crate::studio::state::GAIN);
+                let gain = crate::studio::state::GAIN;
+                let text = format!("difference of {} and {}, × {gain}", first(), name());
                 label(ui, rect, Align2::LEFT_TOP, &text);
             }
             (place, fit)
@@ -286,17 +300,30 @@ fn overlay(sight: &Sight, relit: &Relit) -> Option<String> {
     }
 }
 
-fn note_ui(ui: &Ui, rect: Rect, sentence: &str) {
-    let width = TEXT_WIDTH.min(rect.width() - 6.0 * GAP);
+/// A sentence in the lower left corner, which is where it is returned. One that says why something could not
+/// be done stays until it is put away.
+fn note_ui(ui: &mut Ui, rect: Rect, sentence: &str, refusal: bool, out: &mut Vec<Command>) -> Rect {
+    let sides = if refusal { [26.0, 34.0] } else { [0.0; 2] };
+    let width = TEXT_WIDTH.min(rect.width() - 6.0 * GAP - sides[0] - sides[1]);
     let font = egui::TextStyle::Body.resolve(ui.style());
-    let text = ui
-        .painter()
-        .layout(sentence.to_owned(), font, theme::TEXT, width);
-    let corner = rect.left_bottom() + vec2(2.0 * GAP, -2.0 * GAP - text.size().y);
-    let back = Rect::from_min_size(corner, text.size()).expand2(vec2(10.0, 6.0));
-    ui.painter()
-        .rect_filled(back, 4.0, Color32::from_black_alpha(200));
-    ui.painter().galley(corner, text, theme::TEXT);
-    let label = ui.interact(back, ui.scope_id().with("note"), Sense::hover());
+    let painter = ui.painter();
+    let text = painter.layout(sentence.to_owned(), font, theme::TEXT, width);
+    let size = text.size() + vec2(sides[0] + sides[1], 0.0);
+    let corner = rect.left_bottom() + vec2(2.0 * GAP, -2.0 * GAP - size.y);
+    let back = Rect::from_min_size(corner, size).expand2(vec2(10.0, 6.0));
+    painter.rect_filled(back, 4.0, Color32::from_black_alpha(200));
+    if refusal {
+        let (icon, font) = (icons::WARNING, FontId::proportional(18.0));
+        painter.text(corner, Align2::LEFT_TOP, icon, font, theme::ACCENT);
+    }
+    painter.galley(corner + vec2(sides[0], 0.0), text, theme::TEXT);
+    let label = ui.interact(back, ui.scope_id().with(("note", refusal)), Sense::hover());
     label.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, sentence));
+    if refusal {
+        let at = Rect::from_min_size(back.right_top() + vec2(-32.0, 4.0), vec2(28.0, 24.0));
+        ui.scope_builder(egui::UiBuilder::new().max_rect(at), |ui| {
+            put_away_ui(ui, out);
+        });
+    }
+    back
 }

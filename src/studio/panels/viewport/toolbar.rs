@@ -1,10 +1,18 @@
 //! The line above the picture: what it is compared with, how it is scaled, and the pixel under the cursor.
 
+use crate::scene::Inspection;
 use crate::studio::command::Command;
 use crate::studio::compare::{Compare, How, With};
+use crate::studio::icons;
 use crate::studio::panel::Sight;
+use crate::studio::panels::picture::SHOWN;
+use crate::studio::panels::training::checkpoints;
 use crate::studio::theme::{self, GAP};
-use egui::{Align, Button, ComboBox, Layout, Margin, Rect, RichText, Ui, UiBuilder};
+use egui::containers::menu::MenuButton;
+use egui::{
+    Align, Button, ComboBox, Layout, Margin, Rect, Response, RichText, Role, ScrollArea, Ui,
+    UiBuilder, WidgetInfo,
+};
 
 /// Its height in points.
 pub const HEIGHT: f32 = 32.0;
@@ -18,7 +26,7 @@ pub fn name(with: &With, sight: &Sight) -> String {
                 .environments
                 .iter()
                 .find(|e| e.listed.origin == *origin);
-            entry.map_or_else(|| origin.to_string(), |entry| entry.listed.name.clone())
+            entry.map_or_else(|| origin.to_string(), |entry| sight.title(entry))
         }
         With::Exemplar(pose) => {
             let poses = sight.project.map(|p| &p.settings.shoot.poses);
@@ -27,8 +35,11 @@ pub fn name(with: &With, sight: &Sight) -> String {
         }
         With::Truth(_) => "true OLATs".to_owned(),
         With::Checkpoint(folder) => {
-            let name = folder.file_name().unwrap_or_default();
-            format!("network {}", name.to_string_lossy())
+            let name = folder.file_name().unwrap_or_default().to_string_lossy();
+            let records = sight.training.records.as_ref();
+            let mut kept = records.into_iter().flat_map(|records| &records.kept);
+            let kept = kept.find(|kept| kept.name == name);
+            kept.map_or_else(|| format!("network {name}"), checkpoints::short)
         }
     }
 }
@@ -44,12 +55,17 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>
                 solo_ui(ui, lamp, sight, out);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if ui.button("1:1").on_hover_text("Key: 1").clicked() {
+                let hint = "A pixel of the picture on one of the screen. Key: 1";
+                if ui.button("1:1").on_hover_text(hint).clicked() {
                     out.push(Command::ActualSize);
                 }
-                if ui.button("Fit").on_hover_text("Key: F").clicked() {
+                if icons::named_ui(ui, true, icons::alone(icons::FIT), "Fit")
+                    .on_hover_text("Fits the picture. Key: F")
+                    .clicked()
+                {
                     out.push(Command::Fit);
                 }
+                channels_ui(ui, sight, out);
                 if let Some(text) = pixel(sight) {
                     let text = RichText::new(text).monospace().size(12.0);
                     ui.add(egui::Label::new(text.color(theme::QUIET)).truncate());
@@ -61,52 +77,55 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>
 
 fn compare_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     let compare = &sight.state.compare;
-    let against = |with: With| {
+    let hint = "W wipes, Q changes sides, Shift peeks at the other picture";
+    if compare.on {
+        let text = (compare.first.as_ref()).map_or("relit".to_owned(), |first| name(first, sight));
+        let set = |first| {
+            let compare = compare.clone();
+            Command::Compare(Compare { first, ..compare })
+        };
+        let button = Button::new((icons::COMPARE, text.as_str()));
+        let menu = MenuButton::from_button(button).ui(ui, |ui| {
+            if ui
+                .selectable_label(compare.first.is_none(), "Relit picture")
+                .clicked()
+            {
+                out.push(set(None));
+            }
+            let now = compare.first.as_ref();
+            pictures_ui(ui, sight, now, out, |with| set(Some(with)));
+        });
+        called(menu.0.on_hover_text(hint), format!("First: {text}"));
+    }
+    let against = |with| {
+        let compare = compare.clone();
         Command::Compare(Compare {
             on: true,
             with,
-            ..compare.clone()
+            ..compare
         })
     };
-    let text = if compare.on {
-        format!("Against {}", name(&compare.with, sight))
+    let (text, button) = if compare.on {
+        let text = format!("Against {}", name(&compare.with, sight));
+        (text.clone(), Button::new(text))
     } else {
-        "Compare".to_owned()
+        let text = "Compare".to_owned();
+        (text.clone(), Button::new((icons::COMPARE, text)))
     };
-    ui.menu_button(text, |ui| {
+    let menu = MenuButton::from_button(button).ui(ui, |ui| {
         if ui.selectable_label(!compare.on, "Nothing").clicked() {
             out.push(Command::Compare(Compare {
                 on: false,
                 ..compare.clone()
             }));
         }
-        let plate = compare.on && compare.with == With::Plate;
-        if ui.selectable_label(plate, "Interview frame").clicked() {
-            out.push(against(With::Plate));
-        }
-        ui.menu_button("Environment", |ui| {
-            egui::ScrollArea::vertical().show(ui, |ui| {
-                for entry in sight.environments.iter().filter(|e| e.panorama.is_done()) {
-                    if ui.button(&entry.listed.name).clicked() {
-                        out.push(against(With::Environment(entry.listed.origin.clone())));
-                    }
-                }
-            });
-        });
-        ui.menu_button("Photographed pose", |ui| {
-            let poses = sight.project.map(|project| &project.settings.shoot.poses);
-            for (pose, name) in poses.into_iter().flatten().enumerate() {
-                if ui.button(name).clicked() {
-                    out.push(against(With::Exemplar(pose)));
-                }
-            }
-        });
+        let now = compare.on.then_some(&compare.with);
+        pictures_ui(ui, sight, now, out, against);
         if ui.button("True OLATs in a folder…").clicked() {
             out.push(Command::CompareTruth);
         }
-    })
-    .response
-    .on_hover_text("W wipes, Q changes sides, Shift peeks at the other picture");
+    });
+    called(menu.0.on_hover_text(hint), text);
     if !compare.on {
         return;
     }
@@ -134,6 +153,110 @@ fn compare_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "How to compare"));
 }
 
+/// Gives a menu's button its name.
+fn called(response: Response, name: String) {
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
+}
+
+/// The pictures that can be compared besides the relit one.
+fn pictures_ui(
+    ui: &mut Ui,
+    sight: &Sight,
+    now: Option<&With>,
+    out: &mut Vec<Command>,
+    choose: impl Fn(With) -> Command,
+) {
+    let entry = |ui: &mut Ui, out: &mut Vec<Command>, text: &str, with: With| {
+        let response = ui.selectable_label(now == Some(&with), text);
+        if response.clicked() {
+            out.push(choose(with));
+        }
+        response
+    };
+    entry(ui, out, "Interview frame", With::Plate);
+    ui.menu_button("Environment", |ui| {
+        list().show(ui, |ui| {
+            for one in sight.environments.iter().filter(|e| e.panorama.is_done()) {
+                let with = With::Environment(one.listed.origin.clone());
+                entry(ui, out, &sight.title(one), with);
+            }
+        });
+    });
+    ui.menu_button("Photographed pose", |ui| {
+        let poses = sight.project.map(|project| &project.settings.shoot.poses);
+        for (pose, name) in poses.into_iter().flatten().enumerate() {
+            entry(ui, out, name, With::Exemplar(pose));
+        }
+    });
+    ui.menu_button("Checkpoint", |ui| checkpoints_ui(ui, sight, out, entry));
+    let compare = &sight.state.compare;
+    let truth = [compare.first.as_ref(), Some(&compare.with)];
+    let mut truth = truth.into_iter().flatten();
+    if let Some(truth) = truth.find(|with| matches!(with, With::Truth(_))) {
+        entry(ui, out, "True OLATs", truth.clone());
+    }
+}
+
+/// A list in a menu, which may have been opened before it was known how long the list is.
+fn list() -> ScrollArea {
+    ScrollArea::vertical().min_scrolled_height(320.0)
+}
+
+/// The network as it was at other times.
+fn checkpoints_ui(
+    ui: &mut Ui,
+    sight: &Sight,
+    out: &mut Vec<Command>,
+    entry: impl Fn(&mut Ui, &mut Vec<Command>, &str, With) -> Response,
+) {
+    if !sight.training.is_asked() {
+        out.push(Command::ListCheckpoints);
+    }
+    let (Some(project), Some(records)) = (sight.project, &sight.training.records) else {
+        ui.label(RichText::new("Reading the list").color(theme::QUIET));
+        return;
+    };
+    if records.kept.is_empty() {
+        let text = "None is kept yet: training leaves some as it goes";
+        ui.label(RichText::new(text).color(theme::QUIET));
+    }
+    list().show(ui, |ui| {
+        for kept in &records.kept {
+            let mut text = checkpoints::title(kept);
+            if kept.present {
+                text += ", present";
+            }
+            let with = With::Checkpoint(kept.folder(project));
+            entry(ui, out, &text, with).on_hover_text(checkpoints::details(kept));
+        }
+    });
+}
+
+/// What of the picture is looked at.
+fn channels_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    let now = sight.state.look.effects.inspection;
+    let looked = SHOWN
+        .iter()
+        .find(|(one, ..)| *one == now && *one != Inspection::Picture);
+    let icon = RichText::new(icons::CHANNELS).size(16.0);
+    let button = match looked {
+        Some((_, name, _)) => Button::new((icon, RichText::new(*name).color(theme::ACCENT))),
+        None => Button::new(icon),
+    };
+    let menu = MenuButton::from_button(button).ui(ui, |ui| {
+        for (inspection, name, key) in SHOWN {
+            let entry = Button::selectable(inspection == now, name).shortcut_text(key);
+            if icons::named_ui(ui, true, entry, name).clicked() && inspection != now {
+                out.push(Command::Inspect(inspection));
+            }
+        }
+    });
+    called(
+        menu.0.on_hover_text("What of the picture is shown"),
+        "Channels".to_owned(),
+    );
+}
+
 /// The lamp that is shown alone, and the way back.
 fn solo_ui(ui: &mut Ui, lamp: usize, sight: &Sight, out: &mut Vec<Command>) {
     let lamps = sight.project.map(|project| &project.settings.shoot.lamps);
@@ -154,6 +277,8 @@ fn solo_ui(ui: &mut Ui, lamp: usize, sight: &Sight, out: &mut Vec<Command>) {
 fn pixel(sight: &Sight) -> Option<String> {
     let ([x, y], relit) = (sight.state.probed?, sight.relit?);
     let at = 3 * (y * relit.width + x);
-    let [r, g, b] = *relit.rgb.get(at..at + 3)?.as_array()?;
+    let first = relit.first.as_ref();
+    let rgb = first.map_or(&relit.rgb, |(_, codes)| &codes.rgb);
+    let [r, g, b] = *rgb.get(at..at + 3)?.as_array()?;
     Some(format!("{x:4},{y:4}  {r:3} {g:3} {b:3}"))
 }

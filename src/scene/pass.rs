@@ -1,9 +1,9 @@
 //! The passes by name, in the order in which they run.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One effect of the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pass {
     /// The network predicts the frame's reflectance field.

@@ -1,0 +1,74 @@
+//! Passes that a person has switched on or off, in place of what the plan would decide.
+
+use super::Pass;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What was forced, by pass: `true` to run it, `false` to leave it out. In files a table of the passes' names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "BTreeMap<Pass, bool>", into = "BTreeMap<Pass, bool>")]
+pub struct Forced([Option<bool>; Pass::ALL.len()]);
+
+impl Forced {
+    /// What a pass was forced to do; none where it does as the scene calls for.
+    pub fn get(self, pass: Pass) -> Option<bool> {
+        self.0[pass as usize]
+    }
+
+    /// The same with a pass forced to run, forced off, or left to the scene.
+    pub fn with(mut self, pass: Pass, run: Option<bool>) -> Self {
+        self.0[pass as usize] = run;
+        self
+    }
+
+    /// How many passes are forced.
+    pub fn count(self) -> usize {
+        self.0.iter().flatten().count()
+    }
+}
+
+impl From<BTreeMap<Pass, bool>> for Forced {
+    fn from(table: BTreeMap<Pass, bool>) -> Self {
+        let all = table.into_iter();
+        all.fold(Self::default(), |forced, (pass, run)| {
+            forced.with(pass, Some(run))
+        })
+    }
+}
+
+impl From<Forced> for BTreeMap<Pass, bool> {
+    fn from(forced: Forced) -> Self {
+        let of = |pass| Some((pass, forced.get(pass)?));
+        Pass::ALL.into_iter().filter_map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Effects;
+
+    #[test]
+    fn what_is_forced_is_kept_by_name() {
+        let forced = Forced::default()
+            .with(Pass::LightWrap, Some(true))
+            .with(Pass::Dither, Some(false));
+        let text = serde_json::to_string(&forced).unwrap();
+        assert_eq!(text, r#"{"light_wrap":true,"dither":false}"#);
+        assert_eq!(serde_json::from_str::<Forced>(&text).unwrap(), forced);
+        assert_eq!(forced.count(), 2);
+        assert_eq!(forced.with(Pass::Dither, None).count(), 1);
+    }
+
+    #[test]
+    fn a_forced_effect_is_asked_for_without_a_strength_and_one_forced_off_is_not() {
+        let mut effects = Effects {
+            glare: 0.5,
+            ..Effects::default()
+        };
+        assert!(effects.asks(Pass::Glare) && !effects.asks(Pass::Grain));
+        effects.forced = effects.forced.with(Pass::Glare, Some(false));
+        effects.forced = effects.forced.with(Pass::Grain, Some(true));
+        assert!(!effects.asks(Pass::Glare) && effects.asks(Pass::Grain));
+    }
+}

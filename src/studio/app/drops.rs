@@ -1,0 +1,68 @@
+//! What is dropped onto the window.
+
+use super::StudioApp;
+use crate::footage::scan::is_shoot;
+use crate::studio::command::Command;
+use crate::studio::news::Phase;
+use crate::worker::Need;
+use std::path::{Path, PathBuf};
+
+/// Extensions of panoramas.
+pub(super) const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
+
+/// The files of a project and of a shoot that tell what their folder is.
+const FILES: [&str; 2] = ["project.toml", "manifest.json"];
+
+impl StudioApp {
+    /// What was dropped onto the window: panoramas, or a project's folder.
+    pub(super) fn dropped(&mut self, out: &mut Vec<Command>) {
+        let dropped = self
+            .ctx
+            .input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
+        let paths: Vec<PathBuf> = dropped
+            .iter()
+            .map(|file| file.path().to_path_buf())
+            .collect();
+        let (panoramas, others): (Vec<_>, Vec<_>) = paths.into_iter().partition(|p| is_panorama(p));
+        if !panoramas.is_empty() {
+            out.push(Command::AddEnvironments(panoramas));
+        }
+        out.extend(
+            others
+                .into_iter()
+                .filter_map(|path| self.dropped_folder(path)),
+        );
+    }
+
+    /// What a dropped folder, or a file that is no panorama, asks for.
+    fn dropped_folder(&mut self, path: PathBuf) -> Option<Command> {
+        // Their files stand for the folders.
+        let path = match path.parent() {
+            Some(folder) if FILES.iter().any(|name| path.ends_with(name)) => folder.to_path_buf(),
+            _ => path,
+        };
+        if path.join("project.toml").exists() {
+            return Some(Command::OpenProject(path));
+        }
+        if is_shoot(&path) {
+            let lost = Some(Need::Shoot);
+            return Some(match &self.news.phase {
+                Phase::Blocked(blocked) if blocked.need == lost => Command::Locate(path),
+                _ => Command::NewProject(Some(path)),
+            });
+        }
+        self.news.refuse(format!(
+            "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor the folder of a project (with its \
+             project.toml) or of a shoot (with its manifest.json)",
+            path.display()
+        ));
+        None
+    }
+}
+
+fn is_panorama(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    PANORAMAS
+        .iter()
+        .any(|known| extension.eq_ignore_ascii_case(known))
+}

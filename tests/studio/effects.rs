@@ -1,0 +1,168 @@
+//! The plan of passes, and what a person forces in it.
+
+use super::{
+    Window, clay, clay_window, drag, drop_onto, picture, snapshot, snapshot_without, told_job,
+    until, until_shown, window,
+};
+use afterlight::compositor::Pass;
+use afterlight::studio::{Phase, StudioApp};
+use afterlight::worker::Blocked;
+use egui::{Key, Modifiers, PointerButton, vec2};
+use egui_kittest::kittest::Queryable;
+
+/// Chooses what a pass is to do by its switch.
+fn force(window: &mut Window, pass: &str, means: &str) {
+    let switch = format!("Force {pass}");
+    window.get_by_label(&switch).scroll_to_me();
+    window.run_steps(4);
+    window.get_by_label(&switch).click();
+    window.run_steps(4);
+    window.get_by_label(means).click();
+    until_shown(window);
+}
+
+fn report(window: &Window, pass: Pass) -> (bool, String) {
+    let relit = window.state().relit().unwrap();
+    let report = &relit.passes[pass as usize];
+    (report.ran, report.reason.clone())
+}
+
+const RUN: &str = "Run it, whatever the scene calls for";
+const LEAVE_OUT: &str = "Leave it out, whatever the scene calls for";
+
+#[test]
+fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Effects").click();
+    until_shown(&mut window);
+    let before = picture(&window);
+    for fixed in ["predict", "relight", "view", "difference"] {
+        assert!(window.query_by_label(&format!("Force {fixed}")).is_none());
+    }
+
+    force(&mut window, "glare", RUN);
+    let (ran, reason) = report(&window, Pass::Glare);
+    assert!(
+        ran && reason.starts_with("forced; the scene does not"),
+        "{reason}"
+    );
+    assert_eq!(
+        picture(&window),
+        before,
+        "without a strength it changes nothing"
+    );
+    window.get_by_label("1 pass is forced");
+    force(&mut window, "background", LEAVE_OUT);
+    assert_eq!(
+        report(&window, Pass::Background),
+        (false, "forced off".to_owned())
+    );
+    assert_ne!(picture(&window), before);
+    assert_eq!(
+        picture(&window)[..3],
+        [0; 3],
+        "nothing is behind the subject"
+    );
+
+    for _ in 0..2 {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        window.run_steps(2);
+    }
+    until_shown(&mut window);
+    assert_eq!(picture(&window), before);
+    for _ in 0..2 {
+        window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+        window.run_steps(2);
+    }
+    until_shown(&mut window);
+    // It is part of the look that is kept.
+    let kept = folder.path().join("look.json");
+    until(&mut window, "kept look", |_| {
+        let text = std::fs::read_to_string(&kept).unwrap_or_default();
+        text.contains("\"glare\": true") && text.contains("\"background\": false")
+    });
+    window.get_by_label("2 passes are forced").scroll_to_me();
+    window.run_steps(4);
+    window.get_by_label("All auto").click();
+    until_shown(&mut window);
+    assert_eq!(picture(&window), before);
+    assert!(window.query_by_label("All auto").is_none());
+}
+
+#[test]
+fn effects_and_log_look_as_they_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    window.get_by_label("Log").click();
+    window.run_steps(2);
+    window.get_by_label("Nothing has happened yet");
+    snapshot(&mut window, "studio_log_empty");
+
+    // Room for the log.
+    let border = egui::pos2(600.0, 611.0);
+    drag(
+        &mut window,
+        border,
+        border - vec2(0.0, 120.0),
+        PointerButton::Primary,
+        Modifiers::NONE,
+    );
+    window.get_by_label("Effects").click();
+    window.run_steps(2);
+    force(&mut window, "glare", RUN);
+    assert!(!report(&window, Pass::Predict).0);
+    let job = told_job(&mut window);
+    job.send(|progress| progress.say("Paused after step 1204: its checkpoint is saved"))
+        .unwrap();
+    drop(job);
+    // After a job there may be another network.
+    until(&mut window, "new prediction", |app| {
+        let predicted = app.relit().is_some_and(|relit| relit.passes[0].ran);
+        predicted && app.news().work.is_none()
+    });
+    window.get_by_label("Close").click();
+    force(&mut window, "dither", LEAVE_OUT);
+    window.get_by_label("2 passes are forced").scroll_to_me();
+    drop_onto(&mut window, "notes.txt");
+    let said = window.query_all_by_label_contains("notes.txt is neither");
+    assert_eq!(said.count(), 2, "over the picture and in the log");
+    window.key_press(Key::Escape);
+    until_shown(&mut window);
+    // What the passes took differs from run to run, as do the seconds of the log.
+    let times: Vec<egui::Rect> = (window.query_all_by_label_contains(" ms"))
+        .filter(|time| time.rect().left() > 1000.0)
+        .map(|time| egui::Rect::from_x_y_ranges(1110.0..=1190.0, time.rect().y_range()))
+        .chain(
+            window
+                .query_all_by_label_contains("0:")
+                .map(|time| time.rect()),
+        )
+        .collect();
+    snapshot_without(&mut window, "studio_effects", &times);
+}
+
+#[test]
+fn without_a_picture_the_panels_beside_it_say_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    let source = || {
+        Err(Blocked {
+            sentence: "The network cannot be read: checkpoint.toml is damaged".to_owned(),
+            need: None,
+        })
+    };
+    let mut window = window(|ctx| StudioApp::over(ctx, project, source));
+    until(&mut window, "reason", |app| {
+        matches!(app.news().phase, Phase::Blocked(_))
+            && app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    window.get_by_label("Effects").click();
+    window.run_steps(2);
+    window.get_by_label_contains("once a picture has been made");
+    snapshot(&mut window, "studio_effects_empty");
+    window.get_by_label("Scopes").click();
+    window.run_steps(2);
+    window.get_by_label("There is no picture yet");
+    snapshot(&mut window, "studio_scopes_empty");
+}

@@ -1,0 +1,68 @@
+//! What cannot be done is said over the picture, and stays there until it is answered.
+
+use super::{MIDDLE, clay_window, drag, drop_onto, snapshot_without, until, until_shown};
+use egui::{Key, Modifiers, PointerButton, vec2};
+use egui_kittest::kittest::Queryable;
+
+#[test]
+fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = clay_window(folder.path());
+    let refused = |window: &mut super::Window| {
+        drop_onto(window, "notes.txt");
+        window.get_by_label_contains("notes.txt is neither");
+        // Another picture does not answer it.
+        drag(
+            window,
+            MIDDLE,
+            MIDDLE + vec2(30.0, 0.0),
+            PointerButton::Primary,
+            Modifiers::NONE,
+        );
+        until_shown(window);
+        window.get_by_label_contains("notes.txt is neither");
+    };
+    let is_said = |window: &super::Window| {
+        let said = window
+            .query_by_label_contains("notes.txt is neither")
+            .is_some();
+        assert_eq!(said, window.state().news().refusal.is_some());
+        said
+    };
+    refused(&mut window);
+    let note = window.get_by_label_contains("notes.txt is neither").rect();
+    assert!(
+        note.height() > 30.0 && note.width() < 640.0,
+        "it is wrapped: {note:?}"
+    );
+    snapshot_without(&mut window, "studio_refusal", &[]);
+    window.get_by_label("Put the message away").click();
+    window.run_steps(2);
+    assert!(!is_said(&window));
+
+    refused(&mut window);
+    window.key_press(Key::Questionmark);
+    window.run_steps(2);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(is_said(&window), "Esc closed the list of keys");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert!(!is_said(&window));
+
+    refused(&mut window);
+    drop_onto(&mut window, folder.path().join("sky.exr"));
+    assert!(!is_said(&window));
+    assert_eq!(window.state().news().log.len(), 1, "once in the log");
+
+    // A damaged project leaves what is open, and says why it is not opened.
+    let damaged = folder.path().join("film");
+    std::fs::create_dir(&damaged).unwrap();
+    std::fs::write(damaged.join("project.toml"), "size = x").unwrap();
+    drop_onto(&mut window, &damaged);
+    until(&mut window, "reason", |app| app.news().refusal.is_some());
+    window.key_press(Key::E);
+    until_shown(&mut window);
+    window.get_by_label_contains("Mend the line");
+    assert!(window.state().project().is_some());
+}
