@@ -566,12 +566,16 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
     let arrows_are_left = are_arrows_left(ctx);
     let typing = ctx.text_edit_focused();
     let focused = pane == EXPORT && ctx.memory(|memory| memory.focused().is_some());
+    let menu = egui::Popup::is_any_open(ctx);
     let is_left = |binding: &Binding| {
         let KeyboardShortcut {
             modifiers,
             logical_key,
         } = binding.shortcut;
-        if typing {
+        if menu && logical_key == Key::Escape {
+            // An open menu is what it closes.
+            true
+        } else if typing {
             binding.only != Some(EXPORT) || modifiers.is_none()
         } else {
             let own = CONTROL_KEYS.contains(&logical_key) || ARROWS.contains(&logical_key);

@@ -58,7 +58,8 @@ fn each_frame_of_a_drag_shows_the_yaw_of_the_frame_before() {
         }
         frames.push(frame);
     }
-    assert_eq!(window.state().state().look.yaw_deg, 60.0 * 0.4);
+    let yaw = window.state().state().look.yaw_deg;
+    assert!((yaw - 60.0 * 0.4).abs() < 0.01, "{yaw}");
     println!("frames from a move of the pointer to its picture: {frames:?}");
     assert!(frames.iter().all(|&frames| frames == 2), "{frames:?}");
 }
@@ -78,19 +79,23 @@ fn what_is_predicted_is_played_at_the_rate_it_was_filmed_at() {
     let at_hand = &window.state().relit().unwrap().frames_at_hand;
     assert_eq!(at_hand.len(), clay::FRAMES);
     window.key_press(Key::Space);
-    window.step();
     // A step of this window is a quarter of a second, which is what a frame of the clay takes.
     let mut shown = Vec::new();
-    for _ in 0..2 * clay::FRAMES {
-        let before = window.state().state().frame;
+    while shown.len() < 2 * clay::FRAMES {
         window.step();
-        if window.state().state().frame != before {
+        let app = window.state();
+        let frame = app.state().frame;
+        if app.relit().unwrap().scene.frame != frame {
             between_frames(&window);
         }
-        shown.push(window.state().state().frame);
+        if app.state().playing {
+            shown.push(frame);
+        }
     }
-    let first = shown[0];
-    let steady = (0..shown.len()).map(|step| (first + step) % clay::FRAMES);
+    // The key's own frames may come before the first is due.
+    let begun = shown.iter().position(|&frame| frame == 1).unwrap();
+    let shown = shown.split_off(begun);
+    let steady = (0..shown.len()).map(|step| (1 + step) % clay::FRAMES);
     assert_eq!(shown, steady.collect::<Vec<_>>());
 }
 
@@ -169,6 +174,7 @@ fn every_control_of_every_workspace_pane_menu_and_dialog_has_a_name() {
         named_controls(&window);
         window.key_press(Key::Escape);
         window.run_steps(3);
+        assert!(window.query_by_label("Reset arrangement").is_none());
         for role in [Role::ComboBox, Role::DisclosureTriangle] {
             for list in 0..window.query_all_by_role(role).count() {
                 if let Some(list) = window.query_all_by_role(role).nth(list) {
