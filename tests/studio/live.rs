@@ -61,7 +61,7 @@ fn each_frame_of_a_drag_shows_the_yaw_of_the_frame_before() {
     let yaw = window.state().state().look.yaw_deg;
     assert!((yaw - 60.0 * 0.4).abs() < 0.01, "{yaw}");
     println!("frames from a move of the pointer to its picture: {frames:?}");
-    assert!(frames.iter().all(|&frames| frames == 2), "{frames:?}");
+    assert!(frames.iter().all(|&frames| frames <= 2), "{frames:?}");
 }
 
 #[test]
