@@ -40,6 +40,7 @@ use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use egui_kittest::{Harness, SnapshotOptions};
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
@@ -48,6 +49,19 @@ use std::time::{Duration, Instant};
 const SNAPSHOT: (f32, usize) = (0.6, 40);
 
 type Window = Harness<'static, StudioApp>;
+
+/// A folder that is gone after the test. Its name is as wide in every run, digits being of one width: lines that
+/// hold it break at the same places.
+fn temporary() -> tempfile::TempDir {
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let name = format!("{:010}-{count:04}", std::process::id());
+    let named = tempfile::Builder::new()
+        .prefix(&name)
+        .rand_bytes(0)
+        .tempdir();
+    named.expect("no other process has this name")
+}
 
 fn window(make: impl FnOnce(&egui::Context) -> StudioApp) -> Window {
     Harness::builder()
@@ -140,7 +154,7 @@ const MIDDLE: Pos2 = Pos2::new(500.0, 320.0);
 
 #[test]
 fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     let before = picture(&window);
@@ -176,7 +190,7 @@ fn turning_the_light_changes_the_picture_and_is_undone_at_once() {
 
 #[test]
 fn ctrl_drag_and_shift_right_drag_turn_and_a_middle_drag_moves() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     drag(
         &mut window,
@@ -212,7 +226,7 @@ fn ctrl_drag_and_shift_right_drag_turn_and_a_middle_drag_moves() {
 
 #[test]
 fn play_goes_through_the_frames_and_around() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Play").click();
     let mut shown = std::collections::BTreeSet::new();
@@ -241,7 +255,7 @@ fn play_goes_through_the_frames_and_around() {
 
 #[test]
 fn environments_are_chosen_by_click_and_by_key() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     let before = picture(&window);
@@ -262,7 +276,7 @@ fn environments_are_chosen_by_click_and_by_key() {
 
 #[test]
 fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     let before = picture(&window);
@@ -339,7 +353,7 @@ fn the_light_is_graded_and_joined_by_lights_and_all_of_it_is_undone() {
 
 #[test]
 fn exposure_background_and_the_reset_of_the_view() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.key_press(Key::E);
     window.key_press(Key::E);
@@ -361,7 +375,7 @@ fn exposure_background_and_the_reset_of_the_view() {
 
 #[test]
 fn tab_hides_the_panels_and_a_question_mark_lists_the_keys() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.key_press(Key::Tab);
     window.run();
@@ -378,7 +392,7 @@ fn tab_hides_the_panels_and_a_question_mark_lists_the_keys() {
 
 #[test]
 fn a_window_that_nobody_touches_asks_for_no_frame() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     window.run();
@@ -432,7 +446,7 @@ const TRAINED: &str = "3250 steps in 600 s on the CPU (flex): as asked: OLATs 0.
 
 #[test]
 fn the_picture_is_live_while_a_job_runs() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     let job = told_job(&mut window);
     window.get_by_label(STEP);
@@ -467,7 +481,7 @@ fn the_picture_is_live_while_a_job_runs() {
 
 #[test]
 fn a_network_that_is_saved_is_seen_while_the_job_runs() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let mut openings = 0;
     let source = move || {
@@ -498,7 +512,7 @@ fn a_network_that_is_saved_is_seen_while_the_job_runs() {
 
 #[test]
 fn a_job_is_paused_and_stopped_by_button_and_by_key() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     let job = told_job(&mut window);
     let paused = |app: &StudioApp| app.news().work.as_ref().unwrap().is_paused();
@@ -533,7 +547,7 @@ fn a_job_is_paused_and_stopped_by_button_and_by_key() {
 
 #[test]
 fn a_project_without_a_network_says_what_to_do_and_offers_it() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), Vec::new());
     let source = || {
         Err(Blocked {
@@ -552,7 +566,7 @@ fn a_project_without_a_network_says_what_to_do_and_offers_it() {
 
 #[test]
 fn a_frame_that_cannot_be_read_is_named_over_the_picture() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let source = || {
         let mut source = clay::source()?;
@@ -582,7 +596,7 @@ fn a_frame_that_cannot_be_read_is_named_over_the_picture() {
 
 #[test]
 fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
     let stage = StageSettings {
         frames: 3,
@@ -627,7 +641,7 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
 
 #[test]
 fn the_window_looks_as_it_did() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     drag(
@@ -643,7 +657,7 @@ fn the_window_looks_as_it_did() {
 
 #[test]
 fn a_window_in_which_a_job_runs_looks_as_it_did() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     let job = told_job(&mut window);
     window.key_press(Key::P);
@@ -661,7 +675,7 @@ fn a_window_in_which_a_job_runs_looks_as_it_did() {
 
 #[test]
 fn a_window_without_a_picture_shows_the_job_in_its_place() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), Vec::new());
     let source = || {
         Err(Blocked {

@@ -85,7 +85,7 @@ fn until_calibrated(window: &mut Window) {
 
 #[test]
 fn the_ball_s_circle_is_dragged_found_and_kept() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = calibrated(folder.path());
     let mut window = opened(&project);
     window.get_by_label("Workspace Calibrate").click();
@@ -157,7 +157,7 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
 
 #[test]
 fn keys_alone_set_the_circle_and_show_each_lamp() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = opened(&calibrated(folder.path()));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     until_studied(&mut window);
@@ -197,7 +197,7 @@ fn keys_alone_set_the_circle_and_show_each_lamp() {
 
 #[test]
 fn a_response_is_tried_wiped_and_kept() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = calibrated(folder.path());
     let mut window = opened(&project);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
@@ -293,7 +293,7 @@ fn a_response_is_tried_wiped_and_kept() {
 
 #[test]
 fn the_calibration_s_workspaces_look_as_they_did() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = opened(&calibrated(folder.path()));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     until_studied(&mut window);
@@ -312,7 +312,7 @@ fn the_calibration_s_workspaces_look_as_they_did() {
 
 #[test]
 fn what_keeps_a_workspace_empty_is_said_there() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = imported(folder.path());
     std::fs::write(project.interview_probe_path(), b"no picture").unwrap();
     let mut window = opened(&project);

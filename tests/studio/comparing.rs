@@ -23,7 +23,7 @@ fn click(window: &super::Window, name: &str, x: f32) {
 
 #[test]
 fn the_picture_is_wiped_against_the_plate_and_a_line_is_dragged() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.key_press(Key::W);
     until_compared(&mut window);
@@ -55,7 +55,7 @@ fn the_picture_is_wiped_against_the_plate_and_a_line_is_dragged() {
 
 #[test]
 fn another_environment_and_a_photographed_pose_stand_beside_the_picture() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     let open = |window: &mut super::Window, menus: &[&str]| {
         for &name in menus {
@@ -86,7 +86,7 @@ fn another_environment_and_a_photographed_pose_stand_beside_the_picture() {
 
 #[test]
 fn two_checkpoints_are_compared_and_with_what_was_filmed() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = trained_project(folder.path(), 400);
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
     until(&mut window, "the first picture", |app| {
@@ -152,7 +152,7 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
 
 #[test]
 fn a_click_in_a_menu_leaves_the_keys_to_the_pane_that_has_them() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     assert_eq!(window.state().state().active, Pane::Picture);
     window.get_by_label("Panels").click();
@@ -174,7 +174,7 @@ fn a_click_in_a_menu_leaves_the_keys_to_the_pane_that_has_them() {
 
 #[test]
 fn a_channel_is_chosen_above_the_picture() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Channels").click();
     window.run_steps(3);
@@ -191,7 +191,7 @@ fn a_channel_is_chosen_above_the_picture() {
 
 #[test]
 fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     let before = picture(&window);
@@ -226,7 +226,7 @@ fn lamps_are_gone_through_by_key_and_a_pixel_tells_what_lights_it() {
 
 #[test]
 fn a_command_is_found_by_its_words() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     let command = Modifiers::COMMAND | Modifiers::SHIFT;
     window.key_press_modifiers(command, Key::P);
@@ -257,7 +257,7 @@ fn a_command_is_found_by_its_words() {
 
 #[test]
 fn keys_show_channels_and_the_compass_turns_the_light() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.key_press(Key::R);
     until_shown(&mut window);

@@ -32,7 +32,7 @@ const LEAVE_OUT: &str = "Leave it out, whatever the scene calls for";
 
 #[test]
 fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Effects").click();
     until_shown(&mut window);
@@ -92,7 +92,7 @@ fn a_pass_is_forced_on_and_off_and_left_to_the_scene_again() {
 
 #[test]
 fn effects_and_log_look_as_they_did() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Log").click();
     window.run_steps(2);
@@ -144,7 +144,7 @@ fn effects_and_log_look_as_they_did() {
 
 #[test]
 fn without_a_picture_the_panels_beside_it_say_so() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let source = || {
         Err(Blocked {

@@ -39,7 +39,7 @@ fn project_and_yard(folder: &Path) -> (PathBuf, PathBuf) {
 
 #[test]
 fn two_of_one_name_are_told_apart() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut environments = clay::environments(folder.path());
     let sky = &mut environments[1];
     std::fs::rename(
@@ -76,7 +76,7 @@ fn drop_file(window: &mut Window, file: PathBuf) {
 
 #[test]
 fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remembered() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let (home, yard) = project_and_yard(folder.path());
     let mut window = open(&home);
     assert!(
@@ -122,7 +122,7 @@ fn a_panorama_that_is_dropped_asks_which_way_is_front_and_the_answer_is_remember
 
 #[test]
 fn a_click_on_the_panorama_says_where_front_is() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let (home, yard) = project_and_yard(folder.path());
     let mut window = open(&home);
     drop_file(&mut window, yard);
@@ -140,7 +140,7 @@ fn a_click_on_the_panorama_says_where_front_is() {
 
 #[test]
 fn an_added_environment_is_removed_and_brought_back_and_the_project_follows() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let (home, yard) = project_and_yard(folder.path());
     let mut window = open(&home);
     assert!(
@@ -184,7 +184,7 @@ fn an_added_environment_is_removed_and_brought_back_and_the_project_follows() {
 
 #[test]
 fn a_file_that_is_gone_is_named_and_stays_in_the_list() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let (home, yard) = project_and_yard(folder.path());
     Project::change(&home, |project| {
         project.add_environment(&yard, Some(Front::default()));

@@ -29,7 +29,7 @@ use tempfile::TempDir;
 fn trained() -> (TempDir, Project) {
     static MADE: OnceLock<(TempDir, Project)> = OnceLock::new();
     let (made, _) = MADE.get_or_init(|| {
-        let (folder, silent) = (tempfile::tempdir().unwrap(), Progress::silent());
+        let (folder, silent) = (crate::temporary(), Progress::silent());
         let shoot = folder.path().join("shoot");
         let stage = StageSettings {
             frames: 4,
@@ -59,7 +59,7 @@ fn trained() -> (TempDir, Project) {
         train(&project, &found, &settings, &silent).unwrap();
         (folder, project)
     });
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     copy(made.path(), folder.path());
     let project = Project::open(&folder.path().join("film")).unwrap();
     (folder, project)
@@ -426,7 +426,7 @@ fn until_share(window: &mut Window, share: f32) {
 
 #[test]
 fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Workspace Export").click();
     let tell = told_export(&window, "clay.%04d.png", folder.path());
@@ -472,7 +472,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
 
 #[test]
 fn what_is_in_the_way_of_an_export_is_said_beside_the_button() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
@@ -493,7 +493,7 @@ fn what_is_in_the_way_of_an_export_is_said_beside_the_button() {
 
 #[test]
 fn the_export_s_panel_looks_as_it_did() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Workspace Export").click();
     until_shown(&mut window);
@@ -518,7 +518,7 @@ fn the_export_s_panel_looks_as_it_did() {
 
 #[test]
 fn an_export_that_failed_looks_as_it_did() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Workspace Export").click();
     until_shown(&mut window);

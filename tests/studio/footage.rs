@@ -49,7 +49,7 @@ fn framing(project: &Project) -> Framing {
 
 #[test]
 fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = imported(folder.path());
     let mut window = footage(&project);
     until_drawn(&mut window);
@@ -87,7 +87,7 @@ fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
 
 #[test]
 fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_confirmed() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = calibrated(folder.path());
     let mut window = footage(&project);
     until(&mut window, "need of a network", needs(Some(Need::Network)));
@@ -142,7 +142,7 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
 
 #[test]
 fn a_frame_that_is_gone_is_named_in_place_of_its_picture() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = imported(folder.path());
     std::fs::remove_file(project.frame_path(1)).unwrap();
     let mut window = footage(&project);
@@ -167,7 +167,7 @@ fn a_frame_that_is_gone_is_named_in_place_of_its_picture() {
 
 #[test]
 fn without_footage_the_pane_says_so() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut project = clay::project(folder.path(), clay::environments(folder.path()));
     project.settings.shoot.poses.clear();
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));

@@ -17,7 +17,7 @@ fn go(window: &mut Window, key: Key, frame: usize) {
 
 #[test]
 fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     let last = clay::FRAMES - 1;
@@ -89,7 +89,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
 
 #[test]
 fn intensity_is_keyed_by_its_diamond_and_by_key() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Intensity key at this frame").click();
     window.run_steps(2);
@@ -106,7 +106,7 @@ fn intensity_is_keyed_by_its_diamond_and_by_key() {
 
 #[test]
 fn a_lights_dot_is_moved_by_the_arrow_keys_and_the_frame_stays() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     window.get_by_label("Add light").click();
     until_shown(&mut window);
@@ -141,7 +141,7 @@ fn a_lights_dot_is_moved_by_the_arrow_keys_and_the_frame_stays() {
 
 #[test]
 fn the_brightest_areas_follow_pitch_and_roll() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     let area = |window: &Window| {

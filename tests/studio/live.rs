@@ -37,7 +37,7 @@ fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
 
 #[test]
 fn each_frame_of_a_drag_shows_the_yaw_of_the_frame_before() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     pointer(&window, 0.0, None);
@@ -66,7 +66,7 @@ fn each_frame_of_a_drag_shows_the_yaw_of_the_frame_before() {
 
 #[test]
 fn what_is_predicted_is_played_at_the_rate_it_was_filmed_at() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     for frame in 1..clay::FRAMES {
         window.key_press(Key::ArrowRight);
@@ -210,7 +210,7 @@ fn every_control_of_every_workspace_pane_menu_and_dialog_has_a_name() {
 
 #[test]
 fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
     let job = told_job(&mut window);
@@ -235,12 +235,7 @@ fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
             .is_some_and(|work| work.held.is_some())
     });
     assert!(window.state().news().work.as_ref().unwrap().is_paused());
-    let said = window.query_all_by_label_contains("cannot write checkpoint/live.bpk");
-    assert_eq!(
-        said.count(),
-        2,
-        "over the picture and in the line of the job"
-    );
+    window.get_by_label_contains("cannot write checkpoint/live.bpk");
     window.get_by_label("Go on").click();
     until(&mut window, "the step after it", |app| {
         app.news()
@@ -268,7 +263,7 @@ fn a_window_whose_gpu_is_lost_draws_nothing_closes_and_leaves_its_project() {
         device: device.clone(),
         queue,
     });
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let left = Left::new(Latest::new(|| {}));
     let next = left.clone();
@@ -305,7 +300,7 @@ fn a_window_whose_gpu_is_lost_draws_nothing_closes_and_leaves_its_project() {
 
 #[test]
 fn at_twice_the_pixels_the_window_is_as_sharp_as_its_display() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let mut window = Harness::builder()
         .with_size(vec2(1280.0, 720.0))

@@ -69,7 +69,7 @@ fn snapshot_without_paths(window: &mut Window, name: &str, made: &Path) {
 
 #[test]
 fn a_shoot_that_is_dropped_becomes_a_project() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let shoot = shoot(folder.path());
     let mut window = no_project();
     window.run();
@@ -125,7 +125,7 @@ fn a_shoot_that_is_dropped_becomes_a_project() {
 
 #[test]
 fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let shoot = shoot(folder.path());
     std::fs::remove_file(shoot.join("probes/olat_03.png")).unwrap();
     std::fs::remove_file(shoot.join("interview_masks/frame_001.png")).unwrap();
@@ -149,7 +149,7 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
 
 #[test]
 fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let film = imported(folder.path());
     let file = folder.path().join("window.json");
     let mut preferences = Preferences::from_file(&file);
@@ -198,7 +198,7 @@ fn an_empty_window_offers_the_ways_to_a_project() {
 
 #[test]
 fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     project.save().unwrap();
     let open = || {
@@ -235,7 +235,7 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     let before = files();
     second.key_press(egui::Key::E);
     let yard = folder.path().join("sky.exr");
-    let elsewhere = tempfile::tempdir().unwrap();
+    let elsewhere = crate::temporary();
     std::fs::copy(yard, elsewhere.path().join("yard.exr")).unwrap();
     drop_onto(&mut second, elsewhere.path().join("yard.exr"));
     until(&mut second, "added environment", |app| {
@@ -256,7 +256,7 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
 
 #[test]
 fn a_shoot_that_was_moved_is_asked_for_and_found() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = imported(folder.path());
     let moved = folder.path().join("elsewhere");
     std::fs::rename(folder.path().join("shoot"), &moved).unwrap();
@@ -273,7 +273,7 @@ fn a_shoot_that_was_moved_is_asked_for_and_found() {
 
 #[test]
 fn each_damage_has_its_sentence_and_loses_nothing() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = calibrated(folder.path());
     let root = project.root.clone();
     let path = |name: &str| root.join(name);

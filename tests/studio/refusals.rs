@@ -6,7 +6,7 @@ use egui_kittest::kittest::Queryable;
 
 #[test]
 fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     let refused = |window: &mut super::Window| {
         drop_onto(window, "notes.txt");

@@ -106,7 +106,7 @@ fn in_map(window: &Window, row: usize, lamp: usize) -> Pos2 {
 
 #[test]
 fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let (_, mut window) = measured_window(folder.path());
     let lamp = |window: &Window, name: &str| {
         let found = window.get_by_role_and_label(Role::Button, name);
@@ -145,7 +145,7 @@ fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
 
 #[test]
 fn a_cell_is_found_looked_at_and_marked() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let (project, mut window) = measured_window(folder.path());
     let at = in_map(&window, 1, 10);
     click(&mut window, at, Modifiers::NONE);
@@ -200,7 +200,7 @@ fn a_cell_is_found_looked_at_and_marked() {
 
 #[test]
 fn what_changed_since_the_measurement_is_said_and_a_measurement_that_fails_too() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay_project(folder.path());
     measured(&project);
     std::fs::create_dir(project.checkpoint_path()).unwrap();
@@ -220,7 +220,7 @@ fn what_changed_since_the_measurement_is_said_and_a_measurement_that_fails_too()
 
 #[test]
 fn the_review_looks_as_it_did() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let (_, mut window) = measured_window(folder.path());
     let at = in_map(&window, 1, 21);
     click(&mut window, at, Modifiers::NONE);
@@ -242,7 +242,7 @@ fn the_review_looks_as_it_did() {
 
 #[test]
 fn what_keeps_the_review_empty_is_said_there() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = opened(&clay_project(folder.path()));
     window.get_by_label_contains("Nothing was measured yet");
     window.get_by_label_contains("in the pose.");
@@ -253,7 +253,7 @@ fn what_keeps_the_review_empty_is_said_there() {
 
 #[test]
 fn figures_that_cannot_be_read_are_named_and_can_be_measured_anew() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay_project(folder.path());
     std::fs::write(project.measured_path(), "no figures").unwrap();
     let mut window = opened(&project);

@@ -55,7 +55,7 @@ fn step_on_disk(project: &Project) -> u64 {
 
 #[test]
 fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = calibrated(folder.path());
     let opened = project.clone();
     let mut window = window(|ctx| StudioApp::new(ctx, Some(opened), DeviceChoice::Cpu));
@@ -268,7 +268,7 @@ fn pictures() -> TrainingPictures {
 
 #[test]
 fn a_window_in_which_a_network_trains_looks_as_it_did() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = trained(folder.path(), 1200);
     let job = told_job(&mut window);
     job.send(|progress| {
@@ -302,7 +302,7 @@ fn a_window_in_which_a_network_trains_looks_as_it_did() {
 
 #[test]
 fn a_training_that_nobody_touches_asks_for_no_frame() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let mut window = trained(folder.path(), 400);
     until(&mut window, "panoramas", |app| {
         app.environments().iter().all(|e| e.panorama.is_done())
@@ -319,7 +319,7 @@ fn a_training_that_nobody_touches_asks_for_no_frame() {
 
 #[test]
 fn an_empty_training_says_what_it_needs_and_offers_it() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let mut window = window(|ctx| StudioApp::over(ctx, project, clay::source));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num2);
@@ -333,7 +333,7 @@ fn an_empty_training_says_what_it_needs_and_offers_it() {
 
 #[test]
 fn a_training_that_cannot_be_read_says_why() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     std::fs::write(project.calibration_path(), "").unwrap();
     let table = project.checkpoint_path().join("checkpoint.toml");

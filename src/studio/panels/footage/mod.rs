@@ -17,7 +17,7 @@ use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
 use square::Square;
 
 /// Width of the column of numbers, and height of the strip of thumbnails.
-const COLUMN: f32 = 252.0;
+const COLUMN: f32 = 272.0;
 const STRIP: f32 = 70.0;
 
 /// The panel keeps a framing that is not used yet.
