@@ -4,10 +4,13 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
 
+/// Runs the program in a folder, which is its cache too; what burn does is written beside.
 fn afterlight(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_afterlight"))
         .args(arguments)
         .current_dir(folder)
+        .env("XDG_CACHE_HOME", folder.join("cache"))
+        .env("CUBECL_DEBUG_LOG", folder.join("kernels.log"))
         .output()
         .expect("the program starts")
 }
@@ -266,15 +269,9 @@ fn a_small_shoot_goes_all_the_way() {
 /// Which way is front in a file is a yaw of its content, said for once or remembered in the project.
 /// Relights one frame; what is said of it.
 fn relit(at: &Path, arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_afterlight"))
-        .current_dir(at)
-        .env("XDG_CACHE_HOME", at.join("cache"))
-        .env("CUBECL_DEBUG_LOG", at.join("kernels.log"))
-        .args(["relight", "film", "--environment", "nave"])
-        .args(["--frames", "1-1", "--to", "one.%04d.png", "--profile"])
-        .args(arguments)
-        .output()
-        .unwrap();
+    let frame = "relight film --environment nave --frames 1-1 --to one.%04d.png --profile";
+    let all: Vec<&str> = frame.split(' ').chain(arguments.iter().copied()).collect();
+    let output = afterlight(at, &all);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{said}");
     said
@@ -294,6 +291,9 @@ fn fields_are_kept_as_asked(at: &Path) {
 /// What burn times on a GPU is kept in the cache folder: a second run times nothing.
 fn kernels_are_timed_once(at: &Path) {
     let log = at.join("kernels.log");
+    // Earlier runs may have used a GPU.
+    let _ = std::fs::remove_dir_all(at.join("cache"));
+    let _ = std::fs::remove_file(&log);
     for anew in [true, false] {
         let said = relit(at, &["--device", "gpu"]);
         if !said.contains("GPU (wgpu)") {

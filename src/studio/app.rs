@@ -1,8 +1,11 @@
 //! The application: it hears the worker, shows the panels, applies their commands and asks for the
 //! picture that the state calls for.
 
+mod applying;
 mod asking;
 mod blind;
+#[macro_use]
+mod drawing;
 mod drops;
 mod exporting;
 mod jobs;
@@ -12,7 +15,6 @@ use asking::Wanted;
 pub use blind::Left;
 
 use super::command::Command;
-use super::compare::{Compare, With};
 use super::footages::Footages;
 use super::inspected::Inspected;
 use super::kept::KeptLook;
@@ -23,7 +25,7 @@ use super::order::Order;
 use super::palette::Palette;
 use super::panel::{Entry, Sight};
 use super::panels::{JobPanel, StatusPanel, TabsPanel};
-use super::panes::{Panes, Shown};
+use super::panes::Panes;
 use super::preferences::Preferences;
 use super::recents::Recents;
 use super::reviews::Reviews;
@@ -34,14 +36,12 @@ use super::studies::Studies;
 use super::training::Training;
 use super::wizard::Wizard;
 use super::{keys, theme};
-use crate::calibration::{CalibrateSettings, Circle};
 use crate::gpu::DeviceChoice;
 use crate::project::{Lock, Project};
-use crate::worker::{Blocked, Event, Export, Job, Latest, Need, Relit, Source, Worker};
-use egui::{CentralPanel, Context, Frame, Panel, ViewportCommand};
+use crate::worker::{Blocked, Event, Export, Latest, Relit, Source, Worker};
+use egui::{CentralPanel, Context};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// The window's contents.
 pub struct StudioApp {
@@ -309,228 +309,6 @@ impl StudioApp {
         unsaved.for_each(|failure| self.news.refuse(failure));
     }
 
-    fn apply(&mut self, command: Command) {
-        let state = &self.state;
-        let covered = state.palette || state.keys || state.full_screen;
-        self.state.apply(&command);
-        match command {
-            Command::DismissRefusal => self.news.refusal = None,
-            Command::Dismiss if !covered => self.news.refusal = None,
-            Command::AddEnvironments(_) => self.news.refusal = None,
-            Command::ListCheckpoints => self.training.list(),
-            Command::ToggleFullScreen | Command::Dismiss => {
-                self.ctx
-                    .send_viewport_cmd(ViewportCommand::Fullscreen(self.state.full_screen));
-            }
-            Command::ChooseEnvironments => self.dialog(|| {
-                let dialog = rfd::FileDialog::new().set_title("Add environments");
-                dialog
-                    .add_filter("Panoramas", &drops::PANORAMAS)
-                    .pick_files()
-                    .map(Command::AddEnvironments)
-            }),
-            Command::CompareTruth => {
-                let compare = self.state.compare.clone();
-                self.dialog(move || {
-                    let dialog = rfd::FileDialog::new().set_title("Open a truth's folder");
-                    let folder = dialog.pick_folder()?;
-                    Some(Command::Compare(Compare {
-                        on: true,
-                        with: With::Truth(folder),
-                        ..compare
-                    }))
-                });
-            }
-            Command::ActualSize if self.panes.fit() > 0.0 => {
-                let factor = 1.0 / (self.panes.fit() * self.ctx.pixels_per_point());
-                let about = [0.0; 2];
-                self.state.apply(&Command::Fit);
-                self.state.apply(&Command::Zoom { factor, about });
-            }
-            Command::Mark(marked) => match &self.read_only {
-                Some(why) => self.news.refuse(why.clone()),
-                None => self.reviews.mark(*marked),
-            },
-            Command::NudgeCircle { by, radius } => {
-                if let Some(Circle {
-                    center_px: [x, y],
-                    radius_px,
-                }) = self.studies.circle(&self.state)
-                {
-                    let moved = Circle::new([x + by[0], y + by[1]], radius_px + radius).ok();
-                    self.state.nudge(&command, |look| {
-                        look.circle = moved.or(look.circle);
-                    });
-                }
-            }
-            Command::NudgeTrial(by) => {
-                if let Some(trial) = self.studies.trial(&self.state) {
-                    self.state
-                        .nudge(&command, |look| look.trial = Some(trial.nudged(by)));
-                }
-            }
-            Command::StepPhotograph(step) => {
-                let lamps = self
-                    .project
-                    .as_ref()
-                    .map_or(0, |p| p.settings.shoot.all_lamps().len());
-                let shown = self.state.photograph.map_or(0, |lamp| lamp + 1) as isize + step;
-                self.state.photograph =
-                    (shown.rem_euclid(lamps as isize + 1) as usize).checked_sub(1);
-            }
-            Command::FindCircle => {
-                if let Some(found) = self.studies.found() {
-                    self.apply(Command::Circle(Some(found)));
-                }
-            }
-            Command::ChooseDestination
-            | Command::Destination(_)
-            | Command::Export
-            | Command::Withdraw(_)
-            | Command::OpenFolder(_) => self.apply_to_exports(command),
-            Command::FocusPane => self.panes.focus(self.state.active),
-            Command::Calibrate => self.calibrate(),
-            Command::Measure(truth) => self.review(truth, true, None),
-            Command::Report(to) => self.review(None, false, Some(to)),
-            Command::ChooseTruth => self.dialog(|| {
-                let dialog = rfd::FileDialog::new().set_title("Choose a folder with truth");
-                dialog
-                    .pick_folder()
-                    .map(|truth| Command::Measure(Some(truth)))
-            }),
-            Command::ChooseReport => self.dialog(|| {
-                let dialog = rfd::FileDialog::new().set_title("Write the review's page");
-                let dialog = dialog
-                    .add_filter("Page", &["html"])
-                    .set_file_name("review.html");
-                dialog.save_file().map(Command::Report)
-            }),
-            Command::Provide(Need::Shoot) => self.apply(Command::ChooseLocation),
-            Command::Provide(Need::Network) => self.train(false),
-            Command::Provide(Need::Calibration) => self.run(|project| Job::Calibrate {
-                project,
-                settings: CalibrateSettings::default(),
-            }),
-            // Before it is known what is there, nothing can be gone on from.
-            Command::StartTraining { fresh } if self.training.records.is_some() => {
-                self.train(fresh);
-            }
-            Command::GoBack(to) => {
-                self.training.pictures = None;
-                self.run(|project| Job::GoBack { project, to });
-            }
-            Command::StepTrainedLamp(step) => {
-                if let Some(project) = &self.project {
-                    let lamps = project.settings.shoot.lamps.len().max(1) as isize;
-                    let lamp = self.state.trained_lamp as isize + step;
-                    self.state.trained_lamp = lamp.rem_euclid(lamps) as usize;
-                }
-            }
-            Command::PauseJob => {
-                if let (Some(worker), Some(work)) = (&self.worker, &mut self.news.work) {
-                    let pause = !work.is_paused();
-                    if work.held.is_some() {
-                        self.news.failure = None;
-                    }
-                    work.pause(pause, Instant::now());
-                    worker.pause(pause);
-                }
-            }
-            Command::StopJob => {
-                if let (Some(worker), Some(work)) = (&self.worker, &mut self.news.work) {
-                    work.stopping = true;
-                    worker.cancel();
-                }
-            }
-            Command::DismissReport => self.news.said = None,
-            Command::ClearLog => self.news.log.clear(),
-            Command::Pane(pane) => {
-                let workspace = self.state.workspace;
-                self.preferences.layout().open(workspace, pane);
-                self.edited = true;
-            }
-            Command::ClosePane(pane) => {
-                let workspace = self.state.workspace;
-                self.preferences.layout().close(workspace, pane);
-                self.edited = true;
-            }
-            Command::ResetLayout => {
-                self.preferences.layout().reset(self.state.workspace);
-                self.edited = true;
-            }
-            Command::Reopen => {
-                if let Some(project) = &self.project {
-                    self.apply(Command::OpenProject(project.root.clone()));
-                }
-            }
-            command => self.apply_to_project(command),
-        }
-    }
-
-    /// Shows a dialog beside the window's thread; what it brings is applied when it closes.
-    fn dialog(&self, ask: impl FnOnce() -> Option<Command> + Send + 'static) {
-        let chosen = self.chosen.clone();
-        std::thread::spawn(move || {
-            if let Some(command) = ask() {
-                chosen.put(command);
-            }
-        });
-    }
-}
-
-/// What panels see of the window. A function would borrow the panels along with it.
-macro_rules! sight {
-    ($app:ident) => {
-        Sight {
-            project: $app.project.as_ref(),
-            state: &$app.state,
-            news: &$app.news,
-            environments: $app.shelf.entries(),
-            shown: &$app.shown,
-            relit: $app.relit.as_ref(),
-            texel: $app.inspected.texel(),
-            exports: &$app.exports,
-            taken: $app.lookout.found(),
-            probe: $app.studies.probe.as_ref(),
-            gamma: $app.studies.gamma.as_ref(),
-            reviews: &$app.reviews,
-            training: &$app.training,
-            read_only: $app.read_only.as_deref(),
-            recents: $app.recents.list(),
-            wizard: &$app.wizard,
-            footages: &$app.footages,
-        }
-    };
-}
-
-impl StudioApp {
-    /// The lines around the panes.
-    fn bars_ui(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
-        let sight = sight!(self);
-        let bar = |margin: i8| {
-            Frame::new()
-                .fill(theme::PANEL)
-                .inner_margin(egui::Margin::symmetric(12, margin))
-        };
-        Panel::top("workspaces")
-            .exact_size(34.0)
-            .frame(bar(2))
-            .show(ui, |ui| self.tabs.ui(ui, &sight, commands));
-        if let Some(why) = &self.read_only {
-            let line = Panel::top("read-only").frame(bar(4));
-            line.show(ui, |ui| projects::read_only_ui(ui, why, commands));
-        }
-        Panel::bottom("status")
-            .exact_size(30.0)
-            .frame(bar(2))
-            .show(ui, |ui| self.status.ui(ui, &sight, commands));
-        if JobPanel::is_needed(&sight) {
-            Panel::bottom("job")
-                .frame(bar(5))
-                .show(ui, |ui| self.job.ui(ui, &sight, commands));
-        }
-    }
-
     /// Has the look written where it is another than before.
     fn keep(&mut self) {
         let Some(project) = &self.project else {
@@ -542,35 +320,6 @@ impl StudioApp {
             self.saver.save(KeptLook::path(project), look.text());
             self.kept = look;
         }
-    }
-
-    fn panes_ui(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
-        let mut shown = Shown {
-            panes: &mut self.panes,
-            sight: sight!(self),
-            out: commands,
-            drawn: Vec::new(),
-            edited: false,
-        };
-        let workspace = self.state.workspace;
-        if self.state.panels && self.project.is_some() {
-            self.preferences.layout().ui(workspace, ui, &mut shown);
-        } else {
-            let pane = match self.project {
-                Some(_) => workspace.main()[0],
-                None => Pane::Project,
-            };
-            shown.alone_ui(ui, pane);
-        }
-        self.edited |= shown.edited;
-        let drawn = shown.drawn;
-        if !drawn.contains(&self.state.active) {
-            let main = workspace.main().iter().find(|&pane| drawn.contains(pane));
-            if let Some(&active) = main.or(drawn.first()) {
-                self.state.apply(&Command::Activate(active));
-            }
-        }
-        self.shown = drawn;
     }
 }
 

@@ -174,8 +174,8 @@ mod tests {
         assert_eq!(plan.root(), None);
         plan.shoot = " /films/anna ".to_owned();
         assert_eq!(plan.root(), Some("/films/anna-project".into()));
-        plan.folder = "/work/relit".to_owned();
-        assert_eq!(plan.root(), Some("/work/relit".into()));
+        plan.folder = "/films/relit".to_owned();
+        assert_eq!(plan.root(), Some("/films/relit".into()));
         let home = dirs::home_dir().unwrap();
         assert_eq!(typed("~/films"), Some(home.join("films")));
         assert_eq!(typed("  "), None);

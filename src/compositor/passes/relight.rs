@@ -368,6 +368,31 @@ pub(in crate::compositor) mod tests {
     }
 
     #[test]
+    fn what_the_shader_is_told_is_laid_out_as_it_says() {
+        let text = include_str!("../../../shaders/relight.wgsl");
+        let module = naga::front::wgsl::parse_str(text).unwrap();
+        for (name, size, offsets) in [
+            ("Shape", size_of::<Shape>(), &[0, 4, 8, 12][..]),
+            ("Share", size_of::<Share>(), &[0, 12]),
+            // What `halve` and `FieldBuffer::upload_half` make room for.
+            ("Stored", 8, &[0, 4]),
+            ("Search", 8, &[0, 4]),
+        ] {
+            let found = module.types.iter().map(|(_, found)| found);
+            let found = found.filter(|found| found.name.as_deref() == Some(name));
+            let [found] = found.collect::<Vec<_>>()[..] else {
+                panic!("there is one {name}");
+            };
+            let naga::TypeInner::Struct { span, members } = &found.inner else {
+                panic!("{name} is no struct");
+            };
+            assert_eq!(*span as usize, size, "{name}");
+            let found: Vec<u32> = members.iter().map(|member| member.offset).collect();
+            assert_eq!(found, offsets, "{name}");
+        }
+    }
+
+    #[test]
     fn the_gpu_agrees_with_its_twin() {
         let Some(pass) = pass() else { return };
         for (width, height, lamps) in [(1, 1, 1), (67, 45, 41), (128, 128, 7)] {
