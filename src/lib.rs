@@ -6,28 +6,11 @@
 //! interview ([`training`], [`reflectance`]), sums those pictures under any environment ([`light`],
 //! [`compositor`]) and writes the clip ([`export`]). `docs/architecture.md` is the map.
 
-pub mod calibration;
 pub mod cli;
-pub mod compositor;
-pub mod demo;
-pub mod error;
-pub mod evaluation;
-pub mod export;
-pub mod footage;
-pub mod gpu;
-pub mod imaging;
-pub mod light;
-pub mod memory;
-pub mod progress;
-pub mod project;
-pub mod reflectance;
-pub mod scene;
-#[cfg(test)]
-mod small_disk;
-pub mod studio;
-pub mod training;
-pub mod turn;
-pub mod virtual_stage;
-pub mod worker;
 
-pub use error::{Error, Result};
+pub use base::{Error, Result, error, memory, progress, turn};
+pub use worker::demo;
+pub use {
+    calibration, compositor, evaluation, export, footage, gpu, imaging, light, project, reflectance, scene, studio,
+    training, virtual_stage, worker,
+};

@@ -1,7 +1,7 @@
 //! Encoded values as whole numbers, so that a candidate response is one small table.
 
-use crate::imaging::color::unit;
-use crate::imaging::{DualGamma, Encoded, Response};
+use imaging::color::unit;
+use imaging::{DualGamma, Encoded, Response};
 
 /// A pixel's encoded channels in steps of 1/[`STEPS`].
 pub(super) type Code = [u16; 3];
@@ -79,7 +79,7 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Raster;
+    use imaging::Raster;
 
     #[test]
     fn a_table_agrees_with_the_curve() {

@@ -5,10 +5,10 @@ use super::light_probe::{
     merge_balls,
 };
 use super::silhouette::{self, Circle, Photographs, Silhouette};
-use crate::error::{Error, Result};
-use crate::imaging::{Image, Response, file};
-use crate::light::Mapping;
-use crate::light::mapping::convert_turned;
+use base::error::{Error, Result};
+use imaging::{Image, Response, file};
+use light::Mapping;
+use light::mapping::convert_turned;
 use glam::Quat;
 use serde::Serialize;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 use super::code::{CLIPPED, Code, STEPS, Table};
 use super::mirror_ball::MirrorBall;
-use crate::light::Lamp;
+use light::Lamp;
 use glam::DVec3;
 
 /// The pixels of one ball photograph that hold a lamp, and the level of all others.

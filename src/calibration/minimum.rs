@@ -1,7 +1,7 @@
 //! A minimum of a function of few numbers without its gradient: Powell's BOBYQA (2009), which stays within
 //! bounds and asks for few of the costly values.
 
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use bobyqa::{Bobyqa, Config};
 
 /// How a minimum is looked for.

@@ -4,8 +4,8 @@
 //! The camera stands on +Z at a known distance and the optical axis goes through the ball's centre,
 //! where the subject was. Rays are perspective: the silhouette's half angle is asin(r/d).
 
-use crate::error::{Error, Result};
-use crate::project::Ball;
+use base::error::{Error, Result};
+use project::Ball;
 use glam::{DVec2, Vec3};
 
 /// What a photograph of a mirror ball shows.

@@ -2,9 +2,9 @@
 
 mod layout;
 
-use crate::error::{Error, Result};
-use crate::imaging::color::luminance;
-use crate::light::{Lamp, Rig};
+use base::error::{Error, Result};
+use imaging::color::luminance;
+use light::{Lamp, Rig};
 use glam::Vec3;
 use std::path::PathBuf;
 

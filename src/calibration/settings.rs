@@ -2,8 +2,8 @@
 
 use super::gamma::Comparison;
 use super::silhouette::Circle;
-use crate::error::{Error, Result};
-use crate::imaging::{DualGamma, Response};
+use base::error::{Error, Result};
+use imaging::{DualGamma, Response};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 

@@ -2,10 +2,10 @@
 //! nothing with it but the camera.
 
 use super::mirror_ball::MirrorBall;
-use crate::error::{Error, Result};
-use crate::imaging::Image;
-use crate::imaging::color::luminance;
-use crate::project::Ball;
+use base::error::{Error, Result};
+use imaging::Image;
+use imaging::color::luminance;
+use project::Ball;
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
 /// A lamp as a matt ball shows it.

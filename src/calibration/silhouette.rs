@@ -20,7 +20,7 @@ mod tests;
 pub use circle::Circle;
 pub use photographs::Photographs;
 
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use candidates::{anywhere, distinct, nearby, pyramid};
 use rim::Rim;
 use serde::{Deserialize, Serialize};

@@ -1,8 +1,8 @@
 use super::*;
-use crate::footage::{Exemplar, Frame};
-use crate::imaging::{DualGamma, Encoded, Image, Mask, Raster, file};
-use crate::light::Lamp;
-use crate::project::{Ball, Settings, Shoot};
+use footage::{Exemplar, Frame};
+use imaging::{DualGamma, Encoded, Image, Mask, Raster, file};
+use light::Lamp;
+use project::{Ball, Settings, Shoot};
 use glam::Vec3;
 use mirror_ball::MirrorBall;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ fn small_shoot(root: &Path, response: &DualGamma) -> Project {
     let names = |what: &str, n: usize| (0..n).map(|i| format!("{what}{i:02}")).collect::<Vec<_>>();
     let lamps = dome();
     let settings = Settings {
-        format: crate::project::FORMAT,
+        format: project::FORMAT,
         name: "small".into(),
         size: 32,
         seed: 1,

@@ -2,11 +2,11 @@
 
 use super::console::Console;
 use super::{OutputArgs, do_job};
-use crate::error::Result;
-use crate::project::Project;
-use crate::reflectance::checkpoint;
-use crate::training::kept::{self, Kept};
-use crate::worker::Job;
+use base::error::Result;
+use project::Project;
+use reflectance::checkpoint;
+use training::kept::{self, Kept};
+use worker::Job;
 use clap::Args;
 use std::path::PathBuf;
 

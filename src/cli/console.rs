@@ -1,6 +1,6 @@
 //! What a person sees of a command: bars on stderr, figures on stdout.
 
-use crate::progress::{Control, Progress, Report};
+use base::progress::{Control, Progress, Report};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::IsTerminal;

@@ -2,9 +2,9 @@
 
 use super::OutputArgs;
 use super::parse::parse_front;
-use crate::light::conventions::Front;
-use crate::project::EnvironmentChange;
-use crate::worker::Job;
+use light::conventions::Front;
+use project::EnvironmentChange;
+use worker::Job;
 use clap::Args;
 use std::path::PathBuf;
 

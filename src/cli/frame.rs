@@ -2,9 +2,9 @@
 
 use super::OutputArgs;
 use super::parse::parse_square;
-use crate::footage::{FrameSettings, Square};
-use crate::project::Padding;
-use crate::worker::Job;
+use footage::{FrameSettings, Square};
+use project::Padding;
+use worker::Job;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,11 +1,11 @@
 //! Values of options that are more than a word or a number.
 
-use crate::calibration::{Circle, Trial};
-use crate::footage::Square;
-use crate::imaging::{DualGamma, Response};
-use crate::light::PlacedLight;
-use crate::light::conventions::{Front, Tool};
-use crate::light::keyframes::Keyframes;
+use calibration::{Circle, Trial};
+use footage::Square;
+use imaging::{DualGamma, Response};
+use light::PlacedLight;
+use light::conventions::{Front, Tool};
+use light::keyframes::Keyframes;
 
 /// Numbers between commas, as many as `names` has.
 fn parse_numbers<const N: usize>(text: &str, names: &str) -> std::result::Result<[f64; N], String> {

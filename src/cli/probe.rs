@@ -2,12 +2,12 @@
 
 use super::OutputArgs;
 use super::parse::{parse_circle, parse_response, parse_rgb};
-use crate::calibration::Circle;
-use crate::calibration::develop::{BallPictures, DevelopSettings, Lens};
-use crate::calibration::light_probe::{BallCamera, ClippedLight};
-use crate::imaging::Response;
-use crate::light::Mapping;
-use crate::worker::Job;
+use calibration::Circle;
+use calibration::develop::{BallPictures, DevelopSettings, Lens};
+use calibration::light_probe::{BallCamera, ClippedLight};
+use imaging::Response;
+use light::Mapping;
+use worker::Job;
 use clap::Args;
 use std::path::PathBuf;
 

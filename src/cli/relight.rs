@@ -2,15 +2,15 @@
 
 use super::parse::{parse_front, parse_keys, parse_light, parse_range};
 use super::{DeviceArgs, OutputArgs};
-use crate::compositor::Storage;
-use crate::export::relight::RelightSettings;
-use crate::export::{Bits, Existing, Files};
-use crate::light::conventions::Front;
-use crate::light::keyframes::{Interpolation, Keyframes};
-use crate::light::weights::Weighting;
-use crate::light::{Lighting, Mapping, PlacedLight, white};
-use crate::scene::{Background, Effects, ViewTransform};
-use crate::worker::Job;
+use compositor::Storage;
+use export::relight::RelightSettings;
+use export::{Bits, Existing, Files};
+use light::conventions::Front;
+use light::keyframes::{Interpolation, Keyframes};
+use light::weights::Weighting;
+use light::{Lighting, Mapping, PlacedLight, white};
+use scene::{Background, Effects, ViewTransform};
+use worker::Job;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
 //! `afterlight review`.
 
 use super::{DeviceArgs, OutputArgs};
-use crate::evaluation::review::ReviewSettings;
-use crate::worker::Job;
+use evaluation::review::ReviewSettings;
+use worker::Job;
 use clap::Args;
 use std::path::PathBuf;
 

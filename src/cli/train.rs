@@ -2,12 +2,12 @@
 
 use super::parse::parse_count;
 use super::{DeviceArgs, OutputArgs};
-use crate::error::Result;
-use crate::evaluation::Truth;
-use crate::project::Project;
-use crate::reflectance::Precision;
-use crate::training::{Preset, TrainSettings};
-use crate::worker::Job;
+use base::error::Result;
+use evaluation::Truth;
+use project::Project;
+use reflectance::Precision;
+use training::{Preset, TrainSettings};
+use worker::Job;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,9 +1,9 @@
 //! Pass `background`: the environment behind the subject, as a camera on +Z that looks along −Z sees
 //! it, turned as the light or further, and of its colour.
 
-use crate::imaging::{Image, Mask};
-use crate::light::latlong::uv_from_direction;
-use crate::scene::Scene;
+use imaging::{Image, Mask};
+use light::latlong::uv_from_direction;
+use scene::Scene;
 use glam::{Quat, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -157,7 +157,7 @@ fn weights(f: f32) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Raster;
+    use imaging::Raster;
 
     fn seen(panorama: &Image, size: (usize, usize), yaw_deg: f32, fov: f32) -> Image {
         let mut picture = Image::filled(size.0, size.1, [0.0; 3]);

@@ -2,8 +2,8 @@
 //! becomes a disc, in linear light, so that lamps become bright discs; the subject is laid over later.
 
 use super::pyramid::{Rgba, double_onto, halve, mirrored, rgba};
-use crate::imaging::{Image, Raster};
-use crate::reflectance::kernels::chunks::vectorized;
+use imaging::{Image, Raster};
+use reflectance::kernels::chunks::vectorized;
 use rayon::prelude::*;
 
 /// Discs of this radius in pixels and more are drawn at half the size, again and again: a disc costs as

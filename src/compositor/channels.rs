@@ -1,9 +1,9 @@
 //! Pass `channels`: one channel of the display's codes in grey, or the coverage.
 
 use super::curve::Curve;
-use crate::imaging::color::{linear_from_srgb, luminance, srgb_from_linear};
-use crate::imaging::{Encoded, Mask};
-use crate::scene::Channel;
+use imaging::color::{linear_from_srgb, luminance, srgb_from_linear};
+use imaging::{Encoded, Mask};
+use scene::Channel;
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -29,7 +29,7 @@ pub fn channels(codes: &mut Encoded, alpha: &Mask, channel: Channel) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Image;
+    use imaging::Image;
 
     #[test]
     fn a_channel_is_shown_in_grey() {

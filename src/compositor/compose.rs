@@ -9,10 +9,10 @@ use super::plan::{PlannedPass, plan};
 use super::reuse::Reuse;
 use super::smoothing::Steady;
 use super::stage::{Hand, InMemory, OnGpu, Stage, inputs};
-use crate::error::{Error, Result};
-use crate::imaging::{Encoded, Image, Mask};
-use crate::light::{Environment, LightWeights};
-use crate::scene::{Scene, ViewTransform};
+use base::error::{Error, Result};
+use imaging::{Encoded, Image, Mask};
+use light::{Environment, LightWeights};
+use scene::{Scene, ViewTransform};
 use serde::{Deserialize, Serialize};
 
 /// What a picture is made of.

@@ -1,9 +1,9 @@
 use super::super::plan::Facts;
 use super::super::reference::SOLID;
 use super::*;
-use crate::imaging::Raster;
-use crate::reflectance::ReflectanceField;
-use crate::scene::{Background, Output};
+use imaging::Raster;
+use reflectance::ReflectanceField;
+use scene::{Background, Output};
 
 pub struct Set {
     pub field: Field,

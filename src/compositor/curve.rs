@@ -46,7 +46,7 @@ impl Curve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::color::srgb_from_linear;
+    use imaging::color::srgb_from_linear;
 
     #[test]
     fn a_table_is_the_curve_that_it_was_made_of() {

@@ -6,7 +6,7 @@
 
 use super::background_blur::defocused;
 use super::pyramid::{Rgba, rgba};
-use crate::imaging::{Image, Mask, color::luminance};
+use imaging::{Image, Mask, color::luminance};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

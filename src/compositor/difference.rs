@@ -1,7 +1,7 @@
 //! Pass `difference`: how far the codes are from those of a second picture.
 
-use crate::error::{Error, Result};
-use crate::imaging::{Encoded, color::unit};
+use base::error::{Error, Result};
+use imaging::{Encoded, color::unit};
 use rayon::prelude::*;
 
 /// Replaces codes by the magnitude of their difference to `second`, times `gain`, up to 1. A gain that
@@ -35,7 +35,7 @@ pub(super) fn check_size((width, height): (usize, usize), second: &Encoded) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Image;
+    use imaging::Image;
 
     #[test]
     fn equal_pictures_are_black_and_either_sign_is_bright() {

@@ -1,6 +1,6 @@
 //! The subject's edge: every partly covered pixel takes the colour of the solid subject next to it.
 
-use crate::imaging::{Image, Mask};
+use imaging::{Image, Mask};
 use rayon::prelude::*;
 
 /// Coverage from which a pixel counts as the subject alone, with nothing of what was behind it.
@@ -76,7 +76,7 @@ fn neighbours(i: usize, (width, height): (usize, usize)) -> impl Iterator<Item =
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compositor::relight::{relight, tests::noise_field};
+    use crate::relight::{relight, tests::noise_field};
 
     #[test]
     fn a_value_that_is_no_number_stays_in_its_pixel_and_is_mended() {

@@ -1,9 +1,9 @@
 use super::tests::{Set, largest_difference, scene};
 use super::*;
-use crate::compositor::smoothing::tests::after;
-use crate::compositor::{Facts, rim};
-use crate::imaging::color::luminance;
-use crate::scene::{Background, Channel, Effects, Forced, Inspection, Output, Pass, ViewTransform};
+use crate::smoothing::tests::after;
+use crate::{Facts, rim};
+use imaging::color::luminance;
+use scene::{Background, Channel, Effects, Forced, Inspection, Output, Pass, ViewTransform};
 
 /// Effects that this set does not call for, though the scene asks for all that has a need measured.
 fn idle() -> Effects {

@@ -1,8 +1,8 @@
 //! Pass `false_color`: zones of exposure in flat colours, as camera monitors show them.
 
 use super::curve::Curve;
-use crate::imaging::color::{luminance, srgb_from_linear};
-use crate::imaging::{Encoded, Image, Raster};
+use imaging::color::{luminance, srgb_from_linear};
+use imaging::{Encoded, Image, Raster};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 

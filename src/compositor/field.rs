@@ -2,9 +2,9 @@
 
 use super::passes::PicturePasses;
 use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
-use crate::error::Result;
-use crate::imaging::Image;
-use crate::reflectance::{
+use base::error::Result;
+use imaging::Image;
+use reflectance::{
     CompressedField, DeviceField, FieldBuffer, HalfField, LampBasis, ReflectanceField,
 };
 use clap::ValueEnum;

@@ -4,7 +4,7 @@
 //! twice as wide as the one before with 1/√2 of its energy. What is at or below white is left alone.
 
 use super::pyramid::{Rgba, double_onto, halve, rgba};
-use crate::imaging::Image;
+use imaging::Image;
 use rayon::prelude::*;
 
 /// Energy of one spot in units of that of half its width.

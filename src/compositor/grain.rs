@@ -8,8 +8,8 @@
 
 use super::reference::SOLID;
 use super::view::view;
-use crate::imaging::{Encoded, Image, Mask};
-use crate::scene::ViewTransform;
+use imaging::{Encoded, Image, Mask};
+use scene::ViewTransform;
 use rayon::prelude::*;
 
 /// Classes of brightness, evenly over the codes.
@@ -218,7 +218,7 @@ fn hash(input: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Raster;
+    use imaging::Raster;
 
     /// A ramp with some texture and grain of a deviation that grows with its code.
     fn grainy(size: usize, deviation: f32) -> Encoded {

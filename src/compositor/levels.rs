@@ -6,9 +6,9 @@
 
 use super::field::Field;
 use super::reference::SOLID;
-use crate::error::Result;
-use crate::imaging::{Image, Mask, color::luminance};
-use crate::light::{Environment, LightWeights};
+use base::error::Result;
+use imaging::{Image, Mask, color::luminance};
+use light::{Environment, LightWeights};
 use serde::{Deserialize, Serialize};
 
 /// Mean luminance factor assumed of a subject: between dark skin (0.1) and white clothes (0.8), near
@@ -98,7 +98,7 @@ fn mean_radiance(environment: &Environment) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::ReflectanceField;
+    use reflectance::ReflectanceField;
 
     fn environment(radiance: Image) -> Environment {
         Environment {

@@ -3,7 +3,7 @@
 
 use super::background_blur::defocused;
 use super::pyramid::{Rgba, rgba};
-use crate::imaging::{Image, Mask, color::luminance};
+use imaging::{Image, Mask, color::luminance};
 use rayon::prelude::*;
 
 /// How far the light reaches around a rim, as a share of the picture's height.

@@ -4,10 +4,10 @@ use super::compose::tests::{Set, largest_difference, scene};
 use super::passes::{PicturePasses, relight::tests::device};
 use super::smoothing::tests::after;
 use super::*;
-use crate::error::Result;
-use crate::imaging::{Encoded, Image};
-use crate::reflectance::{FieldBuffer, ReflectanceField};
-use crate::scene::{
+use base::error::Result;
+use imaging::{Encoded, Image};
+use reflectance::{FieldBuffer, ReflectanceField};
+use scene::{
     Background, Channel, Effects, Forced, Inspection, Output, Scene, ViewTransform,
 };
 use std::sync::Arc;

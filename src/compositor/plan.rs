@@ -4,7 +4,7 @@ use super::background::Backdrop;
 use super::despill::Spill;
 use super::grain;
 use super::smoothing;
-use crate::scene::{Background, Effects, Inspection, Output, Pass, Scene, ViewTransform};
+use scene::{Background, Effects, Inspection, Output, Pass, Scene, ViewTransform};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Spill that takes less than this share of the rim's luminance is left where it is.

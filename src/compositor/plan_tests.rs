@@ -1,6 +1,6 @@
 use super::super::despill::Screen;
 use super::*;
-use crate::scene::{Channel, Forced};
+use scene::{Channel, Forced};
 
 const FACTS: Facts = Facts {
     field_cached: false,

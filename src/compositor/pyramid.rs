@@ -2,7 +2,7 @@
 //! half-pixel centres and its transpose, so that a flat picture stays flat and a point becomes a round
 //! spot wherever it lies. Outside its edges a picture goes on mirrored.
 
-use crate::imaging::{Image, Raster};
+use imaging::{Image, Raster};
 use rayon::prelude::*;
 
 /// Four values a pixel, as on the GPU: linear RGB and coverage or a weight.

@@ -3,7 +3,7 @@
 pub use super::edges::{SOLID, extend_edges};
 pub use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
 
-use crate::imaging::{Encoded, Image, Mask, Raster, color::srgb_from_linear};
+use imaging::{Encoded, Image, Mask, Raster, color::srgb_from_linear};
 use rayon::prelude::*;
 
 /// Scales every value.

@@ -1,10 +1,10 @@
 //! Pass `relight` on the CPU: the sum of lamps, for each way in which a field is kept. Memory is read once,
 //! by all threads, in wide loops over several lamps at a time; lamps without energy are not read.
 
-use crate::imaging::Image;
-use crate::reflectance::half_field::{HalfField, TILE, widen};
-use crate::reflectance::kernels::chunks::vectorized;
-use crate::reflectance::{CompressedField, ReflectanceField, compressed};
+use imaging::Image;
+use reflectance::half_field::{HalfField, TILE, widen};
+use reflectance::kernels::chunks::vectorized;
+use reflectance::{CompressedField, ReflectanceField, compressed};
 use rayon::prelude::*;
 
 /// Pixels that one task sums: three sums of this length (48 KiB) stay in a core's own cache, and every

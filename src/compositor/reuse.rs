@@ -5,7 +5,7 @@ use super::despill::Spill;
 use super::grain::Grain;
 use super::passes::GpuPicture;
 use super::stage::{Rim, Uploads};
-use crate::imaging::Image;
+use imaging::Image;
 use std::sync::Arc;
 
 /// What is kept from one picture to the next, for each device that made one. It belongs to one series of

@@ -1,8 +1,8 @@
 //! A frame with fewer pixels, for pictures that have to be there soon.
 
 use super::field::Field;
-use crate::imaging::Mask;
-use crate::reflectance::HalfField;
+use imaging::Mask;
+use reflectance::HalfField;
 
 impl Field {
     /// The field, and the matte that it is under, at a `factor`-th of their width and height, as

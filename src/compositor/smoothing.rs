@@ -7,8 +7,8 @@
 //! mean. The gain multiplies the lamps' weights: the pass costs no picture, and has no shader.
 
 use super::reference::SOLID;
-use crate::error::Result;
-use crate::imaging::Mask;
+use base::error::Result;
+use imaging::Mask;
 
 /// Pixels that are compared, at most.
 const SAMPLES: usize = 16_384;
@@ -108,9 +108,9 @@ fn median_ratio(before: &[[f32; 3]], now: &[[f32; 3]], channel: usize) -> f32 {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::compositor::Field;
-    use crate::imaging::Image;
-    use crate::reflectance::ReflectanceField;
+    use crate::Field;
+    use imaging::Image;
+    use reflectance::ReflectanceField;
 
     pub fn after(
         before: Option<&Steady>,

@@ -8,9 +8,9 @@ use super::plan::{Facts, Inputs, PlannedPass, draws_whole, is_cut_out};
 use super::reference::lit_lamps;
 use super::reuse::{Kept, Reuse, Slots};
 use super::smoothing::Steady;
-use crate::error::Result;
-use crate::imaging::Mask;
-use crate::scene::{Effects, Inspection, Output, Pass, Scene};
+use base::error::Result;
+use imaging::Mask;
+use scene::{Effects, Inspection, Output, Pass, Scene};
 
 mod hand;
 mod in_memory;

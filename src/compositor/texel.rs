@@ -1,7 +1,7 @@
 //! One pixel of a field under every lamp, for whoever asks what lights it.
 
 use super::field::Field;
-use crate::reflectance::half_field::{TILE, widen};
+use reflectance::half_field::{TILE, widen};
 
 impl Field {
     /// The light of the pixel in column `x` and row `y` under each lamp at full power; none outside the
@@ -45,10 +45,10 @@ impl Field {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compositor::passes::PicturePasses;
-    use crate::compositor::passes::relight::tests::any_device;
-    use crate::imaging::{Image, Raster};
-    use crate::reflectance::{CompressedField, FieldBuffer, HalfField, ReflectanceField};
+    use crate::passes::PicturePasses;
+    use crate::passes::relight::tests::any_device;
+    use imaging::{Image, Raster};
+    use reflectance::{CompressedField, FieldBuffer, HalfField, ReflectanceField};
     use std::sync::Arc;
 
     #[test]

@@ -2,8 +2,8 @@
 
 use super::curve::Curve;
 use super::reference;
-use crate::imaging::{Encoded, Image, Raster, color::srgb_from_linear, color::unit};
-use crate::scene::ViewTransform;
+use imaging::{Encoded, Image, Raster, color::srgb_from_linear, color::unit};
+use scene::ViewTransform;
 use rayon::prelude::*;
 use std::sync::LazyLock;
 

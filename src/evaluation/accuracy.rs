@@ -2,16 +2,16 @@
 
 use super::metrics::{Compared, Psnr, psnr};
 use super::truth::Truth;
-use crate::calibration::Calibration;
-use crate::compositor::reference::{lit_lamps, relight};
-use crate::error::{Error, Result};
-use crate::footage::{Exemplar, Frame};
-use crate::imaging::{Image, Mask};
-use crate::light::Environment;
-use crate::light::weights::{Partition, Weighting};
-use crate::progress::Progress;
-use crate::project::Project;
-use crate::reflectance::ReflectanceField;
+use calibration::Calibration;
+use compositor::reference::{lit_lamps, relight};
+use base::error::{Error, Result};
+use footage::{Exemplar, Frame};
+use imaging::{Image, Mask};
+use light::Environment;
+use light::weights::{Partition, Weighting};
+use base::progress::Progress;
+use project::Project;
+use reflectance::ReflectanceField;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -340,9 +340,9 @@ fn check_lamps(field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::footage::{ImportSettings, import};
-    use crate::imaging::{DualGamma, Response};
-    use crate::light::Rig;
+    use footage::{ImportSettings, import};
+    use imaging::{DualGamma, Response};
+    use light::Rig;
     use std::path::Path;
 
     type Weights = Vec<[f32; 3]>;

@@ -1,6 +1,6 @@
 //! Separable filters over planes, with edges repeated.
 
-use crate::imaging::Raster;
+use imaging::Raster;
 use rayon::prelude::*;
 
 /// One dimension of a filter: an odd number of weights, the middle one for the pixel itself. It is not

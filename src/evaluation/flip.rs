@@ -5,9 +5,9 @@
 
 use super::filter::{Kernel, filtered};
 use super::metrics::check_pair;
-use crate::error::{Error, Result};
-use crate::imaging::color::linear_from_srgb;
-use crate::imaging::{Encoded, Raster};
+use base::error::{Error, Result};
+use imaging::color::linear_from_srgb;
+use imaging::{Encoded, Raster};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -238,7 +238,7 @@ fn hyab([l, a, b]: [f32; 3], [l2, a2, b2]: [f32; 3]) -> f32 {
 pub(super) mod tests {
     use super::super::metrics::mean_inside;
     use super::*;
-    use crate::imaging::Mask;
+    use imaging::Mask;
     use std::path::Path;
     use std::process::Command;
 
@@ -350,7 +350,7 @@ pub(super) mod tests {
             let pictures = [1, 2].map(|seed| pattern(width, height, seed));
             let names = ["reference.png", "test.png"];
             for (picture, name) in pictures.iter().zip(names) {
-                crate::imaging::file::write_png(&file(name), picture).unwrap();
+                imaging::file::write_png(&file(name), picture).unwrap();
             }
             let mut peer = Command::new(&python);
             peer.arg(&script).args(names.map(file)).arg(file("map.f32"));

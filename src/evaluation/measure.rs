@@ -2,17 +2,17 @@
 
 use super::shown::{shown, shown_gain};
 use super::{Method, Row, Scores, Truth, excluded_check, markdown, score};
-use crate::calibration::Calibration;
-use crate::error::{Error, Result};
-use crate::export::{Tile, contact_sheet};
-use crate::footage::Frame;
-use crate::gpu::{ComputeDevice, DeviceChoice};
-use crate::imaging::file::{write_beside, write_png};
-use crate::imaging::{Encoded, Image};
-use crate::light::weights::Weighting;
-use crate::progress::Progress;
-use crate::project::Project;
-use crate::reflectance::Predictor;
+use calibration::Calibration;
+use base::error::{Error, Result};
+use export::{Tile, contact_sheet};
+use footage::Frame;
+use gpu::{ComputeDevice, DeviceChoice};
+use imaging::file::{write_beside, write_png};
+use imaging::{Encoded, Image};
+use light::weights::Weighting;
+use base::progress::Progress;
+use project::Project;
+use reflectance::Predictor;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;

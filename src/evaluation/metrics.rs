@@ -5,9 +5,9 @@
 //! exposure is e = 0.5 / (95th percentile of the truth's values); both pictures become
 //! clip(e·x, 0, 1)^(1/2.2). PSNR is over all channels with peak 1, and the mean is over frames.
 
-use crate::error::{Error, Result};
-use crate::imaging::color::{luminance, unit};
-use crate::imaging::{Encoded, Image, Mask, Raster};
+use base::error::{Error, Result};
+use imaging::color::{luminance, unit};
+use imaging::{Encoded, Image, Mask, Raster};
 
 /// Coverage above which a pixel counts as subject.
 pub const SUBJECT: f32 = 0.98;

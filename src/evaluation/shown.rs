@@ -1,7 +1,7 @@
 //! OLATs as people look at them.
 
-use crate::compositor::reference::{SOLID, extend_edges, view};
-use crate::imaging::{Encoded, Image, Mask, color::luminance};
+use compositor::reference::{SOLID, extend_edges, view};
+use imaging::{Encoded, Image, Mask, color::luminance};
 
 /// The subject's mean luminance over a set of OLATs, as they are shown.
 const SHOWN_LEVEL: f32 = 0.12;
@@ -35,8 +35,8 @@ pub fn shown(olat: &Image, mask: &Mask, gain: f32) -> Encoded {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Raster;
-    use crate::imaging::color::srgb_from_linear;
+    use imaging::Raster;
+    use imaging::color::srgb_from_linear;
 
     #[test]
     fn a_set_has_one_exposure_and_its_edges_no_fringe() {

@@ -6,9 +6,9 @@
 
 use super::filter::{Kernel, filtered};
 use super::metrics::check_pair;
-use crate::error::Result;
-use crate::imaging::color::{luminance, unit};
-use crate::imaging::{Encoded, Raster};
+use base::error::Result;
+use imaging::color::{luminance, unit};
+use imaging::{Encoded, Raster};
 
 const RADIUS: usize = 5;
 const DEVIATION: f64 = 1.5;

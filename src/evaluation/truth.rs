@@ -6,10 +6,10 @@
 //! truth/FRAME_olat/LAMP.exr             linear light, of some frames only
 //! ```
 
-use crate::error::{Error, Result};
-use crate::footage::read_linear;
-use crate::imaging::{Image, resample::resize_area};
-use crate::project::{Framings, NamedEnvironment, Project};
+use base::error::{Error, Result};
+use footage::read_linear;
+use imaging::{Image, resample::resize_area};
+use project::{Framings, NamedEnvironment, Project};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 

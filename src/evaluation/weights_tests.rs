@@ -2,16 +2,16 @@
 //! turn of a sunny park, and under every panorama that is at hand.
 
 use super::{Method, Truth, score};
-use crate::calibration::{CalibrateSettings, Calibration, calibrate};
-use crate::compositor::reference::{lit_lamps, relight};
-use crate::footage::{Frame, ImportSettings, import};
-use crate::imaging::color::{luminance, srgb_from_linear};
-use crate::imaging::{Image, resample::resize_area};
-use crate::light::weights::{Partition, Weighting};
-use crate::light::{Environment, YawTable};
-use crate::progress::Progress;
-use crate::project::Project;
-use crate::reflectance::ReflectanceField;
+use calibration::{CalibrateSettings, Calibration, calibrate};
+use compositor::reference::{lit_lamps, relight};
+use footage::{Frame, ImportSettings, import};
+use imaging::color::{luminance, srgb_from_linear};
+use imaging::{Image, resample::resize_area};
+use light::weights::{Partition, Weighting};
+use light::{Environment, YawTable};
+use base::progress::Progress;
+use project::Project;
+use reflectance::ReflectanceField;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 

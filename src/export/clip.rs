@@ -3,9 +3,9 @@
 use super::rational_rate;
 use super::still::{no_display, no_light, straight, word_from_unit};
 use super::time_code::TimeCode;
-use crate::compositor::Picture;
-use crate::error::{Error, Result};
-use crate::imaging::color::byte_from_unit;
+use compositor::Picture;
+use base::error::{Error, Result};
+use imaging::color::byte_from_unit;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};

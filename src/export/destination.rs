@@ -1,7 +1,7 @@
 //! Where pictures go, as a person writes it: `out.%04d.png`, `look.exr`, `clip.mp4`.
 
-use crate::error::{Error, Result};
-use crate::scene::Output;
+use base::error::{Error, Result};
+use scene::Output;
 use std::path::{Path, PathBuf};
 
 /// A destination for one picture or many.

@@ -5,11 +5,11 @@
 //! attribute `lightWeights` says in JSON which lamp each layer is of and with what weight per channel it
 //! goes into the picture, exposure included. What is behind the subject and what effects do are not in it.
 
-use crate::compositor::Field;
-use crate::compositor::reference::extend_edges;
-use crate::error::{Error, Result};
-use crate::imaging::resample::resize;
-use crate::imaging::{Image, Mask};
+use compositor::Field;
+use compositor::reference::extend_edges;
+use base::error::{Error, Result};
+use imaging::resample::resize;
+use imaging::{Image, Mask};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{AnyChannel, FlatSamples};
 use serde::{Deserialize, Serialize};

@@ -2,23 +2,23 @@
 
 use super::writer::{Lights, Writer, check};
 use super::{Files, LightLayers, Rebuild};
-use crate::calibration::Calibration;
-use crate::compositor::{
+use calibration::Calibration;
+use compositor::{
     CameraView, Extra, Grain, Identity, Ingredients, Keeping, Levels, PassReport, Picture, Reuse,
     Storage, Upstream, compose, compose_reusing,
 };
-use crate::error::{Error, Result};
-use crate::footage::Frame;
-use crate::gpu::{ComputeDevice, DeviceChoice};
-use crate::light::conventions::Front;
-use crate::light::keyframes::Keyframes;
-use crate::light::lighting::Lit;
-use crate::light::panorama::{self, Reading};
-use crate::light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
-use crate::progress::Progress;
-use crate::project::{KnownEnvironment, Project};
-use crate::reflectance::Predictor;
-use crate::scene::{Background, Effects, Output, Pass, Scene};
+use base::error::{Error, Result};
+use footage::Frame;
+use gpu::{ComputeDevice, DeviceChoice};
+use light::conventions::Front;
+use light::keyframes::Keyframes;
+use light::lighting::Lit;
+use light::panorama::{self, Reading};
+use light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
+use base::progress::Progress;
+use project::{KnownEnvironment, Project};
+use reflectance::Predictor;
+use scene::{Background, Effects, Output, Pass, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,9 +1,9 @@
 //! A picture at another size, resized in linear light.
 
-use crate::compositor::Picture;
-use crate::imaging::Encoded;
-use crate::imaging::color::{linear_from_srgb, srgb_from_linear};
-use crate::imaging::resample::resize;
+use compositor::Picture;
+use imaging::Encoded;
+use imaging::color::{linear_from_srgb, srgb_from_linear};
+use imaging::resample::resize;
 
 /// The picture with `size × size` pixels. Scene-linear light and coverage are averaged (or interpolated) as
 /// they are, codes of a display as the light that it would show: so grain, dither and what is brighter than
@@ -25,7 +25,7 @@ pub fn scaled(picture: &Picture, size: usize) -> Picture {
 mod tests {
     use super::super::still::tests::picture;
     use super::*;
-    use crate::imaging::Raster;
+    use imaging::Raster;
 
     #[test]
     fn light_is_averaged_and_not_codes() {

@@ -1,8 +1,8 @@
 //! A contact sheet: labelled pictures in a grid.
 
 use super::lettering::{ADVANCE, HEIGHT, dots};
-use crate::error::{Error, Result};
-use crate::imaging::{Encoded, Raster};
+use base::error::{Error, Result};
+use imaging::{Encoded, Raster};
 
 /// Pixels between tiles, around them, and above and below a label.
 const GAP: usize = 4;

@@ -4,11 +4,11 @@ use super::format::Bits;
 use super::layers::LightLayers;
 use super::rational_rate;
 use super::time_code::TimeCode;
-use crate::compositor::{Picture, code};
-use crate::error::{Error, Result};
-use crate::imaging::Image;
-use crate::imaging::color::byte_from_unit;
-use crate::imaging::file::write_beside;
+use compositor::{Picture, code};
+use base::error::{Error, Result};
+use imaging::Image;
+use imaging::color::byte_from_unit;
+use imaging::file::write_beside;
 use exr::prelude::{AnyChannel, FlatSamples, f16};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
@@ -190,10 +190,10 @@ pub(super) fn no_display(path: &Path) -> Error {
 pub(super) mod tests {
     use super::super::layers::{LightLayer, Rebuild, rebuilt};
     use super::*;
-    use crate::compositor::reference::view;
-    use crate::imaging::color::srgb_from_linear;
-    use crate::imaging::{Mask, Raster, file};
-    use crate::scene::ViewTransform;
+    use compositor::reference::view;
+    use imaging::color::srgb_from_linear;
+    use imaging::{Mask, Raster, file};
+    use scene::ViewTransform;
     use exr::meta::attribute::{AttributeValue, Text};
 
     /// A flat picture, premultiplied, whose alpha falls from left to right where it is not opaque.

@@ -4,9 +4,9 @@ use super::format::{Bits, Existing, Files};
 use super::layers::{LightLayers, Rebuild};
 use super::still::{About, no_light, write_still};
 use super::{ClipWriter, Destination, scaled, untaken};
-use crate::compositor::{Picture, view};
-use crate::error::{Error, Result};
-use crate::scene::{Effects, Inspection, Output, Pass};
+use compositor::{Picture, view};
+use base::error::{Error, Result};
+use scene::{Effects, Inspection, Output, Pass};
 
 /// What takes the frames, in order.
 pub(super) struct Writer {

@@ -1,8 +1,8 @@
 use super::super::still::tests::picture;
 use super::*;
-use crate::imaging::file::read_encoded;
-use crate::imaging::{Encoded, Raster};
-use crate::small_disk::{SmallDisk, names};
+use imaging::file::read_encoded;
+use imaging::{Encoded, Raster};
+use test_support::small_disk::{SmallDisk, names};
 
 /// A picture that no codec makes much smaller.
 fn noise(size: usize) -> Picture {
@@ -111,7 +111,7 @@ fn pictures_are_written_at_the_size_that_is_asked_for() {
         writer
             .write(0, &picture(32, 32, [0.5; 3], false), None)
             .unwrap();
-        let found = crate::imaging::file::dimensions(&folder.path().join(name)).unwrap();
+        let found = imaging::file::dimensions(&folder.path().join(name)).unwrap();
         assert_eq!(found, (size, size));
     }
 }

@@ -1,9 +1,9 @@
 //! One pose of the OLAT session.
 
 use super::frame::{load_linear, load_mask};
-use crate::error::Result;
-use crate::imaging::{Image, Mask, Response};
-use crate::project::Project;
+use base::error::Result;
+use imaging::{Image, Mask, Response};
+use project::Project;
 use rayon::prelude::*;
 
 /// A pose under each lamp alone, linear, at the working size: an exemplar of the reflectance field.

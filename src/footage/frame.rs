@@ -1,9 +1,9 @@
 //! One frame of the interview.
 
 use super::framed;
-use crate::error::{Error, Result};
-use crate::imaging::{Image, Mask, Response, resample::resize_area};
-use crate::project::Project;
+use base::error::{Error, Result};
+use imaging::{Image, Mask, Response, resample::resize_area};
+use project::Project;
 use std::path::Path;
 
 /// A frame of the interview, linear, at the working size.

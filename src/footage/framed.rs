@@ -1,8 +1,8 @@
 //! Pictures of the subject as the project frames them.
 
-use crate::error::Result;
-use crate::imaging::{Encoded, Image, Mask, Raster, file};
-use crate::project::{Framing, Framings, Padding};
+use base::error::Result;
+use imaging::{Encoded, Image, Mask, Raster, file};
+use project::{Framing, Framings, Padding};
 use std::path::Path;
 
 /// Reads a picture of 8 or 16 bits and cuts its square out, at the picture's own resolution.
@@ -66,11 +66,11 @@ fn cut<T: Copy>(picture: Raster<T>, framing: &Framing, outside: Option<T>) -> Ra
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::footage::{Exemplar, Frame, ImportSettings, import};
-    use crate::imaging::Response;
-    use crate::progress::Progress;
-    use crate::project::Project;
-    use crate::virtual_stage::{StageSettings, write_shoot};
+    use crate::{Exemplar, Frame, ImportSettings, import};
+    use imaging::Response;
+    use base::progress::Progress;
+    use project::Project;
+    use virtual_stage::{StageSettings, write_shoot};
 
     #[test]
     fn a_square_beyond_the_edge_is_padded() {

@@ -1,9 +1,9 @@
 //! Chooses which square of a project's pictures is worked with.
 
 use super::scan::counted;
-use crate::error::{Error, Result};
-use crate::imaging::file::dimensions;
-use crate::project::{Framing, Padding, Project};
+use base::error::{Error, Result};
+use imaging::file::dimensions;
+use project::{Framing, Padding, Project};
 use serde::Serialize;
 use std::path::PathBuf;
 

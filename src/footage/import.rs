@@ -1,10 +1,10 @@
 //! Import: find out what a shoot folder holds, check it, and make a project that points at it.
 
 use super::shoot::{Listing, MANIFEST, Manifest, NO_SHOOT, name_of};
-use crate::error::{Error, Result};
-use crate::imaging::file::dimensions;
-use crate::progress::Progress;
-use crate::project::{self, Ball, FORMAT, Framings, Project, Settings, Shoot, relative};
+use base::error::{Error, Result};
+use imaging::file::dimensions;
+use base::progress::Progress;
+use project::{self, Ball, FORMAT, Framings, Project, Settings, Shoot, relative};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! A look at a shoot's folder before import: what is there, and what is missing and why that matters.
 
 use super::shoot::{Listing, MANIFEST, Manifest, name_of, png_names};
-use crate::imaging::file::dimensions;
+use imaging::file::dimensions;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -210,9 +210,9 @@ pub fn counted(count: usize, what: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::footage::{ImportSettings, import};
-    use crate::progress::Progress;
-    use crate::virtual_stage::{StageSettings, write_shoot};
+    use crate::{ImportSettings, import};
+    use base::progress::Progress;
+    use virtual_stage::{StageSettings, write_shoot};
 
     #[test]
     fn a_whole_shoot_is_complete_and_each_hole_is_named_with_its_reason() {

@@ -1,7 +1,7 @@
 //! A shoot's folder: what its manifest says, and which files are there.
 
-use crate::error::{Error, Result};
-use crate::project::{Ball, NamedEnvironment};
+use base::error::{Error, Result};
+use project::{Ball, NamedEnvironment};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::path::Path;

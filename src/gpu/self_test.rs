@@ -3,13 +3,13 @@
 //! there and by the CPU, from numbers that are the same everywhere.
 
 use super::Gpu;
-use crate::compositor::passes::PicturePasses;
-use crate::compositor::reference::{lit_lamps, relight, relight_half};
-use crate::compositor::view;
-use crate::imaging::Image;
-use crate::reflectance::kernels::{self, Activation, Precision};
-use crate::reflectance::{HalfField, ReflectanceField};
-use crate::scene::ViewTransform;
+use compositor::passes::PicturePasses;
+use compositor::reference::{lit_lamps, relight, relight_half};
+use compositor::view;
+use imaging::Image;
+use reflectance::kernels::{self, Activation, Precision};
+use reflectance::{HalfField, ReflectanceField};
+use scene::ViewTransform;
 use burn::module::Param;
 use burn::nn::conv::Conv2d;
 use burn::nn::{BatchNormConfig, GroupNormConfig, PaddingConfig2d};

@@ -3,7 +3,7 @@
 use super::color::unit;
 use super::raster::{Encoded, Image};
 use super::response::{DualGamma, decode_with, map_values};
-use crate::error::Error;
+use base::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -189,7 +189,7 @@ impl TryFrom<Stored> for Response {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Raster;
+    use crate::Raster;
     use proptest::prelude::*;
 
     fn curves() -> impl Strategy<Value = Response> {
@@ -275,7 +275,7 @@ mod tests {
         assert!((Response::Rec709.encode_value(0.18) - 0.409_008).abs() < 5e-4);
         for i in 0..=1000 {
             let x = i as f32 / 1000.0;
-            let known = crate::imaging::color::linear_from_srgb(x);
+            let known = crate::color::linear_from_srgb(x);
             assert!((Response::Srgb.decode_value(x) - known).abs() < 1e-6);
         }
     }

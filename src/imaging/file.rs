@@ -2,7 +2,7 @@
 
 use super::color::byte_from_unit;
 use super::raster::{Encoded, Image, Mask, Raster};
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder, ImageReader};
 use std::fs::File;
@@ -50,7 +50,7 @@ pub fn read_encoded(path: &Path) -> Result<Encoded> {
 }
 
 /// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on as they are,
-/// NaN and infinities included: whoever uses them decides (see [`crate::light::environment`]).
+/// NaN and infinities included: whoever uses them decides (see [`light::environment`]).
 pub fn read_linear(path: &Path) -> Result<Image> {
     Ok(raster_from_rgb(decode(path)?.into_rgb32f()))
 }
@@ -153,7 +153,7 @@ pub fn write_exr(path: &Path, picture: &Image) -> Result<()> {
         .write()
         .to_buffered(std::io::Cursor::new(&mut bytes))
         .map_err(|e| {
-            crate::error::Error::file("encode", path, e, "Check the size of the picture")
+            base::error::Error::file("encode", path, e, "Check the size of the picture")
         })?;
     write_beside(path, |out| out.write_all(&bytes))
 }

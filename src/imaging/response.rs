@@ -2,7 +2,7 @@
 
 use super::color::unit;
 use super::raster::{Encoded, Image, Raster};
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;

@@ -7,7 +7,7 @@
 
 use super::latlong::{texel_direction, texel_solid_angle};
 use super::{Environment, Rig};
-use crate::imaging::color::luminance;
+use imaging::color::luminance;
 use glam::{DVec3, Quat, Vec3};
 use rayon::prelude::*;
 
@@ -175,10 +175,10 @@ fn neighbours(texel: usize, width: usize, height: usize) -> impl Iterator<Item =
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Image;
-    use crate::light::placed::{Kind, with_lights};
-    use crate::light::weights::rotation;
-    use crate::light::{Lamp, PlacedLight};
+    use imaging::Image;
+    use crate::placed::{Kind, with_lights};
+    use crate::weights::rotation;
+    use crate::{Lamp, PlacedLight};
     use proptest::prelude::*;
 
     fn black(width: usize) -> Environment {

@@ -2,8 +2,8 @@
 
 use super::latlong::{texel_solid_angle, uv_from_direction};
 use super::panorama;
-use crate::error::Result;
-use crate::imaging::{Image, resample::resize_area};
+use base::error::Result;
+use imaging::{Image, resample::resize_area};
 use glam::Vec3;
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! Keyframes: a number over the frames of a clip, such as the environment's yaw or a light's intensity.
 
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// How a value goes from a key to the next.

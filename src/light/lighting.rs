@@ -3,7 +3,7 @@
 use super::placed::PlacedLight;
 use super::weights::{LightWeights, Partition, Weighting, rotation};
 use super::{Environment, Rig, YawTable, white};
-use crate::imaging::{Image, color::luminance};
+use imaging::{Image, color::luminance};
 use glam::Quat;
 use serde::{Deserialize, Serialize};
 
@@ -175,7 +175,7 @@ fn scale(weights: &mut LightWeights, gains: [f32; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::Lamp;
+    use crate::Lamp;
     use glam::Vec3;
 
     /// Lamps all around, of energy 1.

@@ -5,7 +5,7 @@
 //! the poles or on the seam.
 
 use super::latlong::texel_solid_angle;
-use crate::imaging::Image;
+use imaging::Image;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -213,8 +213,8 @@ impl Seen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::Environment;
-    use crate::light::latlong::texel_direction;
+    use crate::Environment;
+    use crate::latlong::texel_direction;
     use proptest::prelude::*;
 
     fn drawn(patch: Patch, size: (usize, usize)) -> Image {

@@ -4,7 +4,7 @@
 #[cfg(test)]
 use super::Environment;
 use super::patch::{Outline, Patch};
-use crate::imaging::Image;
+use imaging::Image;
 use serde::{Deserialize, Serialize};
 
 /// The outer part of a soft light over which it falls to nothing.
@@ -118,8 +118,8 @@ pub(super) fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::weights::Partition;
-    use crate::light::{Lamp, Rig};
+    use crate::weights::Partition;
+    use crate::{Lamp, Rig};
     use proptest::prelude::*;
 
     fn sky(width: usize, height: usize) -> Environment {

@@ -2,7 +2,7 @@
 //! all.
 
 use super::latlong::texel_direction;
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -292,7 +292,7 @@ impl Nearest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::virtual_stage::dome::Dome;
+    use virtual_stage::dome::Dome;
     use proptest::prelude::*;
 
     /// Directions drawn evenly over the sphere.

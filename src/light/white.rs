@@ -4,7 +4,7 @@
 //! Planckian locus (the cubic fits of Kim et al., US patent 7024034, within 0.0003 of the locus), and between them
 //! one goes over into the other, evenly in reciprocal temperature.
 
-use crate::imaging::color::{linear_from_xyz, luminance};
+use imaging::color::{linear_from_xyz, luminance};
 
 /// The temperature of neutral white, D65, in kelvin.
 pub const NEUTRAL_K: f32 = 6504.0;

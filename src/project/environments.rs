@@ -1,9 +1,9 @@
 //! The environments of a project: the shoot's, and those that a person added; and which way is front in each.
 
 use super::Project;
-use crate::error::{Error, Result};
-use crate::light::built_in;
-use crate::light::conventions::Front;
+use base::error::{Error, Result};
+use light::built_in;
+use light::conventions::Front;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf, absolute};
 

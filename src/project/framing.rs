@@ -1,6 +1,6 @@
 //! Which square of a shoot's pictures is worked with.
 
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// A square over pictures of one size, in their pixels. Where it reaches over their edges they are padded.

@@ -1,6 +1,6 @@
 //! Who may write into a project: one program at a time.
 
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 use std::path::Path;

@@ -1,37 +1,5 @@
 use super::*;
 
-/// A project in `root` that points at nothing, for tests of what is kept beside `project.toml`.
-pub fn empty(root: &Path) -> Project {
-    Project {
-        root: root.to_path_buf(),
-        settings: Settings {
-            format: FORMAT,
-            name: "empty".to_owned(),
-            size: 16,
-            seed: 1,
-            shoot: Shoot {
-                folder: PathBuf::from("."),
-                frame_rate: 24.0,
-                poses: vec![],
-                lamps: vec![],
-                other_lamps: vec![],
-                frames: vec![],
-                ball: Ball {
-                    center_px: [8.0; 2],
-                    radius_px: 6.0,
-                    radius_m: 0.1,
-                    camera_distance_m: 3.0,
-                },
-                dome_radius_m: None,
-                environments: vec![],
-                lamp_layout: vec![],
-            },
-            environments: vec![],
-            framing: Framings::default(),
-        },
-    }
-}
-
 #[test]
 fn the_way_between_folders_is_relative() {
     let base = tempfile::tempdir().unwrap();
@@ -54,7 +22,7 @@ fn project(base: &Path) -> Project {
         std::fs::write(path, "").unwrap();
     }
     std::fs::create_dir_all(base.join("film")).unwrap();
-    let mut project = empty(&base.join("film"));
+    let mut project = Project::without_shoot(&base.join("film"));
     let shoot = &mut project.settings.shoot;
     shoot.folder = "../shoot".into();
     shoot.poses = vec!["pose".into()];

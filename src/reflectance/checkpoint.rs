@@ -5,9 +5,9 @@
 //! after the next one is in place.
 
 use super::unet::{Halved, UNet, UNetConfig};
-use crate::error::{Error, Result};
-use crate::imaging::file::write_beside;
-use crate::project::save_toml;
+use base::error::{Error, Result};
+use imaging::file::write_beside;
+use project::save_toml;
 use burn::module::Module;
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device};

@@ -3,7 +3,7 @@
 use super::compressed::CompressedField;
 use super::field::ReflectanceField;
 use super::half_field::HalfField;
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use burn::tensor::Tensor;
 use burn_cubecl::cubecl::wgpu::{AutoCompiler, WgpuResource, WgpuServer};
 use burn_cubecl::kernel::into_contiguous;

@@ -1,6 +1,6 @@
 //! A reflectance field: one frame under every lamp alone.
 
-use crate::imaging::Image;
+use imaging::Image;
 
 /// One frame under every lamp, linear, in the OLAT session's units. Stored planar as the network
 /// gives it: `values[((lamp · 3 + channel) · height + y) · width + x]`.

@@ -6,10 +6,10 @@ use super::field::ReflectanceField;
 use super::kernels::Precision;
 use super::render::{encode, light, olats, tensor_from_image, tensor_from_mask};
 use super::unet::UNet;
-use crate::error::{Error, Result};
-use crate::footage::Frame;
-use crate::project::Project;
-use crate::turn;
+use base::error::{Error, Result};
+use footage::Frame;
+use project::Project;
+use base::turn;
 use burn::tensor::{DType, Device, FloatDType};
 use std::path::Path;
 

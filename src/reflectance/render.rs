@@ -1,7 +1,7 @@
 //! Between tensors and light: what the sigmoid's output stands for, and the differentiable renderer.
 
 use super::unet::Formulation;
-use crate::imaging::{Image, Mask};
+use imaging::{Image, Mask};
 use burn::tensor::{Device, Tensor, TensorData};
 
 /// Added to the look before it is multiplied with a predicted ratio, in units of the interview's

@@ -1,7 +1,7 @@
 //! The U-Net of the paper's section 3.2: from one encoded interview look to all OLATs.
 
 use super::kernels::{self, Activation, Precision};
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use burn::module::{Initializer, Module, ModuleMapper, Param};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, GroupNorm, GroupNormConfig, PaddingConfig2d};
@@ -135,7 +135,7 @@ impl UNetConfig {
 
     /// Refuses what no network can be built from.
     pub fn check(&self) -> Result<()> {
-        crate::project::check_size(self.size)?;
+        project::check_size(self.size)?;
         let widths = [self.width, self.most_channels];
         if self.lamps == 0
             || widths

@@ -46,7 +46,7 @@ impl From<Forced> for BTreeMap<Pass, bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Effects;
+    use crate::Effects;
 
     #[test]
     fn what_is_forced_is_kept_by_name() {

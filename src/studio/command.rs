@@ -7,14 +7,14 @@ use super::order::Order;
 use super::state::Keyed;
 use super::training::TrainChoice;
 use super::wizard::Plan;
-use crate::calibration::{Circle, Trial};
-use crate::evaluation::review::Marked;
-use crate::light::Lighting;
-use crate::light::conventions::Front;
-use crate::light::keyframes::Interpolation;
-use crate::project::Framing;
-use crate::scene::{Background, Effects, Inspection};
-use crate::worker::Need;
+use calibration::{Circle, Trial};
+use evaluation::review::Marked;
+use light::Lighting;
+use light::conventions::Front;
+use light::keyframes::Interpolation;
+use project::Framing;
+use scene::{Background, Effects, Inspection};
+use worker::Need;
 use std::path::PathBuf;
 
 /// One wish. Those of the first group can be undone.

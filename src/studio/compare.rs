@@ -2,9 +2,9 @@
 
 use super::listed::Listed;
 use super::state::State;
-use crate::light::Environment;
-use crate::light::conventions::Front;
-use crate::worker::{Origin, Rival, Second};
+use light::Environment;
+use light::conventions::Front;
+use worker::{Origin, Rival, Second};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -113,7 +113,7 @@ impl State {
 mod tests {
     use super::super::command::Command;
     use super::*;
-    use crate::imaging::Image;
+    use imaging::Image;
 
     #[test]
     fn w_wipes_and_q_changes_sides() {

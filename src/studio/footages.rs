@@ -1,11 +1,11 @@
 //! The interview's and the exemplars' pictures as they were filmed, read when the pane shows them.
 
 use super::state::State;
-use crate::error::Result;
-use crate::imaging::resample::resize_area;
-use crate::imaging::{Encoded, Image, Mask, file};
-use crate::project::Project;
-use crate::worker::{Clerk, Codes};
+use base::error::Result;
+use imaging::resample::resize_area;
+use imaging::{Encoded, Image, Mask, file};
+use project::Project;
+use worker::{Clerk, Codes};
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 //! has to be waited for.
 
 use super::layout::Pane;
-use crate::worker::{Clerk, PredictedFrame};
+use worker::{Clerk, PredictedFrame};
 use std::sync::Arc;
 
 /// A pixel of a frame: column and row.

@@ -1,11 +1,11 @@
 //! The look of a project between two sessions: `look.json` beside `project.toml`, written by itself.
 
 use super::state::{EXPOSURE_STOPS, Look};
-use crate::error::{Error, Result};
-use crate::light::Lighting;
-use crate::light::keyframes::Keyframes;
-use crate::project::Project;
-use crate::scene::{Background, Effects};
+use base::error::{Error, Result};
+use light::Lighting;
+use light::keyframes::Keyframes;
+use project::Project;
+use scene::{Background, Effects};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn a_look_comes_back_and_a_broken_file_is_put_aside() {
         let folder = tempfile::tempdir().unwrap();
-        let project = crate::project::tests::empty(folder.path());
+        let project = project::Project::without_shoot(folder.path());
         assert_eq!(KeptLook::load(&project).unwrap(), None);
         let mut state = State::new(10, 24.0);
         state.apply(&Command::Yaw(40.0));

@@ -2,7 +2,7 @@
 
 use super::command::Command;
 use super::state::Look;
-use crate::light::keyframes::Keyframes;
+use light::keyframes::Keyframes;
 
 /// A setting that can change over the clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -115,8 +115,8 @@ impl Look {
 mod tests {
     use super::super::state::State;
     use super::*;
-    use crate::light::Lighting;
-    use crate::light::keyframes::Interpolation;
+    use light::Lighting;
+    use light::keyframes::Interpolation;
 
     fn at(state: &mut State, frame: usize, command: Command) {
         state.apply(&Command::Frame(frame));

@@ -1,10 +1,10 @@
 //! The list of environments as a setting: which there are, whose they are, and which way is front in them.
 
 use super::state::Look;
-use crate::light::built_in;
-use crate::light::conventions::Front;
-use crate::project::{NamedEnvironment, Project, free_name};
-use crate::worker::Origin;
+use light::built_in;
+use light::conventions::Front;
+use project::{NamedEnvironment, Project, free_name};
+use worker::Origin;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -69,7 +69,7 @@ pub fn of_project(project: &Project) -> Vec<Listed> {
     let (added, shoots): (Vec<_>, Vec<_>) =
         project.environments().into_iter().partition(|e| e.added);
     let of_file = |owner| {
-        move |known: crate::project::KnownEnvironment| Listed {
+        move |known: project::KnownEnvironment| Listed {
             name: known.name,
             origin: Origin::File(known.file),
             front: known.front,
@@ -161,7 +161,7 @@ mod tests {
     use super::super::command::Command;
     use super::super::state::State;
     use super::*;
-    use crate::light::conventions::Tool;
+    use light::conventions::Tool;
 
     /// A window on a list of two that are the shoot's.
     fn state() -> State {

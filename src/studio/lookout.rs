@@ -1,7 +1,7 @@
 //! Looks beside the window whether files of the next export are there already.
 
-use crate::export::{Destination, untaken};
-use crate::worker::Latest;
+use export::{Destination, untaken};
+use worker::Latest;
 use std::sync::Arc;
 
 /// What is asked: where the export goes.

@@ -1,7 +1,7 @@
 //! What the worker's events add up to: what the window can do now, which job runs, and what went wrong.
 
-use crate::progress::Report;
-use crate::worker::{Blocked, Event, Standing};
+use base::progress::Report;
+use worker::{Blocked, Event, Standing};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -246,7 +246,7 @@ impl Work {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::worker::Need;
+    use worker::Need;
 
     fn step(stage: &'static str, done: u64) -> Event {
         Event::Report(Report::Step {

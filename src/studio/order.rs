@@ -3,13 +3,13 @@
 use super::news::Phase;
 use super::panel::Reading;
 use super::state::{Keyed, Look};
-use crate::compositor::Storage;
-use crate::export::relight::RelightSettings;
-use crate::export::{Existing, Files, Format};
-use crate::gpu::DeviceChoice;
-use crate::light::{Environment, Lighting};
-use crate::project::Project;
-use crate::scene::{Background, Effects, Inspection};
+use compositor::Storage;
+use export::relight::RelightSettings;
+use export::{Existing, Files, Format};
+use gpu::DeviceChoice;
+use light::{Environment, Lighting};
+use project::Project;
+use scene::{Background, Effects, Inspection};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -11,8 +11,8 @@ use super::reviews::Reviews;
 use super::state::State;
 use super::training::Training;
 use super::wizard::Wizard;
-use crate::project::Project;
-use crate::worker::{Export, GammaView, Panorama, ProbeStudy, Relit};
+use project::Project;
+use worker::{Export, GammaView, Panorama, ProbeStudy, Relit};
 use std::sync::Arc;
 
 /// Everything that can be shown.

@@ -1,7 +1,7 @@
 //! The projects that were opened lately, as they are on the disk now.
 
-use crate::project::Project;
-use crate::worker::Clerk;
+use project::Project;
+use worker::Clerk;
 use std::path::PathBuf;
 
 /// A project that was opened before.

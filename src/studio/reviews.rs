@@ -1,8 +1,8 @@
 //! What the window knows of the review: it asks the thread that draws and keeps it, and holds the answers.
 
-use crate::evaluation::review::{Marked, Marks};
-use crate::project::Project;
-use crate::worker::{KeptReview, LampSheet, PredictedFrame, Relit, ReviewDesk};
+use evaluation::review::{Marked, Marks};
+use project::Project;
+use worker::{KeptReview, LampSheet, PredictedFrame, Relit, ReviewDesk};
 use std::path::PathBuf;
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! Writes small files beside the window's thread, one after the other.
 
-use crate::imaging::file::write_beside;
+use imaging::file::write_beside;
 use std::collections::HashSet;
 use std::io::Write;
 use std::path::PathBuf;

@@ -3,8 +3,8 @@
 
 use super::listed::{self, Listed};
 use super::panel::{Entry, Reading};
-use crate::project::Project;
-use crate::worker::{Keeper, Library};
+use project::Project;
+use worker::{Keeper, Library};
 use egui::Context;
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -7,10 +7,10 @@ use super::layout::{Pane, Workspace};
 use super::listed::Listed;
 use super::order::Order;
 use super::training::TrainChoice;
-use crate::calibration::{Circle, Trial};
-use crate::light::Lighting;
-use crate::light::keyframes::Keyframes;
-use crate::scene::{Background, Effects, Inspection, Output, Scene};
+use calibration::{Circle, Trial};
+use light::Lighting;
+use light::keyframes::Keyframes;
+use scene::{Background, Effects, Inspection, Output, Scene};
 use std::sync::Arc;
 
 pub use super::keyed::Keyed;
@@ -384,9 +384,9 @@ fn exposure(stops: f32, old: f32) -> f32 {
 mod tests {
     use super::super::listed::Owner;
     use super::*;
-    use crate::light::built_in::{self, BuiltIn};
-    use crate::light::conventions::Front;
-    use crate::worker::Origin;
+    use light::built_in::{self, BuiltIn};
+    use light::conventions::Front;
+    use worker::Origin;
 
     fn state() -> State {
         let mut state = State::new(10, 24.0);
@@ -542,7 +542,7 @@ mod tests {
     #[test]
     fn a_channel_is_looked_at_until_it_is_asked_for_again_and_that_can_be_undone() {
         let mut s = state();
-        let red = Inspection::Channel(crate::scene::Channel::Red);
+        let red = Inspection::Channel(scene::Channel::Red);
         for wanted in [red, Inspection::Picture] {
             s.apply(&Command::Inspect(red));
             s.release();

@@ -2,9 +2,9 @@
 
 use super::layout::Pane;
 use super::state::State;
-use crate::calibration::{Circle, Trial};
-use crate::project::Project;
-use crate::worker::{GammaView, ProbeStudy, Study, StudyAsk};
+use calibration::{Circle, Trial};
+use project::Project;
+use worker::{GammaView, ProbeStudy, Study, StudyAsk};
 use std::sync::Arc;
 
 /// The answers, and the thread once it was needed.

@@ -3,11 +3,11 @@
 
 use super::layout::Pane;
 use super::state::State;
-use crate::gpu::DeviceChoice;
-use crate::progress::{Report, TrainingPictures, TrainingPoint};
-use crate::project::Project;
-use crate::training::{History, Pace, Preset, Records, TrainSettings, TrainingConfig};
-use crate::worker::{Event, Latest, TRAINING};
+use gpu::DeviceChoice;
+use base::progress::{Report, TrainingPictures, TrainingPoint};
+use project::Project;
+use training::{History, Pace, Preset, Records, TrainSettings, TrainingConfig};
+use worker::{Event, Latest, TRAINING};
 use std::sync::Arc;
 
 /// What a person chooses of a run.

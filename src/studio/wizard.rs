@@ -1,8 +1,8 @@
 //! The making of a project: what a person chose, and what was found in the shoot's folder.
 
-use crate::footage::ImportSettings;
-use crate::footage::scan::{Scan, scan};
-use crate::worker::{Clerk, Job};
+use footage::ImportSettings;
+use footage::scan::{Scan, scan};
+use worker::{Clerk, Job};
 use std::path::{Path, PathBuf};
 
 /// What a person chose for a new project.

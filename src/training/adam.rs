@@ -1,6 +1,6 @@
 //! The optimiser.
 
-use crate::reflectance::kernels;
+use reflectance::kernels;
 use burn::optim::{AdamState, AdaptiveMomentumState, LearningRate, Optimizer};
 use burn::tensor::{Device, Tensor};
 

@@ -1,7 +1,7 @@
 //! Changes of a picture that leave its lighting honest: shifts and another distance of the camera. A flip
 //! or a turn would need other lamps.
 
-use crate::imaging::Raster;
+use imaging::Raster;
 use burn::tensor::{Tensor, ops::PadMode};
 
 /// A picture enlarged by `factor` about its middle, by bilinear interpolation; what comes in is `outside`.

@@ -1,6 +1,6 @@
 //! The moving average of a network's weights, which predicts more steadily than the last step's.
 
-use crate::reflectance::{UNet, kernels};
+use reflectance::{UNet, kernels};
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::Tensor;
 use std::collections::VecDeque;

@@ -1,7 +1,7 @@
 //! What a training run is made of; a preset is a starting point.
 
-use crate::error::{Error, Result};
-use crate::reflectance::{Formulation, Normalization, Precision, Statistics};
+use base::error::{Error, Result};
+use reflectance::{Formulation, Normalization, Precision, Statistics};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;

@@ -2,8 +2,8 @@
 
 use super::config::{Preset, TrainingConfig};
 use super::schedule::Schedule;
-use crate::project::Project;
-use crate::reflectance::UNetConfig;
+use project::Project;
+use reflectance::UNetConfig;
 
 /// How fast this machine trains a network.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,12 +104,12 @@ impl Preset {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::project::tests::empty;
+    use project::Project;
     use std::path::Path;
 
     fn project() -> Project {
         let names = |count: usize| (0..count).map(|i| i.to_string()).collect();
-        let mut project = empty(Path::new("film"));
+        let mut project = Project::without_shoot(Path::new("film"));
         project.settings.size = 64;
         let shoot = &mut project.settings.shoot;
         (shoot.poses, shoot.lamps, shoot.frames) = (names(6), names(12), names(100));

@@ -1,14 +1,14 @@
 //! What training learns from, on the device: the exemplars and the interview's frames.
 
 use super::config::TrainingConfig;
-use crate::calibration::Calibration;
-use crate::error::{Error, Result};
-use crate::footage::{Exemplar, Frame};
-use crate::imaging::{Image, Mask};
-use crate::progress::Progress;
-use crate::project::Project;
-use crate::reflectance::Formulation;
-use crate::reflectance::render::{
+use calibration::Calibration;
+use base::error::{Error, Result};
+use footage::{Exemplar, Frame};
+use imaging::{Image, Mask};
+use base::progress::Progress;
+use project::Project;
+use reflectance::Formulation;
+use reflectance::render::{
     RATIO_FLOOR, encode, tensor_from_image, tensor_from_images, tensor_from_mask,
     tensor_from_weights,
 };

@@ -1,6 +1,6 @@
 //! Clipping of all gradients by their common norm.
 
-use crate::reflectance::{UNet, kernels};
+use reflectance::{UNet, kernels};
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;

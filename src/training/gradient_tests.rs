@@ -3,9 +3,9 @@
 //! elsewhere.
 
 use super::loss::Criterion;
-use crate::reflectance::Formulation;
-use crate::reflectance::kernels::{Comparison, LossSettings};
-use crate::reflectance::render::{encode, light, olats, relight};
+use reflectance::Formulation;
+use reflectance::kernels::{Comparison, LossSettings};
+use reflectance::render::{encode, light, olats, relight};
 use burn::tensor::{DType, Device, Tensor, TensorData};
 
 /// Step of the central differences, as a share of the value. Their error goes with its square over that of

@@ -1,8 +1,8 @@
 //! The curves of a run, of bounded size however long it is: as they come, and as they were written down.
 
 use super::log::{JUDGEMENTS, STEPS};
-use crate::error::{Error, Result};
-use crate::progress::LossPoint;
+use base::error::{Error, Result};
+use base::progress::LossPoint;
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::path::Path;
@@ -158,7 +158,7 @@ fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::training::log::{JUDGEMENTS_HEADER, STEPS_HEADER};
+    use crate::log::{JUDGEMENTS_HEADER, STEPS_HEADER};
 
     fn point(step: u64) -> LossPoint {
         LossPoint {

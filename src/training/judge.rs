@@ -2,11 +2,11 @@
 //! which of its outputs have stopped learning.
 
 use super::data::Lesson;
-use crate::imaging::color::byte_from_unit;
-use crate::reflectance::UNet;
-use crate::reflectance::UNetConfig;
-use crate::reflectance::checkpoint::CheckpointInfo;
-use crate::reflectance::render::{encode, encoded_white, light, olats};
+use imaging::color::byte_from_unit;
+use reflectance::UNet;
+use reflectance::UNetConfig;
+use reflectance::checkpoint::CheckpointInfo;
+use reflectance::render::{encode, encoded_white, light, olats};
 use burn::tensor::Tensor;
 use rayon::prelude::*;
 

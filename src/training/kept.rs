@@ -5,11 +5,11 @@
 //! those that a person put aside (`0013-aside-0003000`), by starting over or by going back, stay.
 
 use super::log::{JUDGEMENTS, STEPS};
-use crate::error::{Error, Result};
-use crate::imaging::file::write_beside;
-use crate::project::Project;
-use crate::reflectance::checkpoint::{self, CheckpointInfo};
-use crate::reflectance::predictor::check_fits;
+use base::error::{Error, Result};
+use imaging::file::write_beside;
+use project::Project;
+use reflectance::checkpoint::{self, CheckpointInfo};
+use reflectance::predictor::check_fits;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

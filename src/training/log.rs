@@ -1,9 +1,9 @@
 //! The tables of text that training writes beside the project as it goes.
 
 use super::trainer::StepReport;
-use crate::error::{Error, Result};
-use crate::project::Project;
-use crate::reflectance::checkpoint::CheckpointInfo;
+use base::error::{Error, Result};
+use project::Project;
+use reflectance::checkpoint::CheckpointInfo;
 use std::fs::OpenOptions;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};

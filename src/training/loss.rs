@@ -7,8 +7,8 @@
 use super::augment;
 use super::features::{Features, Name, Picture, rows};
 use super::schedule::Lesson;
-use crate::reflectance::kernels::{self, Comparison, LossSettings};
-use crate::reflectance::render::{encode, olats, relight};
+use reflectance::kernels::{self, Comparison, LossSettings};
+use reflectance::render::{encode, olats, relight};
 use burn::tensor::Tensor;
 use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
@@ -181,7 +181,7 @@ fn pixel_distance(predicted: Tensor<4>, truth: Tensor<4>, mask: &Tensor<4>) -> T
 }
 
 /// Mean feature distance between encoded pictures `[n, 3, h, w]`, in units of encoded values (see
-/// [`encode`](crate::reflectance::render::encode)).
+/// [`encode`](reflectance::render::encode)).
 /// `mask` is `[1, 1, h, w]`; where it is 0 nothing counts. Each picture's features are compared by a
 /// norm that is not squared (the paper's), divided by the root of the subject's number of values, so
 /// that the loss does not depend on the picture's size.
@@ -231,7 +231,7 @@ fn norms(square_sums: Tensor<1>, values: &Tensor<1>) -> Tensor<1> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::render::encode;
+    use reflectance::render::encode;
     use burn::tensor::{Device, Distribution};
 
     /// The losses without our kernels.

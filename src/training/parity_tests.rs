@@ -1,8 +1,8 @@
 //! The network against the same one in PyTorch: output, gradients, running statistics, first losses.
 
 use super::Adam;
-use crate::reflectance::kernels::blur_pool;
-use crate::reflectance::{Formulation, Normalization, Precision, Statistics, UNet, UNetConfig};
+use reflectance::kernels::blur_pool;
+use reflectance::{Formulation, Normalization, Precision, Statistics, UNet, UNetConfig};
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::store::{ModuleSnapshot, ModuleStore, SafetensorsStore, bridge};

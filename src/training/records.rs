@@ -3,8 +3,8 @@
 use super::cost::Pace;
 use super::history::History;
 use super::kept::{self, Kept};
-use crate::project::Project;
-use crate::reflectance::checkpoint::{self, CheckpointInfo};
+use project::Project;
+use reflectance::checkpoint::{self, CheckpointInfo};
 
 /// All of it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -24,7 +24,7 @@ impl Records {
     /// Reads them: seconds for a run of a million steps.
     pub fn read(project: &Project) -> Self {
         let mut failure = None;
-        let mut sentence = |e: crate::Error| failure = Some(e.to_string());
+        let mut sentence = |e: base::Error| failure = Some(e.to_string());
         let folder = project.checkpoint_path();
         let there = folder.join("checkpoint.toml").exists();
         let present = there.then(|| checkpoint::info(&folder).map_err(&mut sentence).ok());

@@ -4,12 +4,12 @@ use super::kept::{self, Why};
 use super::log::Log;
 use super::trainer::{StepReport, TrainReport, TrainSettings, Trainer};
 use super::watch::Watch;
-use crate::calibration::Calibration;
-use crate::error::{Error, Result};
-use crate::gpu::ComputeDevice;
-use crate::progress::Progress;
-use crate::project::Project;
-use crate::turn;
+use calibration::Calibration;
+use base::error::{Error, Result};
+use gpu::ComputeDevice;
+use base::progress::Progress;
+use project::Project;
+use base::turn;
 use burn::module::Module;
 use std::time::Instant;
 

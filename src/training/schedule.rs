@@ -147,7 +147,7 @@ pub fn learning_rate(config: &TrainingConfig, step: u64, done: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::training::Preset;
+    use crate::Preset;
 
     #[test]
     fn the_paper_alternates_a_hundred_epochs_with_four() {

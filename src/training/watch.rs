@@ -3,9 +3,9 @@
 use super::judge::Attempt;
 use super::schedule::Lesson;
 use super::trainer::{StepReport, Trainer};
-use crate::memory;
-use crate::progress::{LossPoint, Progress, TrainingPhase, TrainingPictures, TrainingPoint};
-use crate::turn;
+use base::memory;
+use base::progress::{LossPoint, Progress, TrainingPhase, TrainingPictures, TrainingPoint};
+use base::turn;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

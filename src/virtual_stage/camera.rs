@@ -1,6 +1,6 @@
 //! The camera: rays through pixels, and what the sensor makes of light.
 
-use crate::imaging::{DualGamma, Encoded, Image, Raster};
+use imaging::{DualGamma, Encoded, Image, Raster};
 use chacha20::ChaCha8Rng;
 use glam::Vec3;
 use rand::{RngExt, SeedableRng};

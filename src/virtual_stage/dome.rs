@@ -3,8 +3,8 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::imaging::Image;
-use crate::light::latlong::{texel_direction, texel_solid_angle};
+use imaging::Image;
+use light::latlong::{texel_direction, texel_solid_angle};
 
 /// Distance from the subject to every lamp in metres.
 pub const RADIUS_M: f32 = 4.0;
@@ -152,7 +152,7 @@ fn nearest(directions: &[Vec3], direction: Vec3) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Raster;
+    use imaging::Raster;
 
     #[test]
     fn every_bank_has_lamps_and_they_surround_it() {

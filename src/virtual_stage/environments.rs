@@ -1,8 +1,8 @@
-//! Environments of the stage's own: the nave and the courtyard of [`crate::light::built_in`], which
+//! Environments of the stage's own: the nave and the courtyard of [`light::built_in`], which
 //! know nothing of lamps and weights.
 
-use crate::imaging::Image;
-use crate::light::built_in;
+use imaging::Image;
+use light::built_in;
 
 /// Columns of the panoramas.
 const WIDTH: usize = 256;
@@ -19,8 +19,8 @@ pub fn all() -> Vec<(&'static str, Image)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::color::luminance;
-    use crate::light::latlong::texel_solid_angle;
+    use imaging::color::luminance;
+    use light::latlong::texel_solid_angle;
 
     #[test]
     fn the_environments_are_light_with_a_wide_range() {

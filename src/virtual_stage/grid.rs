@@ -243,7 +243,7 @@ fn crossing(start: Vec3, direction: Vec3) -> Option<(f32, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::virtual_stage::motion::Pose;
+    use crate::motion::Pose;
 
     #[test]
     fn the_grid_tells_the_distance_near_the_surface() {

@@ -9,7 +9,7 @@ use super::material::{Surface, surface};
 use super::motion::Pose;
 use super::subject::{Part, Subject};
 use super::transport::{Effort, Point, Transport};
-use crate::imaging::{Image, Mask, Raster};
+use imaging::{Image, Mask, Raster};
 use glam::Vec3;
 use rayon::prelude::*;
 

@@ -2,8 +2,8 @@
 
 use super::camera;
 use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
-use crate::imaging::{Image, Raster};
-use crate::light::latlong::uv_from_direction;
+use imaging::{Image, Raster};
+use light::latlong::uv_from_direction;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -131,7 +131,7 @@ impl LampMap {
         let reach = (std::f32::consts::PI / MAP_HEIGHT as f32) * 0.75 + LAMP_RADIUS_M / RADIUS_M;
         let cells = (0..MAP_WIDTH * MAP_HEIGHT)
             .map(|i| {
-                let centre = crate::light::latlong::texel_direction(
+                let centre = light::latlong::texel_direction(
                     i % MAP_WIDTH,
                     i / MAP_WIDTH,
                     MAP_WIDTH,

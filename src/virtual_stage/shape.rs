@@ -1,7 +1,7 @@
 //! Solid shapes as signed distances in metres: negative inside, positive outside. The primitives and
 //! blends are those of I. Quilez, "Distance functions" and "Smooth minimum".
 
-pub use crate::light::built_in::pattern::{noise, ramp};
+pub use light::built_in::pattern::{noise, ramp};
 use glam::{Vec2, Vec3};
 
 /// A ball about the origin.

@@ -7,10 +7,10 @@ use super::picture::{Request, take};
 use super::subject::Subject;
 use super::transport::Effort;
 use super::{StageSettings, write_shoot};
-use crate::imaging::Image;
-use crate::imaging::color::luminance;
-use crate::imaging::file::{read_encoded, read_linear, read_mask};
-use crate::progress::{Control, Progress};
+use imaging::Image;
+use imaging::color::luminance;
+use imaging::file::{read_encoded, read_linear, read_mask};
+use base::progress::{Control, Progress};
 use glam::Vec3;
 use std::path::Path;
 
@@ -144,7 +144,7 @@ fn the_interview_is_the_weighted_sum_of_the_banks() {
             .join(format!("truth/frame_{frame:03}_olat/olat_{b:02}.exr"))
     };
     let banks: Vec<Image> = (0..6).map(|b| read_linear(&at(b)).unwrap()).collect();
-    let response = crate::imaging::DualGamma {
+    let response = imaging::DualGamma {
         gamma1: number("g1"),
         gamma2: number("g2"),
     };
@@ -346,6 +346,6 @@ fn a_stopped_shoot_has_no_manifest() {
     let stop = cancel.clone();
     let sink = move |_| stop.stop();
     let result = write_shoot(folder.path(), &SMALL, &Progress::new(&sink, cancel));
-    assert!(matches!(result, Err(crate::Error::Cancelled { .. })));
+    assert!(matches!(result, Err(base::Error::Cancelled { .. })));
     assert!(!folder.path().join("manifest.json").exists());
 }

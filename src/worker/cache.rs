@@ -59,10 +59,10 @@ fn bytes(predicted: &PredictedFrame) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compositor::Field;
-    use crate::footage::Frame;
-    use crate::imaging::{Image, Mask};
-    use crate::reflectance::ReflectanceField;
+    use compositor::Field;
+    use footage::Frame;
+    use imaging::{Image, Mask};
+    use reflectance::ReflectanceField;
 
     /// 40 bytes: one pixel under two lamps, its plate and its matte, ten values of four bytes.
     fn predicted(index: usize) -> Arc<PredictedFrame> {

@@ -1,7 +1,7 @@
 //! Faults of the program on a thread of its own: they end what was being done, not the thread.
 
-use crate::error::{Error, Result};
-use crate::gpu;
+use base::error::{Error, Result};
+use gpu;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Does something; a panic is an error.

@@ -1,7 +1,7 @@
 //! Pictures while the light is dragged.
 
 use super::*;
-use crate::imaging::color::linear_from_srgb;
+use imaging::color::linear_from_srgb;
 
 /// A ball under two lamps, on 64 × 64 pixels.
 fn ball(index: usize) -> (Frame, Field) {

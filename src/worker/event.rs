@@ -1,8 +1,8 @@
 //! What the worker tells the window: numbers and sentences. Heavy things go through [`super::Latest`].
 
 use super::queue::Standing;
-use crate::progress::{Report, TrainingPoint};
-use crate::training::history::halved;
+use base::progress::{Report, TrainingPoint};
+use training::history::halved;
 use std::sync::{Mutex, PoisonError};
 
 /// One piece of news.
@@ -96,7 +96,7 @@ impl Unread {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::{LossPoint, TrainingPhase};
+    use base::progress::{LossPoint, TrainingPhase};
 
     #[test]
     fn points_of_a_training_are_bounded_and_stand_between_its_beginning_and_its_end() {

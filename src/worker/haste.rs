@@ -1,8 +1,8 @@
 //! How large pictures are while something is dragged: as large as can be made within a frame of the window.
 
 use super::PredictedFrame;
-use crate::compositor::{Field, Reuse};
-use crate::imaging::Mask;
+use compositor::{Field, Reuse};
+use imaging::Mask;
 use std::sync::Arc;
 
 /// A frame of a window that is drawn sixty times a second, in milliseconds.

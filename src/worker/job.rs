@@ -1,20 +1,20 @@
 //! Long actions. The command line and the studio send the same ones.
 
-use crate::calibration::develop::{DevelopReport, DevelopSettings, develop};
-use crate::calibration::{self, CalibrateSettings, Calibration};
+use calibration::develop::{DevelopReport, DevelopSettings, develop};
+use calibration::{self, CalibrateSettings, Calibration};
 use crate::demo::{self, DemoReport};
-use crate::error::Result;
-use crate::evaluation::review::{Means, ReviewReport, ReviewSettings, review};
-use crate::evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
-use crate::export::relight::{RelightReport, RelightSettings, relight};
-use crate::footage::{self, FrameReport, FrameSettings, ImportSettings};
-use crate::gpu::DeviceChoice;
-use crate::light::subset::Subset;
-use crate::progress::Progress;
-use crate::project::{EnvironmentChange, KnownEnvironment, Lock, Project};
-use crate::reflectance::checkpoint::{self, CheckpointInfo};
-use crate::training::{self, TrainReport, TrainSettings, kept};
-use crate::virtual_stage::{self, StageReport, StageSettings};
+use base::error::Result;
+use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
+use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
+use export::relight::{RelightReport, RelightSettings, relight};
+use footage::{self, FrameReport, FrameSettings, ImportSettings};
+use gpu::DeviceChoice;
+use light::subset::Subset;
+use base::progress::Progress;
+use project::{EnvironmentChange, KnownEnvironment, Lock, Project};
+use reflectance::checkpoint::{self, CheckpointInfo};
+use training::{self, TrainReport, TrainSettings, kept};
+use virtual_stage::{self, StageReport, StageSettings};
 use serde::Serialize;
 use std::path::PathBuf;
 

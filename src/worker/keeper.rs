@@ -1,7 +1,7 @@
 //! Writes the window's list of environments into `project.toml`, beside the window's thread.
 
-use crate::error::Result;
-use crate::project::{NamedEnvironment, Project};
+use base::error::Result;
+use project::{NamedEnvironment, Project};
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;

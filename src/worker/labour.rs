@@ -5,8 +5,8 @@ use super::caught::caught;
 use super::event::Event;
 use super::latest::Latest;
 use super::queue::Queue;
-use crate::error::Result;
-use crate::progress::{Control, Progress, Report, TrainingPictures};
+use base::error::Result;
+use base::progress::{Control, Progress, Report, TrainingPictures};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -1,15 +1,15 @@
 //! Reads panoramas beside the window's thread, one after the other, and makes their thumbnails.
 
 use super::latest::doorbell;
-use crate::error::Result;
-use crate::imaging::Image;
-use crate::imaging::color::{byte_from_unit, luminance, srgb_from_linear};
-use crate::imaging::resample::resize_area;
-use crate::light::brightest::{self, Area};
-use crate::light::built_in::BuiltIn;
-use crate::light::panorama::{self, Reading};
-use crate::light::{Environment, latlong};
-use crate::progress::Control;
+use base::error::Result;
+use imaging::Image;
+use imaging::color::{byte_from_unit, luminance, srgb_from_linear};
+use imaging::resample::resize_area;
+use light::brightest::{self, Area};
+use light::built_in::BuiltIn;
+use light::panorama::{self, Reading};
+use light::{Environment, latlong};
+use base::progress::Control;
 use glam::Quat;
 use std::collections::VecDeque;
 use std::fmt;
@@ -197,7 +197,7 @@ impl Thumbnail {
     }
 
     /// The same for an environment that is turned, at up to `TURNED_WIDTH` columns; see
-    /// [`crate::light::weights::rotation`].
+    /// [`light::weights::rotation`].
     pub fn turned(&self, turn: Quat) -> Self {
         let codes = self.rgb.chunks_exact(3);
         let codes = Image {
@@ -242,7 +242,7 @@ impl Thumbnail {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::weights::rotation;
+    use light::weights::rotation;
 
     #[test]
     fn a_thumbnail_does_not_depend_on_the_panoramas_units() {
@@ -296,7 +296,7 @@ mod tests {
     fn files_come_back_in_order_and_broken_ones_by_name() {
         let folder = tempfile::tempdir().unwrap();
         let good = folder.path().join("good.exr");
-        crate::imaging::file::write_exr(&good, &Image::filled(8, 4, [1.0; 3])).unwrap();
+        imaging::file::write_exr(&good, &Image::filled(8, 4, [1.0; 3])).unwrap();
         let (wake, woken) = std::sync::mpsc::channel();
         let library = Library::start(move || wake.send(()).unwrap());
         library.load(Origin::File(folder.path().join("missing.exr")));

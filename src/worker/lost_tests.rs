@@ -1,8 +1,8 @@
 //! A GPU that is lost while pictures are made on it.
 
 use super::*;
-use crate::compositor::passes::PicturePasses;
-use crate::reflectance::FieldBuffer;
+use compositor::passes::PicturePasses;
+use reflectance::FieldBuffer;
 
 /// A device of the test's own.
 fn own_device() -> Option<(wgpu::Device, wgpu::Queue)> {

@@ -1,7 +1,7 @@
 //! Exports in line: one after the other is written whenever no other job is in hand.
 
-use crate::error::Error;
-use crate::progress::Progress;
+use base::error::Error;
+use base::progress::Progress;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 

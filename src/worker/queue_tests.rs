@@ -88,7 +88,7 @@ fn a_cancelled_export_says_what_is_kept_and_the_next_one_is_written() {
     let one = |e: &Event| {
         matches!(
             e,
-            Event::Report(crate::progress::Report::Step { done: 1, .. })
+            Event::Report(base::progress::Report::Step { done: 1, .. })
         )
     };
     wait_for_event(&worker, one);

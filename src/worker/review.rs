@@ -4,14 +4,14 @@
 use super::PredictedFrame;
 use super::latest::{Latest, doorbell};
 use super::library::Thumbnail;
-use crate::error::Result;
-use crate::evaluation::review::{Basis, Marks, Review, own_truth};
-use crate::evaluation::{shown, shown_gain};
-use crate::imaging::color::byte_from_unit;
-use crate::imaging::resample::resize_area;
-use crate::imaging::{Image, Mask};
-use crate::progress::Control;
-use crate::project::Project;
+use base::error::Result;
+use evaluation::review::{Basis, Marks, Review, own_truth};
+use evaluation::{shown, shown_gain};
+use imaging::color::byte_from_unit;
+use imaging::resample::resize_area;
+use imaging::{Image, Mask};
+use base::progress::Control;
+use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -173,7 +173,7 @@ impl LampSheet {
         let mut weights = vec![[0f32; 3]; field.lamps()];
         for lamp in 0..field.lamps() {
             if stop.stopped() {
-                return Err(crate::error::Error::Cancelled {
+                return Err(base::error::Error::Cancelled {
                     kept: "nothing was changed".to_owned(),
                 });
             }
@@ -200,11 +200,11 @@ impl LampSheet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compositor::Field;
-    use crate::evaluation::review::{Mark, Marked};
-    use crate::footage::Frame;
-    use crate::imaging::Raster;
-    use crate::reflectance::ReflectanceField;
+    use compositor::Field;
+    use evaluation::review::{Mark, Marked};
+    use footage::Frame;
+    use imaging::Raster;
+    use reflectance::ReflectanceField;
     use std::sync::mpsc::channel;
 
     /// Three lamps, which light the left half, the right half and nothing.
@@ -245,7 +245,7 @@ mod tests {
     #[test]
     fn marks_are_written_before_the_thread_ends_and_read_back() {
         let folder = tempfile::tempdir().unwrap();
-        let project = crate::project::tests::empty(folder.path());
+        let project = project::Project::without_shoot(folder.path());
         project.save().unwrap();
         let mut marks = Marks::default();
         marks.set(Marked::new("frame_001", "olat_00", Some(Mark::Bad), "edge"));

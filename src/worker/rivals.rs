@@ -1,15 +1,15 @@
 //! Where a frame's OLATs can be had besides the network in use: photographs, a truth, another network.
 
 use super::second::Rival;
-use crate::calibration::Calibration;
-use crate::compositor::Field;
-use crate::error::Result;
-use crate::evaluation::Truth;
-use crate::footage::{Exemplar, Frame};
-use crate::gpu::ComputeDevice;
-use crate::imaging::Response;
-use crate::project::Project;
-use crate::reflectance::{Predictor, ReflectanceField};
+use calibration::Calibration;
+use compositor::Field;
+use base::error::Result;
+use evaluation::Truth;
+use footage::{Exemplar, Frame};
+use gpu::ComputeDevice;
+use imaging::Response;
+use project::Project;
+use reflectance::{Predictor, ReflectanceField};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
@@ -70,6 +70,6 @@ impl Rivals {
     }
 }
 
-fn field(olats: &[crate::imaging::Image]) -> Field {
+fn field(olats: &[imaging::Image]) -> Field {
     Field::from(ReflectanceField::from_olats(olats)).halved()
 }

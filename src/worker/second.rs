@@ -1,15 +1,15 @@
 //! The second picture: what the relit one is compared with, made under the same view settings.
 
 use super::PredictedFrame;
-use crate::compositor::reference::scale;
-use crate::compositor::{
+use compositor::reference::scale;
+use compositor::{
     CameraView, Extra, Ingredients, Levels, Upstream, compose, difference, view,
 };
-use crate::error::Result;
-use crate::imaging::color::byte_from_unit;
-use crate::imaging::{Encoded, Image};
-use crate::light::{Environment, LightWeights};
-use crate::scene::{Inspection, Scene};
+use base::error::Result;
+use imaging::color::byte_from_unit;
+use imaging::{Encoded, Image};
+use light::{Environment, LightWeights};
+use scene::{Inspection, Scene};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ impl PartialEq for Second {
 pub enum Rival {
     /// Those that were photographed in this pose.
     Exemplar(usize),
-    /// The true ones of the shown frame, in a folder as [`crate::evaluation::Truth`] reads it.
+    /// The true ones of the shown frame, in a folder as [`evaluation::Truth`] reads it.
     Truth(PathBuf),
     /// Those that a network in this folder predicts.
     Checkpoint(PathBuf),

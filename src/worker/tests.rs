@@ -1,9 +1,9 @@
 use super::*;
-use crate::footage::ImportSettings;
-use crate::imaging::{Image, Mask};
-use crate::light::{Environment, Lamp, Rig};
-use crate::reflectance::ReflectanceField;
-use crate::scene::{Background, Inspection, Output, Scene};
+use footage::ImportSettings;
+use imaging::{Image, Mask};
+use light::{Environment, Lamp, Rig};
+use reflectance::ReflectanceField;
+use scene::{Background, Inspection, Output, Scene};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -360,7 +360,7 @@ fn a_job_pauses_and_goes_on() {
     })
     .unwrap();
     let said = |what: &'static str| {
-        move |e: &Event| *e == Event::Report(crate::progress::Report::Say(what.to_owned()))
+        move |e: &Event| *e == Event::Report(base::progress::Report::Say(what.to_owned()))
     };
     let events = wait_for_event(&worker, said("before"));
     assert!(!events.iter().any(said("after")));

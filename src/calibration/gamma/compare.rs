@@ -1,9 +1,9 @@
 //! How well other curves would do in place of the dual gamma.
 
 use super::{CHANGED, Fitted, LEFT_ALONE, bounds};
-use crate::error::Result;
-use crate::imaging::Response;
-use crate::progress::Progress;
+use base::error::Result;
+use imaging::Response;
+use base::progress::Progress;
 
 /// How well a curve explains the pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,7 +10,7 @@
 use super::objective::{BLOCKS, Objective, Seen, rounding};
 use super::subject::Quantiles;
 use super::{GAMMA_PRIOR, bounds};
-use crate::calibration::code::Table;
+use crate::code::Table;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// Relative error that a lamp's weight has at least: what 8 bits and the blur of the comparison leave of

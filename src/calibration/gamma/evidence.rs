@@ -1,7 +1,7 @@
 //! What the fit rests on, and what it leaves open.
 
 use super::{Comparison, GAMMA_PRIOR, GammaFit};
-use crate::project::Shoot;
+use project::Shoot;
 use serde::{Deserialize, Serialize};
 
 /// What the fit of the response rests on, as kept in `calibration.toml`. Files without it give the
@@ -51,7 +51,7 @@ impl Default for Evidence {
 
 impl Evidence {
     /// What a fit to a shoot rests on.
-    pub(in crate::calibration) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
+    pub(in crate) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
         let name = |names: &[String], i: usize| names.get(i).cloned().unwrap_or_default();
         Self {
             by_hand: false,

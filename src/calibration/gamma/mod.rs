@@ -1,4 +1,4 @@
-//! The fit of the camera's dual gamma (the curve itself is [`crate::imaging::DualGamma`]).
+//! The fit of the camera's dual gamma (the curve itself is [`imaging::DualGamma`]).
 //!
 //! Two things must agree under the right curve. The OLATs of the poses, summed with the interview's
 //! weights, must look like the interview: pixel for pixel where a frame shows the pose itself, and
@@ -24,10 +24,10 @@ use super::Trial;
 use super::code::Table;
 use super::minimum::{self, Search};
 use super::probe::Probes;
-use crate::error::{Error, Result};
-use crate::imaging::{DualGamma, Response};
-use crate::progress::Progress;
-use crate::project::Shoot;
+use base::error::{Error, Result};
+use imaging::{DualGamma, Response};
+use base::progress::Progress;
+use project::Shoot;
 use objective::{Objective, Seen, gamma_prior};
 use serde::{Deserialize, Serialize};
 

@@ -6,7 +6,7 @@ use super::super::probe::{NeighbourDifferences, Probes, Profile};
 use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
 use super::twin::TwinPixel;
 use super::{ExposurePrior, GAMMA_PRIOR, LEFT_ALONE};
-use crate::imaging::{DualGamma, Response};
+use imaging::{DualGamma, Response};
 
 /// Rounding to 8 bits alone leaves this root-mean-square distance; below it nothing can be told.
 pub(super) fn rounding() -> f64 {

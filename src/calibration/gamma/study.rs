@@ -4,13 +4,13 @@
 use super::objective::Objective;
 use super::subject::sample;
 use super::{Comparison, Fitted, Subject, fit};
-use crate::calibration::code::{Code, STEPS, Table};
-use crate::calibration::probe::Probes;
-use crate::error::{Error, Result};
-use crate::footage;
-use crate::imaging::{DualGamma, Encoded, Mask, Raster, Response, resample::resize_area};
-use crate::progress::Progress;
-use crate::project::Project;
+use crate::code::{Code, STEPS, Table};
+use crate::probe::Probes;
+use base::error::{Error, Result};
+use footage;
+use imaging::{DualGamma, Encoded, Mask, Raster, Response, resample::resize_area};
+use base::progress::Progress;
+use project::Project;
 use rayon::prelude::*;
 
 /// How often each of 256 encoded levels occurs, per channel: `[red, green, blue]`.
@@ -48,7 +48,7 @@ impl GammaStudy {
     /// Reads the shoot, and pose `pose` for pictures.
     ///
     /// # Errors
-    /// As [`crate::calibration::calibrate`], and when there is no such pose.
+    /// As [`crate::calibrate`], and when there is no such pose.
     pub fn load(project: &Project, pose: usize, progress: &Progress) -> Result<Self> {
         project.check_parts()?;
         let probes = Probes::load(project, progress)?;
@@ -77,7 +77,7 @@ impl GammaStudy {
         Ok(())
     }
 
-    /// Fits the response as [`crate::calibration::calibrate`] does, for [`Fitted::surface`] and
+    /// Fits the response as [`crate::calibrate`] does, for [`Fitted::surface`] and
     /// [`Fitted::compare`].
     ///
     /// # Errors
@@ -192,7 +192,7 @@ fn histogram(pixels: impl Iterator<Item = [f32; 3]>) -> Histogram {
     let mut counts = [[0; 256]; 3];
     for pixel in pixels {
         for (counts, value) in counts.iter_mut().zip(pixel) {
-            counts[usize::from(crate::imaging::color::byte_from_unit(value))] += 1;
+            counts[usize::from(imaging::color::byte_from_unit(value))] += 1;
         }
     }
     counts

@@ -2,8 +2,8 @@
 
 use super::objective::gamma_prior;
 use super::{Fitted, bounds};
-use crate::error::Result;
-use crate::progress::Progress;
+use base::error::Result;
+use base::progress::Progress;
 use rayon::prelude::*;
 
 /// The cost over a square of exponents, each at its best exposure.

@@ -1,6 +1,6 @@
 use super::*;
-use crate::imaging::{Image, Mask, Response, file};
-use crate::project::{Ball, Project, Settings, Shoot};
+use imaging::{Image, Mask, Response, file};
+use project::{Ball, Project, Settings, Shoot};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 
@@ -74,7 +74,7 @@ impl Making {
         Project {
             root: root.to_path_buf(),
             settings: Settings {
-                format: crate::project::FORMAT,
+                format: project::FORMAT,
                 name: "small".into(),
                 size: 32,
                 seed: 1,
@@ -126,7 +126,7 @@ impl Making {
             sum
         };
         let geometry =
-            crate::calibration::mirror_ball::MirrorBall::new(&ball, None, (SIZE, SIZE)).unwrap();
+            crate::mirror_ball::MirrorBall::new(&ball, None, (SIZE, SIZE)).unwrap();
         let probes: Vec<Image> = lamps
             .iter()
             .map(|(direction, _)| {
@@ -305,14 +305,14 @@ fn pixels_of_other_poses_are_not_compared() {
 #[test]
 fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
     let folder = tempfile::tempdir().unwrap();
-    let settings = crate::virtual_stage::StageSettings {
+    let settings = virtual_stage::StageSettings {
         frames: 1,
         size: 64,
         seed: 5,
         lamps: 10,
     };
     let shoot = folder.path().join("shoot");
-    crate::virtual_stage::write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
+    virtual_stage::write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
     let json = |name: &str| -> serde_json::Value {
         serde_json::from_slice(&std::fs::read(shoot.join(name)).unwrap()).unwrap()
     };
@@ -333,7 +333,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
     let project = Project {
         root: folder.path().to_path_buf(),
         settings: Settings {
-            format: crate::project::FORMAT,
+            format: project::FORMAT,
             name: "stage".into(),
             size: 64,
             seed: 1,

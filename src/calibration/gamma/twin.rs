@@ -2,11 +2,11 @@
 
 use super::super::code::{Code, STEPS, Table};
 use super::subject::{SOLID, margin};
-use crate::imaging::Mask;
+use imaging::Mask;
 
 /// A frame beside a pose.
 #[derive(Clone)]
-pub(in crate::calibration) struct Twin {
+pub(in crate) struct Twin {
     /// The project's numbers of both.
     pub pose: usize,
     pub frame: usize,
@@ -67,7 +67,7 @@ impl Twin {
 
 /// A pixel of a pose in the frame.
 #[derive(Clone)]
-pub(in crate::calibration) struct TwinPixel {
+pub(in crate) struct TwinPixel {
     /// Its place among the pose's samples.
     pub sample: u32,
     /// Its place in the picture, row by row.

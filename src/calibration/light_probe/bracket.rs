@@ -6,8 +6,8 @@
 //! photons. Clipped pixels and those within two deviations of black say nothing.
 
 use super::photograph::Photograph;
-use crate::error::{Error, Result};
-use crate::imaging::{Image, Raster};
+use base::error::{Error, Result};
+use imaging::{Image, Raster};
 
 /// One photograph of a bracket.
 #[derive(Clone, Copy, Debug)]

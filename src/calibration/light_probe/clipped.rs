@@ -6,8 +6,8 @@
 //! leaves many of them darker is no image of that lamp, and the lamp stays as it is: an even disc with a
 //! sharp edge says nothing of its brightness. Only a shorter exposure does ([`super::merge`]).
 
-use crate::imaging::color::luminance;
-use crate::imaging::{Image, Raster};
+use imaging::color::luminance;
+use imaging::{Image, Raster};
 
 /// What was estimated.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,6 +1,6 @@
 //! What no pixel shows: filled by the smoothest light that meets what is seen around it.
 
-use crate::imaging::Image;
+use imaging::Image;
 use std::f64::consts::PI;
 
 /// Sweeps on each level of detail; each level starts from the next coarser one's solution.
@@ -93,7 +93,7 @@ fn relax(panorama: &mut Image, seen: &[bool]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::latlong::texel_direction;
+    use light::latlong::texel_direction;
     use glam::Vec3;
     use proptest::prelude::*;
 

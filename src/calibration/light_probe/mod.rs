@@ -3,7 +3,7 @@
 //! [`Photograph`] is a picture as light, [`merge`] makes one of an exposure bracket, [`light_probe`] unwraps
 //! the ball, and [`merge_balls`] joins two balls so that neither camera shows. Every result says what
 //! it had to make up: light filled in behind the ball, estimated where the picture was clipped, or
-//! repaired. All panoramas are in the frame of [`crate::light::latlong`], with the (first) camera on +Z.
+//! repaired. All panoramas are in the frame of [`light::latlong`], with the (first) camera on +Z.
 
 mod bracket;
 mod clipped;
@@ -21,11 +21,11 @@ pub use photograph::Photograph;
 pub use two_balls::{TwoBalls, TwoBallsSettings, merge_balls};
 pub use view::{BallCamera, BallView};
 
-use crate::error::{Error, Result};
-use crate::imaging::color::luminance;
-use crate::imaging::{Image, Raster};
-use crate::light::Mapping;
-use crate::light::mapping::{Kind, resample};
+use base::error::{Error, Result};
+use imaging::color::luminance;
+use imaging::{Image, Raster};
+use light::Mapping;
+use light::mapping::{Kind, resample};
 use glam::DQuat;
 
 /// What to do about light that the photograph clipped.

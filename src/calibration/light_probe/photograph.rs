@@ -1,8 +1,8 @@
 //! A photograph as light, with what is known of each pixel's certainty.
 
 use super::super::code::{CLIPPED, STEPS};
-use crate::imaging::{Encoded, Image, Raster, Response};
-use crate::light::Environment;
+use imaging::{Encoded, Image, Raster, Response};
+use light::Environment;
 
 /// Electrons of a pixel at the clipping level, as small sensors hold them. They scale the photon noise,
 /// which only balances a bracket's photographs against each other.

@@ -2,7 +2,7 @@
 //! shares no formula with the unwrapping.
 
 use super::BallView;
-use crate::imaging::Image;
+use imaging::Image;
 use glam::DVec3;
 use rayon::prelude::*;
 

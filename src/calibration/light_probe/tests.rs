@@ -1,8 +1,8 @@
 use super::picture::photographed;
 use super::*;
-use crate::imaging::{DualGamma, Response};
-use crate::light::{Environment, latlong};
-use crate::project;
+use imaging::{DualGamma, Response};
+use light::{Environment, latlong};
+use project;
 use glam::{DVec3, Quat};
 use std::f64::consts::PI;
 
@@ -127,7 +127,7 @@ fn the_wrong_distance_is_noticed() {
 
 #[test]
 fn the_geometry_is_that_of_the_calibration() {
-    use crate::calibration::mirror_ball::MirrorBall;
+    use crate::mirror_ball::MirrorBall;
     let ball = project::Ball {
         center_px: [60.0, 66.0],
         radius_px: 50.0,
@@ -281,7 +281,7 @@ fn the_shared_stages_ball_shows_a_lamp_where_it_is() {
     let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
     let bank = &manifest["bank_directions"][5];
     let bank = DVec3::from_array([0, 1, 2].map(|i| bank[i].as_f64().unwrap())).normalize();
-    let picture = crate::imaging::file::read_encoded(&path).unwrap();
+    let picture = imaging::file::read_encoded(&path).unwrap();
     let response = Response::Power(2.2);
     let view = BallView {
         surroundings_radii: Some(4.0 / 0.075),

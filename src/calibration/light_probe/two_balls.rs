@@ -7,11 +7,11 @@
 
 use super::super::minimum::{Search, minimise};
 use super::{Ball, BallView, ClippedLight, Photograph, filled};
-use crate::error::{Error, Result};
-use crate::imaging::Image;
-use crate::imaging::color::luminance;
-use crate::light::latlong::{texel_direction, texel_solid_angle};
-use crate::light::{Environment, Mapping};
+use base::error::{Error, Result};
+use imaging::Image;
+use imaging::color::luminance;
+use light::latlong::{texel_direction, texel_solid_angle};
+use light::{Environment, Mapping};
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 /// How two balls are joined.

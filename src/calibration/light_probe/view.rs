@@ -1,8 +1,8 @@
 //! How a mirror ball was photographed: where it is in the picture, and from how far.
 
-use crate::error::{Error, Result};
-use crate::light::mapping::{Disc, Kind, Profile, Projection};
-use crate::project::Ball;
+use base::error::{Error, Result};
+use light::mapping::{Disc, Kind, Profile, Projection};
+use project::Ball;
 use glam::Vec3;
 
 /// A mirror ball in a photograph.

@@ -3,7 +3,7 @@
 use super::super::code::{Code, Table};
 use super::super::least_squares::NormalEquations;
 use super::{Probes, median};
-use crate::imaging::color::luminance;
+use imaging::color::luminance;
 use rayon::prelude::*;
 
 /// The interview's light in terms of the lamps.
@@ -79,7 +79,7 @@ impl Probes {
 
     /// The interview's light as a sum of lamps under a response: non-negative least squares of the
     /// interview's ball by the lamps' balls, per channel, both blurred to half the lamps' spacing.
-    pub(in crate::calibration) fn fit(&self, table: &Table) -> InterviewFit {
+    pub(in crate) fn fit(&self, table: &Table) -> InterviewFit {
         let n = self.blur.len().isqrt();
         let blurred = |energy: &[[f32; 3]]| -> Vec<[f32; 3]> {
             let lit: Vec<usize> = (0..n).filter(|&i| energy[i] != [0.0; 3]).collect();

@@ -1,7 +1,7 @@
 //! The measured rig against the layout: which lamps are where others should be.
 
 use super::{Fault, Finding, names};
-use crate::light::{Lamp, Rig};
+use light::{Lamp, Rig};
 use glam::{Mat3, Quat, Vec3};
 
 /// How a rig lies in its layout.

@@ -1,8 +1,8 @@
 use super::super::code::{Table, codes};
 use super::super::footprint::Footprint;
 use super::*;
-use crate::imaging::color::linear_from_srgb;
-use crate::imaging::{DualGamma, Encoded, file};
+use imaging::color::linear_from_srgb;
+use imaging::{DualGamma, Encoded, file};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 

@@ -5,7 +5,7 @@ use super::circle::Circle;
 use super::edges::Edges;
 use super::rim::{self, Rim};
 use super::search;
-use crate::imaging::Raster;
+use imaging::Raster;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;

@@ -1,7 +1,7 @@
 //! Circles: through three points, fitted to many, fitted robustly to the points that agree.
 
-use crate::error::{Error, Result};
-use crate::project::Ball;
+use base::error::{Error, Result};
+use project::Ball;
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 

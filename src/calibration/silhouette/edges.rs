@@ -1,6 +1,6 @@
 //! Edges of a picture: where brightness or colour changes fastest, and across which direction.
 
-use crate::imaging::Raster;
+use imaging::Raster;
 use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 

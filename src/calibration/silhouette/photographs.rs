@@ -1,9 +1,9 @@
 //! Photographs of the balls by one fixed camera, averaged.
 
-use crate::error::{Error, Result};
-use crate::imaging::color::unit;
-use crate::imaging::{Encoded, Raster, file};
-use crate::progress::Progress;
+use base::error::{Error, Result};
+use imaging::color::unit;
+use imaging::{Encoded, Raster, file};
+use base::progress::Progress;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 

@@ -2,7 +2,7 @@
 
 use super::circle::Circle;
 use super::search::divergence;
-use crate::imaging::Raster;
+use imaging::Raster;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::TAU;

@@ -2,7 +2,7 @@
 //! is also what the camera sees around the ball.
 
 use super::Circle;
-use crate::imaging::{Encoded, Raster};
+use imaging::{Encoded, Raster};
 use glam::{DVec2, DVec3};
 
 /// What stands around the ball.

@@ -1,8 +1,8 @@
 use super::scene::{Around, Scene, random};
 use super::*;
-use crate::imaging::Raster;
-use crate::imaging::{Encoded, file};
-use crate::progress::Progress;
+use imaging::Raster;
+use imaging::{Encoded, file};
+use base::progress::Progress;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};

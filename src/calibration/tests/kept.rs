@@ -104,7 +104,7 @@ fn small_project(root: &Path) -> Project {
         lamp_layout: vec![],
     };
     let settings = Settings {
-        format: crate::project::FORMAT,
+        format: project::FORMAT,
         name: "small".into(),
         size: 32,
         seed: 1,

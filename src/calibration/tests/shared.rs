@@ -3,7 +3,7 @@
 use super::*;
 
 /// The shared shoot of a real head scan, rendered by other software; `None` where it is not here.
-pub(in crate::calibration) fn shared_shoot(
+pub(in crate) fn shared_shoot(
     probes: &str,
 ) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
     let folder =
@@ -23,7 +23,7 @@ pub(in crate::calibration) fn shared_shoot(
     };
     let probe = &manifest["probes"];
     let settings = Settings {
-        format: crate::project::FORMAT,
+        format: project::FORMAT,
         name: "shared".into(),
         size: 128,
         seed: 1,

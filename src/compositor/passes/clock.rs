@@ -1,6 +1,6 @@
 //! How long passes take on the GPU, by its own clock.
 
-use crate::compositor::Pass;
+use crate::Pass;
 
 /// Dispatches that can be timed in one piece of work.
 const SPANS: u32 = 512;

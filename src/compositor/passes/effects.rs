@@ -1,14 +1,14 @@
 //! What each pass from picture to picture asks of its shader. The twins on the CPU are the functions of
-//! the same names in [`crate::compositor`].
+//! the same names in [`crate`].
 
 use super::pictures::GpuPicture;
 use super::work::Work;
-use crate::compositor::background::{Backdrop, CameraView, Sampling};
-use crate::compositor::background_blur::{LARGEST_RADIUS, halved};
-use crate::compositor::grain::BINS;
-use crate::compositor::{CLIPPED, Grain, LEGEND, Screen, false_color, glare, light_wrap};
-use crate::error::Result;
-use crate::scene::{Channel, ViewTransform};
+use crate::background::{Backdrop, CameraView, Sampling};
+use crate::background_blur::{LARGEST_RADIUS, halved};
+use crate::grain::BINS;
+use crate::{CLIPPED, Grain, LEGEND, Screen, false_color, glare, light_wrap};
+use base::error::Result;
+use scene::{Channel, ViewTransform};
 use bytemuck::{Pod, Zeroable, bytes_of};
 
 /// Parameters of `pyramid`.
@@ -110,7 +110,7 @@ impl Work<'_> {
         self.run("double", bytes_of(&params), coarse, Some(fine), fine.size())
     }
 
-    /// Pass `despill`; `guide` is as [`crate::compositor::guide`] makes it.
+    /// Pass `despill`; `guide` is as [`crate::guide`] makes it.
     pub fn despill(
         &mut self,
         subject: &GpuPicture,

@@ -2,9 +2,9 @@ use super::super::pictures::{PicturePasses, SHADERS};
 use super::super::relight::tests::any_device;
 use super::super::subject::EdgeParams;
 use super::*;
-use crate::compositor::pyramid::Rgba;
-use crate::compositor::{self as cpu, compose::tests::disc, reference};
-use crate::imaging::{Encoded, Image, Mask, Raster, resample::resize_area};
+use crate::pyramid::Rgba;
+use crate::{self as cpu, compose::tests::disc, reference};
+use imaging::{Encoded, Image, Mask, Raster, resample::resize_area};
 
 /// Sizes with nothing in common: a pixel, odd and even ones, one that halves many times.
 const SIZES: [(usize, usize); 4] = [(1, 1), (37, 61), (96, 96), (129, 64)];
@@ -216,7 +216,7 @@ fn background_agrees_with_its_twin() {
             let mut here = set.image.clone();
             let backdrop = cpu::Backdrop {
                 yaw_deg: yaw,
-                tilt: crate::light::weights::rotation(0.0, 0.5 * yaw, -20.0),
+                tilt: light::weights::rotation(0.0, 0.5 * yaw, -20.0),
                 level: [0.7, 0.5, 0.6],
             };
             cpu::draw_background(&mut here, &set.mask, &panorama, &backdrop, view);

@@ -2,7 +2,7 @@
 //! is asked of it is done, most of that without a word, and some calls of wgpu and burn panic.
 
 use super::PicturePasses;
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 /// Whether a device is lost. It takes microseconds and does not wait for the GPU.

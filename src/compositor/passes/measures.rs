@@ -4,12 +4,12 @@
 use super::effects::{GrainParams, PlainParams, size_of_picture};
 use super::pictures::GpuPicture;
 use super::work::Work;
-use crate::compositor::despill::{INSIDE, Spill, reach};
-use crate::compositor::grain::{BINS, Grain, Sample, places};
-use crate::compositor::light_wrap::{measured_size, need};
-use crate::compositor::pyramid::Rgba;
-use crate::error::Result;
-use crate::imaging::{Image, Mask};
+use crate::despill::{INSIDE, Spill, reach};
+use crate::grain::{BINS, Grain, Sample, places};
+use crate::light_wrap::{measured_size, need};
+use crate::pyramid::Rgba;
+use base::error::Result;
+use imaging::{Image, Mask};
 use bytemuck::bytes_of;
 
 /// Values that a whole picture is brought to, as in the shader.
@@ -29,7 +29,7 @@ impl Work<'_> {
         Ok(picked.pixels)
     }
 
-    /// The rim of a matte: [`crate::compositor::rim`] in the red, the matte in the fourth value.
+    /// The rim of a matte: [`crate::rim`] in the red, the matte in the fourth value.
     pub fn rim(&mut self, matte: &GpuPicture) -> Result<GpuPicture> {
         let open = self.plain("open", [0; 2], matte, Some(matte))?;
         let open = self.background_blur(&open, reach(matte.height))?;
@@ -66,7 +66,7 @@ impl Work<'_> {
         Ok(parts.pixels)
     }
 
-    /// What wrapping light would add to the rim, as [`crate::compositor::light_wrap`] measures it: on two
+    /// What wrapping light would add to the rim, as [`crate::light_wrap`] measures it: on two
     /// pictures of at most 64 pixels along each side, 128 KiB.
     pub fn wrap_need(&mut self, subject: &GpuPicture, behind: &GpuPicture) -> Result<f32> {
         let size = measured_size(subject.size());

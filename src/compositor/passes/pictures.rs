@@ -2,8 +2,8 @@
 
 use super::relight::RelightPass;
 use super::work::Work;
-use crate::error::{Error, Result};
-use crate::imaging::{Image, Mask};
+use base::error::{Error, Result};
+use imaging::{Image, Mask};
 use std::sync::OnceLock;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -103,7 +103,7 @@ const fn shader(
 /// All passes for one device. Each is compiled when it is first used.
 #[derive(Debug)]
 pub struct PicturePasses {
-    pub(in crate::compositor) device: wgpu::Device,
+    pub(in crate) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) layout: wgpu::BindGroupLayout,
     pipelines: Vec<(&'static str, OnceLock<wgpu::ComputePipeline>)>,

@@ -1,6 +1,6 @@
 //! From buffers of the GPU to memory.
 
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 
 /// Submits `commands`, waits for the GPU and gives the bytes of `sources` to `take`. All come by one
 /// buffer that is mapped once.

@@ -1,14 +1,14 @@
 //! Pass `relight` on the GPU, for fields of every [`Form`]. Its twins on the CPU are
-//! [`crate::compositor::reference::relight`], [`crate::compositor::reference::relight_half`] and
-//! [`crate::compositor::reference::relight_compressed`].
+//! [`crate::reference::relight`], [`crate::reference::relight_half`] and
+//! [`crate::reference::relight_compressed`].
 
 use super::read::read_back;
 use super::work::image;
-use crate::compositor::reference::lit_lamps;
-use crate::error::{Error, Result};
-use crate::imaging::Image;
-use crate::reflectance::compressed::shares;
-use crate::reflectance::{FieldBuffer, Form, HalfField, ReflectanceField};
+use crate::reference::lit_lamps;
+use base::error::{Error, Result};
+use imaging::Image;
+use reflectance::compressed::shares;
+use reflectance::{FieldBuffer, Form, HalfField, ReflectanceField};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Pixels of one workgroup, as in the shader.
@@ -312,12 +312,12 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
 }
 
 #[cfg(test)]
-pub(in crate::compositor) mod tests {
+pub(in crate) mod tests {
     use super::*;
-    use crate::compositor::relight::{
+    use crate::relight::{
         relight, relight_compressed, relight_half, tests::noise_field,
     };
-    use crate::reflectance::CompressedField;
+    use reflectance::CompressedField;
     use std::future::Future;
     use std::pin::pin;
     use std::task::{Context, Poll, Waker};

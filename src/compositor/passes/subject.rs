@@ -3,11 +3,11 @@
 use super::effects::size_of_picture;
 use super::pictures::{GpuPicture, PicturePasses};
 use super::work::Work;
-use crate::compositor::edges::rings;
-use crate::compositor::reference::SOLID;
-use crate::error::Result;
-use crate::imaging::{Image, Mask};
-use crate::reflectance::FieldBuffer;
+use crate::edges::rings;
+use crate::reference::SOLID;
+use base::error::Result;
+use imaging::{Image, Mask};
+use reflectance::FieldBuffer;
 use bytemuck::{Pod, Zeroable, bytes_of};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -113,7 +113,7 @@ impl Work<'_> {
     }
 
     /// Mends a sum of lamps, extends the colour of the solid subject over its edge and cuts it out, as
-    /// [`crate::compositor::reference::extend_edges`] does. Where a hole of pixels that are no numbers is
+    /// [`crate::reference::extend_edges`] does. Where a hole of pixels that are no numbers is
     /// wider than one pixel, each takes the mean of the nearest that are, instead of ring by ring.
     ///
     /// # Errors

@@ -3,10 +3,10 @@
 use super::clock::Clock;
 use super::pictures::{GpuPicture, PicturePasses, WORKGROUP};
 use super::read::read_back;
-use crate::compositor::Pass;
-use crate::compositor::pyramid::Rgba;
-use crate::error::Result;
-use crate::imaging::Image;
+use crate::Pass;
+use crate::pyramid::Rgba;
+use base::error::Result;
+use imaging::Image;
 use rayon::prelude::*;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 

@@ -1,16 +1,16 @@
 //! Who does the passes that a stage has decided on.
 
-use crate::compositor::background::Backdrop;
-use crate::compositor::despill::{Screen, Spill};
-use crate::compositor::grain::Grain;
-use crate::compositor::reuse::{Reuse, Slots};
-use crate::error::Result;
-use crate::imaging::{Encoded, Image, Mask};
-use crate::scene::{Channel, Pass, ViewTransform};
+use crate::background::Backdrop;
+use crate::despill::{Screen, Spill};
+use crate::grain::Grain;
+use crate::reuse::{Reuse, Slots};
+use base::error::Result;
+use imaging::{Encoded, Image, Mask};
+use scene::{Channel, Pass, ViewTransform};
 
 /// Does the passes of one picture: in memory, or on a GPU that keeps all pictures until the end. Everything
 /// that is computed fails where the device does.
-pub(in crate::compositor) trait Hand {
+pub(in crate) trait Hand {
     /// A whole picture in linear light. To clone it costs nothing.
     type Light: Clone;
     /// A whole picture in codes of a display.
@@ -27,7 +27,7 @@ pub(in crate::compositor) trait Hand {
     /// A subject without light.
     fn black(&self) -> Self::Light;
 
-    /// The subject under even light as [`crate::compositor::Steady`] samples it.
+    /// The subject under even light as [`crate::Steady`] samples it.
     fn even_samples(&mut self) -> Result<Vec<[f32; 3]>>;
 
     /// The subject under these weights, mended and premultiplied.
@@ -106,7 +106,7 @@ pub(in crate::compositor) trait Hand {
 }
 
 /// What a hand leaves.
-pub(in crate::compositor) struct Finished<Own> {
+pub(in crate) struct Finished<Own> {
     pub linear: Option<Image>,
     pub display: Option<Encoded>,
     /// How many of the subject's pixels were no numbers.

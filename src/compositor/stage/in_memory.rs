@@ -1,33 +1,33 @@
 //! The passes on the CPU, on pictures in memory.
 
 use super::hand::{Finished, Hand};
-use crate::compositor::background::{Backdrop, draw_background};
-use crate::compositor::background_blur::background_blur;
-use crate::compositor::channels::channels;
-use crate::compositor::compose::Ingredients;
-use crate::compositor::despill::{self, Screen, Spill, despill};
-use crate::compositor::difference::difference;
-use crate::compositor::false_color::false_color;
-use crate::compositor::glare::{brightest, glare};
-use crate::compositor::grain::{Grain, grain};
-use crate::compositor::light_wrap::{self, light_wrap};
-use crate::compositor::plan::Inputs;
-use crate::compositor::reference::{dither, extend_edges, scale};
-use crate::compositor::reuse::{Kept, Reuse, Slots};
-use crate::compositor::smoothing::{self, even_light};
-use crate::compositor::view::view;
-use crate::error::Result;
-use crate::imaging::{Encoded, Image, Mask, resample::resize_area};
-use crate::scene::{Channel, Pass, ViewTransform};
+use crate::background::{Backdrop, draw_background};
+use crate::background_blur::background_blur;
+use crate::channels::channels;
+use crate::compose::Ingredients;
+use crate::despill::{self, Screen, Spill, despill};
+use crate::difference::difference;
+use crate::false_color::false_color;
+use crate::glare::{brightest, glare};
+use crate::grain::{Grain, grain};
+use crate::light_wrap::{self, light_wrap};
+use crate::plan::Inputs;
+use crate::reference::{dither, extend_edges, scale};
+use crate::reuse::{Kept, Reuse, Slots};
+use crate::smoothing::{self, even_light};
+use crate::view::view;
+use base::error::Result;
+use imaging::{Encoded, Image, Mask, resample::resize_area};
+use scene::{Channel, Pass, ViewTransform};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// The rim of the last matte that was asked for.
-pub(in crate::compositor) type Rim = Kept<Arc<Mask>>;
+pub(in crate) type Rim = Kept<Arc<Mask>>;
 
 /// The processor.
-pub(in crate::compositor) struct InMemory<'a> {
+pub(in crate) struct InMemory<'a> {
     of: &'a Ingredients<'a>,
     /// Stands for the frame.
     frame: u64,

@@ -1,12 +1,12 @@
 //! What a picture is measured by while it is made, where the plan asks.
 
 use super::{Hand, Stage};
-use crate::compositor::compose::Ingredients;
-use crate::compositor::grain::Grain;
-use crate::compositor::plan::{Inputs, PlannedPass, is_cut_out, key};
-use crate::compositor::smoothing::Steady;
-use crate::error::Result;
-use crate::scene::Pass;
+use crate::compose::Ingredients;
+use crate::grain::Grain;
+use crate::plan::{Inputs, PlannedPass, is_cut_out, key};
+use crate::smoothing::Steady;
+use base::error::Result;
+use scene::Pass;
 
 impl<H: Hand> Stage<'_, H> {
     /// Measures whether the last of these passes is called for, where the scene asks for it and nothing

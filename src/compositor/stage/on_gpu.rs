@@ -1,30 +1,30 @@
 //! The passes on a GPU. Pictures stay there; in the end the one that was asked for is read.
 
 use super::hand::{Finished, Hand};
-use crate::compositor::background::{Backdrop, draw_background};
-use crate::compositor::compose::Ingredients;
-use crate::compositor::despill::{Screen, Spill};
-use crate::compositor::difference::check_size;
-use crate::compositor::grain::Grain;
-use crate::compositor::passes::{GpuMatte, GpuPicture, PicturePasses, Work};
-use crate::compositor::plan::{Inputs, key};
-use crate::compositor::reuse::{Kept, Reuse, Slots};
-use crate::compositor::smoothing::{self, even_light};
-use crate::error::Result;
-use crate::imaging::{Encoded, Image, Mask};
-use crate::reflectance::FieldBuffer;
-use crate::scene::{Channel, Pass, ViewTransform};
+use crate::background::{Backdrop, draw_background};
+use crate::compose::Ingredients;
+use crate::despill::{Screen, Spill};
+use crate::difference::check_size;
+use crate::grain::Grain;
+use crate::passes::{GpuMatte, GpuPicture, PicturePasses, Work};
+use crate::plan::{Inputs, key};
+use crate::reuse::{Kept, Reuse, Slots};
+use crate::smoothing::{self, even_light};
+use base::error::Result;
+use imaging::{Encoded, Image, Mask};
+use reflectance::FieldBuffer;
+use scene::{Channel, Pass, ViewTransform};
 
 /// What was copied to the GPU, and made there, for a frame and for an environment.
 #[derive(Clone, Debug, Default)]
-pub(in crate::compositor) struct Uploads {
+pub(in crate) struct Uploads {
     matte: Kept<GpuMatte>,
     rim: Kept<GpuPicture>,
     panorama: Kept<GpuPicture>,
 }
 
 /// The GPU that the field is on.
-pub(in crate::compositor) struct OnGpu<'a> {
+pub(in crate) struct OnGpu<'a> {
     of: &'a Ingredients<'a>,
     field: &'a FieldBuffer,
     passes: &'a PicturePasses,

@@ -1,7 +1,7 @@
 //! What a review rests on, so that a kept one can be told from one that no longer holds.
 
-use crate::error::{Error, Result};
-use crate::project::Project;
+use base::error::{Error, Result};
+use project::Project;
 use serde::{Deserialize, Serialize};
 
 /// Marks of the files that figures follow from.
@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn what_changed_is_named() {
         let folder = tempfile::tempdir().unwrap();
-        let project = crate::project::tests::empty(folder.path());
+        let project = project::Project::without_shoot(folder.path());
         let missing = Basis::of(&project).unwrap_err().to_string();
         assert!(missing.contains("afterlight train"), "{missing}");
         project.save().unwrap();

@@ -18,7 +18,7 @@ const MAGMA: [[u8; 3]; 9] = [
 
 /// sRGB codes from 0 to 1 of an error from 0 to 1, by straight lines between the places. NaN counts as 0.
 pub fn heat(error: f32) -> [f32; 3] {
-    let place = crate::imaging::color::unit(error) * (MAGMA.len() - 1) as f32;
+    let place = imaging::color::unit(error) * (MAGMA.len() - 1) as f32;
     let (low, share) = (place.floor() as usize, place.fract());
     let high = (low + 1).min(MAGMA.len() - 1);
     std::array::from_fn(|c| {

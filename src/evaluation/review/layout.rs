@@ -1,6 +1,6 @@
 //! A contact sheet of lamps in which each picture stands where its lamp is.
 
-use crate::light::latlong::uv_from_direction;
+use light::latlong::uv_from_direction;
 use glam::Vec3;
 
 /// The sheet: squares on a plane, the top left corner of which is (0, 0).
@@ -69,7 +69,7 @@ pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> Place
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::latlong::direction_from_uv;
+    use light::latlong::direction_from_uv;
     use proptest::prelude::*;
 
     fn direction() -> impl Strategy<Value = Vec3> {

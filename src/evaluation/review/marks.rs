@@ -1,7 +1,7 @@
 //! What a reviewer says of lamps and frames, kept in the project's `review.toml`.
 
-use crate::error::{Error, Result};
-use crate::project::{Project, save_toml};
+use base::error::{Error, Result};
+use project::{Project, save_toml};
 use serde::{Deserialize, Serialize};
 
 /// The version of `review.toml` that this program writes and reads.
@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn marks_come_back_and_what_is_not_known_stays() {
         let folder = tempfile::tempdir().unwrap();
-        let project = crate::project::tests::empty(folder.path());
+        let project = project::Project::without_shoot(folder.path());
         assert_eq!(Marks::load(&project).unwrap(), Marks::default());
         let text = "format = 1\nauthor = \"later\"\n[[cells]]\ncase = \"frame_005\"\nlamp = \"olat_01\"\n\
                     mark = \"bad\"\nstamp = 12\n";
@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn a_file_that_is_not_understood_is_named_with_a_remedy() {
         let folder = tempfile::tempdir().unwrap();
-        let project = crate::project::tests::empty(folder.path());
+        let project = project::Project::without_shoot(folder.path());
         for text in [
             "format = 2",
             "format = 1\ncells = 3",

@@ -5,14 +5,14 @@ use super::super::{Truth, flip::PIXELS_PER_DEGREE, flip::flip, ssim};
 use super::pictures::Pictures;
 use super::report::write_report;
 use super::{Basis, Case, Cell, FORMAT, Marks, Measured, Metric, Review};
-use crate::calibration::Calibration;
-use crate::error::{Error, Result};
-use crate::footage::{Exemplar, Frame};
-use crate::gpu::{ComputeDevice, DeviceChoice};
-use crate::imaging::{Image, Mask};
-use crate::progress::Progress;
-use crate::project::Project;
-use crate::reflectance::{Predictor, ReflectanceField, checkpoint::CheckpointInfo};
+use calibration::Calibration;
+use base::error::{Error, Result};
+use footage::{Exemplar, Frame};
+use gpu::{ComputeDevice, DeviceChoice};
+use imaging::{Image, Mask};
+use base::progress::Progress;
+use project::Project;
+use reflectance::{Predictor, ReflectanceField, checkpoint::CheckpointInfo};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -326,8 +326,8 @@ fn cells(attempt: &Attempt, scale: f64, progress: &Progress) -> Result<Vec<Cell>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::Raster;
-    use crate::reflectance::checkpoint::HeldOut;
+    use imaging::Raster;
+    use reflectance::checkpoint::HeldOut;
 
     #[test]
     fn a_lamp_that_is_off_is_told_from_one_that_is_not() {

@@ -17,9 +17,9 @@ pub use marks::{Mark, Marked, Marks};
 pub use measure::{Means, ReviewReport, ReviewSettings, own_truth, review};
 
 use super::metrics::pooled;
-use crate::error::{Error, Result};
-use crate::imaging::file::write_beside;
-use crate::project::Project;
+use base::error::{Error, Result};
+use imaging::file::write_beside;
+use project::Project;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -320,7 +320,7 @@ pub(crate) mod tests {
     #[test]
     fn it_survives_its_file_and_a_broken_one_is_named() {
         let folder = tempfile::tempdir().unwrap();
-        let project = crate::project::tests::empty(folder.path());
+        let project = project::Project::without_shoot(folder.path());
         assert_eq!(Review::load(&project).unwrap(), None);
         let review = example();
         review.save(&project).unwrap();

@@ -2,7 +2,7 @@
 
 use super::measure::Means;
 use super::{Marks, Metric, Review, badness, heat, place_by_direction};
-use crate::imaging::color::byte_from_unit;
+use imaging::color::byte_from_unit;
 use glam::Vec3;
 use std::fmt::Write;
 

@@ -4,10 +4,10 @@ use super::super::flip::{PIXELS_PER_DEGREE, flip};
 use super::super::metrics::encoded;
 use super::heat;
 use super::measure::Attempt;
-use crate::error::Result;
-use crate::imaging::file::png_bytes;
-use crate::imaging::resample::resize_area;
-use crate::imaging::{Encoded, Image};
+use base::error::Result;
+use imaging::file::png_bytes;
+use imaging::resample::resize_area;
+use imaging::{Encoded, Image};
 
 /// Longest side of a picture in a page.
 const SIDE_PX: usize = 256;
@@ -96,7 +96,7 @@ fn base64(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::{Mask, Raster};
+    use imaging::{Mask, Raster};
 
     #[test]
     fn base64_is_that_of_the_standard() {

@@ -3,9 +3,9 @@
 use super::measure::Reviewer;
 use super::page::{Contents, Sheet, WorstPictures, page};
 use super::{Marks, Metric, Review};
-use crate::error::Result;
-use crate::imaging::file::write_beside;
-use crate::progress::Progress;
+use base::error::Result;
+use imaging::file::write_beside;
+use base::progress::Progress;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;

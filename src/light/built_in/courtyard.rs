@@ -3,8 +3,8 @@
 
 use super::panorama;
 use super::pattern::{arch, noise, ramp, wall};
-use crate::imaging::Image;
-use crate::light::patch::{Outline, Patch};
+use imaging::Image;
+use crate::patch::{Outline, Patch};
 use glam::{Vec2, Vec3};
 
 /// Towards the sun, not of unit length.

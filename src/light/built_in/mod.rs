@@ -12,7 +12,7 @@ mod studio;
 
 use super::Environment;
 use super::latlong::direction_from_uv;
-use crate::imaging::{Image, Raster};
+use imaging::{Image, Raster};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};

@@ -5,8 +5,8 @@
 
 use super::panorama;
 use super::pattern::{arch, noise, ramp, wall};
-use crate::imaging::Image;
-use crate::light::patch::{Outline, Patch};
+use imaging::Image;
+use crate::patch::{Outline, Patch};
 use glam::{Vec2, Vec3};
 use std::f64::consts::PI;
 use std::sync::LazyLock;

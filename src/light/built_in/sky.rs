@@ -7,10 +7,10 @@
 
 use super::panorama;
 use super::pattern::{noise, ramp};
-use crate::imaging::Image;
-use crate::imaging::color::{linear_from_xyz, luminance};
-use crate::light::patch::{Outline, Patch};
-use crate::light::white;
+use imaging::Image;
+use imaging::color::{linear_from_xyz, luminance};
+use crate::patch::{Outline, Patch};
+use crate::white;
 use glam::{DVec3, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -322,8 +322,8 @@ mod tests {
         // 7π/9 of the zenith's luminance falls on the ground (ISO 15469), 12.2 klx.
         let mut sum = 0.0;
         for (i, &pixel) in image.pixels.iter().enumerate().take(64 * 64) {
-            let direction = crate::light::latlong::texel_direction(i % 128, i / 128, 128, 64);
-            let part = crate::light::latlong::texel_solid_angle(i / 128, 128, 64);
+            let direction = crate::latlong::texel_direction(i % 128, i / 128, 128, 64);
+            let part = crate::latlong::texel_solid_angle(i / 128, 128, 64);
             sum += f64::from(luminance(pixel) * direction.y.max(0.0)) * part;
         }
         // The cover's billows do not average out over one sky.

@@ -4,9 +4,9 @@
 
 use super::panorama;
 use super::pattern::{noise, ramp, wall};
-use crate::imaging::Image;
-use crate::light::patch::{Outline, Patch};
-use crate::light::white;
+use imaging::Image;
+use crate::patch::{Outline, Patch};
+use crate::white;
 use glam::Vec3;
 use std::f32::consts::PI;
 

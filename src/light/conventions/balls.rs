@@ -2,9 +2,9 @@
 //! beside ours. Their look-ups are written after their sources and share no code with ours.
 
 use super::Tool;
-use crate::imaging::Image;
-use crate::light::weights::rotation;
-use crate::light::{Environment, latlong};
+use imaging::Image;
+use crate::weights::rotation;
+use crate::{Environment, latlong};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 

@@ -33,8 +33,8 @@ pub(crate) use projection::{Kind, Projection};
 pub(crate) use resample::resample;
 
 use super::Environment;
-use crate::error::{Error, Result};
-use crate::imaging::{Image, Raster};
+use base::error::{Error, Result};
+use imaging::{Image, Raster};
 use glam::{DQuat, DVec3, Quat};
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! The geometry of one picture of the sphere: from places in pixels to directions and back.
 
 use super::disc::Disc;
-use crate::light::latlong::texel_solid_angle;
+use crate::latlong::texel_solid_angle;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 

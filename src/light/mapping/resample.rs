@@ -11,7 +11,7 @@
 //! of one pixel keeps its energy.
 
 use super::Projection;
-use crate::imaging::Image;
+use imaging::Image;
 use glam::DQuat;
 use rayon::prelude::*;
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::light::latlong;
+use crate::latlong;
 use glam::Vec3;
 use proptest::prelude::*;
 use std::f64::consts::PI;

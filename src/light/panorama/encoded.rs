@@ -1,8 +1,8 @@
 //! PNG, JPEG and TIFF as light: linearised from sRGB, with a word about what is clipped.
 
 use super::{Canvas, Job};
-use crate::error::{Error, Result};
-use crate::imaging::color::linear_from_srgb;
+use base::error::{Error, Result};
+use imaging::color::linear_from_srgb;
 use image::{DynamicImage, ImageReader};
 use std::io::{BufRead, Seek};
 

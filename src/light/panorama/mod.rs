@@ -12,7 +12,7 @@ mod radiance_hdr;
 mod tests;
 
 use super::{Environment, Mapping, mapping};
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use canvas::Canvas;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};

@@ -2,7 +2,7 @@
 //! window. The `image` crate reads only unnamed R, G and B, and all of a file at once.
 
 use super::{Canvas, Job};
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use exr::block::reader::ChunksReader;
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;

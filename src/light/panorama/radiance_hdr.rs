@@ -3,8 +3,8 @@
 //! and all of a file at once.
 
 use super::{Canvas, Job};
-use crate::error::{Error, Result};
-use crate::imaging::color::linear_from_xyz;
+use base::error::{Error, Result};
+use imaging::color::linear_from_xyz;
 use std::io::{BufRead, Read};
 
 pub(super) fn read(job: &mut Job, mut file: impl BufRead) -> Result<Canvas> {

@@ -1,6 +1,6 @@
 use super::*;
-use crate::imaging::{Encoded, Image, file};
-use crate::light::latlong::{texel_direction, texel_solid_angle};
+use imaging::{Encoded, Image, file};
+use crate::latlong::{texel_direction, texel_solid_angle};
 use exr::prelude::{
     AnyChannel, AnyChannels, FlatSamples, IntegerBounds, Layer, LayerAttributes, SmallVec, Vec2,
     WritableImage,
@@ -145,7 +145,7 @@ fn texels_that_are_not_light_are_repaired_at_any_size() {
 fn encoded_pictures_are_light_with_a_warning() {
     let folder = Folder::new();
     let path = folder.0.path().join("sky.png");
-    let picture = crate::imaging::Raster::from_fn(16, 8, |x, _| [x as f32 / 15.0, 0.5, 0.0]);
+    let picture = imaging::Raster::from_fn(16, 8, |x, _| [x as f32 / 15.0, 0.5, 0.0]);
     file::write_png(&path, &Encoded(picture)).unwrap();
     let read = read_all(&path);
     let [r, g, b] = read.environment.radiance.at(7, 3);

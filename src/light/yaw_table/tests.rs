@@ -1,7 +1,7 @@
 use super::super::weights::tests::{kinds, lattice, rig, rigs};
 use super::*;
-use crate::imaging::Image;
-use crate::light::Rig;
+use imaging::Image;
+use crate::Rig;
 use proptest::prelude::*;
 
 /// A panorama of random light with suns of a million in some of its texels.

@@ -1,6 +1,6 @@
 use super::super::tests::empty;
 use super::*;
-use crate::light::conventions::Tool;
+use light::conventions::Tool;
 
 /// A project beside its shoot, both in `folder`, that is written down.
 fn project(folder: &Path) -> Project {
@@ -11,7 +11,7 @@ fn project(folder: &Path) -> Project {
     for file in ["shoot/hdri/sky.hdr", "film/own.hdr", "far.hdr", "nave.hdr"] {
         std::fs::write(folder.join(file), file).unwrap();
     }
-    let mut project = empty(&root);
+    let mut project = Project::without_shoot(&root);
     project.settings.shoot.folder = "../shoot".into();
     project.settings.shoot.environments = vec![NamedEnvironment {
         name: "sky".into(),

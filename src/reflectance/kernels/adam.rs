@@ -1,8 +1,8 @@
 //! One step of Adam with everything about a parameter in one pass over memory, and the norm that
 //! limits its gradient.
 
-use crate::reflectance::kernels::chunks::{WORTH_A_THREAD, each_chunk, each_index, vectorized};
-use crate::reflectance::kernels::sums::BLOCK;
+use crate::kernels::chunks::{WORTH_A_THREAD, each_chunk, each_index, vectorized};
+use crate::kernels::sums::BLOCK;
 use rayon::prelude::*;
 
 const FIRST_DECAY: f64 = 0.9;
@@ -121,7 +121,7 @@ pub fn square_sum(x: &[f32]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::kernels::chunks::tests::{assert_independent_of_threads, dot, noise};
+    use crate::kernels::chunks::tests::{assert_independent_of_threads, dot, noise};
     use proptest::prelude::*;
 
     const STEPS: i32 = 20;

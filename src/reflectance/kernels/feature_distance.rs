@@ -1,7 +1,7 @@
 //! The distance between encoded pictures that the network is trained on, and its gradient.
 
-use crate::reflectance::kernels::chunks::{each_index, vectorized};
-use crate::reflectance::kernels::sums::{BLOCK, Lanes, sum_of};
+use crate::kernels::chunks::{each_index, vectorized};
+use crate::kernels::sums::{BLOCK, Lanes, sum_of};
 
 /// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 and not 0/0.
 /// In units of encoded values: far below one 8-bit step.
@@ -249,7 +249,7 @@ fn into_gradient(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::kernels::chunks::tests::{assert_independent_of_threads, noise};
+    use crate::kernels::chunks::tests::{assert_independent_of_threads, noise};
     use proptest::prelude::*;
 
     /// Loss and gradient.

@@ -1,8 +1,8 @@
 //! Group normalisation, fused with what follows it: a scale and a shift per channel and a leaky
 //! ReLU. Batch normalisation of one picture is the case of one channel per group.
 
-use crate::reflectance::kernels::chunks::{each_chunk, each_index};
-use crate::reflectance::kernels::sums::{BLOCK, sum_of, sum_of_pairs};
+use crate::kernels::chunks::{each_chunk, each_index};
+use crate::kernels::sums::{BLOCK, sum_of, sum_of_pairs};
 
 /// y = leak(γ·(x − mean)/√(variance + ε) + β), with the mean and the variance over all pixels and
 /// channels of a picture's group (Wu and He, "Group Normalization").
@@ -314,7 +314,7 @@ impl Moments {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::kernels::chunks::tests::{assert_independent_of_threads, noise};
+    use crate::kernels::chunks::tests::{assert_independent_of_threads, noise};
     use proptest::prelude::*;
 
     /// A normalisation with its input, owned.

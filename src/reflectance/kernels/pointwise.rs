@@ -112,7 +112,7 @@ fn nearest_whole(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::kernels::chunks::vectorized;
+    use crate::kernels::chunks::vectorized;
     use proptest::prelude::*;
 
     /// 0 and values from 1e-9 to 1e6, evenly in their logarithm.

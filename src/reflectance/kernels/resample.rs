@@ -3,7 +3,7 @@
 //! Both filters are separable. A row of the result is combined from two or three rows of the source
 //! into one scratch row, which stays in the nearest cache, and from there along the row.
 
-use crate::reflectance::kernels::chunks::{WORTH_A_THREAD, each_chunk};
+use crate::kernels::chunks::{WORTH_A_THREAD, each_chunk};
 
 /// Blur-pool ÷2 (Zhang, "Making convolutional networks shift-invariant again"): the binomial filter
 /// [1 2 1]/4 on both axes, edges repeated, then every second pixel, starting with the first.
@@ -218,7 +218,7 @@ fn assert_planes(large: usize, large_plane: usize, small: usize, small_plane: us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::kernels::chunks::tests::{assert_independent_of_threads, dot, noise};
+    use crate::kernels::chunks::tests::{assert_independent_of_threads, dot, noise};
     use proptest::prelude::*;
 
     const SIZES: [[usize; 2]; 8] = [

@@ -61,8 +61,8 @@ pub fn sum_of_pairs(a: &[f32], b: &[f32], term: impl Fn(f32, f32) -> f32) -> f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::kernels::chunks::tests::noise;
-    use crate::reflectance::kernels::chunks::vectorized;
+    use crate::kernels::chunks::tests::noise;
+    use crate::kernels::chunks::vectorized;
 
     #[test]
     fn every_element_is_added_once() {

@@ -1,10 +1,10 @@
 //! What each command does to the window, beyond what it does to the state.
 
 use super::StudioApp;
-use crate::calibration::{CalibrateSettings, Circle};
-use crate::studio::command::Command;
-use crate::studio::compare::{Compare, With};
-use crate::worker::{Job, Need};
+use calibration::{CalibrateSettings, Circle};
+use crate::command::Command;
+use crate::compare::{Compare, With};
+use worker::{Job, Need};
 use egui::ViewportCommand;
 use std::time::Instant;
 

@@ -1,9 +1,9 @@
 //! Which picture is asked for, and when the next frame is due.
 
 use super::StudioApp;
-use crate::scene::Scene;
-use crate::studio::panel::Reading;
-use crate::worker::{Ask, Origin, Second};
+use scene::Scene;
+use crate::panel::Reading;
+use worker::{Ask, Origin, Second};
 use std::time::Duration;
 
 /// A picture that the state asks for.

@@ -1,9 +1,9 @@
 //! The window when the GPU that draws it is lost.
 
 use super::StudioApp;
-use crate::compositor::passes::is_lost;
-use crate::project::Project;
-use crate::worker::Latest;
+use compositor::passes::is_lost;
+use project::Project;
+use worker::Latest;
 use eframe::Frame;
 use egui::ViewportCommand;
 use std::sync::Arc;

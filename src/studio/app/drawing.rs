@@ -1,12 +1,12 @@
 //! The lines around the panes, and the panes.
 
 use super::StudioApp;
-use crate::studio::command::Command;
-use crate::studio::layout::Pane;
-use crate::studio::panel::Sight;
-use crate::studio::panels::JobPanel;
-use crate::studio::panes::Shown;
-use crate::studio::theme;
+use crate::command::Command;
+use crate::layout::Pane;
+use crate::panel::Sight;
+use crate::panels::JobPanel;
+use crate::panes::Shown;
+use crate::theme;
 use egui::{Frame, Panel};
 
 /// What panels see of the window. A function would borrow the panels along with it.

@@ -1,10 +1,10 @@
 //! What is dropped onto the window.
 
 use super::StudioApp;
-use crate::footage::scan::is_shoot;
-use crate::studio::command::Command;
-use crate::studio::news::Phase;
-use crate::worker::Need;
+use footage::scan::is_shoot;
+use crate::command::Command;
+use crate::news::Phase;
+use worker::Need;
 use std::path::{Path, PathBuf};
 
 /// Extensions of panoramas.

@@ -1,13 +1,13 @@
 //! What the application does about exports.
 
 use super::StudioApp;
-use crate::export::Destination;
-use crate::export::relight::relight;
-use crate::studio::command::Command;
-use crate::studio::layout::Pane;
-use crate::studio::lookout::Wanted;
-use crate::studio::panel::Reading;
-use crate::worker::{Export, Standing, Written};
+use export::Destination;
+use export::relight::relight;
+use crate::command::Command;
+use crate::layout::Pane;
+use crate::lookout::Wanted;
+use crate::panel::Reading;
+use worker::{Export, Standing, Written};
 use std::path::Path;
 
 impl StudioApp {

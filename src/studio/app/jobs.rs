@@ -1,9 +1,9 @@
 //! Jobs that are begun from the window.
 
 use super::StudioApp;
-use crate::calibration::CalibrateSettings;
-use crate::evaluation::review::ReviewSettings;
-use crate::worker::Job;
+use calibration::CalibrateSettings;
+use evaluation::review::ReviewSettings;
+use worker::Job;
 use std::path::PathBuf;
 
 impl StudioApp {

@@ -1,19 +1,19 @@
 //! Which project is open: opening, making, locking, moving, framing.
 
 use super::{StudioApp, title};
-use crate::error::Result;
-use crate::project::{Framing, Lock, Project};
-use crate::studio::command::Command;
-use crate::studio::footages::Footages;
-use crate::studio::inspected::Inspected;
-use crate::studio::layout::{Pane, Workspace};
-use crate::studio::news::Phase;
-use crate::studio::reviews::Reviews;
-use crate::studio::studies::Studies;
-use crate::studio::theme;
-use crate::studio::training::Training;
-use crate::studio::wizard::Plan;
-use crate::worker::{Blocked, Job, Worker};
+use base::error::Result;
+use project::{Framing, Lock, Project};
+use crate::command::Command;
+use crate::footages::Footages;
+use crate::inspected::Inspected;
+use crate::layout::{Pane, Workspace};
+use crate::news::Phase;
+use crate::reviews::Reviews;
+use crate::studies::Studies;
+use crate::theme;
+use crate::training::Training;
+use crate::wizard::Plan;
+use worker::{Blocked, Job, Worker};
 use egui::{Ui, ViewportCommand};
 use std::path::{Path, PathBuf};
 
@@ -83,7 +83,7 @@ impl StudioApp {
                 Err(sentence) => self.news.refuse(sentence.to_owned()),
             },
             Command::MakeDemo(folder) => {
-                let project = crate::demo::project_folder(&folder);
+                let project = worker::demo::project_folder(&folder);
                 let job = Job::Demo {
                     folder,
                     prepare: true,

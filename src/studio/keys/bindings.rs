@@ -1,9 +1,9 @@
 //! The table of keys.
 
-use crate::scene::{Channel, Inspection};
-use crate::studio::command::Command;
-use crate::studio::layout::{Pane, Workspace};
-use crate::studio::state::Keyed;
+use scene::{Channel, Inspection};
+use crate::command::Command;
+use crate::layout::{Pane, Workspace};
+use crate::state::Keyed;
 use egui::{Key, KeyboardShortcut, Modifiers};
 
 /// A key, what it does, and how the list of keys calls it.

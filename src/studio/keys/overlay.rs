@@ -1,9 +1,9 @@
 //! The list of keys, over the picture.
 
 use super::{known, name};
-use crate::studio::command::Command;
-use crate::studio::layout::Pane;
-use crate::studio::theme;
+use crate::command::Command;
+use crate::layout::Pane;
+use crate::theme;
 
 /// What the mouse does in the viewport.
 const GESTURES: &[(&str, &str)] = &[

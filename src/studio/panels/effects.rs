@@ -1,10 +1,10 @@
 //! The plan of passes: which ran, which did not and why, what each took, and a switch that forces it.
 
-use crate::compositor::{Pass, PassReport};
-use crate::scene::{Effects, Forced};
-use crate::studio::command::Command;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
+use compositor::{Pass, PassReport};
+use scene::{Effects, Forced};
+use crate::command::Command;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
 use egui::{Align, ComboBox, Label, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
 /// Width of the switch in points.

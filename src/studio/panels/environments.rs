@@ -1,10 +1,10 @@
 //! The list of environments: the shoot's, those that are built in, and what was added.
 
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::listed::Owner;
-use crate::studio::panel::{Entry, Reading, Sight};
-use crate::studio::theme::{self, GAP};
+use crate::command::Command;
+use crate::icons;
+use crate::listed::Owner;
+use crate::panel::{Entry, Reading, Sight};
+use crate::theme::{self, GAP};
 use egui::{Color32, Pos2, Rect, Response, RichText, Sense, Ui, Vec2, pos2, vec2};
 
 /// Side of the button that removes an entry, in points.

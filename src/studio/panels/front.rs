@@ -3,11 +3,11 @@
 use super::panorama::{place, share};
 use super::rows::choice_ui;
 use super::sphere::{MARK_RADIUS, Mark, clicked, in_order, mark_ui};
-use crate::light::conventions::{Front, Tool};
-use crate::light::latlong;
-use crate::studio::command::Command;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
+use light::conventions::{Front, Tool};
+use light::latlong;
+use crate::command::Command;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
 use egui::{Button, Pos2, Rect, Response, RichText, Ui, vec2};
 use glam::Quat;
 

@@ -1,12 +1,12 @@
 //! The line of the job that runs beside the picture, and what it said when it was over.
 
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::layout::Pane;
-use crate::studio::news::Work;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
-use crate::worker::Standing;
+use crate::command::Command;
+use crate::icons;
+use crate::layout::Pane;
+use crate::news::Work;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
+use worker::Standing;
 use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
 use std::time::{Duration, Instant};
 

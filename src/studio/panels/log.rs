@@ -1,10 +1,10 @@
 //! What happened: sentences of jobs and errors with their remedies, to read again and to copy.
 
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::news::Kind;
-use crate::studio::panel::Sight;
-use crate::studio::theme;
+use crate::command::Command;
+use crate::icons;
+use crate::news::Kind;
+use crate::panel::Sight;
+use crate::theme;
 use egui::{RichText, ScrollArea, Ui};
 
 /// The panel keeps nothing.

@@ -2,12 +2,12 @@
 
 use super::environments::panorama_ui;
 use super::front;
-use crate::light::brightest::Area;
-use crate::light::{Environment, PlacedLight, latlong};
-use crate::studio::command::Command;
-use crate::studio::keys;
-use crate::studio::panel::{Entry, Reading, Sight};
-use crate::studio::theme;
+use light::brightest::Area;
+use light::{Environment, PlacedLight, latlong};
+use crate::command::Command;
+use crate::keys;
+use crate::panel::{Entry, Reading, Sight};
+use crate::theme;
 use egui::{
     Color32, EventFilter, Key, Pos2, Rect, Sense, Stroke, TextureHandle, TextureOptions, Ui, Vec2,
     pos2, vec2,

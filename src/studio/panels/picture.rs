@@ -1,13 +1,13 @@
 //! The picture: exposure, what is behind the subject, the view transform, and the effects.
 
-use crate::scene::{Background, Channel, Effects, Inspection, ViewTransform};
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::panel::Sight;
-use crate::studio::panels::number_ui;
-use crate::studio::panels::rows::{FIELD, Row, choice_ui};
-use crate::studio::state::EXPOSURE_STOPS;
-use crate::studio::theme::GAP;
+use scene::{Background, Channel, Effects, Inspection, ViewTransform};
+use crate::command::Command;
+use crate::icons;
+use crate::panel::Sight;
+use crate::panels::number_ui;
+use crate::panels::rows::{FIELD, Row, choice_ui};
+use crate::state::EXPOSURE_STOPS;
+use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
 
 /// The panel keeps nothing.

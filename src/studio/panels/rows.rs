@@ -1,7 +1,7 @@
 //! Rows of a panel's grid: a number among some settings, and one of a few.
 
 use super::number_ui;
-use crate::studio::command::Command;
+use crate::command::Command;
 use egui::{DragValue, Response, Ui};
 use std::ops::RangeInclusive;
 

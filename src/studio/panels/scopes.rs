@@ -1,10 +1,10 @@
 //! Histogram, waveform, and the pixel under the cursor: its values, and what each lamp gives to it.
 
-use crate::imaging::color::luminance;
-use crate::studio::command::Command;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
-use crate::worker::Relit;
+use imaging::color::luminance;
+use crate::command::Command;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
+use worker::Relit;
 use egui::{Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! Directions on pictures: lamps as numbered marks on a lat-long panorama and on a dome that can be turned.
 
-use crate::light::latlong::uv_from_direction;
-use crate::studio::theme;
+use light::latlong::uv_from_direction;
+use crate::theme;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2,
 };

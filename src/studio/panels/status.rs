@@ -1,10 +1,10 @@
 //! The status line: where the network runs and why, what the picture took, which passes ran.
 
-use crate::studio::command::Command;
-use crate::studio::layout::Pane;
-use crate::studio::news::Phase;
-use crate::studio::panel::Sight;
-use crate::studio::theme::GAP;
+use crate::command::Command;
+use crate::layout::Pane;
+use crate::news::Phase;
+use crate::panel::Sight;
+use crate::theme::GAP;
 use egui::{RichText, Ui};
 
 /// Room for "predicted in 99999 ms".

@@ -1,10 +1,10 @@
 //! The workspaces, the panes that can be opened, and the arrangement.
 
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::layout::{Pane, Workspace};
-use crate::studio::panel::Sight;
-use crate::studio::theme;
+use crate::command::Command;
+use crate::icons;
+use crate::layout::{Pane, Workspace};
+use crate::panel::Sight;
+use crate::theme;
 use egui::{Button, RichText, Role, Ui, WidgetInfo, vec2};
 
 /// The panel keeps nothing.

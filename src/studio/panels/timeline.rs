@@ -1,11 +1,11 @@
 //! The scrub bar: which frame, whether it plays, and the keys of yaw and intensity.
 
-use crate::light::keyframes::Interpolation;
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::panel::Sight;
-use crate::studio::state::Keyed;
-use crate::studio::theme::{self, GAP};
+use light::keyframes::Interpolation;
+use crate::command::Command;
+use crate::icons;
+use crate::panel::Sight;
+use crate::state::Keyed;
+use crate::theme::{self, GAP};
 use egui::{Align2, Color32, Key, Modifiers, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 /// From a key's middle to its corners, in points.

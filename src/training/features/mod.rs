@@ -12,8 +12,8 @@ pub use truths::{Name, Picture};
 pub use weights::WeightFile;
 
 use super::loss::EPSILON;
-use crate::error::Result;
-use crate::reflectance::render::encoded_white;
+use base::error::Result;
+use reflectance::render::encoded_white;
 use burn::tensor::module::adaptive_avg_pool2d;
 use burn::tensor::{Device, Tensor, TensorData};
 use std::path::Path;

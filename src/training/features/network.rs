@@ -1,8 +1,8 @@
 //! The networks whose features are compared, as far as they are needed, with frozen weights.
 
 use super::weights::WeightFile;
-use crate::error::Result;
-use crate::reflectance::kernels::{self, Activation, Precision};
+use base::error::Result;
+use reflectance::kernels::{self, Activation, Precision};
 use burn::module::Module;
 use burn::nn::PaddingConfig2d;
 use burn::nn::conv::{Conv2d, Conv2dConfig};

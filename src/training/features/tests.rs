@@ -301,7 +301,7 @@ fn the_gradient_is_that_of_finite_differences() {
 /// cannot change a run.
 #[test]
 fn remembered_pictures_have_the_layers_of_new_ones() {
-    use crate::training::schedule::Lesson;
+    use crate::schedule::Lesson;
     let device = Device::flex();
     let mut features = squeezenet(&device);
     let lesson = Lesson::Exemplar { pose: 1 };

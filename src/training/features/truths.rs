@@ -1,7 +1,7 @@
 //! Features of true pictures, kept for the next time the same picture is compared.
 
 use super::network::FeatureNetwork;
-use crate::training::schedule::Lesson;
+use crate::schedule::Lesson;
 use burn::tensor::Tensor;
 use std::collections::HashMap;
 

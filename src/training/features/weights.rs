@@ -3,7 +3,7 @@
 //! A `.pth` file is a pickle, which Python runs as a program. The reader used here interprets the calls
 //! that rebuild tensors and containers and keeps every other one as a name: nothing in the file is run.
 
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use burn::module::{Module, Param};
 use burn::store::pytorch_reader::PytorchReader;
 use burn::store::{ModuleStore, SafetensorsStore, bridge, burn_pack};

@@ -1,7 +1,7 @@
 //! Exposure brackets.
 
 use super::*;
-use crate::imaging::{Encoded, Raster};
+use imaging::{Encoded, Raster};
 use proptest::prelude::*;
 
 /// A scene of six orders of magnitude.
@@ -31,7 +31,7 @@ fn response() -> Response {
     DualGamma::new(2.4, 2.1).unwrap().into()
 }
 
-fn merged(photographs: &[Photograph], stops: &[f32]) -> crate::error::Result<Bracket> {
+fn merged(photographs: &[Photograph], stops: &[f32]) -> base::error::Result<Bracket> {
     let exposures: Vec<Exposure> = (photographs.iter().zip(stops))
         .map(|(photograph, &stops)| Exposure { photograph, stops })
         .collect();

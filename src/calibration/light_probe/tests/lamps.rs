@@ -1,7 +1,7 @@
 //! Clipped lamps, against truths that are not clipped.
 
 use super::*;
-use crate::imaging::file;
+use imaging::file;
 
 /// A dim ball with lamps, and what a camera that clips at 1 makes of it.
 fn clipped(

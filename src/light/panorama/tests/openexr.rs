@@ -50,7 +50,7 @@ fn channels_by_other_names_are_found() {
         (0, 0),
         (32, 16),
     );
-    let error = crate::light::panorama::read(&path, &Reading::default())
+    let error = crate::panorama::read(&path, &Reading::default())
         .unwrap_err()
         .to_string();
     assert!(error.contains("channels G, R, U"), "{error}");
@@ -99,7 +99,7 @@ fn a_data_window_lies_where_it_says() {
             read.notes
         );
         // The same, averaged down.
-        let small = crate::light::panorama::read(
+        let small = crate::panorama::read(
             &path,
             &Reading {
                 width: 12,

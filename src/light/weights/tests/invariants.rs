@@ -229,7 +229,7 @@ fn a_sun_that_crosses_a_border_changes_no_weight_by_more_than_its_step_allows() 
                     .map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / energy)
                     .collect()
             };
-            let table = crate::light::YawTable::new(&partition, &day);
+            let table = crate::YawTable::new(&partition, &day);
             let mut before = shares(&table.at(0.0));
             let mut largest = 0.0f64;
             for step in 1..=36_000 {
@@ -384,7 +384,7 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
     let names = ["soft", "smooth", "cells", "fit"];
     let mut most = Vec::new();
     for (name, kind) in names.into_iter().zip(kinds()) {
-        let table = crate::light::YawTable::new(&kind(&rig, 256), &park);
+        let table = crate::YawTable::new(&kind(&rig, 256), &park);
         // A turn in a minute at 24 frames a second: a quarter of a degree a frame.
         let frames: Vec<Vec<f64>> = (0..1440)
             .map(|frame| {

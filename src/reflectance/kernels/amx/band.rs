@@ -4,8 +4,8 @@
 use super::Precision;
 use super::pack;
 use super::tiles::{Blocking, SIDE};
-use crate::reflectance::kernels::chunks::vectorized;
-use crate::reflectance::kernels::convolution::Shape;
+use crate::kernels::chunks::vectorized;
+use crate::kernels::convolution::Shape;
 
 /// How the channels of the input are divided into steps of a sum.
 #[derive(Clone, Copy)]

@@ -4,8 +4,8 @@
 use super::Precision;
 use super::pack::{self, Buffer};
 use super::tiles::{Blocking, Factor, SIDE, Steps, Sums, TILE, Tiles, with_tiles};
-use crate::reflectance::kernels::chunks::vectorized;
-use crate::reflectance::kernels::convolution::{Shape, Sources};
+use crate::kernels::chunks::vectorized;
+use crate::kernels::convolution::{Shape, Sources};
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
 

@@ -5,9 +5,9 @@ use super::band::{Band, Chunks, Cover, Run};
 use super::pack::{self, Buffer};
 use super::tiles::{Factor, SIDE, Steps, Sums, TILE, Tiles, with_tiles};
 use super::weights;
-use crate::reflectance::kernels::band::{Share, Weights, shares, split_bands};
-use crate::reflectance::kernels::chunks::vectorized;
-use crate::reflectance::kernels::convolution::Shape;
+use crate::kernels::band::{Share, Weights, shares, split_bands};
+use crate::kernels::chunks::vectorized;
+use crate::kernels::convolution::Shape;
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
 

@@ -1,8 +1,8 @@
 //! Against sums in f64.
 
 use super::*;
-use crate::reflectance::kernels::chunks::tests::noise;
-use crate::reflectance::kernels::convolution::{self, Activation, Shape};
+use crate::kernels::chunks::tests::noise;
+use crate::kernels::convolution::{self, Activation, Shape};
 use proptest::prelude::*;
 struct Case {
     shape: Shape,

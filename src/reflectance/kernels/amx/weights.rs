@@ -4,9 +4,9 @@ use super::Precision;
 use super::band::Chunks;
 use super::pack;
 use super::tiles::{SIDE, TILE};
-use crate::reflectance::kernels::band::Weights;
-use crate::reflectance::kernels::chunks::vectorized;
-use crate::reflectance::kernels::convolution::Shape;
+use crate::kernels::band::Weights;
+use crate::kernels::chunks::vectorized;
+use crate::kernels::convolution::Shape;
 use rayon::prelude::*;
 
 /// The weights as tiles: for each block of output channels and each step of its sums, its tiles' high

@@ -1,12 +1,12 @@
 //! The line of exports: what waits, how far the one in hand is, what became of the others.
 
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::news::Work;
-use crate::studio::panel::Sight;
-use crate::studio::panels::job;
-use crate::studio::theme::{self, GAP};
-use crate::worker::{Export, Standing, Written};
+use crate::command::Command;
+use crate::icons;
+use crate::news::Work;
+use crate::panel::Sight;
+use crate::panels::job;
+use crate::theme::{self, GAP};
+use worker::{Export, Standing, Written};
 use egui::{
     Align, Button, Frame, Label, Layout, Margin, ProgressBar, RichText, ScrollArea, Ui, vec2,
 };

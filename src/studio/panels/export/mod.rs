@@ -2,14 +2,14 @@
 
 mod line;
 
-use crate::export::{Destination, Files, Format};
-use crate::scene::Background;
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::order::Order;
-use crate::studio::panel::Sight;
-use crate::studio::panels::number_ui;
-use crate::studio::theme::{self, GAP};
+use export::{Destination, Files, Format};
+use scene::Background;
+use crate::command::Command;
+use crate::icons;
+use crate::order::Order;
+use crate::panel::Sight;
+use crate::panels::number_ui;
+use crate::theme::{self, GAP};
 use egui::{
     Align, Button, DragValue, Grid, Label, Layout, Response, RichText, Role, TextEdit, Ui,
     WidgetInfo, vec2,

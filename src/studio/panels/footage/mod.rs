@@ -5,14 +5,14 @@ mod square;
 mod strip;
 
 use super::notice_ui;
-use crate::project::{Framing, Padding, Project};
-use crate::studio::command::Command;
-use crate::studio::footages::{FootageView, MatteView, Shown};
-use crate::studio::news::Phase;
-use crate::studio::order::Order;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
-use crate::worker::Need;
+use project::{Framing, Padding, Project};
+use crate::command::Command;
+use crate::footages::{FootageView, MatteView, Shown};
+use crate::news::Phase;
+use crate::order::Order;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
+use worker::Need;
 use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
 use square::Square;
 

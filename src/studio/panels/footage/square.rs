@@ -1,8 +1,8 @@
 //! The square over the picture, to be dragged by its corners and its body.
 
-use crate::project::Framing;
-use crate::studio::footages::Shown;
-use crate::studio::theme::{self, GAP};
+use project::Framing;
+use crate::footages::Shown;
+use crate::theme::{self, GAP};
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 
 /// A corner is taken within this many points.

@@ -1,8 +1,8 @@
 //! The strip of thumbnails: frames spread over the clip, as many as there is room for.
 
-use crate::studio::command::Command;
-use crate::studio::panel::Sight;
-use crate::studio::theme;
+use crate::command::Command;
+use crate::panel::Sight;
+use crate::theme;
 use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
 /// Narrowest place of a thumbnail in points, and the distance between two.

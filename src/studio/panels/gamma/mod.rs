@@ -3,13 +3,13 @@
 
 mod plots;
 
-use crate::calibration::Trial;
-use crate::imaging::{DualGamma, Response};
-use crate::studio::command::Command;
-use crate::studio::panel::Sight;
-use crate::studio::panels::{notice_ui, number_ui};
-use crate::studio::theme::{self, GAP};
-use crate::worker::GammaView;
+use calibration::Trial;
+use imaging::{DualGamma, Response};
+use crate::command::Command;
+use crate::panel::Sight;
+use crate::panels::{notice_ui, number_ui};
+use crate::theme::{self, GAP};
+use worker::GammaView;
 use egui::{
     Align2, Button, Color32, FontId, Pos2, Rect, RichText, Sense, Stroke, TextureHandle, Ui, Vec2,
     pos2, vec2,
@@ -158,7 +158,7 @@ impl GammaPanel {
             ui.ctx()
                 .load_texture(name, picture, egui::TextureOptions::LINEAR)
         };
-        let texture = |name: &str, picture: &crate::worker::Thumbnail| {
+        let texture = |name: &str, picture: &worker::Thumbnail| {
             load(
                 name,
                 egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb),

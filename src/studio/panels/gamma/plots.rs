@@ -1,10 +1,10 @@
 //! The plots of the response: the curve with its asymptotes, the loss surface, the histograms.
 
-use crate::calibration::Trial;
-use crate::calibration::gamma::Surface;
-use crate::imaging::{DualGamma, Response};
-use crate::studio::theme;
-use crate::worker::GammaView;
+use calibration::Trial;
+use calibration::gamma::Surface;
+use imaging::{DualGamma, Response};
+use crate::theme;
+use worker::GammaView;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, TextureId, Ui, Vec2, pos2,
     vec2,

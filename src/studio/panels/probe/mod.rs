@@ -3,13 +3,13 @@
 mod photograph;
 
 use super::sphere::{self, DomeView, Mark};
-use crate::calibration::Circle;
-use crate::calibration::silhouette::Silhouette;
-use crate::studio::command::Command;
-use crate::studio::panel::Sight;
-use crate::studio::panels::number_ui;
-use crate::studio::theme::{self, GAP};
-use crate::worker::{ProbeStudy, SeenLamp};
+use calibration::Circle;
+use calibration::silhouette::Silhouette;
+use crate::command::Command;
+use crate::panel::Sight;
+use crate::panels::number_ui;
+use crate::theme::{self, GAP};
+use worker::{ProbeStudy, SeenLamp};
 use egui::{Button, Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use photograph::Photograph;
 use std::sync::Arc;
@@ -168,7 +168,7 @@ impl ProbePanel {
         {
             return;
         }
-        let texture = |name: &str, picture: &crate::worker::Thumbnail| {
+        let texture = |name: &str, picture: &worker::Thumbnail| {
             let picture = egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
             ui.ctx()
                 .load_texture(name, picture, egui::TextureOptions::LINEAR)
@@ -354,7 +354,7 @@ fn lamps_ui(ui: &mut Ui, study: &ProbeStudy, chosen: Option<usize>) -> Option<us
 }
 
 fn luminance(seen: &SeenLamp) -> f32 {
-    crate::imaging::color::luminance(seen.lamp.energy)
+    imaging::color::luminance(seen.lamp.energy)
 }
 
 fn row_ui(ui: &mut Ui, cells: [&str; 5], chosen: bool, color: Color32) -> egui::Response {

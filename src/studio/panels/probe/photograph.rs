@@ -1,11 +1,11 @@
 //! The mirror ball's photograph with its silhouette to be dragged, the rim magnified and the lamps marked.
 
 use super::super::sphere::{self, Mark};
-use crate::calibration::Circle;
-use crate::studio::command::Command;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
-use crate::worker::ProbeStudy;
+use calibration::Circle;
+use crate::command::Command;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
+use worker::ProbeStudy;
 use egui::{
     Color32, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2,
     pos2, vec2,

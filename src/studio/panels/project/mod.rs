@@ -3,14 +3,14 @@
 mod wizard;
 
 use super::TEXT_WIDTH;
-use crate::footage::scan::counted;
-use crate::project::Project;
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::panel::Sight;
-use crate::studio::recents::Recent;
-use crate::studio::theme::{self, GAP};
-use crate::studio::wizard::typed;
+use footage::scan::counted;
+use project::Project;
+use crate::command::Command;
+use crate::icons;
+use crate::panel::Sight;
+use crate::recents::Recent;
+use crate::theme::{self, GAP};
+use crate::wizard::typed;
 use egui::{Button, Color32, Label, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
 
 /// The panel keeps where the demo shall be.

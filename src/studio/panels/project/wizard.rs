@@ -1,12 +1,12 @@
 //! A new project on one page: the shoot, what was found in it, and what is chosen.
 
 use super::quiet_ui;
-use crate::footage::scan::{Line, Scan};
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
-use crate::studio::wizard::{Plan, cost};
+use footage::scan::{Line, Scan};
+use crate::command::Command;
+use crate::icons;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
+use crate::wizard::{Plan, cost};
 use egui::{Button, ComboBox, DragValue, Grid, Id, RichText, TextEdit, Ui, vec2};
 
 /// Working sizes that are offered.

@@ -1,9 +1,9 @@
 //! The chosen cell: its figures, its verdict and its note.
 
-use crate::evaluation::review::{Mark, Marked, Metric, Review};
-use crate::studio::command::Command;
-use crate::studio::reviews::Reviews;
-use crate::studio::theme;
+use evaluation::review::{Mark, Marked, Metric, Review};
+use crate::command::Command;
+use crate::reviews::Reviews;
+use crate::theme;
 use egui::{RichText, TextEdit, Ui};
 
 /// The note as it is being written, and the names of the cell that it belongs to.
@@ -66,5 +66,5 @@ impl ChosenUi<'_> {
 }
 
 fn capitalized(mark: Mark) -> String {
-    crate::studio::panels::job::capitalized(mark.name())
+    crate::panels::job::capitalized(mark.name())
 }

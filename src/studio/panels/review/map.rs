@@ -1,8 +1,8 @@
 //! The map of errors: lamps to the right, frames and poses downward, each lamp's mean as a bar above.
 
-use crate::evaluation::review::{Case, Marks, Metric, Review, badness, heat};
-use crate::imaging::color::byte_from_unit;
-use crate::studio::theme;
+use evaluation::review::{Case, Marks, Metric, Review, badness, heat};
+use imaging::color::byte_from_unit;
+use crate::theme;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, ScrollArea, Sense, Stroke, StrokeKind, Ui, Vec2,
     pos2, vec2,

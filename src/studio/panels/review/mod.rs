@@ -7,12 +7,12 @@ mod sheet;
 
 pub use sheet::LampSheetPanel;
 
-use crate::evaluation::review::{Case, Means, Metric, Review};
-use crate::studio::command::Command;
-use crate::studio::news::Phase;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
-use crate::worker::{Blocked, KeptReview};
+use evaluation::review::{Case, Means, Metric, Review};
+use crate::command::Command;
+use crate::news::Phase;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
+use worker::{Blocked, KeptReview};
 use chosen::ChosenUi;
 use egui::{Button, Color32, RichText, ScrollArea, Ui};
 

@@ -1,10 +1,10 @@
 //! The contact sheet: the shown frame under every lamp, each picture where its lamp is.
 
-use crate::evaluation::review::{Mark, place_by_direction};
-use crate::studio::command::Command;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
-use crate::worker::{LampSheet, Relit, Thumbnail};
+use evaluation::review::{Mark, place_by_direction};
+use crate::command::Command;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
+use worker::{LampSheet, Relit, Thumbnail};
 use egui::{
     Align, Align2, Button, Color32, ColorImage, FontId, Layout, Rect, RichText, Sense, Stroke,
     StrokeKind, TextureHandle, TextureOptions, Ui, pos2, vec2,

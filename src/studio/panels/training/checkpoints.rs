@@ -1,10 +1,10 @@
 //! Checkpoints to go back to.
 
 use super::figures::clock;
-use crate::studio::command::Command;
-use crate::studio::panel::Sight;
-use crate::studio::theme::{self, GAP};
-use crate::training::kept::Kept;
+use crate::command::Command;
+use crate::panel::Sight;
+use crate::theme::{self, GAP};
+use training::kept::Kept;
 use egui::{Align, Button, Layout, RichText, Ui, WidgetInfo, vec2};
 
 /// The list, the newest first.

@@ -1,13 +1,13 @@
 //! What to train, what it will cost, and the buttons that begin, hold and end a run.
 
-use crate::project::Project;
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::panel::Sight;
-use crate::studio::panels::job;
-use crate::studio::theme;
-use crate::studio::training::TrainChoice;
-use crate::training::{Preset, RunCost};
+use project::Project;
+use crate::command::Command;
+use crate::icons;
+use crate::panel::Sight;
+use crate::panels::job;
+use crate::theme;
+use crate::training::TrainChoice;
+use training::{Preset, RunCost};
 use egui::{Button, DragValue, RichText, Sense, Ui, WidgetInfo, vec2};
 
 /// Most minutes that can be asked for: a week.

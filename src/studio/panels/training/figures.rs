@@ -1,11 +1,11 @@
 //! Where a run stands, in numbers.
 
-use crate::progress::{LossPoint, TrainingPhase, TrainingPoint};
-use crate::project::Project;
-use crate::studio::news::Work;
-use crate::studio::panel::Sight;
-use crate::studio::panels::job;
-use crate::studio::theme::{self, GAP};
+use base::progress::{LossPoint, TrainingPhase, TrainingPoint};
+use project::Project;
+use crate::news::Work;
+use crate::panel::Sight;
+use crate::panels::job;
+use crate::theme::{self, GAP};
 use egui::{RichText, Ui};
 
 /// The figures of the run, and what is wrong with it.

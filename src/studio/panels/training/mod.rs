@@ -7,14 +7,14 @@ mod curves;
 mod figures;
 mod pictures;
 
-use crate::project::Project;
-use crate::studio::command::Command;
-use crate::studio::icons;
-use crate::studio::panel::Sight;
-use crate::studio::panels::notice_ui;
-use crate::studio::theme::{self, GAP};
-use crate::training::Records;
-use crate::worker::Need;
+use project::Project;
+use crate::command::Command;
+use crate::icons;
+use crate::panel::Sight;
+use crate::panels::notice_ui;
+use crate::theme::{self, GAP};
+use training::Records;
+use worker::Need;
 use egui::{Frame, Margin, Panel, RichText, ScrollArea, Ui};
 
 /// Width of what stands to the right of the curves, in points.

@@ -1,8 +1,8 @@
 //! A compass over the picture: seen from above, camera below, it turns the environment.
 
-use crate::studio::command::Command;
-use crate::studio::panel::{Reading, Sight};
-use crate::studio::theme::{self, GAP};
+use crate::command::Command;
+use crate::panel::{Reading, Sight};
+use crate::theme::{self, GAP};
 use egui::{Color32, CursorIcon, FontId, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 
 /// Radius of the ring in points.

@@ -1,12 +1,12 @@
 //! What stands where the picture would be: what is missing, why, and the button that brings it.
 
-use crate::studio::command::Command;
-use crate::studio::news::Phase;
-use crate::studio::panel::{Reading, Sight};
-use crate::studio::panels::refusal_ui;
-use crate::studio::theme::{self, GAP};
-use crate::training::Preset;
-use crate::worker::{Blocked, Need};
+use crate::command::Command;
+use crate::news::Phase;
+use crate::panel::{Reading, Sight};
+use crate::panels::refusal_ui;
+use crate::theme::{self, GAP};
+use training::Preset;
+use worker::{Blocked, Need};
 use egui::Ui;
 
 /// What stands where the picture would be.

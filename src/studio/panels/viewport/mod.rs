@@ -4,13 +4,13 @@ mod gizmo;
 mod instead;
 mod toolbar;
 
-use crate::studio::command::Command;
-use crate::studio::compare::How;
-use crate::studio::icons;
-use crate::studio::panel::{Reading, Sight};
-use crate::studio::panels::{TEXT_WIDTH, notice_ui, put_away_ui};
-use crate::studio::theme::{self, GAP};
-use crate::worker::Relit;
+use crate::command::Command;
+use crate::compare::How;
+use crate::icons;
+use crate::panel::{Reading, Sight};
+use crate::panels::{TEXT_WIDTH, notice_ui, put_away_ui};
+use crate::theme::{self, GAP};
+use worker::Relit;
 use egui::{
     Align2, Color32, CursorIcon, FontId, PointerButton, Rect, Sense, TextureHandle, Ui, Vec2, pos2,
     vec2,
@@ -183,7 +183,7 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             let (place, fit) = placed(rect, size, sight);
             paint(ui, rect, &shown.first, place, (0.0, 1.0));
             if second.is_some() {
-                let gain = crate::studio::state::GAIN;
+                let gain = crate::state::GAIN;
                 let text = format!("difference of {} and {}, × {gain}", first(), name());
                 label(ui, rect, Align2::LEFT_TOP, &text);
             }

@@ -1,13 +1,13 @@
 //! The line above the picture: what it is compared with, how it is scaled, and the pixel under the cursor.
 
-use crate::scene::Inspection;
-use crate::studio::command::Command;
-use crate::studio::compare::{Compare, How, With};
-use crate::studio::icons;
-use crate::studio::panel::Sight;
-use crate::studio::panels::picture::SHOWN;
-use crate::studio::panels::training::checkpoints;
-use crate::studio::theme::{self, GAP};
+use scene::Inspection;
+use crate::command::Command;
+use crate::compare::{Compare, How, With};
+use crate::icons;
+use crate::panel::Sight;
+use crate::panels::picture::SHOWN;
+use crate::panels::training::checkpoints;
+use crate::theme::{self, GAP};
 use egui::containers::menu::MenuButton;
 use egui::{
     Align, Button, ComboBox, Layout, Margin, Rect, Response, RichText, Role, ScrollArea, Ui,

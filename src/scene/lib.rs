@@ -6,7 +6,7 @@ mod pass;
 pub use forced::Forced;
 pub use pass::Pass;
 
-use crate::light::Lighting;
+use light::Lighting;
 use serde::{Deserialize, Serialize};
 
 /// What one relit picture asks for, apart from the pixels themselves.

@@ -13,7 +13,7 @@
 
 mod attire;
 mod camera;
-pub(crate) mod dome;
+pub mod dome;
 mod effects;
 mod environments;
 mod grid;
@@ -33,7 +33,7 @@ mod transport;
 pub use effects::Effect;
 pub use shoot::write_shoot;
 
-use crate::error::{Error, Result};
+use base::error::{Error, Result};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 

@@ -5,8 +5,8 @@
 mod autotune;
 mod self_test;
 
-use crate::compositor::passes::PicturePasses;
-use crate::error;
+use compositor::passes::PicturePasses;
+use base::error;
 use burn::tensor::Device;
 use burn::tensor::wgpu::WgpuSetup;
 use clap::ValueEnum;
@@ -212,7 +212,7 @@ fn slowness(kind: wgpu::DeviceType) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Error;
+    use base::error::Error;
     use burn::tensor::Tensor;
 
     /// On a GPU of the test's own, for there is one for all others.

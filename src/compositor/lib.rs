@@ -49,7 +49,7 @@ pub use reuse::Reuse;
 pub use smoothing::Steady;
 pub use view::{code, view};
 
-pub use crate::scene::Pass;
+pub use scene::Pass;
 
 #[cfg(test)]
 mod on_gpu_tests;

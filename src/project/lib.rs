@@ -23,8 +23,8 @@ pub use environments::{EnvironmentChange, KnownEnvironment, NamedEnvironment, fr
 pub use framing::{Framing, Framings, Padding};
 pub use lock::Lock;
 
-use crate::error::{Error, Result};
-use crate::imaging::file::write_beside;
+use base::error::{Error, Result};
+use imaging::file::write_beside;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
@@ -126,6 +126,38 @@ impl Shoot {
 }
 
 impl Project {
+    /// A project in folder `root` whose shoot has no pictures yet: what a fixture starts from. Nothing is written.
+    pub fn without_shoot(root: &Path) -> Self {
+        Self {
+            root: root.to_path_buf(),
+            settings: Settings {
+                format: FORMAT,
+                name: "empty".to_owned(),
+                size: 16,
+                seed: 1,
+                shoot: Shoot {
+                    folder: PathBuf::from("."),
+                    frame_rate: 24.0,
+                    poses: vec![],
+                    lamps: vec![],
+                    other_lamps: vec![],
+                    frames: vec![],
+                    ball: Ball {
+                        center_px: [8.0; 2],
+                        radius_px: 6.0,
+                        radius_m: 0.1,
+                        camera_distance_m: 3.0,
+                    },
+                    dome_radius_m: None,
+                    environments: vec![],
+                    lamp_layout: vec![],
+                },
+                environments: vec![],
+                framing: Framings::default(),
+            },
+        }
+    }
+
     /// Opens the project in folder `root`.
     ///
     /// # Errors
@@ -428,4 +460,4 @@ pub fn save_toml(path: &Path, value: &impl Serialize) -> Result<()> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

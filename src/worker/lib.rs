@@ -15,6 +15,7 @@
 mod cache;
 mod caught;
 mod clerk;
+pub mod demo;
 mod event;
 mod haste;
 mod job;
@@ -44,12 +45,12 @@ pub use review::{KeptReview, LampSheet, ReviewDesk};
 pub use second::{Codes, Rival, Second};
 pub use study::{GammaView, ProbeStudy, SeenLamp, Study, StudyAsk};
 
-use crate::compositor::Field;
-use crate::error::Error;
-use crate::footage::Frame;
-use crate::gpu::{ComputeDevice, DeviceChoice};
-use crate::progress::{Control, Progress, TrainingPictures};
-use crate::project::Project;
+use compositor::Field;
+use base::error::Error;
+use footage::Frame;
+use gpu::{ComputeDevice, DeviceChoice};
+use base::progress::{Control, Progress, TrainingPictures};
+use project::Project;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 

@@ -1,5 +1,5 @@
 //! The studio: a window with the relit frame, a scrub bar and the light. Panels emit [`Command`]s,
-//! [`StudioApp`] applies them; pictures come from [`crate::worker`], and nothing here waits for it.
+//! [`StudioApp`] applies them; pictures come from [`worker`], and nothing here waits for it.
 
 mod app;
 mod command;
@@ -47,10 +47,10 @@ pub use studies::Studies;
 pub use training::{TrainChoice, Training};
 pub use wizard::{Plan, Wizard};
 
-use crate::error::{Error, Result};
-use crate::gpu::{DeviceChoice, Gpu, device_descriptor};
-use crate::project::Project;
-use crate::worker::Latest;
+use base::error::{Error, Result};
+use gpu::{DeviceChoice, Gpu, device_descriptor};
+use project::Project;
+use worker::Latest;
 use burn::tensor::wgpu::WgpuSetup;
 use eframe::egui_wgpu::{RenderState, WgpuSetupCreateNew};
 use std::sync::Arc;

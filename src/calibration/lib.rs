@@ -19,12 +19,12 @@ pub mod silhouette;
 pub use settings::{CalibrateSettings, Trial};
 pub use silhouette::Circle;
 
-use crate::error::{Error, Result};
-use crate::imaging::Response;
-use crate::light::Rig;
-use crate::light::subset::{self, Subset};
-use crate::progress::Progress;
-use crate::project::{Project, save_toml};
+use base::error::{Error, Result};
+use imaging::Response;
+use light::Rig;
+use light::subset::{self, Subset};
+use base::progress::Progress;
+use project::{Project, save_toml};
 use code::Table;
 use gamma::{Evidence, Found, Subject};
 use glam::Vec3;

@@ -1,0 +1,9 @@
+//! What every other crate stands on: errors as sentences, progress, turns at the device, and the
+//! process's memory.
+
+pub mod error;
+pub mod memory;
+pub mod progress;
+pub mod turn;
+
+pub use error::{Error, Result};
