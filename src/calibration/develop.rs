@@ -6,10 +6,10 @@ use super::light_probe::{
 };
 use super::silhouette::{self, Circle, Photographs, Silhouette};
 use base::error::{Error, Result};
+use glam::Quat;
 use imaging::{Image, Response, file};
 use light::Mapping;
 use light::mapping::convert_turned;
-use glam::Quat;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

@@ -2,8 +2,8 @@
 
 use super::code::{CLIPPED, Code, STEPS, Table};
 use super::mirror_ball::MirrorBall;
-use light::Lamp;
 use glam::DVec3;
+use light::Lamp;
 
 /// The pixels of one ball photograph that hold a lamp, and the level of all others.
 pub(super) struct Footprint {

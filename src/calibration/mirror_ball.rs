@@ -5,8 +5,8 @@
 //! where the subject was. Rays are perspective: the silhouette's half angle is asin(r/d).
 
 use base::error::{Error, Result};
-use project::Ball;
 use glam::{DVec2, Vec3};
+use project::Ball;
 
 /// What a photograph of a mirror ball shows.
 #[derive(Clone, Debug)]

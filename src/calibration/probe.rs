@@ -11,13 +11,13 @@ use super::footprint::Footprint;
 use super::mirror_ball::MirrorBall;
 use super::silhouette::LEAST_RADIUS_PX;
 use base::error::{Error, Result};
+use base::progress::Progress;
+use glam::Vec3;
 use imaging::{Response, color::luminance, file};
 use light::{Lamp, Rig};
-use base::progress::Progress;
-use project::Project;
-use glam::Vec3;
 use profile::ProfilePixel;
 pub(super) use profile::{NeighbourDifferences, Profile};
+use project::Project;
 use rayon::prelude::*;
 
 /// All ball photographs as codes, so that any response can be tried in milliseconds.

@@ -3,9 +3,9 @@
 mod layout;
 
 use base::error::{Error, Result};
+use glam::Vec3;
 use imaging::color::luminance;
 use light::{Lamp, Rig};
-use glam::Vec3;
 use std::path::PathBuf;
 
 /// What can be wrong with lamps.

@@ -3,10 +3,10 @@
 
 use super::mirror_ball::MirrorBall;
 use base::error::{Error, Result};
+use glam::{DMat4, DVec3, DVec4, Vec3};
 use imaging::Image;
 use imaging::color::luminance;
 use project::Ball;
-use glam::{DMat4, DVec3, DVec4, Vec3};
 
 /// A lamp as a matt ball shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,10 +1,10 @@
 use super::*;
 use footage::{Exemplar, Frame};
+use glam::Vec3;
 use imaging::{DualGamma, Encoded, Image, Mask, Raster, file};
 use light::Lamp;
-use project::{Ball, Settings, Shoot};
-use glam::Vec3;
 use mirror_ball::MirrorBall;
+use project::{Ball, Settings, Shoot};
 use std::path::{Path, PathBuf};
 
 mod kept;

@@ -3,12 +3,12 @@
 use super::console::Console;
 use super::{OutputArgs, do_job};
 use base::error::Result;
+use clap::Args;
 use project::Project;
 use reflectance::checkpoint;
+use std::path::PathBuf;
 use training::kept::{self, Kept};
 use worker::Job;
-use clap::Args;
-use std::path::PathBuf;
 
 /// List the checkpoints that training has left, the newest first, or go back to one.
 #[derive(Debug, Args)]

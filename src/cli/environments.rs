@@ -2,11 +2,11 @@
 
 use super::OutputArgs;
 use super::parse::parse_front;
+use clap::Args;
 use light::conventions::Front;
 use project::EnvironmentChange;
-use worker::Job;
-use clap::Args;
 use std::path::PathBuf;
+use worker::Job;
 
 /// List a project's environments, add and remove some, and say which way is front in them.
 #[derive(Debug, Args)]

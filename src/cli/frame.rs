@@ -2,11 +2,11 @@
 
 use super::OutputArgs;
 use super::parse::parse_square;
+use clap::Args;
 use footage::{FrameSettings, Square};
 use project::Padding;
-use worker::Job;
-use clap::Args;
 use std::path::PathBuf;
+use worker::Job;
 
 /// Choose which square of the pictures is worked with, or say which is.
 ///

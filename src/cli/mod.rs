@@ -11,28 +11,28 @@ mod relight;
 mod review;
 mod train;
 
+use base::error::Result;
 use calibration::gamma::Comparison;
 use calibration::{CalibrateSettings, Circle, Trial};
-use base::error::Result;
-use evaluation::{EvaluateSettings, Method};
-use footage::ImportSettings;
-use gpu::DeviceChoice;
-use light::weights::Weighting;
-use project::Project;
-use studio;
-use virtual_stage::StageSettings;
-use worker::Job;
 use checkpoints::CheckpointsArgs;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
 use environments::EnvironmentsArgs;
+use evaluation::{EvaluateSettings, Method};
+use footage::ImportSettings;
 use frame::FrameArgs;
+use gpu::DeviceChoice;
+use light::weights::Weighting;
 use parse::{parse_circle, parse_count, parse_trial};
 use probe::ProbeArgs;
+use project::Project;
 use relight::RelightArgs;
 use review::ReviewArgs;
 use std::path::PathBuf;
+use studio;
 use train::TrainArgs;
+use virtual_stage::StageSettings;
+use worker::Job;
 
 /// Relight filmed interviews after filming.
 ///

@@ -5,11 +5,11 @@ use super::parse::{parse_circle, parse_response, parse_rgb};
 use calibration::Circle;
 use calibration::develop::{BallPictures, DevelopSettings, Lens};
 use calibration::light_probe::{BallCamera, ClippedLight};
+use clap::Args;
 use imaging::Response;
 use light::Mapping;
-use worker::Job;
-use clap::Args;
 use std::path::PathBuf;
+use worker::Job;
 
 /// Make a light probe, a panorama of the light, from photographs of a mirror ball.
 #[derive(Debug, Args)]

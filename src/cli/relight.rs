@@ -2,6 +2,7 @@
 
 use super::parse::{parse_front, parse_keys, parse_light, parse_range};
 use super::{DeviceArgs, OutputArgs};
+use clap::Args;
 use compositor::Storage;
 use export::relight::RelightSettings;
 use export::{Bits, Existing, Files};
@@ -10,9 +11,8 @@ use light::keyframes::{Interpolation, Keyframes};
 use light::weights::Weighting;
 use light::{Lighting, Mapping, PlacedLight, white};
 use scene::{Background, Effects, ViewTransform};
-use worker::Job;
-use clap::Args;
 use std::path::PathBuf;
+use worker::Job;
 
 /// Relight the interview under an environment and write pictures or a clip.
 #[derive(Debug, Args)]

@@ -1,10 +1,10 @@
 //! `afterlight review`.
 
 use super::{DeviceArgs, OutputArgs};
-use evaluation::review::ReviewSettings;
-use worker::Job;
 use clap::Args;
+use evaluation::review::ReviewSettings;
 use std::path::PathBuf;
+use worker::Job;
 
 /// Compare every predicted OLAT with the true one, lamp by lamp, on the poses and on frames with truth.
 /// The figures are kept with the project; the studio's review shows them.

@@ -3,13 +3,13 @@
 use super::parse::parse_count;
 use super::{DeviceArgs, OutputArgs};
 use base::error::Result;
+use clap::Args;
 use evaluation::Truth;
 use project::Project;
 use reflectance::Precision;
+use std::path::PathBuf;
 use training::{Preset, TrainSettings};
 use worker::Job;
-use clap::Args;
-use std::path::PathBuf;
 
 /// Train the project's network, or go on training it. Ctrl-C stops it and keeps the checkpoint.
 #[derive(Debug, Args)]

@@ -1,11 +1,11 @@
 //! Pass `background`: the environment behind the subject, as a camera on +Z that looks along −Z sees
 //! it, turned as the light or further, and of its colour.
 
+use glam::{Quat, Vec3};
 use imaging::{Image, Mask};
 use light::latlong::uv_from_direction;
-use scene::Scene;
-use glam::{Quat, Vec3};
 use rayon::prelude::*;
+use scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// How the environment is seen.

@@ -3,8 +3,8 @@
 
 use super::pyramid::{Rgba, double_onto, halve, mirrored, rgba};
 use imaging::{Image, Raster};
-use reflectance::kernels::chunks::vectorized;
 use rayon::prelude::*;
+use reflectance::kernels::chunks::vectorized;
 
 /// Discs of this radius in pixels and more are drawn at half the size, again and again: a disc costs as
 /// its area, and one of a few pixels is round enough once it is enlarged.

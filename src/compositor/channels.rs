@@ -3,8 +3,8 @@
 use super::curve::Curve;
 use imaging::color::{linear_from_srgb, luminance, srgb_from_linear};
 use imaging::{Encoded, Mask};
-use scene::Channel;
 use rayon::prelude::*;
+use scene::Channel;
 use std::sync::LazyLock;
 
 static LIGHT: LazyLock<Curve> = LazyLock::new(|| Curve::new(linear_from_srgb));

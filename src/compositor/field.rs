@@ -3,11 +3,11 @@
 use super::passes::PicturePasses;
 use super::relight::{lit_lamps, relight, relight_compressed, relight_half};
 use base::error::Result;
+use clap::ValueEnum;
 use imaging::Image;
 use reflectance::{
     CompressedField, DeviceField, FieldBuffer, HalfField, LampBasis, ReflectanceField,
 };
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

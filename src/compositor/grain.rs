@@ -9,8 +9,8 @@
 use super::reference::SOLID;
 use super::view::view;
 use imaging::{Encoded, Image, Mask};
-use scene::ViewTransform;
 use rayon::prelude::*;
+use scene::ViewTransform;
 
 /// Classes of brightness, evenly over the codes.
 pub const BINS: usize = 8;

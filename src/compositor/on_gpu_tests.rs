@@ -7,9 +7,7 @@ use super::*;
 use base::error::Result;
 use imaging::{Encoded, Image};
 use reflectance::{FieldBuffer, ReflectanceField};
-use scene::{
-    Background, Channel, Effects, Forced, Inspection, Output, Scene, ViewTransform,
-};
+use scene::{Background, Channel, Effects, Forced, Inspection, Output, Scene, ViewTransform};
 use std::sync::Arc;
 
 const SIZE: usize = 96;

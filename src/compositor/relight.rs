@@ -2,10 +2,10 @@
 //! by all threads, in wide loops over several lamps at a time; lamps without energy are not read.
 
 use imaging::Image;
+use rayon::prelude::*;
 use reflectance::half_field::{HalfField, TILE, widen};
 use reflectance::kernels::chunks::vectorized;
 use reflectance::{CompressedField, ReflectanceField, compressed};
-use rayon::prelude::*;
 
 /// Pixels that one task sums: three sums of this length (48 KiB) stay in a core's own cache, and every
 /// plane is read in runs of 16 KiB. Measured best of 1024 to 8192.

@@ -3,8 +3,8 @@
 use super::curve::Curve;
 use super::reference;
 use imaging::{Encoded, Image, Raster, color::srgb_from_linear, color::unit};
-use scene::ViewTransform;
 use rayon::prelude::*;
+use scene::ViewTransform;
 use std::sync::LazyLock;
 
 /// AgX (Troy Sobotka) in Benjamin Wrensch's minimal form

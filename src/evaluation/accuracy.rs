@@ -2,17 +2,17 @@
 
 use super::metrics::{Compared, Psnr, psnr};
 use super::truth::Truth;
-use calibration::Calibration;
-use compositor::reference::{lit_lamps, relight};
 use base::error::{Error, Result};
+use base::progress::Progress;
+use calibration::Calibration;
+use clap::ValueEnum;
+use compositor::reference::{lit_lamps, relight};
 use footage::{Exemplar, Frame};
 use imaging::{Image, Mask};
 use light::Environment;
 use light::weights::{Partition, Weighting};
-use base::progress::Progress;
 use project::Project;
 use reflectance::ReflectanceField;
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -2,15 +2,15 @@
 
 use super::shown::{shown, shown_gain};
 use super::{Method, Row, Scores, Truth, excluded_check, markdown, score};
-use calibration::Calibration;
 use base::error::{Error, Result};
+use base::progress::Progress;
+use calibration::Calibration;
 use export::{Tile, contact_sheet};
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
 use imaging::file::{write_beside, write_png};
 use imaging::{Encoded, Image};
 use light::weights::Weighting;
-use base::progress::Progress;
 use project::Project;
 use reflectance::Predictor;
 use serde::Serialize;

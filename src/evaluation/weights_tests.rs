@@ -2,6 +2,7 @@
 //! turn of a sunny park, and under every panorama that is at hand.
 
 use super::{Method, Truth, score};
+use base::progress::Progress;
 use calibration::{CalibrateSettings, Calibration, calibrate};
 use compositor::reference::{lit_lamps, relight};
 use footage::{Frame, ImportSettings, import};
@@ -9,7 +10,6 @@ use imaging::color::{luminance, srgb_from_linear};
 use imaging::{Image, resample::resize_area};
 use light::weights::{Partition, Weighting};
 use light::{Environment, YawTable};
-use base::progress::Progress;
 use project::Project;
 use reflectance::ReflectanceField;
 use std::path::PathBuf;

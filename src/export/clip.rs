@@ -3,8 +3,8 @@
 use super::rational_rate;
 use super::still::{no_display, no_light, straight, word_from_unit};
 use super::time_code::TimeCode;
-use compositor::Picture;
 use base::error::{Error, Result};
+use compositor::Picture;
 use imaging::color::byte_from_unit;
 use std::fs::File;
 use std::io::{Read, Write};

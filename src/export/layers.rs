@@ -5,13 +5,13 @@
 //! attribute `lightWeights` says in JSON which lamp each layer is of and with what weight per channel it
 //! goes into the picture, exposure included. What is behind the subject and what effects do are not in it.
 
+use base::error::{Error, Result};
 use compositor::Field;
 use compositor::reference::extend_edges;
-use base::error::{Error, Result};
-use imaging::resample::resize;
-use imaging::{Image, Mask};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{AnyChannel, FlatSamples};
+use imaging::resample::resize;
+use imaging::{Image, Mask};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

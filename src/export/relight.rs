@@ -2,12 +2,13 @@
 
 use super::writer::{Lights, Writer, check};
 use super::{Files, LightLayers, Rebuild};
+use base::error::{Error, Result};
+use base::progress::Progress;
 use calibration::Calibration;
 use compositor::{
     CameraView, Extra, Grain, Identity, Ingredients, Keeping, Levels, PassReport, Picture, Reuse,
     Storage, Upstream, compose, compose_reusing,
 };
-use base::error::{Error, Result};
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
 use light::conventions::Front;
@@ -15,7 +16,6 @@ use light::keyframes::Keyframes;
 use light::lighting::Lit;
 use light::panorama::{self, Reading};
 use light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
-use base::progress::Progress;
 use project::{KnownEnvironment, Project};
 use reflectance::Predictor;
 use scene::{Background, Effects, Output, Pass, Scene};

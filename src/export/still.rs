@@ -4,14 +4,14 @@ use super::format::Bits;
 use super::layers::LightLayers;
 use super::rational_rate;
 use super::time_code::TimeCode;
-use compositor::{Picture, code};
 use base::error::{Error, Result};
-use imaging::Image;
-use imaging::color::byte_from_unit;
-use imaging::file::write_beside;
+use compositor::{Picture, code};
 use exr::prelude::{AnyChannel, FlatSamples, f16};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use imaging::Image;
+use imaging::color::byte_from_unit;
+use imaging::file::write_beside;
 use std::io::Write;
 use std::path::Path;
 
@@ -191,10 +191,10 @@ pub(super) mod tests {
     use super::super::layers::{LightLayer, Rebuild, rebuilt};
     use super::*;
     use compositor::reference::view;
+    use exr::meta::attribute::{AttributeValue, Text};
     use imaging::color::srgb_from_linear;
     use imaging::{Mask, Raster, file};
     use scene::ViewTransform;
-    use exr::meta::attribute::{AttributeValue, Text};
 
     /// A flat picture, premultiplied, whose alpha falls from left to right where it is not opaque.
     pub fn picture(width: usize, height: usize, color: [f32; 3], opaque: bool) -> Picture {

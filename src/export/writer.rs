@@ -4,8 +4,8 @@ use super::format::{Bits, Existing, Files};
 use super::layers::{LightLayers, Rebuild};
 use super::still::{About, no_light, write_still};
 use super::{ClipWriter, Destination, scaled, untaken};
-use compositor::{Picture, view};
 use base::error::{Error, Result};
+use compositor::{Picture, view};
 use scene::{Effects, Inspection, Output, Pass};
 
 /// What takes the frames, in order.

@@ -67,8 +67,8 @@ fn cut<T: Copy>(picture: Raster<T>, framing: &Framing, outside: Option<T>) -> Ra
 mod tests {
     use super::*;
     use crate::{Exemplar, Frame, ImportSettings, import};
-    use imaging::Response;
     use base::progress::Progress;
+    use imaging::Response;
     use project::Project;
     use virtual_stage::{StageSettings, write_shoot};
 

@@ -2,10 +2,10 @@
 
 use super::shoot::{Listing, MANIFEST, Manifest, NO_SHOOT, name_of};
 use base::error::{Error, Result};
-use imaging::file::dimensions;
 use base::progress::Progress;
-use project::{self, Ball, FORMAT, Framings, Project, Settings, Shoot, relative};
 use glam::Vec3;
+use imaging::file::dimensions;
+use project::{self, Ball, FORMAT, Framings, Project, Settings, Shoot, relative};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 

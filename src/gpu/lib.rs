@@ -5,11 +5,11 @@
 mod autotune;
 mod self_test;
 
-use compositor::passes::PicturePasses;
 use base::error;
 use burn::tensor::Device;
 use burn::tensor::wgpu::WgpuSetup;
 use clap::ValueEnum;
+use compositor::passes::PicturePasses;
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 

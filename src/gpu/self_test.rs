@@ -3,6 +3,10 @@
 //! there and by the CPU, from numbers that are the same everywhere.
 
 use super::Gpu;
+use burn::module::Param;
+use burn::nn::conv::Conv2d;
+use burn::nn::{BatchNormConfig, GroupNormConfig, PaddingConfig2d};
+use burn::tensor::{Device, Tensor, TensorData};
 use compositor::passes::PicturePasses;
 use compositor::reference::{lit_lamps, relight, relight_half};
 use compositor::view;
@@ -10,10 +14,6 @@ use imaging::Image;
 use reflectance::kernels::{self, Activation, Precision};
 use reflectance::{HalfField, ReflectanceField};
 use scene::ViewTransform;
-use burn::module::Param;
-use burn::nn::conv::Conv2d;
-use burn::nn::{BatchNormConfig, GroupNormConfig, PaddingConfig2d};
-use burn::tensor::{Device, Tensor, TensorData};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Width and height of what the layers see.

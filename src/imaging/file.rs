@@ -50,7 +50,7 @@ pub fn read_encoded(path: &Path) -> Result<Encoded> {
 }
 
 /// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on as they are,
-/// NaN and infinities included: whoever uses them decides (see [`light::environment`]).
+/// NaN and infinities included: whoever uses them decides.
 pub fn read_linear(path: &Path) -> Result<Image> {
     Ok(raster_from_rgb(decode(path)?.into_rgb32f()))
 }

@@ -7,8 +7,8 @@
 
 use super::latlong::{texel_direction, texel_solid_angle};
 use super::{Environment, Rig};
-use imaging::color::luminance;
 use glam::{DVec3, Quat, Vec3};
+use imaging::color::luminance;
 use rayon::prelude::*;
 
 /// Columns at most at which areas are looked for: 0.7° a texel. Lamps are many degrees apart, and a finer
@@ -175,10 +175,10 @@ fn neighbours(texel: usize, width: usize, height: usize) -> impl Iterator<Item =
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imaging::Image;
     use crate::placed::{Kind, with_lights};
     use crate::weights::rotation;
     use crate::{Lamp, PlacedLight};
+    use imaging::Image;
     use proptest::prelude::*;
 
     fn black(width: usize) -> Environment {

@@ -3,8 +3,8 @@
 use super::latlong::{texel_solid_angle, uv_from_direction};
 use super::panorama;
 use base::error::Result;
-use imaging::{Image, resample::resize_area};
 use glam::Vec3;
+use imaging::{Image, resample::resize_area};
 use std::path::Path;
 
 /// The largest finite half float: what stands for infinity in a panorama without finite light.

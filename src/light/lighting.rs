@@ -3,8 +3,8 @@
 use super::placed::PlacedLight;
 use super::weights::{LightWeights, Partition, Weighting, rotation};
 use super::{Environment, Rig, YawTable, white};
-use imaging::{Image, color::luminance};
 use glam::Quat;
+use imaging::{Image, color::luminance};
 use serde::{Deserialize, Serialize};
 
 /// What is done to an environment before it lights the subject, besides its yaw. The default does nothing.

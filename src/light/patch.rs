@@ -5,8 +5,8 @@
 //! the poles or on the seam.
 
 use super::latlong::texel_solid_angle;
-use imaging::Image;
 use glam::DVec3;
+use imaging::Image;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -292,8 +292,8 @@ impl Nearest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use virtual_stage::dome::Dome;
     use proptest::prelude::*;
+    use virtual_stage::dome::Dome;
 
     /// Directions drawn evenly over the sphere.
     fn random(n: usize, seed: u64) -> Vec<Vec3> {

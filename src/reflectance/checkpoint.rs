@@ -6,11 +6,11 @@
 
 use super::unet::{Halved, UNet, UNetConfig};
 use base::error::{Error, Result};
-use imaging::file::write_beside;
-use project::save_toml;
 use burn::module::Module;
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device};
+use imaging::file::write_beside;
+use project::save_toml;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::Path;

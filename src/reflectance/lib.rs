@@ -2,12 +2,12 @@
 //! paper.
 
 pub mod checkpoint;
-pub(crate) mod compressed;
+pub mod compressed;
 mod device_field;
 mod eigen;
 mod field;
-pub(crate) mod half_field;
-pub(crate) mod kernels;
+pub mod half_field;
+pub mod kernels;
 pub mod predictor;
 pub mod render;
 mod resize;

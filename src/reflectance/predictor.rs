@@ -7,10 +7,10 @@ use super::kernels::Precision;
 use super::render::{encode, light, olats, tensor_from_image, tensor_from_mask};
 use super::unet::UNet;
 use base::error::{Error, Result};
-use footage::Frame;
-use project::Project;
 use base::turn;
 use burn::tensor::{DType, Device, FloatDType};
+use footage::Frame;
+use project::Project;
 use std::path::Path;
 
 /// A network on a device, ready to predict.

@@ -1,8 +1,8 @@
 //! Between tensors and light: what the sigmoid's output stands for, and the differentiable renderer.
 
 use super::unet::Formulation;
-use imaging::{Image, Mask};
 use burn::tensor::{Device, Tensor, TensorData};
+use imaging::{Image, Mask};
 
 /// Added to the look before it is multiplied with a predicted ratio, in units of the interview's
 /// linear light (1 = white), so that black pixels can still receive light.

@@ -36,12 +36,12 @@ use super::studies::Studies;
 use super::training::Training;
 use super::wizard::Wizard;
 use super::{keys, theme};
+use egui::{CentralPanel, Context};
 use gpu::DeviceChoice;
 use project::{Lock, Project};
-use worker::{Blocked, Event, Export, Latest, Relit, Source, Worker};
-use egui::{CentralPanel, Context};
 use std::path::PathBuf;
 use std::sync::Arc;
+use worker::{Blocked, Event, Export, Latest, Relit, Source, Worker};
 
 /// The window's contents.
 pub struct StudioApp {

@@ -14,8 +14,8 @@ use light::conventions::Front;
 use light::keyframes::Interpolation;
 use project::Framing;
 use scene::{Background, Effects, Inspection};
-use worker::Need;
 use std::path::PathBuf;
+use worker::Need;
 
 /// One wish. Those of the first group can be undone.
 #[derive(Clone, Debug, PartialEq)]

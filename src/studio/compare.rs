@@ -4,9 +4,9 @@ use super::listed::Listed;
 use super::state::State;
 use light::Environment;
 use light::conventions::Front;
-use worker::{Origin, Rival, Second};
 use std::path::PathBuf;
 use std::sync::Arc;
+use worker::{Origin, Rival, Second};
 
 /// What stands beside the relit picture.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,13 +2,13 @@
 
 use super::state::State;
 use base::error::Result;
+use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use imaging::resample::resize_area;
 use imaging::{Encoded, Image, Mask, file};
 use project::Project;
-use worker::{Clerk, Codes};
-use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use worker::{Clerk, Codes};
 
 /// Longer sides of a picture and of a thumbnail in pixels: sharp on screens of two pixels a point.
 const PICTURE_PX: usize = 2560;

@@ -2,8 +2,8 @@
 //! has to be waited for.
 
 use super::layout::Pane;
-use worker::{Clerk, PredictedFrame};
 use std::sync::Arc;
+use worker::{Clerk, PredictedFrame};
 
 /// A pixel of a frame: column and row.
 #[derive(Clone)]

@@ -48,13 +48,13 @@ pub use training::{TrainChoice, Training};
 pub use wizard::{Plan, Wizard};
 
 use base::error::{Error, Result};
-use gpu::{DeviceChoice, Gpu, device_descriptor};
-use project::Project;
-use worker::Latest;
 use burn::tensor::wgpu::WgpuSetup;
 use eframe::egui_wgpu::{RenderState, WgpuSetupCreateNew};
+use gpu::{DeviceChoice, Gpu, device_descriptor};
+use project::Project;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use worker::Latest;
 
 /// A window whose GPU is lost sooner is not opened again.
 const SOON: Duration = Duration::from_secs(20);

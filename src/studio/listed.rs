@@ -4,9 +4,9 @@ use super::state::Look;
 use light::built_in;
 use light::conventions::Front;
 use project::{NamedEnvironment, Project, free_name};
-use worker::Origin;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use worker::Origin;
 
 /// An environment of the list.
 #[derive(Clone, Debug, PartialEq)]

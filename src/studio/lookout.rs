@@ -1,8 +1,8 @@
 //! Looks beside the window whether files of the next export are there already.
 
 use export::{Destination, untaken};
-use worker::Latest;
 use std::sync::Arc;
+use worker::Latest;
 
 /// What is asked: where the export goes.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,9 +1,9 @@
 //! What the worker's events add up to: what the window can do now, which job runs, and what went wrong.
 
 use base::progress::Report;
-use worker::{Blocked, Event, Standing};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
+use worker::{Blocked, Event, Standing};
 
 /// What the window can do now.
 #[derive(Clone, Debug, PartialEq)]

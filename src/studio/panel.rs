@@ -12,8 +12,8 @@ use super::state::State;
 use super::training::Training;
 use super::wizard::Wizard;
 use project::Project;
-use worker::{Export, GammaView, Panorama, ProbeStudy, Relit};
 use std::sync::Arc;
+use worker::{Export, GammaView, Panorama, ProbeStudy, Relit};
 
 /// Everything that can be shown.
 #[derive(Clone, Copy)]

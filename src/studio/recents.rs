@@ -1,8 +1,8 @@
 //! The projects that were opened lately, as they are on the disk now.
 
 use project::Project;
-use worker::Clerk;
 use std::path::PathBuf;
+use worker::Clerk;
 
 /// A project that was opened before.
 #[derive(Clone, Debug, PartialEq)]

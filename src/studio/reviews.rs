@@ -2,9 +2,9 @@
 
 use evaluation::review::{Marked, Marks};
 use project::Project;
-use worker::{KeptReview, LampSheet, PredictedFrame, Relit, ReviewDesk};
 use std::path::PathBuf;
 use std::sync::Arc;
+use worker::{KeptReview, LampSheet, PredictedFrame, Relit, ReviewDesk};
 
 /// The answers, and the thread once it was needed.
 #[derive(Default)]

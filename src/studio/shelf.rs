@@ -3,11 +3,11 @@
 
 use super::listed::{self, Listed};
 use super::panel::{Entry, Reading};
-use project::Project;
-use worker::{Keeper, Library};
 use egui::Context;
+use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
+use worker::{Keeper, Library};
 
 /// The panoramas of the list, in its order.
 pub struct Shelf {

@@ -4,8 +4,8 @@ use super::layout::Pane;
 use super::state::State;
 use calibration::{Circle, Trial};
 use project::Project;
-use worker::{GammaView, ProbeStudy, Study, StudyAsk};
 use std::sync::Arc;
+use worker::{GammaView, ProbeStudy, Study, StudyAsk};
 
 /// The answers, and the thread once it was needed.
 #[derive(Default)]

@@ -3,12 +3,12 @@
 
 use super::layout::Pane;
 use super::state::State;
-use gpu::DeviceChoice;
 use base::progress::{Report, TrainingPictures, TrainingPoint};
+use gpu::DeviceChoice;
 use project::Project;
+use std::sync::Arc;
 use training::{History, Pace, Preset, Records, TrainSettings, TrainingConfig};
 use worker::{Event, Latest, TRAINING};
-use std::sync::Arc;
 
 /// What a person chooses of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,8 @@
 
 use footage::ImportSettings;
 use footage::scan::{Scan, scan};
-use worker::{Clerk, Job};
 use std::path::{Path, PathBuf};
+use worker::{Clerk, Job};
 
 /// What a person chose for a new project.
 #[derive(Clone, Debug, PartialEq)]

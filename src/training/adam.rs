@@ -1,8 +1,8 @@
 //! The optimiser.
 
-use reflectance::kernels;
 use burn::optim::{AdamState, AdaptiveMomentumState, LearningRate, Optimizer};
 use burn::tensor::{Device, Tensor};
+use reflectance::kernels;
 
 /// Adam (Kingma and Ba, 2015) with the usual moments' decays, 0.9 and 0.999, and ε = 1e-8. On the CPU
 /// one pass over memory does it; its state is that of burn's own, which serves other devices.

@@ -1,8 +1,8 @@
 //! Changes of a picture that leave its lighting honest: shifts and another distance of the camera. A flip
 //! or a turn would need other lamps.
 
-use imaging::Raster;
 use burn::tensor::{Tensor, ops::PadMode};
+use imaging::Raster;
 
 /// A picture enlarged by `factor` about its middle, by bilinear interpolation; what comes in is `outside`.
 pub fn zoom<T: Copy>(

@@ -1,8 +1,8 @@
 //! The moving average of a network's weights, which predicts more steadily than the last step's.
 
-use reflectance::{UNet, kernels};
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::Tensor;
+use reflectance::{UNet, kernels};
 use std::collections::VecDeque;
 
 /// `average ← keep · average + (1 − keep) · live`, parameter by parameter. Both have one shape.

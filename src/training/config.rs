@@ -1,8 +1,8 @@
 //! What a training run is made of; a preset is a starting point.
 
 use base::error::{Error, Result};
-use reflectance::{Formulation, Normalization, Precision, Statistics};
 use clap::ValueEnum;
+use reflectance::{Formulation, Normalization, Precision, Statistics};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

@@ -1,19 +1,19 @@
 //! What training learns from, on the device: the exemplars and the interview's frames.
 
 use super::config::TrainingConfig;
-use calibration::Calibration;
 use base::error::{Error, Result};
+use base::progress::Progress;
+use burn::tensor::{Device, Tensor};
+use calibration::Calibration;
 use footage::{Exemplar, Frame};
 use imaging::{Image, Mask};
-use base::progress::Progress;
 use project::Project;
+use rayon::prelude::*;
 use reflectance::Formulation;
 use reflectance::render::{
     RATIO_FLOOR, encode, tensor_from_image, tensor_from_images, tensor_from_mask,
     tensor_from_weights,
 };
-use burn::tensor::{Device, Tensor};
-use rayon::prelude::*;
 
 /// The subject under the interview's light: linear and encoded `[1, 3, h, w]`, and its mask `[1, 1, h, w]`.
 #[derive(Clone)]
@@ -125,7 +125,10 @@ impl TrainingData {
                 if factor == 1.0 && !distances.is_empty() {
                     break;
                 }
-                distances.push(lesson((exemplar.zoomed(factor), zoomed(&look, factor))));
+                distances.push(lesson((
+                    zoomed_exemplar(&exemplar, factor),
+                    zoomed(&look, factor),
+                )));
             }
             distances
         });
@@ -181,13 +184,15 @@ fn zoomed(image: &Image, factor: f32) -> Image {
     })
 }
 
-impl Exemplar {
-    fn zoomed(&self, factor: f32) -> Self {
-        Self {
-            pose: self.pose,
-            olats: self.olats.par_iter().map(|o| zoomed(o, factor)).collect(),
-            mask: super::augment::zoom(&self.mask, factor, 0.0, |a, b, f| a + f * (b - a)),
-        }
+fn zoomed_exemplar(exemplar: &Exemplar, factor: f32) -> Exemplar {
+    Exemplar {
+        pose: exemplar.pose,
+        olats: exemplar
+            .olats
+            .par_iter()
+            .map(|olat| zoomed(olat, factor))
+            .collect(),
+        mask: super::augment::zoom(&exemplar.mask, factor, 0.0, |a, b, f| a + f * (b - a)),
     }
 }
 

@@ -3,17 +3,17 @@
 use super::config::{Preset, TrainingConfig};
 use super::run::train;
 use super::trainer::TrainSettings;
+use base::progress::{Control, Progress, Report};
+use burn::tensor::Device;
 use calibration::{CalibrateSettings, calibrate};
 use footage::{ImportSettings, import};
 use gpu::DeviceChoice;
-use base::progress::{Control, Progress, Report};
 use reflectance::checkpoint;
-use test_support::small_disk::{SmallDisk, names};
-use virtual_stage::{StageSettings, write_shoot};
-use burn::tensor::Device;
 use std::io::Write;
 use std::path::Path;
 use std::sync::Mutex;
+use test_support::small_disk::{SmallDisk, names};
+use virtual_stage::{StageSettings, write_shoot};
 
 /// Takes all the room that there is.
 fn fill(path: &Path) {

@@ -1,9 +1,9 @@
 //! Clipping of all gradients by their common norm.
 
-use reflectance::{UNet, kernels};
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
+use reflectance::{UNet, kernels};
 
 /// Scales `gradients` so that their common Euclidean norm is at most `most`, and returns the norm
 /// they had. It is NaN or infinite when any of them is: such a step must not be taken.

@@ -3,10 +3,10 @@
 //! elsewhere.
 
 use super::loss::Criterion;
+use burn::tensor::{DType, Device, Tensor, TensorData};
 use reflectance::Formulation;
 use reflectance::kernels::{Comparison, LossSettings};
 use reflectance::render::{encode, light, olats, relight};
-use burn::tensor::{DType, Device, Tensor, TensorData};
 
 /// Step of the central differences, as a share of the value. Their error goes with its square over that of
 /// the scale on which the slope changes, and rounding's with 1e-16 over it.

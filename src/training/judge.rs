@@ -2,13 +2,13 @@
 //! which of its outputs have stopped learning.
 
 use super::data::Lesson;
+use burn::tensor::Tensor;
 use imaging::color::byte_from_unit;
+use rayon::prelude::*;
 use reflectance::UNet;
 use reflectance::UNetConfig;
 use reflectance::checkpoint::CheckpointInfo;
 use reflectance::render::{encode, encoded_white, light, olats};
-use burn::tensor::Tensor;
-use rayon::prelude::*;
 
 /// A lamp is dead where the slope of its sigmoid, s · (1 − s), is on average below this, a 250th of the
 /// steepest: its outputs move a 250th as far in a step …

@@ -7,11 +7,11 @@
 use super::augment;
 use super::features::{Features, Name, Picture, rows};
 use super::schedule::Lesson;
-use reflectance::kernels::{self, Comparison, LossSettings};
-use reflectance::render::{encode, olats, relight};
 use burn::tensor::Tensor;
 use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
+use reflectance::kernels::{self, Comparison, LossSettings};
+use reflectance::render::{encode, olats, relight};
 
 /// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 and not 0/0.
 /// In units of encoded values: far below one 8-bit step.
@@ -231,8 +231,8 @@ fn norms(square_sums: Tensor<1>, values: &Tensor<1>) -> Tensor<1> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reflectance::render::encode;
     use burn::tensor::{Device, Distribution};
+    use reflectance::render::encode;
 
     /// The losses without our kernels.
     fn by_operations(

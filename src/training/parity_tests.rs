@@ -1,12 +1,12 @@
 //! The network against the same one in PyTorch: output, gradients, running statistics, first losses.
 
 use super::Adam;
-use reflectance::kernels::blur_pool;
-use reflectance::{Formulation, Normalization, Precision, Statistics, UNet, UNetConfig};
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::store::{ModuleSnapshot, ModuleStore, SafetensorsStore, bridge};
 use burn::tensor::{Device, Tensor, TensorData};
+use reflectance::kernels::blur_pool;
+use reflectance::{Formulation, Normalization, Precision, Statistics, UNet, UNetConfig};
 use std::path::Path;
 use std::process::Command;
 

@@ -4,13 +4,13 @@ use super::kept::{self, Why};
 use super::log::Log;
 use super::trainer::{StepReport, TrainReport, TrainSettings, Trainer};
 use super::watch::Watch;
-use calibration::Calibration;
 use base::error::{Error, Result};
-use gpu::ComputeDevice;
 use base::progress::Progress;
-use project::Project;
 use base::turn;
 use burn::module::Module;
+use calibration::Calibration;
+use gpu::ComputeDevice;
+use project::Project;
 use std::time::Instant;
 
 /// Steps between two looks at the network from outside: each costs a prediction or two.

@@ -1,8 +1,8 @@
 //! The camera: rays through pixels, and what the sensor makes of light.
 
-use imaging::{DualGamma, Encoded, Image, Raster};
 use chacha20::ChaCha8Rng;
 use glam::Vec3;
+use imaging::{DualGamma, Encoded, Image, Raster};
 use rand::{RngExt, SeedableRng};
 
 /// Where the camera stands.

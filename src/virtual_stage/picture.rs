@@ -9,8 +9,8 @@ use super::material::{Surface, surface};
 use super::motion::Pose;
 use super::subject::{Part, Subject};
 use super::transport::{Effort, Point, Transport};
-use imaging::{Image, Mask, Raster};
 use glam::Vec3;
+use imaging::{Image, Mask, Raster};
 use rayon::prelude::*;
 
 /// What is asked for of one pose.

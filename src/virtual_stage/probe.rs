@@ -2,9 +2,9 @@
 
 use super::camera;
 use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
+use glam::Vec3;
 use imaging::{Image, Raster};
 use light::latlong::uv_from_direction;
-use glam::Vec3;
 use rayon::prelude::*;
 
 /// Radius of the ball in metres.

@@ -1,8 +1,8 @@
 //! Solid shapes as signed distances in metres: negative inside, positive outside. The primitives and
 //! blends are those of I. Quilez, "Distance functions" and "Smooth minimum".
 
-pub use light::built_in::pattern::{noise, ramp};
 use glam::{Vec2, Vec3};
+pub use light::built_in::pattern::{noise, ramp};
 
 /// A ball about the origin.
 pub fn ball(p: Vec3, radius: f32) -> f32 {

@@ -7,11 +7,11 @@ use super::picture::{Request, take};
 use super::subject::Subject;
 use super::transport::Effort;
 use super::{StageSettings, write_shoot};
+use base::progress::{Control, Progress};
+use glam::Vec3;
 use imaging::Image;
 use imaging::color::luminance;
 use imaging::file::{read_encoded, read_linear, read_mask};
-use base::progress::{Control, Progress};
-use glam::Vec3;
 use std::path::Path;
 
 const SMALL: StageSettings = StageSettings {

@@ -1,8 +1,9 @@
 //! The demo: the whole way on a shoot of the virtual stage, with no data and no download.
 
+use base::error::Result;
+use base::progress::Progress;
 use calibration::{CalibrateSettings, Calibration, calibrate};
 use compositor::Storage;
-use base::error::Result;
 use evaluation::{EvaluateReport, EvaluateSettings, Method, Truth, evaluate};
 use export::Files;
 use export::relight::{RelightReport, RelightSettings, relight};
@@ -12,15 +13,14 @@ use imaging::file::write_beside;
 use light::Lighting;
 use light::keyframes::Keyframes;
 use light::weights::Weighting;
-use base::progress::Progress;
 use project::Project;
 use reflectance::checkpoint::{DEMO_STARTER, install};
 use scene::{Background, Effects};
-use training::{Preset, TrainReport, TrainSettings, train};
-use virtual_stage::{StageSettings, write_shoot};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use training::{Preset, TrainReport, TrainSettings, train};
+use virtual_stage::{StageSettings, write_shoot};
 
 /// Pictures of the demo are this wide and high.
 const SIZE: usize = 128;

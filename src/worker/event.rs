@@ -2,8 +2,8 @@
 
 use super::queue::Standing;
 use base::progress::{Report, TrainingPoint};
-use training::history::halved;
 use std::sync::{Mutex, PoisonError};
+use training::history::halved;
 
 /// One piece of news.
 #[derive(Clone, Debug, PartialEq)]

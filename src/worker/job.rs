@@ -1,22 +1,22 @@
 //! Long actions. The command line and the studio send the same ones.
 
-use calibration::develop::{DevelopReport, DevelopSettings, develop};
-use calibration::{self, CalibrateSettings, Calibration};
 use crate::demo::{self, DemoReport};
 use base::error::Result;
+use base::progress::Progress;
+use calibration::develop::{DevelopReport, DevelopSettings, develop};
+use calibration::{self, CalibrateSettings, Calibration};
 use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use export::relight::{RelightReport, RelightSettings, relight};
 use footage::{self, FrameReport, FrameSettings, ImportSettings};
 use gpu::DeviceChoice;
 use light::subset::Subset;
-use base::progress::Progress;
 use project::{EnvironmentChange, KnownEnvironment, Lock, Project};
 use reflectance::checkpoint::{self, CheckpointInfo};
-use training::{self, TrainReport, TrainSettings, kept};
-use virtual_stage::{self, StageReport, StageSettings};
 use serde::Serialize;
 use std::path::PathBuf;
+use training::{self, TrainReport, TrainSettings, kept};
+use virtual_stage::{self, StageReport, StageSettings};
 
 /// A long action and everything it needs to know.
 #[derive(Clone, Debug)]

@@ -45,11 +45,11 @@ pub use review::{KeptReview, LampSheet, ReviewDesk};
 pub use second::{Codes, Rival, Second};
 pub use study::{GammaView, ProbeStudy, SeenLamp, Study, StudyAsk};
 
-use compositor::Field;
 use base::error::Error;
+use base::progress::{Control, Progress, TrainingPictures};
+use compositor::Field;
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
-use base::progress::{Control, Progress, TrainingPictures};
 use project::Project;
 use std::sync::Arc;
 use std::thread::JoinHandle;

@@ -2,6 +2,8 @@
 
 use super::latest::doorbell;
 use base::error::Result;
+use base::progress::Control;
+use glam::Quat;
 use imaging::Image;
 use imaging::color::{byte_from_unit, luminance, srgb_from_linear};
 use imaging::resample::resize_area;
@@ -9,8 +11,6 @@ use light::brightest::{self, Area};
 use light::built_in::BuiltIn;
 use light::panorama::{self, Reading};
 use light::{Environment, latlong};
-use base::progress::Control;
-use glam::Quat;
 use std::collections::VecDeque;
 use std::fmt;
 use std::path::PathBuf;

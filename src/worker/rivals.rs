@@ -1,9 +1,9 @@
 //! Where a frame's OLATs can be had besides the network in use: photographs, a truth, another network.
 
 use super::second::Rival;
+use base::error::Result;
 use calibration::Calibration;
 use compositor::Field;
-use base::error::Result;
 use evaluation::Truth;
 use footage::{Exemplar, Frame};
 use gpu::ComputeDevice;

@@ -1,11 +1,9 @@
 //! The second picture: what the relit one is compared with, made under the same view settings.
 
 use super::PredictedFrame;
-use compositor::reference::scale;
-use compositor::{
-    CameraView, Extra, Ingredients, Levels, Upstream, compose, difference, view,
-};
 use base::error::Result;
+use compositor::reference::scale;
+use compositor::{CameraView, Extra, Ingredients, Levels, Upstream, compose, difference, view};
 use imaging::color::byte_from_unit;
 use imaging::{Encoded, Image};
 use light::{Environment, LightWeights};

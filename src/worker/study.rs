@@ -3,18 +3,18 @@
 
 use super::latest::{Latest, doorbell};
 use super::library::Thumbnail;
+use base::error::{Error, Result};
+use base::progress::{Control, Progress};
 use calibration::gamma::{CurveFit, GammaStudy, Histogram, Surface};
 use calibration::light_probe::{BallView, ClippedLight, Photograph, light_probe};
 use calibration::probe::Probes;
 use calibration::silhouette::{self, Circle, Photographs, Silhouette};
 use calibration::{Calibration, PROVISIONAL, Trial};
-use base::error::{Error, Result};
 use footage;
 use imaging::color::byte_from_unit;
 use imaging::resample::resize_area;
 use imaging::{Encoded, file};
 use light::Lamp;
-use base::progress::{Control, Progress};
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;

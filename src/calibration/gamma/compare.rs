@@ -2,8 +2,8 @@
 
 use super::{CHANGED, Fitted, LEFT_ALONE, bounds};
 use base::error::Result;
-use imaging::Response;
 use base::progress::Progress;
+use imaging::Response;
 
 /// How well a curve explains the pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -51,7 +51,7 @@ impl Default for Evidence {
 
 impl Evidence {
     /// What a fit to a shoot rests on.
-    pub(in crate) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
+    pub(crate) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
         let name = |names: &[String], i: usize| names.get(i).cloned().unwrap_or_default();
         Self {
             by_hand: false,

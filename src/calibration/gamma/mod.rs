@@ -25,10 +25,10 @@ use super::code::Table;
 use super::minimum::{self, Search};
 use super::probe::Probes;
 use base::error::{Error, Result};
-use imaging::{DualGamma, Response};
 use base::progress::Progress;
-use project::Shoot;
+use imaging::{DualGamma, Response};
 use objective::{Objective, Seen, gamma_prior};
+use project::Shoot;
 use serde::{Deserialize, Serialize};
 
 pub use compare::CurveFit;

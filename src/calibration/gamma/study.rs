@@ -7,9 +7,9 @@ use super::{Comparison, Fitted, Subject, fit};
 use crate::code::{Code, STEPS, Table};
 use crate::probe::Probes;
 use base::error::{Error, Result};
+use base::progress::Progress;
 use footage;
 use imaging::{DualGamma, Encoded, Mask, Raster, Response, resample::resize_area};
-use base::progress::Progress;
 use project::Project;
 use rayon::prelude::*;
 

@@ -7,9 +7,9 @@ use super::super::probe::Probes;
 use super::GAMMA_PRIOR;
 use super::twin::{Candidate, Twin};
 use base::error::{Error, Result};
+use base::progress::Progress;
 use footage;
 use imaging::{DualGamma, Mask};
-use base::progress::Progress;
 use project::{Framings, Project};
 use rayon::prelude::*;
 use std::path::Path;
@@ -24,10 +24,10 @@ const FRAMES: usize = 8;
 const SEARCHED_FRAMES: usize = 96;
 
 /// Quantiles per channel.
-pub(in crate) type Quantiles = [[f32; QUANTILES]; 3];
+pub(crate) type Quantiles = [[f32; QUANTILES]; 3];
 
 /// A pose's pixels.
-pub(in crate) struct Pose {
+pub(crate) struct Pose {
     /// Per pixel, one code for each lamp: `codes[pixel · lamps + lamp]`.
     pub codes: Vec<Code>,
     /// The interview frame that shows this pose best, where one can be compared.
@@ -35,7 +35,7 @@ pub(in crate) struct Pose {
 }
 
 /// The poses' and the frames' pixels inside the subject, as codes.
-pub(in crate) struct Subject {
+pub(crate) struct Subject {
     /// The poses that show anything.
     pub poses: Vec<Pose>,
     /// Pixels of some frames that are spread over the clip.

@@ -1,7 +1,7 @@
 use super::*;
+use glam::Vec3;
 use imaging::{Image, Mask, Response, file};
 use project::{Ball, Project, Settings, Shoot};
-use glam::Vec3;
 use std::path::{Path, PathBuf};
 
 const SIZE: usize = 96;
@@ -125,8 +125,7 @@ impl Making {
             }
             sum
         };
-        let geometry =
-            crate::mirror_ball::MirrorBall::new(&ball, None, (SIZE, SIZE)).unwrap();
+        let geometry = crate::mirror_ball::MirrorBall::new(&ball, None, (SIZE, SIZE)).unwrap();
         let probes: Vec<Image> = lamps
             .iter()
             .map(|(direction, _)| {

@@ -6,7 +6,7 @@ use imaging::Mask;
 
 /// A frame beside a pose.
 #[derive(Clone)]
-pub(in crate) struct Twin {
+pub(crate) struct Twin {
     /// The project's numbers of both.
     pub pose: usize,
     pub frame: usize,
@@ -67,7 +67,7 @@ impl Twin {
 
 /// A pixel of a pose in the frame.
 #[derive(Clone)]
-pub(in crate) struct TwinPixel {
+pub(crate) struct TwinPixel {
     /// Its place among the pose's samples.
     pub sample: u32,
     /// Its place in the picture, row by row.

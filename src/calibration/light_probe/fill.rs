@@ -93,8 +93,8 @@ fn relax(panorama: &mut Image, seen: &[bool]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use light::latlong::texel_direction;
     use glam::Vec3;
+    use light::latlong::texel_direction;
     use proptest::prelude::*;
 
     /// A panorama with a hole around `axis`, filled, with the truth.

@@ -22,11 +22,11 @@ pub use two_balls::{TwoBalls, TwoBallsSettings, merge_balls};
 pub use view::{BallCamera, BallView};
 
 use base::error::{Error, Result};
+use glam::DQuat;
 use imaging::color::luminance;
 use imaging::{Image, Raster};
 use light::Mapping;
 use light::mapping::{Kind, resample};
-use glam::DQuat;
 
 /// What to do about light that the photograph clipped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,8 +2,8 @@
 //! shares no formula with the unwrapping.
 
 use super::BallView;
-use imaging::Image;
 use glam::DVec3;
+use imaging::Image;
 use rayon::prelude::*;
 
 /// A photograph of `size × size` pixels of a ball in surroundings whose radiance is a function of the

@@ -1,9 +1,9 @@
 use super::picture::photographed;
 use super::*;
+use glam::{DVec3, Quat};
 use imaging::{DualGamma, Response};
 use light::{Environment, latlong};
 use project;
-use glam::{DVec3, Quat};
 use std::f64::consts::PI;
 
 mod brackets;

@@ -8,11 +8,11 @@
 use super::super::minimum::{Search, minimise};
 use super::{Ball, BallView, ClippedLight, Photograph, filled};
 use base::error::{Error, Result};
+use glam::{DQuat, DVec3, Quat, Vec3};
 use imaging::Image;
 use imaging::color::luminance;
 use light::latlong::{texel_direction, texel_solid_angle};
 use light::{Environment, Mapping};
-use glam::{DQuat, DVec3, Quat, Vec3};
 
 /// How two balls are joined.
 #[derive(Clone, Copy, Debug, PartialEq)]

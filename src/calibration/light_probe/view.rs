@@ -1,9 +1,9 @@
 //! How a mirror ball was photographed: where it is in the picture, and from how far.
 
 use base::error::{Error, Result};
+use glam::Vec3;
 use light::mapping::{Disc, Kind, Profile, Projection};
 use project::Ball;
-use glam::Vec3;
 
 /// A mirror ball in a photograph.
 ///

@@ -79,7 +79,7 @@ impl Probes {
 
     /// The interview's light as a sum of lamps under a response: non-negative least squares of the
     /// interview's ball by the lamps' balls, per channel, both blurred to half the lamps' spacing.
-    pub(in crate) fn fit(&self, table: &Table) -> InterviewFit {
+    pub(crate) fn fit(&self, table: &Table) -> InterviewFit {
         let n = self.blur.len().isqrt();
         let blurred = |energy: &[[f32; 3]]| -> Vec<[f32; 3]> {
             let lit: Vec<usize> = (0..n).filter(|&i| energy[i] != [0.0; 3]).collect();

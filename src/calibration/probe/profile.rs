@@ -16,7 +16,7 @@ pub(super) struct ProfilePixel {
 }
 
 /// The interview's ball compared with the lamps' pixel by pixel.
-pub(in crate) struct Profile {
+pub(crate) struct Profile {
     /// For each lamp, the sum of squared encoded distances where it is the strongest.
     pub squares: Vec<f64>,
     /// Mean square of the part of these distances that changes from pixel to pixel: noise, where the
@@ -34,7 +34,7 @@ impl Probes {
     /// another weight: only the right shape of the response makes all of them proportional. What it
     /// cannot tell is a power of the response, because that is a response too, with powers of the
     /// weights.
-    pub(in crate) fn profile(&self, table: &Table) -> Profile {
+    pub(crate) fn profile(&self, table: &Table) -> Profile {
         let backgrounds: Vec<[f32; 3]> = self
             .footprints
             .iter()
@@ -102,12 +102,12 @@ impl Probes {
     }
 
     /// How many pixels [`Self::profile`] compares.
-    pub(in crate) fn profile_pixels(&self) -> usize {
+    pub(crate) fn profile_pixels(&self) -> usize {
         self.profile.len()
     }
 
     /// The codes that [`Self::profile`] compares, of the lamps' balls and of the interview's.
-    pub(in crate) fn profile_codes(&self) -> impl Iterator<Item = &Code> {
+    pub(crate) fn profile_codes(&self) -> impl Iterator<Item = &Code> {
         self.profile.iter().flat_map(|pixel| {
             let lamps = pixel.lamps.iter().map(|(_, code)| code);
             lamps.chain(std::iter::once(&pixel.interview))
@@ -164,7 +164,7 @@ impl Probes {
 /// The noise in a series of errors, from neighbours in one row: half the mean square of their
 /// differences (von Neumann 1941).
 #[derive(Default)]
-pub(in crate) struct NeighbourDifferences {
+pub(crate) struct NeighbourDifferences {
     last: Option<(usize, f64)>,
     square: f64,
     count: f64,

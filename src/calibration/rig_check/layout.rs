@@ -1,8 +1,8 @@
 //! The measured rig against the layout: which lamps are where others should be.
 
 use super::{Fault, Finding, names};
-use light::{Lamp, Rig};
 use glam::{Mat3, Quat, Vec3};
+use light::{Lamp, Rig};
 
 /// How a rig lies in its layout.
 pub(super) struct Comparison {

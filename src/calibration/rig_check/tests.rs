@@ -307,8 +307,8 @@ fn pictures_under_two_names_are_found() {
 #[test]
 fn the_shared_shoot_has_a_proper_rig() {
     use super::super::{code::Table, probe::Probes, tests::shared_shoot};
-    use imaging::DualGamma;
     use base::progress::Progress;
+    use imaging::DualGamma;
     let Some((project, _home, truth, layout)) = shared_shoot("probes") else {
         return;
     };

@@ -5,8 +5,8 @@ use super::circle::Circle;
 use super::edges::Edges;
 use super::rim::{self, Rim};
 use super::search;
-use imaging::Raster;
 use glam::DVec2;
+use imaging::Raster;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
 

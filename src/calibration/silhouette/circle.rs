@@ -1,8 +1,8 @@
 //! Circles: through three points, fitted to many, fitted robustly to the points that agree.
 
 use base::error::{Error, Result};
-use project::Ball;
 use glam::{DMat3, DVec2, DVec3};
+use project::Ball;
 use serde::{Deserialize, Serialize};
 
 /// A circle in a photograph.

@@ -1,7 +1,7 @@
 //! Edges of a picture: where brightness or colour changes fastest, and across which direction.
 
-use imaging::Raster;
 use glam::{DVec2, Vec2};
+use imaging::Raster;
 use rayon::prelude::*;
 
 /// A place where the picture changes fastest.

@@ -1,9 +1,9 @@
 //! Photographs of the balls by one fixed camera, averaged.
 
 use base::error::{Error, Result};
+use base::progress::Progress;
 use imaging::color::unit;
 use imaging::{Encoded, Raster, file};
-use base::progress::Progress;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 

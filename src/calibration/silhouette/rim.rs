@@ -2,8 +2,8 @@
 
 use super::circle::Circle;
 use super::search::divergence;
-use imaging::Raster;
 use glam::DVec2;
+use imaging::Raster;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;

@@ -2,8 +2,8 @@
 //! is also what the camera sees around the ball.
 
 use super::Circle;
-use imaging::{Encoded, Raster};
 use glam::{DVec2, DVec3};
+use imaging::{Encoded, Raster};
 
 /// What stands around the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]

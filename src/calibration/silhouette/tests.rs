@@ -1,9 +1,9 @@
 use super::scene::{Around, Scene, random};
 use super::*;
-use imaging::Raster;
-use imaging::{Encoded, file};
 use base::progress::Progress;
 use glam::{DVec2, DVec3};
+use imaging::Raster;
+use imaging::{Encoded, file};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 

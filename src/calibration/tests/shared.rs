@@ -3,7 +3,7 @@
 use super::*;
 
 /// The shared shoot of a real head scan, rendered by other software; `None` where it is not here.
-pub(in crate) fn shared_shoot(
+pub(crate) fn shared_shoot(
     probes: &str,
 ) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
     let folder =

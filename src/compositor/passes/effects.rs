@@ -8,8 +8,8 @@ use crate::background_blur::{LARGEST_RADIUS, halved};
 use crate::grain::BINS;
 use crate::{CLIPPED, Grain, LEGEND, Screen, false_color, glare, light_wrap};
 use base::error::Result;
-use scene::{Channel, ViewTransform};
 use bytemuck::{Pod, Zeroable, bytes_of};
+use scene::{Channel, ViewTransform};
 
 /// Parameters of `pyramid`.
 #[repr(C)]

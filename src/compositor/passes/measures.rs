@@ -9,8 +9,8 @@ use crate::grain::{BINS, Grain, Sample, places};
 use crate::light_wrap::{measured_size, need};
 use crate::pyramid::Rgba;
 use base::error::Result;
-use imaging::{Image, Mask};
 use bytemuck::bytes_of;
+use imaging::{Image, Mask};
 
 /// Values that a whole picture is brought to, as in the shader.
 const GROUPS: u32 = 64;

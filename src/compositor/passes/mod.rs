@@ -6,7 +6,7 @@ mod lost;
 mod measures;
 mod pictures;
 mod read;
-pub(in crate) mod relight;
+pub(crate) mod relight;
 mod subject;
 mod work;
 

@@ -103,7 +103,7 @@ const fn shader(
 /// All passes for one device. Each is compiled when it is first used.
 #[derive(Debug)]
 pub struct PicturePasses {
-    pub(in crate) device: wgpu::Device,
+    pub(crate) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) layout: wgpu::BindGroupLayout,
     pipelines: Vec<(&'static str, OnceLock<wgpu::ComputePipeline>)>,

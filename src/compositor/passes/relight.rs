@@ -312,11 +312,9 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
 }
 
 #[cfg(test)]
-pub(in crate) mod tests {
+pub(crate) mod tests {
     use super::*;
-    use crate::relight::{
-        relight, relight_compressed, relight_half, tests::noise_field,
-    };
+    use crate::relight::{relight, relight_compressed, relight_half, tests::noise_field};
     use reflectance::CompressedField;
     use std::future::Future;
     use std::pin::pin;

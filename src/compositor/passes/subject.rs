@@ -6,9 +6,9 @@ use super::work::Work;
 use crate::edges::rings;
 use crate::reference::SOLID;
 use base::error::Result;
+use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::{Image, Mask};
 use reflectance::FieldBuffer;
-use bytemuck::{Pod, Zeroable, bytes_of};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// A frame's matte on the GPU.

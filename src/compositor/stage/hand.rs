@@ -10,7 +10,7 @@ use scene::{Channel, Pass, ViewTransform};
 
 /// Does the passes of one picture: in memory, or on a GPU that keeps all pictures until the end. Everything
 /// that is computed fails where the device does.
-pub(in crate) trait Hand {
+pub(crate) trait Hand {
     /// A whole picture in linear light. To clone it costs nothing.
     type Light: Clone;
     /// A whole picture in codes of a display.
@@ -106,7 +106,7 @@ pub(in crate) trait Hand {
 }
 
 /// What a hand leaves.
-pub(in crate) struct Finished<Own> {
+pub(crate) struct Finished<Own> {
     pub linear: Option<Image>,
     pub display: Option<Encoded>,
     /// How many of the subject's pixels were no numbers.

@@ -18,16 +18,16 @@ use crate::smoothing::{self, even_light};
 use crate::view::view;
 use base::error::Result;
 use imaging::{Encoded, Image, Mask, resample::resize_area};
-use scene::{Channel, Pass, ViewTransform};
 use rayon::prelude::*;
+use scene::{Channel, Pass, ViewTransform};
 use std::sync::Arc;
 use std::time::Instant;
 
 /// The rim of the last matte that was asked for.
-pub(in crate) type Rim = Kept<Arc<Mask>>;
+pub(crate) type Rim = Kept<Arc<Mask>>;
 
 /// The processor.
-pub(in crate) struct InMemory<'a> {
+pub(crate) struct InMemory<'a> {
     of: &'a Ingredients<'a>,
     /// Stands for the frame.
     frame: u64,

@@ -17,14 +17,14 @@ use scene::{Channel, Pass, ViewTransform};
 
 /// What was copied to the GPU, and made there, for a frame and for an environment.
 #[derive(Clone, Debug, Default)]
-pub(in crate) struct Uploads {
+pub(crate) struct Uploads {
     matte: Kept<GpuMatte>,
     rim: Kept<GpuPicture>,
     panorama: Kept<GpuPicture>,
 }
 
 /// The GPU that the field is on.
-pub(in crate) struct OnGpu<'a> {
+pub(crate) struct OnGpu<'a> {
     of: &'a Ingredients<'a>,
     field: &'a FieldBuffer,
     passes: &'a PicturePasses,

@@ -1,7 +1,7 @@
 //! A contact sheet of lamps in which each picture stands where its lamp is.
 
-use light::latlong::uv_from_direction;
 use glam::Vec3;
+use light::latlong::uv_from_direction;
 
 /// The sheet: squares on a plane, the top left corner of which is (0, 0).
 #[derive(Clone, Debug, PartialEq)]

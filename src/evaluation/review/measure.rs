@@ -5,15 +5,15 @@ use super::super::{Truth, flip::PIXELS_PER_DEGREE, flip::flip, ssim};
 use super::pictures::Pictures;
 use super::report::write_report;
 use super::{Basis, Case, Cell, FORMAT, Marks, Measured, Metric, Review};
-use calibration::Calibration;
 use base::error::{Error, Result};
+use base::progress::Progress;
+use calibration::Calibration;
 use footage::{Exemplar, Frame};
 use gpu::{ComputeDevice, DeviceChoice};
 use imaging::{Image, Mask};
-use base::progress::Progress;
 use project::Project;
-use reflectance::{Predictor, ReflectanceField, checkpoint::CheckpointInfo};
 use rayon::prelude::*;
+use reflectance::{Predictor, ReflectanceField, checkpoint::CheckpointInfo};
 use serde::Serialize;
 use std::path::PathBuf;
 

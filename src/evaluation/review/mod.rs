@@ -18,9 +18,9 @@ pub use measure::{Means, ReviewReport, ReviewSettings, own_truth, review};
 
 use super::metrics::pooled;
 use base::error::{Error, Result};
+use clap::ValueEnum;
 use imaging::file::write_beside;
 use project::Project;
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::PathBuf;

@@ -2,8 +2,8 @@
 
 use super::measure::Means;
 use super::{Marks, Metric, Review, badness, heat, place_by_direction};
-use imaging::color::byte_from_unit;
 use glam::Vec3;
+use imaging::color::byte_from_unit;
 use std::fmt::Write;
 
 /// Everything that the page shows.

@@ -3,9 +3,9 @@
 
 use super::panorama;
 use super::pattern::{arch, noise, ramp, wall};
-use imaging::Image;
 use crate::patch::{Outline, Patch};
 use glam::{Vec2, Vec3};
+use imaging::Image;
 
 /// Towards the sun, not of unit length.
 const SUN: Vec3 = Vec3::new(0.62, 0.62, 0.48);

@@ -12,8 +12,8 @@ mod studio;
 
 use super::Environment;
 use super::latlong::direction_from_uv;
-use imaging::{Image, Raster};
 use glam::Vec3;
+use imaging::{Image, Raster};
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
 

@@ -5,9 +5,9 @@
 
 use super::panorama;
 use super::pattern::{arch, noise, ramp, wall};
-use imaging::Image;
 use crate::patch::{Outline, Patch};
 use glam::{Vec2, Vec3};
+use imaging::Image;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 

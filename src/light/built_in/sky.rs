@@ -7,11 +7,11 @@
 
 use super::panorama;
 use super::pattern::{noise, ramp};
-use imaging::Image;
-use imaging::color::{linear_from_xyz, luminance};
 use crate::patch::{Outline, Patch};
 use crate::white;
 use glam::{DVec3, Vec3};
+use imaging::Image;
+use imaging::color::{linear_from_xyz, luminance};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// The sun's mean radius as seen from the earth in radians (959.63″, IAU).

@@ -4,10 +4,10 @@
 
 use super::panorama;
 use super::pattern::{noise, ramp, wall};
-use imaging::Image;
 use crate::patch::{Outline, Patch};
 use crate::white;
 use glam::Vec3;
+use imaging::Image;
 use std::f32::consts::PI;
 
 /// A softbox that faces the subject.

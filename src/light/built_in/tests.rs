@@ -1,8 +1,8 @@
 use super::*;
-use imaging::color::luminance;
 use crate::Environment;
 use crate::brightest;
 use crate::latlong::texel_solid_angle;
+use imaging::color::luminance;
 
 #[test]
 fn every_environment_is_light_with_a_name_and_a_sentence() {

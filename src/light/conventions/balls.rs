@@ -2,10 +2,10 @@
 //! beside ours. Their look-ups are written after their sources and share no code with ours.
 
 use super::Tool;
-use imaging::Image;
 use crate::weights::rotation;
 use crate::{Environment, latlong};
 use glam::{DMat3, DVec3};
+use imaging::Image;
 use std::f64::consts::{PI, TAU};
 
 const SIZE: usize = 64;

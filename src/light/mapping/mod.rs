@@ -34,8 +34,8 @@ pub(crate) use resample::resample;
 
 use super::Environment;
 use base::error::{Error, Result};
-use imaging::{Image, Raster};
 use glam::{DQuat, DVec3, Quat};
+use imaging::{Image, Raster};
 use serde::{Deserialize, Serialize};
 
 /// How a picture lays out the sphere.

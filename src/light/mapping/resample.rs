@@ -11,8 +11,8 @@
 //! of one pixel keeps its energy.
 
 use super::Projection;
-use imaging::Image;
 use glam::DQuat;
+use imaging::Image;
 use rayon::prelude::*;
 
 /// Rounds of scaling.

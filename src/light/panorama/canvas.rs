@@ -2,8 +2,8 @@
 //! angle stay.
 
 use super::Environment;
-use imaging::Image;
 use crate::environment::{HALF_MAX, band};
+use imaging::Image;
 
 /// A panorama in the making.
 pub(super) struct Canvas {

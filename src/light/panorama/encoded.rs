@@ -2,8 +2,8 @@
 
 use super::{Canvas, Job};
 use base::error::{Error, Result};
-use imaging::color::linear_from_srgb;
 use image::{DynamicImage, ImageReader};
+use imaging::color::linear_from_srgb;
 use std::io::{BufRead, Seek};
 
 pub(super) fn read(job: &mut Job, file: impl BufRead + Seek) -> Result<Canvas> {

@@ -1,10 +1,10 @@
 use super::*;
-use imaging::{Encoded, Image, file};
 use crate::latlong::{texel_direction, texel_solid_angle};
 use exr::prelude::{
     AnyChannel, AnyChannels, FlatSamples, IntegerBounds, Layer, LayerAttributes, SmallVec, Vec2,
     WritableImage,
 };
+use imaging::{Encoded, Image, file};
 use std::path::PathBuf;
 
 mod openexr;

@@ -1,10 +1,10 @@
 use super::super::Lamp;
 use super::*;
-use imaging::Image;
 use glam::Vec3;
+use imaging::Image;
 use proptest::prelude::*;
 
-pub(in crate) fn rig(directions: &[Vec3]) -> Rig {
+pub(crate) fn rig(directions: &[Vec3]) -> Rig {
     let lamp = |(i, direction): (usize, &Vec3)| Lamp {
         name: format!("olat_{i:02}"),
         direction: direction.normalize(),
@@ -18,7 +18,7 @@ pub(in crate) fn rig(directions: &[Vec3]) -> Rig {
     }
 }
 
-pub(in crate) fn lattice(n: usize) -> Vec<Vec3> {
+pub(crate) fn lattice(n: usize) -> Vec<Vec3> {
     (0..n)
         .map(|i| {
             let (y, turn) = (
@@ -35,7 +35,7 @@ pub(in crate) fn lattice(n: usize) -> Vec<Vec3> {
 }
 
 /// Rigs that are hard on a hull, and two ordinary ones.
-pub(in crate) fn rigs() -> Vec<(&'static str, Rig)> {
+pub(crate) fn rigs() -> Vec<(&'static str, Rig)> {
     let ring = |n: usize, y: f32| {
         (0..n).map(move |i| {
             Vec3::from_array([
@@ -89,7 +89,7 @@ pub(in crate) fn rigs() -> Vec<(&'static str, Rig)> {
     ]
 }
 
-pub(in crate) fn speckled(seed: usize) -> Environment {
+pub(crate) fn speckled(seed: usize) -> Environment {
     let image = Image::from_fn(64, 32, |x, y| {
         [0, 1, 2].map(|c| {
             if (x * 31 + y * 17 + c * 7 + seed * 13) % 41 < 3 {
@@ -102,14 +102,14 @@ pub(in crate) fn speckled(seed: usize) -> Environment {
     Environment::from_radiance("speckled", image)
 }
 
-pub(in crate) fn sun(x: usize, y: usize, width: usize) -> Environment {
+pub(crate) fn sun(x: usize, y: usize, width: usize) -> Environment {
     let mut image = Image::filled(width, width / 2, [0.0; 3]);
     image.pixels[y * width + x] = [1e6, 8e5, 6e5];
     Environment::from_radiance("sun", image)
 }
 
 /// Σ w_i·e_i per channel: the energy that the weights hold.
-pub(in crate) fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
+pub(crate) fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
     std::array::from_fn(|c| {
         weights
             .per_lamp
@@ -121,7 +121,7 @@ pub(in crate) fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
 }
 
 /// The ways to part the sphere.
-pub(in crate) fn kinds() -> [fn(&Rig, usize) -> Partition; 4] {
+pub(crate) fn kinds() -> [fn(&Rig, usize) -> Partition; 4] {
     [
         Partition::soft,
         Partition::smooth,
@@ -130,7 +130,7 @@ pub(in crate) fn kinds() -> [fn(&Rig, usize) -> Partition; 4] {
     ]
 }
 
-pub(in crate) fn assert_sound(
+pub(crate) fn assert_sound(
     name: &str,
     weights: &LightWeights,
     rig: &Rig,

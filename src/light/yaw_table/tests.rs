@@ -1,7 +1,7 @@
 use super::super::weights::tests::{kinds, lattice, rig, rigs};
 use super::*;
-use imaging::Image;
 use crate::Rig;
+use imaging::Image;
 use proptest::prelude::*;
 
 /// A panorama of random light with suns of a million in some of its texels.

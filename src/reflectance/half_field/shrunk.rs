@@ -1,9 +1,9 @@
 //! A field with fewer pixels, for pictures that have to be there soon.
 
 use super::{HalfField, TILE, widen};
-use imaging::Mask;
 use half::f16;
 use half::slice::{HalfBitsSliceExt, HalfFloatSliceExt};
+use imaging::Mask;
 use rayon::prelude::*;
 
 impl HalfField {
@@ -78,9 +78,9 @@ impl HalfField {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ReflectanceField;
     use imaging::Image;
     use imaging::resample::resize_area;
-    use crate::ReflectanceField;
 
     #[test]
     fn the_subject_times_its_coverage_is_the_mean_of_what_it_was() {

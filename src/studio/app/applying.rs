@@ -1,12 +1,12 @@
 //! What each command does to the window, beyond what it does to the state.
 
 use super::StudioApp;
-use calibration::{CalibrateSettings, Circle};
 use crate::command::Command;
 use crate::compare::{Compare, With};
-use worker::{Job, Need};
+use calibration::{CalibrateSettings, Circle};
 use egui::ViewportCommand;
 use std::time::Instant;
+use worker::{Job, Need};
 
 impl StudioApp {
     pub(super) fn apply(&mut self, command: Command) {

@@ -1,10 +1,10 @@
 //! Which picture is asked for, and when the next frame is due.
 
 use super::StudioApp;
-use scene::Scene;
 use crate::panel::Reading;
-use worker::{Ask, Origin, Second};
+use scene::Scene;
 use std::time::Duration;
+use worker::{Ask, Origin, Second};
 
 /// A picture that the state asks for.
 #[derive(PartialEq)]

@@ -2,11 +2,11 @@
 
 use super::StudioApp;
 use compositor::passes::is_lost;
-use project::Project;
-use worker::Latest;
 use eframe::Frame;
 use egui::ViewportCommand;
+use project::Project;
 use std::sync::Arc;
+use worker::Latest;
 
 /// The project that a window leaves open, for the next one.
 pub type Left = Arc<Latest<Option<Project>>>;

@@ -1,11 +1,11 @@
 //! What is dropped onto the window.
 
 use super::StudioApp;
-use footage::scan::is_shoot;
 use crate::command::Command;
 use crate::news::Phase;
-use worker::Need;
+use footage::scan::is_shoot;
 use std::path::{Path, PathBuf};
+use worker::Need;
 
 /// Extensions of panoramas.
 pub(super) const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];

@@ -1,14 +1,14 @@
 //! What the application does about exports.
 
 use super::StudioApp;
-use export::Destination;
-use export::relight::relight;
 use crate::command::Command;
 use crate::layout::Pane;
 use crate::lookout::Wanted;
 use crate::panel::Reading;
-use worker::{Export, Standing, Written};
+use export::Destination;
+use export::relight::relight;
 use std::path::Path;
+use worker::{Export, Standing, Written};
 
 impl StudioApp {
     pub(super) fn apply_to_exports(&mut self, command: Command) {

@@ -3,8 +3,8 @@
 use super::StudioApp;
 use calibration::CalibrateSettings;
 use evaluation::review::ReviewSettings;
-use worker::Job;
 use std::path::PathBuf;
+use worker::Job;
 
 impl StudioApp {
     /// Calibrates with what was set by hand.

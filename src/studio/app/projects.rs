@@ -1,8 +1,6 @@
 //! Which project is open: opening, making, locking, moving, framing.
 
 use super::{StudioApp, title};
-use base::error::Result;
-use project::{Framing, Lock, Project};
 use crate::command::Command;
 use crate::footages::Footages;
 use crate::inspected::Inspected;
@@ -13,9 +11,11 @@ use crate::studies::Studies;
 use crate::theme;
 use crate::training::Training;
 use crate::wizard::Plan;
-use worker::{Blocked, Job, Worker};
+use base::error::Result;
 use egui::{Ui, ViewportCommand};
+use project::{Framing, Lock, Project};
 use std::path::{Path, PathBuf};
+use worker::{Blocked, Job, Worker};
 
 impl StudioApp {
     /// Shows what `worker` makes of `project`, in place of what was shown before.

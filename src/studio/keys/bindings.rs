@@ -1,10 +1,10 @@
 //! The table of keys.
 
-use scene::{Channel, Inspection};
 use crate::command::Command;
 use crate::layout::{Pane, Workspace};
 use crate::state::Keyed;
 use egui::{Key, KeyboardShortcut, Modifiers};
+use scene::{Channel, Inspection};
 
 /// A key, what it does, and how the list of keys calls it.
 pub struct Binding {

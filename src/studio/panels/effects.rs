@@ -1,11 +1,11 @@
 //! The plan of passes: which ran, which did not and why, what each took, and a switch that forces it.
 
-use compositor::{Pass, PassReport};
-use scene::{Effects, Forced};
 use crate::command::Command;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
+use compositor::{Pass, PassReport};
 use egui::{Align, ComboBox, Label, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
+use scene::{Effects, Forced};
 
 /// Width of the switch in points.
 const SWITCH: f32 = 64.0;

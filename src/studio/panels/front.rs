@@ -3,13 +3,13 @@
 use super::panorama::{place, share};
 use super::rows::choice_ui;
 use super::sphere::{MARK_RADIUS, Mark, clicked, in_order, mark_ui};
-use light::conventions::{Front, Tool};
-use light::latlong;
 use crate::command::Command;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
 use egui::{Button, Pos2, Rect, Response, RichText, Ui, vec2};
 use glam::Quat;
+use light::conventions::{Front, Tool};
+use light::latlong;
 
 /// What can be answered: fronts, with the programs that have them there.
 fn choices() -> Vec<(Front, String)> {

@@ -6,9 +6,9 @@ use crate::layout::Pane;
 use crate::news::Work;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
-use worker::Standing;
 use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
 use std::time::{Duration, Instant};
+use worker::Standing;
 
 /// Widths in points, so that nothing moves as figures change: "Stopping", "100 %", "99 h 59 min left".
 const BUTTON_WIDTH: f32 = 100.0;

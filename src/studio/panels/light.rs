@@ -5,18 +5,18 @@ use super::number_ui;
 use super::panorama::Preview;
 use super::rows::{FIELD, Row, choice_ui};
 use super::timeline::diamond;
-use light::conventions::Tool;
-use light::weights::Weighting;
-use light::{Lighting, PlacedLight, placed, white};
 use crate::command::Command;
 use crate::icons;
 use crate::listed::Listed;
 use crate::panel::{Entry, Sight};
 use crate::state::Keyed;
 use crate::theme::{self, GAP};
-use worker::Origin;
 use egui::{DragValue, Grid, Rect, RichText, Sense, Ui, vec2};
+use light::conventions::Tool;
+use light::weights::Weighting;
+use light::{Lighting, PlacedLight, placed, white};
 use std::ops::RangeInclusive;
+use worker::Origin;
 
 /// The picture of the panorama, and the environment of which the person wants to say anew which way is front.
 #[derive(Default)]

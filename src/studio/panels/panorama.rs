@@ -2,8 +2,6 @@
 
 use super::environments::panorama_ui;
 use super::front;
-use light::brightest::Area;
-use light::{Environment, PlacedLight, latlong};
 use crate::command::Command;
 use crate::keys;
 use crate::panel::{Entry, Reading, Sight};
@@ -13,6 +11,8 @@ use egui::{
     pos2, vec2,
 };
 use glam::Quat;
+use light::brightest::Area;
+use light::{Environment, PlacedLight, latlong};
 use std::sync::Arc;
 
 /// Radius of a light's dot on the panorama in points.

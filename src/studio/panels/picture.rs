@@ -1,6 +1,5 @@
 //! The picture: exposure, what is behind the subject, the view transform, and the effects.
 
-use scene::{Background, Channel, Effects, Inspection, ViewTransform};
 use crate::command::Command;
 use crate::icons;
 use crate::panel::Sight;
@@ -9,6 +8,7 @@ use crate::panels::rows::{FIELD, Row, choice_ui};
 use crate::state::EXPOSURE_STOPS;
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
+use scene::{Background, Channel, Effects, Inspection, ViewTransform};
 
 /// The panel keeps nothing.
 #[derive(Default)]

@@ -1,12 +1,12 @@
 //! Histogram, waveform, and the pixel under the cursor: its values, and what each lamp gives to it.
 
-use imaging::color::luminance;
 use crate::command::Command;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
-use worker::Relit;
 use egui::{Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
+use imaging::color::luminance;
 use std::sync::Arc;
+use worker::Relit;
 
 /// Columns of the waveform, and levels that it tells apart.
 const WAVEFORM: [usize; 2] = [128, 64];

@@ -1,11 +1,11 @@
 //! Directions on pictures: lamps as numbered marks on a lat-long panorama and on a dome that can be turned.
 
-use light::latlong::uv_from_direction;
 use crate::theme;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, pos2, vec2,
 };
 use glam::{Quat, Vec3};
+use light::latlong::uv_from_direction;
 
 /// A mark reaches this far from its point, for the eye and for the hand.
 pub const MARK_RADIUS: f32 = 7.0;

@@ -1,12 +1,12 @@
 //! The scrub bar: which frame, whether it plays, and the keys of yaw and intensity.
 
-use light::keyframes::Interpolation;
 use crate::command::Command;
 use crate::icons;
 use crate::panel::Sight;
 use crate::state::Keyed;
 use crate::theme::{self, GAP};
 use egui::{Align2, Color32, Key, Modifiers, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
+use light::keyframes::Interpolation;
 
 /// From a key's middle to its corners, in points.
 const DIAMOND: f32 = 5.5;

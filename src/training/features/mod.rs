@@ -13,9 +13,9 @@ pub use weights::WeightFile;
 
 use super::loss::EPSILON;
 use base::error::Result;
-use reflectance::render::encoded_white;
 use burn::tensor::module::adaptive_avg_pool2d;
 use burn::tensor::{Device, Tensor, TensorData};
+use reflectance::render::encoded_white;
 use std::path::Path;
 use truths::Truths;
 

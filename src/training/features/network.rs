@@ -2,12 +2,12 @@
 
 use super::weights::WeightFile;
 use base::error::Result;
-use reflectance::kernels::{self, Activation, Precision};
 use burn::module::Module;
 use burn::nn::PaddingConfig2d;
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::pool::{MaxPool2d, MaxPool2dConfig};
 use burn::tensor::{Device, Tensor, activation};
+use reflectance::kernels::{self, Activation, Precision};
 
 /// Mean and standard deviation of ImageNet's pictures, which torchvision's networks expect taken out.
 const MEAN: [f32; 3] = [0.485, 0.456, 0.406];

@@ -6,10 +6,10 @@ use crate::news::Work;
 use crate::panel::Sight;
 use crate::panels::job;
 use crate::theme::{self, GAP};
-use worker::{Export, Standing, Written};
 use egui::{
     Align, Button, Frame, Label, Layout, Margin, ProgressBar, RichText, ScrollArea, Ui, vec2,
 };
+use worker::{Export, Standing, Written};
 
 pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {

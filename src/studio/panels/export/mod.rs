@@ -2,8 +2,6 @@
 
 mod line;
 
-use export::{Destination, Files, Format};
-use scene::Background;
 use crate::command::Command;
 use crate::icons;
 use crate::order::Order;
@@ -14,6 +12,8 @@ use egui::{
     Align, Button, DragValue, Grid, Label, Layout, Response, RichText, Role, TextEdit, Ui,
     WidgetInfo, vec2,
 };
+use export::{Destination, Files, Format};
+use scene::Background;
 use std::path::Path;
 
 /// Width of a number's field in points.

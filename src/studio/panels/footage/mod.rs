@@ -5,16 +5,16 @@ mod square;
 mod strip;
 
 use super::notice_ui;
-use project::{Framing, Padding, Project};
 use crate::command::Command;
 use crate::footages::{FootageView, MatteView, Shown};
 use crate::news::Phase;
 use crate::order::Order;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
-use worker::Need;
 use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
+use project::{Framing, Padding, Project};
 use square::Square;
+use worker::Need;
 
 /// Width of the column of numbers, and height of the strip of thumbnails.
 const COLUMN: f32 = 272.0;

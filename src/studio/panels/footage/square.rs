@@ -1,9 +1,9 @@
 //! The square over the picture, to be dragged by its corners and its body.
 
-use project::Framing;
 use crate::footages::Shown;
 use crate::theme::{self, GAP};
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
+use project::Framing;
 
 /// A corner is taken within this many points.
 const REACH: f32 = 9.0;

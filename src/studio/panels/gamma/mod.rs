@@ -3,18 +3,18 @@
 
 mod plots;
 
-use calibration::Trial;
-use imaging::{DualGamma, Response};
 use crate::command::Command;
 use crate::panel::Sight;
 use crate::panels::{notice_ui, number_ui};
 use crate::theme::{self, GAP};
-use worker::GammaView;
+use calibration::Trial;
 use egui::{
     Align2, Button, Color32, FontId, Pos2, Rect, RichText, Sense, Stroke, TextureHandle, Ui, Vec2,
     pos2, vec2,
 };
+use imaging::{DualGamma, Response};
 use std::sync::Arc;
+use worker::GammaView;
 
 /// The textures of the view that is shown.
 struct Shown {

@@ -1,14 +1,14 @@
 //! The plots of the response: the curve with its asymptotes, the loss surface, the histograms.
 
+use crate::theme;
 use calibration::Trial;
 use calibration::gamma::Surface;
-use imaging::{DualGamma, Response};
-use crate::theme;
-use worker::GammaView;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Shape, Stroke, TextureId, Ui, Vec2, pos2,
     vec2,
 };
+use imaging::{DualGamma, Response};
+use worker::GammaView;
 
 const RED: Color32 = Color32::from_rgb(224, 96, 84);
 const GREEN: Color32 = Color32::from_rgb(108, 190, 104);

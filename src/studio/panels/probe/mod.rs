@@ -3,16 +3,16 @@
 mod photograph;
 
 use super::sphere::{self, DomeView, Mark};
-use calibration::Circle;
-use calibration::silhouette::Silhouette;
 use crate::command::Command;
 use crate::panel::Sight;
 use crate::panels::number_ui;
 use crate::theme::{self, GAP};
-use worker::{ProbeStudy, SeenLamp};
+use calibration::Circle;
+use calibration::silhouette::Silhouette;
 use egui::{Button, Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use photograph::Photograph;
 use std::sync::Arc;
+use worker::{ProbeStudy, SeenLamp};
 
 /// Side of the dome in points.
 const DOME_SIDE: f32 = 168.0;

@@ -1,15 +1,15 @@
 //! The mirror ball's photograph with its silhouette to be dragged, the rim magnified and the lamps marked.
 
 use super::super::sphere::{self, Mark};
-use calibration::Circle;
 use crate::command::Command;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
-use worker::ProbeStudy;
+use calibration::Circle;
 use egui::{
     Color32, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2,
     pos2, vec2,
 };
+use worker::ProbeStudy;
 
 /// A handle is taken within this many points.
 const REACH: f32 = 9.0;

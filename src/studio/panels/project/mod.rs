@@ -3,8 +3,6 @@
 mod wizard;
 
 use super::TEXT_WIDTH;
-use footage::scan::counted;
-use project::Project;
 use crate::command::Command;
 use crate::icons;
 use crate::panel::Sight;
@@ -12,6 +10,8 @@ use crate::recents::Recent;
 use crate::theme::{self, GAP};
 use crate::wizard::typed;
 use egui::{Button, Color32, Label, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
+use footage::scan::counted;
+use project::Project;
 
 /// The panel keeps where the demo shall be.
 pub struct ProjectPanel {

@@ -1,13 +1,13 @@
 //! A new project on one page: the shoot, what was found in it, and what is chosen.
 
 use super::quiet_ui;
-use footage::scan::{Line, Scan};
 use crate::command::Command;
 use crate::icons;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
 use crate::wizard::{Plan, cost};
 use egui::{Button, ComboBox, DragValue, Grid, Id, RichText, TextEdit, Ui, vec2};
+use footage::scan::{Line, Scan};
 
 /// Working sizes that are offered.
 const SIZES: [usize; 5] = [64, 128, 256, 512, 1024];

@@ -1,10 +1,10 @@
 //! The chosen cell: its figures, its verdict and its note.
 
-use evaluation::review::{Mark, Marked, Metric, Review};
 use crate::command::Command;
 use crate::reviews::Reviews;
 use crate::theme;
 use egui::{RichText, TextEdit, Ui};
+use evaluation::review::{Mark, Marked, Metric, Review};
 
 /// The note as it is being written, and the names of the cell that it belongs to.
 #[derive(Default)]

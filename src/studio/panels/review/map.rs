@@ -1,12 +1,12 @@
 //! The map of errors: lamps to the right, frames and poses downward, each lamp's mean as a bar above.
 
-use evaluation::review::{Case, Marks, Metric, Review, badness, heat};
-use imaging::color::byte_from_unit;
 use crate::theme;
 use egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, ScrollArea, Sense, Stroke, StrokeKind, Ui, Vec2,
     pos2, vec2,
 };
+use evaluation::review::{Case, Marks, Metric, Review, badness, heat};
+use imaging::color::byte_from_unit;
 
 /// Points of a row, of the names before it, of the bars above, and the least of a column.
 const ROW: f32 = 18.0;

@@ -7,14 +7,14 @@ mod sheet;
 
 pub use sheet::LampSheetPanel;
 
-use evaluation::review::{Case, Means, Metric, Review};
 use crate::command::Command;
 use crate::news::Phase;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
-use worker::{Blocked, KeptReview};
 use chosen::ChosenUi;
 use egui::{Button, Color32, RichText, ScrollArea, Ui};
+use evaluation::review::{Case, Means, Metric, Review};
+use worker::{Blocked, KeptReview};
 
 /// Cells in the list of the worst.
 const WORST: usize = 12;

@@ -1,16 +1,16 @@
 //! The contact sheet: the shown frame under every lamp, each picture where its lamp is.
 
-use evaluation::review::{Mark, place_by_direction};
 use crate::command::Command;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
-use worker::{LampSheet, Relit, Thumbnail};
 use egui::{
     Align, Align2, Button, Color32, ColorImage, FontId, Layout, Rect, RichText, Sense, Stroke,
     StrokeKind, TextureHandle, TextureOptions, Ui, pos2, vec2,
 };
+use evaluation::review::{Mark, place_by_direction};
 use glam::Vec3;
 use std::sync::Arc;
+use worker::{LampSheet, Relit, Thumbnail};
 
 /// The panel, and the texture that holds all pictures of the sheet that is shown.
 #[derive(Default)]

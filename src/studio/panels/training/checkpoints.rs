@@ -4,8 +4,8 @@ use super::figures::clock;
 use crate::command::Command;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
-use training::kept::Kept;
 use egui::{Align, Button, Layout, RichText, Ui, WidgetInfo, vec2};
+use training::kept::Kept;
 
 /// The list, the newest first.
 pub fn checkpoints_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {

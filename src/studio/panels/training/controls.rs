@@ -1,14 +1,14 @@
 //! What to train, what it will cost, and the buttons that begin, hold and end a run.
 
-use project::Project;
 use crate::command::Command;
 use crate::icons;
 use crate::panel::Sight;
 use crate::panels::job;
 use crate::theme;
 use crate::training::TrainChoice;
-use training::{Preset, RunCost};
 use egui::{Button, DragValue, RichText, Sense, Ui, WidgetInfo, vec2};
+use project::Project;
+use training::{Preset, RunCost};
 
 /// Most minutes that can be asked for: a week.
 const MOST_MINUTES: f64 = 7.0 * 24.0 * 60.0;

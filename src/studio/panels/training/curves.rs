@@ -1,7 +1,7 @@
 //! The curves of a run: losses on a logarithmic axis, the unseen pose below.
 
-use base::progress::LossPoint;
 use crate::theme;
+use base::progress::LossPoint;
 use egui::{Color32, FontId, Rect, RichText, Sense, Ui, Vec2b, WidgetInfo, vec2};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoints, Points};
 

@@ -1,12 +1,12 @@
 //! Where a run stands, in numbers.
 
-use base::progress::{LossPoint, TrainingPhase, TrainingPoint};
-use project::Project;
 use crate::news::Work;
 use crate::panel::Sight;
 use crate::panels::job;
 use crate::theme::{self, GAP};
+use base::progress::{LossPoint, TrainingPhase, TrainingPoint};
 use egui::{RichText, Ui};
+use project::Project;
 
 /// The figures of the run, and what is wrong with it.
 pub fn figures_ui(ui: &mut Ui, sight: &Sight, project: &Project) {

@@ -7,15 +7,15 @@ mod curves;
 mod figures;
 mod pictures;
 
-use project::Project;
 use crate::command::Command;
 use crate::icons;
 use crate::panel::Sight;
 use crate::panels::notice_ui;
 use crate::theme::{self, GAP};
+use egui::{Frame, Margin, Panel, RichText, ScrollArea, Ui};
+use project::Project;
 use training::Records;
 use worker::Need;
-use egui::{Frame, Margin, Panel, RichText, ScrollArea, Ui};
 
 /// Width of what stands to the right of the curves, in points.
 const SIDE: f32 = 292.0;

@@ -1,9 +1,9 @@
 //! What the network makes of a pose under one lamp, beside the truth and their difference.
 
-use base::progress::TrainingPictures;
 use crate::command::Command;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
+use base::progress::TrainingPictures;
 use egui::{
     Align2, Color32, FontId, Pos2, Rect, RichText, Sense, TextureHandle, Ui, WidgetInfo, vec2,
 };

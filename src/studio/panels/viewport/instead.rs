@@ -5,9 +5,9 @@ use crate::news::Phase;
 use crate::panel::{Reading, Sight};
 use crate::panels::refusal_ui;
 use crate::theme::{self, GAP};
+use egui::Ui;
 use training::Preset;
 use worker::{Blocked, Need};
-use egui::Ui;
 
 /// What stands where the picture would be.
 pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {

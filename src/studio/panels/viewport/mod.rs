@@ -10,12 +10,12 @@ use crate::icons;
 use crate::panel::{Reading, Sight};
 use crate::panels::{TEXT_WIDTH, notice_ui, put_away_ui};
 use crate::theme::{self, GAP};
-use worker::Relit;
 use egui::{
     Align2, Color32, CursorIcon, FontId, PointerButton, Rect, Sense, TextureHandle, Ui, Vec2, pos2,
     vec2,
 };
 use std::sync::Arc;
+use worker::Relit;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.
 const DEGREES_PER_POINT: f32 = 0.4;

@@ -1,6 +1,5 @@
 //! The line above the picture: what it is compared with, how it is scaled, and the pixel under the cursor.
 
-use scene::Inspection;
 use crate::command::Command;
 use crate::compare::{Compare, How, With};
 use crate::icons;
@@ -13,6 +12,7 @@ use egui::{
     Align, Button, ComboBox, Layout, Margin, Rect, Response, RichText, Role, ScrollArea, Ui,
     UiBuilder, WidgetInfo,
 };
+use scene::Inspection;
 
 /// Its height in points.
 pub const HEIGHT: f32 = 32.0;
