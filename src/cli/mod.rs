@@ -363,9 +363,12 @@ fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {
 
 /// A project's folder, also where its `project.toml` was named, as a desktop does that opens the file.
 fn project_folder(path: &Path) -> &Path {
+    if !path.ends_with("project.toml") || !path.is_file() {
+        return path;
+    }
     match path.parent() {
-        Some(folder) if path.ends_with("project.toml") && path.is_file() => folder,
-        _ => path,
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
     }
 }
 
