@@ -24,7 +24,7 @@ pub enum Report {
     /// How a training run stands.
     Training(TrainingPoint),
     /// The work waits for a person, who has to put right what the sentence says and then let it go on.
-    Held(String),
+    Blocked(String),
     /// A sentence worth keeping in the log: a warning, a fallback, where something was written.
     Say(String),
 }
@@ -166,7 +166,7 @@ impl<'a> Progress<'a> {
     ///
     /// # Errors
     /// When it fails and nobody is there, or a stop was asked for.
-    pub fn insist<T>(&self, mut act: impl FnMut() -> Result<T>) -> Result<T> {
+    pub fn retry<T>(&self, mut act: impl FnMut() -> Result<T>) -> Result<T> {
         loop {
             let done = act();
             let Err(error) = &done else { return done };
@@ -174,7 +174,7 @@ impl<'a> Progress<'a> {
                 return done;
             }
             self.control.pause(true);
-            (self.sink)(Report::Held(error.to_string()));
+            (self.sink)(Report::Blocked(error.to_string()));
             self.wait_while_paused();
         }
     }
@@ -217,21 +217,21 @@ mod tests {
         };
         let progress = Progress::new(&sink, control.clone()).attended();
         let mut tries = 0;
-        let written = progress.insist(|| {
+        let written = progress.retry(|| {
             tries += 1;
             if tries < 3 { full() } else { Ok(()) }
         });
         assert!(written.is_ok() && tries == 3);
-        let held = Report::Held(full().unwrap_err().to_string());
+        let held = Report::Blocked(full().unwrap_err().to_string());
         assert_eq!(*said.lock().unwrap(), [held.clone(), held]);
     }
 
     #[test]
     fn nobody_is_waited_for_where_nobody_is_and_a_stop_ends_the_wait() {
-        assert!(Progress::silent().insist(full).is_err());
+        assert!(Progress::silent().retry(full).is_err());
         let control = Control::default();
         let sink = |_| control.stop();
         let progress = Progress::new(&sink, control.clone()).attended();
-        assert!(progress.insist(full).is_err());
+        assert!(progress.retry(full).is_err());
     }
 }

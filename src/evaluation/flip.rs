@@ -84,7 +84,7 @@ fn spread(difference: f32, most: f32) -> f32 {
 }
 
 /// What is left of a picture for the eye.
-struct Seen {
+struct PerceivedPicture {
     /// L*a*b* after the eye's blur, by Hunt's adjustment.
     color: Vec<[f32; 3]>,
     /// Strength of edges and of points.
@@ -139,7 +139,7 @@ impl Filters {
         Self { contrast, feature }
     }
 
-    fn seen(&self, picture: &Encoded) -> Seen {
+    fn seen(&self, picture: &Encoded) -> PerceivedPicture {
         let opponent = picture.0.map(|p| ycxcz(p.map(linear_from_srgb)));
         let blurred: Vec<Raster<f32>> = (self.contrast.iter().enumerate())
             .map(|(channel, gaussians)| {
@@ -170,7 +170,7 @@ impl Filters {
             pairs.map(|(x, y)| x.hypot(*y)).collect()
         };
         let pairs = strength(edge).into_iter().zip(strength(point));
-        Seen {
+        PerceivedPicture {
             color,
             features: pairs.map(|(edge, point)| [edge, point]).collect(),
         }

@@ -63,9 +63,9 @@ impl Predictor {
     /// When the device fails.
     pub fn predict_on_device(&self, frame: &Frame) -> Result<DeviceField> {
         let _turn = turn::DEVICE.take();
-        let look = tensor_from_image(&frame.plate, &self.device);
+        let plate = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
-        let input = encode(look.clone()) * mask.clone();
+        let input = encode(plate.clone()) * mask.clone();
         let output = if self.half {
             let input = input.cast(FloatDType::F16);
             self.network.forward(input).cast(FloatDType::F32)
@@ -73,7 +73,7 @@ impl Predictor {
             self.network.forward(input)
         };
         let network = &self.info.network;
-        let light = light(&look, network.formulation, self.info.scale);
+        let light = light(&plate, network.formulation, self.info.scale);
         // What an output of 1 stands for is as small as a picture: cheap to mask before it is applied.
         let olats = olats(output, &(light * mask.greater_elem(0.0).float()));
         DeviceField::finished(olats)

@@ -70,7 +70,7 @@ fn a_training_waits_for_room_and_loses_nothing() {
 
     let (held, control) = (Mutex::new(Vec::new()), Control::default());
     let sink = |report| {
-        if let Report::Held(sentence) = report {
+        if let Report::Blocked(sentence) = report {
             whole();
             let mut held = held.lock().unwrap();
             held.push(sentence);

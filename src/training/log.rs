@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 /// Every step's losses.
 pub(super) const STEPS: &str = "training.csv";
 /// What the held-out pose says.
-pub(super) const JUDGEMENTS: &str = "held_out.csv";
+pub(super) const HELD_OUT: &str = "held_out.csv";
 /// The columns of both.
 pub(super) const STEPS_HEADER: &str =
     "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken";
-pub(super) const JUDGEMENTS_HEADER: &str = "step,seconds,decibels";
+pub(super) const HELD_OUT_HEADER: &str = "step,seconds,decibels";
 
 /// A table that grows line by line.
 pub(super) struct Log {
@@ -24,13 +24,14 @@ pub(super) struct Log {
 }
 
 impl Log {
-    /// Opens the log of steps, or of judgements; a fresh one forgets what was there.
+    /// Opens the log of steps; a fresh one forgets what was there.
     pub fn steps(project: &Project, fresh: bool) -> Result<Self> {
         Self::open(project.root.join(STEPS), STEPS_HEADER, fresh)
     }
 
-    pub fn judgements(project: &Project, fresh: bool) -> Result<Self> {
-        Self::open(project.root.join(JUDGEMENTS), JUDGEMENTS_HEADER, fresh)
+    /// Opens the log of the held-out pose; a fresh one forgets what was there.
+    pub fn held_out(project: &Project, fresh: bool) -> Result<Self> {
+        Self::open(project.root.join(HELD_OUT), HELD_OUT_HEADER, fresh)
     }
 
     fn open(path: PathBuf, header: &str, fresh: bool) -> Result<Self> {
@@ -74,7 +75,7 @@ impl Log {
     }
 
     /// What the held-out pose says of the network.
-    pub fn judgement(&mut self, info: &CheckpointInfo, decibels: f32) -> Result<()> {
+    pub fn held_out_score(&mut self, info: &CheckpointInfo, decibels: f32) -> Result<()> {
         self.line(&format!("{},{:.3},{decibels}", info.step, info.seconds))
     }
 

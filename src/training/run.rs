@@ -1,9 +1,9 @@
 //! A run of training: steps until its time is over, with checkpoints, logs and warnings as it goes.
 
-use super::kept::{self, Why};
+use super::checkpoints::{self, Reason};
 use super::log::Log;
+use super::monitor::Monitor;
 use super::trainer::{StepReport, TrainReport, TrainSettings, Trainer};
-use super::watch::Watch;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use base::turn;
@@ -22,7 +22,7 @@ const MOST_BAD_STEPS: u32 = 3;
 /// each case the checkpoint is written. Every step's losses go to `training.csv`. Checkpoints that it
 /// passes are kept in a list that thins out as they age, and the one that it begins at is in that list.
 ///
-/// What cannot be written, as on a full disk, is waited for where a person is there ([`Progress::insist`]).
+/// What cannot be written, as on a full disk, is waited for where a person is there ([`Progress::retry`]).
 ///
 /// # Errors
 /// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, or three steps in a row are not
@@ -54,9 +54,9 @@ fn learn(
     progress.say(format!("Pictures are compared by {}", trainer.features()));
     // Nothing that was trained before is lost, whatever becomes of this run.
     if settings.fresh {
-        kept::put_aside(project)?;
+        checkpoints::set_aside(project)?;
     } else if project.checkpoint_path().join("checkpoint.toml").exists() {
-        kept::keep(project, Why::Passing)?;
+        checkpoints::keep(project, Reason::Automatic)?;
     }
     let fresh = trainer.info.step == 0;
     let mut logs = Logs::open(project, settings.hold_out.is_some(), fresh)?;
@@ -65,7 +65,7 @@ fn learn(
     let limit = config.minutes.map(|minutes| minutes * 60.0);
     let mut saved = Instant::now();
     let mut bad = 0;
-    let (mut recent, mut watch) = (Recent::default(), Watch::default());
+    let (mut losses, mut monitor) = (SmoothedLosses::default(), Monitor::default());
     let mut last = None;
     let (mut dead, names) = (DeadLamps::default(), &project.settings.shoot.lamps);
     loop {
@@ -77,8 +77,8 @@ fn learn(
             break;
         }
         if progress.paused() {
-            progress.insist(|| trainer.save(project))?;
-            progress.insist(|| logs.flush())?;
+            progress.retry(|| trainer.save(project))?;
+            progress.retry(|| logs.flush())?;
             progress.say(format!("Paused after step {}", trainer.info.step));
             progress.wait_while_paused();
             saved = Instant::now();
@@ -91,12 +91,12 @@ fn learn(
         let seconds = began.elapsed().as_secs_f64();
         trainer.info.seconds += seconds;
         drop(turn);
-        progress.insist(|| logs.steps.step(&trainer.info, &report))?;
-        watch.step(&report, seconds);
-        watch.predict(&trainer, config.minutes, progress);
+        progress.retry(|| logs.steps.step(&trainer.info, &report))?;
+        monitor.step(&report, seconds);
+        monitor.estimate(&trainer, config.minutes, progress);
         if report.taken {
             bad = 0;
-            recent.add(&report);
+            losses.add(&report);
         } else {
             bad += 1;
             progress.say(format!(
@@ -116,29 +116,29 @@ fn learn(
             "training",
             (done * 1000.0) as u64,
             1000,
-            recent.note(trainer.info.step),
+            losses.note(trainer.info.step),
         );
         if trainer.info.step.is_multiple_of(LOOK_STEPS) {
-            recent.judge(&mut trainer, &mut logs, &mut watch, progress)?;
-            if dead.look(trainer.dead_lamps().unwrap_or_default()) {
+            losses.validate(&mut trainer, &mut logs, &mut monitor, progress)?;
+            if dead.update(trainer.dead_lamps().unwrap_or_default()) {
                 progress.say(dead.warning(names));
             }
         }
-        watch.tell(&trainer, &report, &dead.sure, progress);
-        watch.show(&trainer, false, progress);
+        monitor.report(&trainer, &report, &dead.confirmed, progress);
+        monitor.show(&trainer, false, progress);
         if saved.elapsed().as_secs_f64() >= config.checkpoint_seconds {
             save(project, &trainer, &mut logs, progress)?;
             saved = Instant::now();
         }
         last = Some(report);
     }
-    recent.judge(&mut trainer, &mut logs, &mut watch, progress)?;
+    losses.validate(&mut trainer, &mut logs, &mut monitor, progress)?;
     save(project, &trainer, &mut logs, progress)?;
     if let Some(report) = last {
-        watch.tell(&trainer, &report, &dead.sure, progress);
-        watch.show(&trainer, true, progress);
+        monitor.report(&trainer, &report, &dead.confirmed, progress);
+        monitor.show(&trainer, true, progress);
     }
-    progress.step("training", 1000, 1000, recent.note(trainer.info.step));
+    progress.step("training", 1000, 1000, losses.note(trainer.info.step));
     if progress.cancelled() {
         progress.say(format!(
             "Stopped after {} steps; the checkpoint is kept, and training goes on from it",
@@ -155,9 +155,9 @@ fn learn(
         device: compute.description.clone(),
         features: trainer.features(),
         parameters: trainer.average.num_params(),
-        loss_rec: recent.reconstruction.unwrap_or(f32::NAN),
-        loss_render: recent.rendering.unwrap_or(f32::NAN),
-        skipped_steps: watch.skipped(),
+        loss_rec: losses.reconstruction.unwrap_or(f32::NAN),
+        loss_render: losses.rendering.unwrap_or(f32::NAN),
+        skipped_steps: monitor.skipped(),
         held_out: trainer.info.held_out,
         dead_lamps: dead.names(names),
     })
@@ -165,9 +165,9 @@ fn learn(
 
 /// Writes the checkpoint and keeps it in the list.
 fn save(project: &Project, trainer: &Trainer, logs: &mut Logs, progress: &Progress) -> Result<()> {
-    progress.insist(|| trainer.save(project))?;
-    progress.insist(|| logs.flush())?;
-    if let Err(e) = kept::keep(project, Why::Passing) {
+    progress.retry(|| trainer.save(project))?;
+    progress.retry(|| logs.flush())?;
+    if let Err(e) = checkpoints::keep(project, Reason::Automatic) {
         // The checkpoint itself is written: that there is no way back to it ends no run.
         progress.say(e.to_string());
     }
@@ -179,54 +179,57 @@ fn save(project: &Project, trainer: &Trainer, logs: &mut Logs, progress: &Progre
 struct Logs {
     steps: Log,
     /// Where a pose is held out.
-    judgements: Option<Log>,
+    held_out: Option<Log>,
 }
 
 impl Logs {
-    fn open(project: &Project, judged: bool, fresh: bool) -> Result<Self> {
-        // A run without a judge forgets what another's said.
-        let judgements = Log::judgements(project, fresh)?;
+    fn open(project: &Project, held_out: bool, fresh: bool) -> Result<Self> {
+        // A run that holds out no pose forgets the scores of one that did.
+        let log = Log::held_out(project, fresh)?;
         Ok(Self {
             steps: Log::steps(project, fresh)?,
-            judgements: judged.then_some(judgements),
+            held_out: held_out.then_some(log),
         })
     }
 
     fn flush(&mut self) -> Result<()> {
         self.steps.flush()?;
-        self.judgements.iter_mut().try_for_each(Log::flush)
+        self.held_out.iter_mut().try_for_each(Log::flush)
     }
 }
 
 /// Lamps whose outputs have stopped learning.
 #[derive(Default)]
 struct DeadLamps {
-    /// Those of the last look.
-    seen: Vec<usize>,
-    /// Those of the last two: one look may meet a lamp on its way.
-    sure: Vec<usize>,
+    /// Those of the last check.
+    previous: Vec<usize>,
+    /// Those of the last two: one check may meet a lamp on its way.
+    confirmed: Vec<usize>,
 }
 
 impl DeadLamps {
-    /// Takes in what a look found; whether there is something new to say.
-    fn look(&mut self, found: Vec<usize>) -> bool {
+    /// Takes in what a check found; whether there is something new to say.
+    fn update(&mut self, found: Vec<usize>) -> bool {
         let mut sure = found.clone();
-        sure.retain(|lamp| self.seen.contains(lamp));
-        self.seen = found;
-        let new = sure.iter().any(|lamp| !self.sure.contains(lamp));
-        self.sure = sure;
+        sure.retain(|lamp| self.previous.contains(lamp));
+        self.previous = found;
+        let new = sure.iter().any(|lamp| !self.confirmed.contains(lamp));
+        self.confirmed = sure;
         new
     }
 
     fn names(&self, lamps: &[String]) -> Vec<String> {
-        self.sure.iter().map(|&lamp| lamps[lamp].clone()).collect()
+        self.confirmed
+            .iter()
+            .map(|&lamp| lamps[lamp].clone())
+            .collect()
     }
 
     fn warning(&self, lamps: &[String]) -> String {
         format!(
             "Dead output: {} of {} lamps ({}) are stuck at black or white and hardly learn any more. Stop, and \
              start over with --fresh and a lower rate, such as --set learning-rate=3e-4",
-            self.sure.len(),
+            self.confirmed.len(),
             lamps.len(),
             self.names(lamps).join(", ")
         )
@@ -235,29 +238,29 @@ impl DeadLamps {
 
 /// Losses smoothed over about twenty steps.
 #[derive(Default)]
-struct Recent {
+struct SmoothedLosses {
     reconstruction: Option<f32>,
     rendering: Option<f32>,
     held_out: Option<f32>,
 }
 
-impl Recent {
+impl SmoothedLosses {
     /// Judges by the pose that was held out, where one was.
-    fn judge(
+    fn validate(
         &mut self,
         trainer: &mut Trainer,
         logs: &mut Logs,
-        watch: &mut Watch,
+        monitor: &mut Monitor,
         progress: &Progress,
     ) -> Result<()> {
-        let Some(decibels) = trainer.judge() else {
+        let Some(decibels) = trainer.validate() else {
             return Ok(());
         };
         self.held_out = Some(decibels);
-        watch.judged(decibels);
-        logs.judgements
+        monitor.validated(decibels);
+        logs.held_out
             .iter_mut()
-            .try_for_each(|log| progress.insist(|| log.judgement(trainer.info(), decibels)))
+            .try_for_each(|log| progress.retry(|| log.held_out_score(trainer.info(), decibels)))
     }
 
     fn add(&mut self, report: &StepReport) {

@@ -1,13 +1,13 @@
-//! The trainer: a network, its optimiser and its pictures, and one lesson a step.
+//! The trainer: a network, its optimiser and its pictures, and one sample a step.
 
 use super::adam::Adam;
 use super::config::TrainingConfig;
-use super::data::{self, Look, TrainingData};
+use super::data::{Plate, TrainingData, TrainingSample};
 use super::features::{Features, rows};
-use super::judge::Attempt;
 use super::loss::Criterion;
+use super::pose_prediction::PosePrediction;
 use super::run::LOOK_STEPS;
-use super::schedule::{self, Schedule};
+use super::schedule::{self, SampleSource, Schedule};
 use super::{augment, average, gradient};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -19,7 +19,7 @@ use gpu::DeviceChoice;
 use project::Project;
 use reflectance::UNet;
 use reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingState};
-use reflectance::kernels::{Comparison, LossSettings};
+use reflectance::kernels::{LossInputs, LossSettings};
 use reflectance::predictor::check_fits;
 use reflectance::render::{encode, light};
 use serde::Serialize;
@@ -68,7 +68,7 @@ pub struct TrainReport {
 /// The figures of one step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepReport {
-    /// Reconstruction loss; none for a lesson from the interview.
+    /// Reconstruction loss; none for a sample from the interview.
     pub reconstruction: Option<f32>,
     /// Rendering loss; none in a step that does without.
     pub rendering: Option<f32>,
@@ -215,20 +215,20 @@ impl Trainer {
         let step = self.info.step;
         let most = (self.config.shift * self.info.network.size as f32).round() as i64;
         let (dx, dy) = self.schedule.shift(step, most);
-        let lesson = self.schedule.lesson(step);
-        let (look, olats, shift) = match lesson {
-            schedule::Lesson::Exemplar { pose } => {
+        let source = self.schedule.source(step);
+        let (plate, olats, shift) = match source {
+            SampleSource::Exemplar { pose } => {
                 let distances = &self.data.exemplars[pose];
                 let exemplar = &distances[self.schedule.variant(step, distances.len())];
                 let moved = |x: &Tensor<4>| augment::shift(x.clone(), dx, dy);
-                let look = Look {
-                    linear: moved(&exemplar.look.linear),
-                    encoded: moved(&exemplar.look.encoded),
-                    mask: moved(&exemplar.look.mask),
+                let plate = Plate {
+                    linear: moved(&exemplar.plate.linear),
+                    encoded: moved(&exemplar.plate.encoded),
+                    mask: moved(&exemplar.plate.mask),
                 };
-                (look, Some(&exemplar.encoded_olats), [dx, dy])
+                (plate, Some(&exemplar.encoded_olats), [dx, dy])
             }
-            schedule::Lesson::Video { frame } => (self.data.frames[frame].clone(), None, [0, 0]),
+            SampleSource::Frame { frame } => (self.data.frames[frame].clone(), None, [0, 0]),
         };
         let network = &self.info.network;
         let lamps = self
@@ -244,23 +244,23 @@ impl Trainer {
         }
         let input = if self.config.gain > 0.0 {
             let gain = self.schedule.gain(step, self.config.gain);
-            let gain = Tensor::<1>::from_floats(gain, &look.linear.device()).reshape([1, 3, 1, 1]);
-            encode(look.linear.clone() * gain)
+            let gain = Tensor::<1>::from_floats(gain, &plate.linear.device()).reshape([1, 3, 1, 1]);
+            encode(plate.linear.clone() * gain)
         } else {
-            look.encoded.clone()
+            plate.encoded.clone()
         };
-        let output = self.live.forward_lamps(input * look.mask.clone(), alone);
+        let output = self.live.forward_lamps(input * plate.mask.clone(), alone);
         // Pictures that are moved anew each time are not worth remembering, nor are those of a step whose
         // lamps have other numbers.
         let still = most == 0 && self.config.zoom == 0.0;
         let unmoved = olats.is_none() || (still && alone.is_none());
         let (total, parts) = self.criterion.losses(
             output,
-            &Comparison {
-                light: light(&look.linear, network.formulation, self.info.scale),
-                mask: &look.mask,
+            &LossInputs {
+                light: light(&plate.linear, network.formulation, self.info.scale),
+                mask: &plate.mask,
                 olats: olats.as_ref(),
-                look: &look.encoded,
+                plate: &plate.encoded,
                 weights: &weights,
                 settings: LossSettings {
                     gain: self.data.olat_gain,
@@ -270,7 +270,7 @@ impl Trainer {
                 },
             },
             lamps.as_deref().filter(|_| alone.is_none()),
-            unmoved.then_some(lesson),
+            unmoved.then_some(source),
         );
         let parts = parts.into_data().try_into_vec::<f32>().unwrap_or_default();
         let value = |i: usize| parts.get(i).copied().unwrap_or(f32::NAN);
@@ -317,12 +317,13 @@ impl Trainer {
         }
     }
 
-    /// Judges the averaged network by the pose that was held out, and keeps it if it is the best so far.
+    /// Validates the averaged network by the pose that was held out, and keeps it if it is the best so far.
     /// None where no pose is, or the device fails.
-    pub fn judge(&mut self) -> Option<f32> {
-        let (pose, lesson) = (self.hold_out?, self.data.held_out.as_ref()?);
-        let attempt = Attempt::new(&self.average, &self.info, lesson, self.data.olat_gain);
-        let decibels = attempt.decibels()?;
+    pub fn validate(&mut self) -> Option<f32> {
+        let (pose, sample) = (self.hold_out?, self.data.held_out.as_ref()?);
+        let prediction =
+            PosePrediction::new(&self.average, &self.info, sample, self.data.olat_gain);
+        let decibels = prediction.decibels()?;
         if self
             .info
             .held_out
@@ -342,15 +343,15 @@ impl Trainer {
     /// None where the device fails.
     pub fn dead_lamps(&self) -> Option<Vec<usize>> {
         let turn = (self.info.step / LOOK_STEPS) as usize;
-        let lesson = &self.data.exemplars[turn % self.data.exemplars.len()][0];
+        let sample = &self.data.exemplars[turn % self.data.exemplars.len()][0];
         let live = self.live.valid();
-        Attempt::new(&live, &self.info, lesson, self.data.olat_gain).dead_lamps()
+        PosePrediction::new(&live, &self.info, sample, self.data.olat_gain).dead_lamps()
     }
 
     /// The pose that pictures show, with its number: the one held out, or the first.
-    pub(super) fn shown_lesson(&self) -> (usize, &data::Lesson) {
+    pub(super) fn shown_sample(&self) -> (usize, &TrainingSample) {
         match (self.hold_out, &self.data.held_out) {
-            (Some(pose), Some(lesson)) => (pose, lesson),
+            (Some(pose), Some(sample)) => (pose, sample),
             _ => (0, &self.data.exemplars[0][0]),
         }
     }

@@ -4,7 +4,7 @@ use super::super::metrics::{Compared, check, encoded, mean_inside, scale};
 use super::super::{Truth, flip::PIXELS_PER_DEGREE, flip::flip, ssim};
 use super::pictures::Pictures;
 use super::report::write_report;
-use super::{Basis, Case, Cell, FORMAT, Marks, Measured, Metric, Review};
+use super::{Case, CaseScores, FORMAT, Fingerprint, Marks, Metric, OlatScore, Review};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
@@ -40,7 +40,7 @@ pub struct ReviewReport {
     /// Over what training has seen.
     pub seen: Option<Means>,
     /// The cells that differ most to the eye, the worst first.
-    pub worst: Vec<WorstCell>,
+    pub worst: Vec<WorstOlat>,
     /// Verdicts and notes that a person left.
     pub marks: usize,
     /// The page that was written.
@@ -52,24 +52,24 @@ pub struct ReviewReport {
 pub struct Means {
     pub cases: usize,
     #[serde(flatten)]
-    pub over_cells: Cell,
+    pub over_cells: OlatScore,
 }
 
 /// A lamp in a frame or pose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WorstCell {
+pub struct WorstOlat {
     pub case: String,
     pub lamp: String,
     #[serde(flatten)]
-    pub cell: Cell,
+    pub cell: OlatScore,
 }
 
 impl Means {
     /// The means over all cells of `cases`; none where there is no case.
-    pub fn of(cases: &[&Measured]) -> Option<Self> {
+    pub fn of(cases: &[&CaseScores]) -> Option<Self> {
         Some(Self {
             cases: cases.len(),
-            over_cells: Cell {
+            over_cells: OlatScore {
                 psnr_db: Review::mean(Metric::Psnr, cases)?,
                 ssim: Review::mean(Metric::Ssim, cases)?,
                 flip: Review::mean(Metric::Flip, cases)?,
@@ -95,7 +95,7 @@ pub fn review(
     settings: &ReviewSettings,
     progress: &Progress,
 ) -> Result<ReviewReport> {
-    let basis = Basis::of(project)?;
+    let basis = Fingerprint::of(project)?;
     let folder = settings.truth.as_ref().map(|folder| {
         // The project may be opened from elsewhere next time.
         std::path::absolute(folder).unwrap_or_else(|_| folder.clone())
@@ -134,7 +134,7 @@ pub fn review(
         unseen: Means::of(&unseen),
         seen: Means::of(&seen),
         worst: worst
-            .map(|(case, lamp)| WorstCell {
+            .map(|(case, lamp)| WorstOlat {
                 case: review.cases[case].name.clone(),
                 lamp: review.lamps[lamp].clone(),
                 cell: review.cases[case].cells[lamp],
@@ -154,13 +154,13 @@ pub(super) struct Reviewer<'a> {
 }
 
 /// A case as the network sees it, predicted and true.
-pub(super) struct Attempt {
+pub(super) struct CasePictures {
     pub mask: Mask,
     pub predicted: Vec<Image>,
     pub truths: Vec<Image>,
 }
 
-impl Attempt {
+impl CasePictures {
     pub fn compared(&self) -> Compared<'_> {
         Compared {
             pictures: &self.predicted,
@@ -194,7 +194,7 @@ impl<'a> Reviewer<'a> {
     }
 
     /// Predicts a case, and reads its truth.
-    pub fn attempt(&self, case: Case) -> Result<Attempt> {
+    pub fn predict(&self, case: Case) -> Result<CasePictures> {
         let response = &self.calibration.response;
         let (frame, truths) = match (case, &self.truth) {
             (Case::Frame(index), Some(truth)) => (
@@ -221,22 +221,27 @@ impl<'a> Reviewer<'a> {
             }
         };
         let field: ReflectanceField = self.predictor.predict(&frame)?;
-        let attempt = Attempt {
+        let pictures = CasePictures {
             predicted: (0..field.lamps).map(|lamp| field.olat(lamp)).collect(),
             truths,
             mask: frame.mask,
         };
-        check(&attempt.compared())?;
-        Ok(attempt)
+        check(&pictures.compared())?;
+        Ok(pictures)
     }
 
     /// A case beside its truth, as pictures.
     pub fn pictures(&self, review: &Review, case: usize) -> Result<Pictures> {
         let case = &review.cases[case];
-        Ok(Pictures::new(self.attempt(case.case)?, case.scale))
+        Ok(Pictures::new(self.predict(case.case)?, case.scale))
     }
 
-    fn measure(&self, basis: Basis, truth: Option<PathBuf>, progress: &Progress) -> Result<Review> {
+    fn measure(
+        &self,
+        basis: Fingerprint,
+        truth: Option<PathBuf>,
+        progress: &Progress,
+    ) -> Result<Review> {
         let cases = self.cases();
         if cases.is_empty() {
             return Err(Error::unexpected(
@@ -263,7 +268,7 @@ impl<'a> Reviewer<'a> {
         let mut luminances = [[0f64; 2]; 2];
         for (done, &case) in cases.iter().enumerate() {
             step(done as u64, case)?;
-            let [pictures, truths] = self.attempt(case)?.compared().luminances();
+            let [pictures, truths] = self.predict(case)?.compared().luminances();
             let sums = &mut luminances[usize::from(matches!(case, Case::Pose(_)))];
             *sums = [sums[0] + pictures, sums[1] + truths];
         }
@@ -272,12 +277,12 @@ impl<'a> Reviewer<'a> {
         for (done, &case) in cases.iter().enumerate() {
             step((cases.len() + done) as u64, case)?;
             let scale = scales[usize::from(matches!(case, Case::Pose(_)))];
-            measured.push(Measured {
+            measured.push(CaseScores {
                 case,
                 name: name(case),
                 seen: was_seen(info, case),
                 scale,
-                cells: cells(&self.attempt(case)?, scale, progress)?,
+                cells: cells(&self.predict(case)?, scale, progress)?,
             });
         }
         progress.step("measuring", total, total, "");
@@ -302,19 +307,19 @@ fn was_seen(info: &CheckpointInfo, case: Case) -> bool {
 }
 
 /// Each lamp's figures, with the predictions multiplied by `scale`.
-fn cells(attempt: &Attempt, scale: f64, progress: &Progress) -> Result<Vec<Cell>> {
-    let compared = attempt.compared();
+fn cells(pictures: &CasePictures, scale: f64, progress: &Progress) -> Result<Vec<OlatScore>> {
+    let compared = pictures.compared();
     let exposure = compared.exposure();
     let decibels = compared.pictures_db(scale);
-    let lamps = 0..attempt.truths.len();
+    let lamps = 0..pictures.truths.len();
     lamps
         .into_par_iter()
         .map(|lamp| {
             progress.check(KEPT)?;
-            let mask = &attempt.mask;
-            let truth = encoded(&attempt.truths[lamp], mask, exposure as f32);
-            let predicted = encoded(&attempt.predicted[lamp], mask, (exposure * scale) as f32);
-            Ok(Cell {
+            let mask = &pictures.mask;
+            let truth = encoded(&pictures.truths[lamp], mask, exposure as f32);
+            let predicted = encoded(&pictures.predicted[lamp], mask, (exposure * scale) as f32);
+            Ok(OlatScore {
                 psnr_db: decibels[lamp],
                 ssim: mean_inside(&ssim(&truth, &predicted)?, mask)?,
                 flip: mean_inside(&flip(&truth, &predicted, PIXELS_PER_DEGREE)?.error, mask)?,
@@ -336,13 +341,13 @@ mod tests {
                 [level * (0.4 + 0.1 * ((x * 7 + y * 3) % 5) as f32); 3]
             })
         };
-        let attempt = Attempt {
+        let pictures = CasePictures {
             mask: Mask::filled(24, 24, 1.0),
             // In units of their own: twice as bright as the truth.
             predicted: vec![picture(2.0), picture(2.2), picture(0.0)],
             truths: vec![picture(1.0), picture(1.0), picture(1.0)],
         };
-        let found = cells(&attempt, 0.5, &Progress::silent()).unwrap();
+        let found = cells(&pictures, 0.5, &Progress::silent()).unwrap();
         assert!(
             found[0].psnr_db > 100.0 && found[0].flip < 1e-3 && found[0].ssim > 0.999,
             "{found:?}"

@@ -1,7 +1,7 @@
 //! A review of a trained network: how near each predicted OLAT is to its truth, lamp by lamp and frame by
 //! frame, what a person marked in it, and a page to hand on.
 
-mod basis;
+mod fingerprint;
 mod heat;
 mod layout;
 mod marks;
@@ -10,10 +10,10 @@ mod page;
 mod pictures;
 mod report;
 
-pub use basis::Basis;
+pub use fingerprint::Fingerprint;
 pub use heat::{badness, heat};
-pub use layout::{Placed, place_by_direction};
-pub use marks::{Mark, Marked, Marks};
+pub use layout::{SheetLayout, place_by_direction};
+pub use marks::{Mark, MarkedOlat, Marks};
 pub use measure::{Means, ReviewReport, ReviewSettings, own_truth, review};
 
 use super::metrics::pooled;
@@ -40,7 +40,7 @@ pub enum Case {
 
 /// One predicted OLAT beside its truth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
+pub struct OlatScore {
     /// Of the encoded subject, at its case's exposure, in decibels.
     pub psnr_db: f64,
     /// Mean over the subject, −1 to 1.
@@ -51,7 +51,7 @@ pub struct Cell {
 
 /// A case under every lamp.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Measured {
+pub struct CaseScores {
     pub case: Case,
     /// The name of the frame or pose, as its files have it.
     pub name: String,
@@ -60,7 +60,7 @@ pub struct Measured {
     /// What predictions were multiplied by: one number for all frames, and one for all poses.
     pub scale: f64,
     /// One for each lamp that the network learns.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<OlatScore>,
 }
 
 /// Everything that was measured, as kept in `measured.json`.
@@ -69,7 +69,7 @@ pub struct Review {
     /// Version of this file.
     format: u32,
     /// What it was measured with.
-    pub basis: Basis,
+    pub basis: Fingerprint,
     /// The folder with the truth of frames, where one was given.
     pub truth: Option<PathBuf>,
     /// Steps and seconds of the network's training.
@@ -78,7 +78,7 @@ pub struct Review {
     /// Names of the lamps that the network learns.
     pub lamps: Vec<String>,
     /// Frames first, then poses. At least one.
-    pub cases: Vec<Measured>,
+    pub cases: Vec<CaseScores>,
 }
 
 /// A figure of a cell.
@@ -104,7 +104,7 @@ impl Metric {
     }
 
     /// The figure of a cell.
-    pub fn of(self, cell: &Cell) -> f64 {
+    pub fn of(self, cell: &OlatScore) -> f64 {
         match self {
             Self::Psnr => cell.psnr_db,
             Self::Ssim => cell.ssim,
@@ -113,7 +113,7 @@ impl Metric {
     }
 
     /// The figure of several cells together: the mean; of PSNR, that of the pooled error.
-    pub fn mean<'a>(self, cells: impl ExactSizeIterator<Item = &'a Cell>) -> f64 {
+    pub fn mean<'a>(self, cells: impl ExactSizeIterator<Item = &'a OlatScore>) -> f64 {
         let count = cells.len();
         let values = cells.map(|cell| self.of(cell));
         match self {
@@ -141,8 +141,8 @@ impl Metric {
 
 impl Review {
     /// The cases that a network is judged by: those that it was not trained on; all where there are none.
-    pub fn judged(&self) -> Vec<&Measured> {
-        let unseen: Vec<&Measured> = self.cases.iter().filter(|c| !c.seen).collect();
+    pub fn judged(&self) -> Vec<&CaseScores> {
+        let unseen: Vec<&CaseScores> = self.cases.iter().filter(|c| !c.seen).collect();
         if unseen.is_empty() {
             self.cases.iter().collect()
         } else {
@@ -180,17 +180,17 @@ impl Review {
 
     /// Each case's figure over all lamps.
     pub fn case_means(&self, metric: Metric) -> Vec<f64> {
-        let mean = |case: &Measured| metric.mean(case.cells.iter());
+        let mean = |case: &CaseScores| metric.mean(case.cells.iter());
         self.cases.iter().map(mean).collect()
     }
 
     /// The figure over all cells of `cases`; none where there is no case.
-    pub fn mean(metric: Metric, cases: &[&Measured]) -> Option<f64> {
-        let cells: Vec<&Cell> = cases.iter().flat_map(|case| &case.cells).collect();
+    pub fn mean(metric: Metric, cases: &[&CaseScores]) -> Option<f64> {
+        let cells: Vec<&OlatScore> = cases.iter().flat_map(|case| &case.cells).collect();
         (!cells.is_empty()).then(|| metric.mean(cells.into_iter()))
     }
 
-    /// Reads what was measured last; none where nothing was. [`Basis::difference`] tells whether it
+    /// Reads what was measured last; none where nothing was. [`Fingerprint::difference`] tells whether it
     /// still holds.
     ///
     /// # Errors
@@ -241,12 +241,12 @@ pub(crate) mod tests {
 
     /// Three lamps; a frame and a held-out pose that training has not seen, and a pose that it has.
     pub fn example() -> Review {
-        let cell = |psnr_db: f64, flip: f64| Cell {
+        let cell = |psnr_db: f64, flip: f64| OlatScore {
             psnr_db,
             ssim: 1.0 - flip,
             flip,
         };
-        let measured = |case, name: &str, seen, cells: [Cell; 3]| Measured {
+        let measured = |case, name: &str, seen, cells: [OlatScore; 3]| CaseScores {
             case,
             name: name.to_owned(),
             seen,
@@ -255,7 +255,7 @@ pub(crate) mod tests {
         };
         Review {
             format: FORMAT,
-            basis: Basis::default(),
+            basis: Fingerprint::default(),
             truth: None,
             training_steps: 1200,
             training_seconds: 600.0,

@@ -3,7 +3,7 @@
 use super::super::flip::{PIXELS_PER_DEGREE, flip};
 use super::super::metrics::encoded;
 use super::heat;
-use super::measure::Attempt;
+use super::measure::CasePictures;
 use base::error::Result;
 use imaging::file::png_bytes;
 use imaging::resample::resize_area;
@@ -16,32 +16,32 @@ const SMALL_PX: usize = 96;
 
 /// A case beside its truth, in the codes that the figures are of.
 pub(super) struct Pictures {
-    attempt: Attempt,
+    pictures: CasePictures,
     exposure: f64,
     scale: f64,
 }
 
 impl Pictures {
     /// `scale` brings predictions to the truth's units.
-    pub fn new(attempt: Attempt, scale: f64) -> Self {
+    pub fn new(pictures: CasePictures, scale: f64) -> Self {
         Self {
-            exposure: attempt.compared().exposure(),
-            attempt,
+            exposure: pictures.compared().exposure(),
+            pictures,
             scale,
         }
     }
 
     fn code(&self, olat: &Image, scale: f64) -> Encoded {
-        encoded(olat, &self.attempt.mask, (self.exposure * scale) as f32)
+        encoded(olat, &self.pictures.mask, (self.exposure * scale) as f32)
     }
 
     fn predicted(&self, lamp: usize) -> Encoded {
-        self.code(&self.attempt.predicted[lamp], self.scale)
+        self.code(&self.pictures.predicted[lamp], self.scale)
     }
 
     /// A lamp's true and predicted picture and their FLIP, each a data URI.
     pub fn row(&self, lamp: usize) -> Result<[String; 3]> {
-        let truth = self.code(&self.attempt.truths[lamp], 1.0);
+        let truth = self.code(&self.pictures.truths[lamp], 1.0);
         let predicted = self.predicted(lamp);
         let errors = flip(&truth, &predicted, PIXELS_PER_DEGREE)?.error;
         let errors = Encoded(errors.map(heat));
@@ -54,7 +54,7 @@ impl Pictures {
 
     /// A small predicted picture of every lamp, each a data URI.
     pub fn sheet(&self) -> Result<Vec<String>> {
-        (0..self.attempt.predicted.len())
+        (0..self.pictures.predicted.len())
             .map(|lamp| data_uri(&self.predicted(lamp), SMALL_PX))
             .collect()
     }
@@ -122,12 +122,12 @@ mod tests {
                 [((x * 3 + y * 5 + seed) % 17) as f32 / 17.0; 3]
             })
         };
-        let attempt = Attempt {
+        let pictures = CasePictures {
             mask: Mask::filled(600, 300, 1.0),
             predicted: vec![olat(0), olat(9)],
             truths: vec![olat(0), olat(0)],
         };
-        let pictures = Pictures::new(attempt, 1.0);
+        let pictures = Pictures::new(pictures, 1.0);
         let [truth, predicted, same] = pictures.row(0).unwrap();
         assert_eq!(truth, predicted);
         let [.., different] = pictures.row(1).unwrap();
