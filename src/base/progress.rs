@@ -161,15 +161,17 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Does what may fail for reasons that a person can put right, such as a full disk: where one is there, the work
-    /// pauses, says what is wrong, and tries again when it is let go on.
+    /// Does `act` and, where the operating system refuses a file, as on a full disk, and a person is there: pauses,
+    /// says what is wrong, and tries again when the person lets it continue.
     ///
     /// # Errors
-    /// When it fails and nobody is there, or a stop was asked for.
+    /// When it fails for another reason, nobody is there, or a stop was asked for.
     pub fn retry<T>(&self, mut act: impl FnMut() -> Result<T>) -> Result<T> {
         loop {
             let done = act();
-            let Err(error) = &done else { return done };
+            let Err(error @ Error::Io { .. }) = &done else {
+                return done;
+            };
             if !self.attended || self.cancelled() {
                 return done;
             }
@@ -203,7 +205,12 @@ mod tests {
 
     fn full() -> Result<()> {
         let remedy = "Check that the disk has room";
-        Err(Error::file("write", "weights.bpk", "no space left", remedy))
+        Err(Error::io(
+            "write",
+            "weights.bpk",
+            std::io::ErrorKind::StorageFull.into(),
+            remedy,
+        ))
     }
 
     #[test]
@@ -233,5 +240,19 @@ mod tests {
         let sink = |_| control.stop();
         let progress = Progress::new(&sink, control.clone()).attended();
         assert!(progress.retry(full).is_err());
+    }
+
+    #[test]
+    fn what_no_person_can_put_right_is_not_tried_again() {
+        let control = Control::default();
+        let sink = |report| panic!("{report:?}");
+        let progress = Progress::new(&sink, control.clone()).attended();
+        let mut tries = 0;
+        let failed = progress.retry(|| -> Result<()> {
+            tries += 1;
+            Err(Error::bug("a state that cannot be packed"))
+        });
+        assert!(matches!(failed, Err(Error::Bug { .. })) && tries == 1);
+        assert!(!control.paused());
     }
 }

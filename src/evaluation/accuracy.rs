@@ -68,10 +68,11 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
     if seen.is_empty() {
         return Ok(());
     }
-    Err(Error::unexpected(
-        "the evaluation",
-        "truth frames that the network was not trained on",
-        format!("frames {} among the training frames", list(&seen)),
+    Err(Error::invalid(
+        format!(
+            "the network was trained on the truth frames {}, so they cannot judge it",
+            list(&seen)
+        ),
         format!(
             "Train again with: afterlight train PROJECT --fresh --exclude-frames {}",
             list(truth_frames)
@@ -141,10 +142,8 @@ pub fn score_under(
         .filter(|&f| method != Method::TruthOlats || truth.has_olats(f))
         .collect();
     if frames.is_empty() {
-        return Err(Error::unexpected(
-            "the truth",
-            "at least one frame with true OLATs",
-            "none",
+        return Err(Error::missing(
+            "no frame of the truth has true OLATs",
             "Evaluate another method: --with network, nearest or ratio",
         ));
     }
@@ -300,10 +299,8 @@ fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
         .iter()
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
         .ok_or_else(|| {
-            Error::unexpected(
-                "the shoot",
-                "at least one pose of the OLAT session",
-                "none",
+            Error::missing(
+                "the shoot has no pose of the OLAT session",
                 "Import the shoot again",
             )
         })
@@ -329,10 +326,12 @@ fn check_lamps(field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<()> {
     if field.lamps == weights.len() {
         return Ok(());
     }
-    Err(Error::unexpected(
-        "the reflectance field",
-        format!("{} lamps as in the calibration", weights.len()),
-        format!("{} lamps", field.lamps),
+    Err(Error::invalid(
+        format!(
+            "the reflectance field has {} lamps, but the calibration has {}",
+            field.lamps,
+            weights.len()
+        ),
         "Calibrate and train this project again",
     ))
 }

@@ -146,7 +146,7 @@ fn write_section(path: &Path, title: &str, table: &str) -> Result<()> {
     let old = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
-        Err(e) => return Err(Error::file("open", path, e, "Check that it is a text file")),
+        Err(e) => return Err(Error::io("open", path, e, "Check that it is a text file")),
     };
     let new = with_section(&old, title, table);
     write_beside(path, |out| out.write_all(new.as_bytes()))
@@ -282,10 +282,8 @@ fn worst(
 }
 
 fn no_true_olats() -> Error {
-    Error::unexpected(
-        "the truth",
-        "a frame with true OLATs",
-        "none",
+    Error::missing(
+        "no frame of the truth has true OLATs",
         "Leave out the contact sheet",
     )
 }

@@ -35,10 +35,10 @@ pub fn flip(reference: &Encoded, test: &Encoded, pixels_per_degree: f32) -> Resu
     check_pair(reference, test)?;
     let (width, height) = reference.0.size();
     if !PIXELS_PER_DEGREE_RANGE.contains(&pixels_per_degree) {
-        return Err(Error::unexpected(
-            "the pixels per degree of FLIP",
-            "1 to 1000",
-            pixels_per_degree.to_string(),
+        return Err(Error::invalid(
+            format!(
+                "FLIP cannot be computed for {pixels_per_degree} pixels per degree, only for 1 to 1000"
+            ),
             format!("Use {PIXELS_PER_DEGREE:.0}, a screen at arm's length"),
         ));
     }

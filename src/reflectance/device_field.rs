@@ -187,10 +187,8 @@ fn stored(contents: &[u8], device: &wgpu::Device) -> wgpu::Buffer {
 }
 
 fn device_failure(cause: &dyn std::fmt::Debug) -> Error {
-    Error::unexpected(
-        "the prediction",
-        "values from the device",
-        format!("{cause:?}"),
+    Error::device(
+        format!("the device did not give the prediction back: {cause:?}"),
         "Try again with --device cpu",
     )
 }

@@ -99,14 +99,15 @@ pub fn check_fits(info: &CheckpointInfo, project: &Project) -> Result<()> {
     if network.size == settings.size && network.lamps == settings.shoot.lamps.len() {
         return Ok(());
     }
-    Err(Error::unexpected(
-        project.checkpoint_path().display(),
+    Err(Error::invalid(
         format!(
-            "a network for {} lamps at {} pixels",
+            "the network in {} is for {} lamps at {} pixels, but the project has {} lamps at {} pixels",
+            project.checkpoint_path().display(),
+            network.lamps,
+            network.size,
             settings.shoot.lamps.len(),
             settings.size
         ),
-        format!("one for {} lamps at {} pixels", network.lamps, network.size),
         "Train this project from the start: afterlight train PROJECT --fresh",
     ))
 }

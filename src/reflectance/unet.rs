@@ -142,21 +142,23 @@ impl UNetConfig {
                 .iter()
                 .any(|w| !w.is_multiple_of(8) || !(8..=1024).contains(w))
         {
-            return Err(Error::unexpected(
-                "the network's shape",
-                "at least one lamp, and channel counts that are multiples of 8 from 8 to 1024",
+            return Err(Error::invalid(
                 format!(
-                    "{} lamps, {} to {} channels",
+                    "a network of {} lamps and {} to {} channels is not possible: it needs at least one lamp, and \
+                     channel counts that are multiples of 8 from 8 to 1024",
                     self.lamps, self.width, self.most_channels
                 ),
                 "Choose other channel counts",
             ));
         }
         if !(1..=self.most_blocks()).contains(&self.blocks()) {
-            return Err(Error::unexpected(
-                "the network's depth",
-                format!("1 to {} blocks at {} pixels", self.most_blocks(), self.size),
-                self.blocks().to_string(),
+            return Err(Error::invalid(
+                format!(
+                    "a network of {} pixels cannot have a depth of {} blocks, only 1 to {}",
+                    self.size,
+                    self.blocks(),
+                    self.most_blocks()
+                ),
                 "Choose another depth",
             ));
         }

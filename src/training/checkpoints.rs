@@ -122,7 +122,7 @@ pub fn keep(project: &Project, reason: Reason) -> Result<()> {
     let folder = folder(project);
     let fail = |e: std::io::Error| {
         let remedy = "Check that the folder can be written and the disk has room";
-        Error::file("write", &folder, e, remedy)
+        Error::io("write", &folder, e, remedy)
     };
     let known = list(project).into_iter().find(|kept| kept.info == info);
     match (known, reason) {
@@ -171,7 +171,7 @@ pub fn set_aside(project: &Project) -> Result<()> {
     let unread = folder(project).join(format!("{number:04}-unreadable-{}", std::process::id()));
     std::fs::create_dir_all(folder(project))
         .and_then(|()| std::fs::rename(&present, &unread))
-        .map_err(|e| Error::file("move", &present, e, "Check that the folder can be written"))
+        .map_err(|e| Error::io("move", &present, e, "Check that the folder can be written"))
 }
 
 /// Puts a kept checkpoint, given by its name or by its step (the newest of that step), in place of the
@@ -184,10 +184,11 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
     let by_step = |kept: &&SavedCheckpoint| wanted.parse() == Ok(kept.info.step);
     let found = kept.iter().find(|kept| kept.name == wanted);
     let Some(found) = found.or_else(|| kept.iter().find(by_step)) else {
-        return Err(Error::unexpected(
-            folder(project).display(),
-            "the step or the name of a kept checkpoint",
-            wanted,
+        return Err(Error::missing(
+            format!(
+                "no checkpoint in {} has the step or the name {wanted}",
+                folder(project).display()
+            ),
             "afterlight checkpoints PROJECT lists them",
         ));
     };
@@ -213,7 +214,7 @@ fn restore(from: &Path, to: &Path) -> Result<()> {
     match std::fs::remove_file(to) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
             let remedy = "Check that the folder can be written";
-            Err(Error::file("remove", to, e, remedy))
+            Err(Error::io("remove", to, e, remedy))
         }
         _ => Ok(()),
     }

@@ -166,17 +166,15 @@ impl TrainingConfig {
     /// # Errors
     /// When there is no such setting, or it cannot have this value.
     pub fn set(&mut self, setting: &str) -> Result<()> {
-        let refuse = |found: String| {
-            Error::unexpected(
-                format!("the setting {setting:?}"),
-                "a setting of training as key=value, such as width=32",
-                found,
-                "docs/method.md lists the settings",
+        let refuse = |problem: String| {
+            Error::invalid(
+                format!("the setting {setting:?} cannot be used: {problem}"),
+                "Write it as key=value, such as width=32; docs/method.md lists the settings",
             )
         };
         let (key, value) = setting
             .split_once('=')
-            .ok_or_else(|| refuse("no =".to_owned()))?;
+            .ok_or_else(|| refuse("it has no =".to_owned()))?;
         let mut table = toml::Table::try_from(&*self).map_err(|e| refuse(e.to_string()))?;
         if value == "none" {
             table.remove(key);

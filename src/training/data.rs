@@ -70,11 +70,13 @@ impl TrainingData {
         if let Some(pose) = held_out
             && (pose >= poses || poses < 2)
         {
-            return Err(Error::unexpected(
-                project.root.display(),
-                format!("pose {pose} among two or more, counted from 0"),
-                format!("{poses} poses"),
-                "Hold out a pose that is there, and leave one to learn from",
+            return Err(Error::invalid(
+                format!(
+                    "cannot hold out pose {pose}: {} has {poses} poses, counted from 0, and one must be left to learn \
+                     from",
+                    project.root.display()
+                ),
+                "Hold out another pose",
             ));
         }
         let mut exemplars = Vec::with_capacity(poses);
@@ -104,10 +106,11 @@ impl TrainingData {
             .map(|&f| Frame::load(project, &calibration.response, f))
             .collect::<Result<Vec<_>>>()?;
         let empty = || {
-            Error::unexpected(
-                project.shoot_path("exemplar_masks").display(),
-                "mattes that cover a lit subject",
-                "no pixel inside any matte with light on it",
+            Error::invalid(
+                format!(
+                    "no pixel inside any matte of {} has light on it",
+                    project.shoot_path("exemplar_masks").display()
+                ),
                 "Check the mattes: white where the subject is",
             )
         };

@@ -133,8 +133,8 @@ fn point(fields: &[&str]) -> Option<LossPoint> {
 /// Hands the fields of each line that has its end to `take`; none where there is no such file.
 fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
     let fail = |e: std::io::Error| {
-        let remedy = "Check that it can be read, or move it away: training writes it anew";
-        Error::file("read", path, e, remedy)
+        let remedy = "Check that it can be read, or move it away: training writes a new one";
+        Error::io("read", path, e, remedy)
     };
     let file = match std::fs::File::open(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),

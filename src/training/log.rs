@@ -36,7 +36,7 @@ impl Log {
 
     fn open(path: PathBuf, header: &str, fresh: bool) -> Result<Self> {
         let fail = |e: std::io::Error| {
-            Error::file("write", &path, e, "Check that the folder can be written")
+            Error::io("write", &path, e, "Check that the folder can be written")
         };
         if !fresh {
             remove_torn_line(&path).map_err(fail)?;
@@ -82,15 +82,15 @@ impl Log {
     fn line(&mut self, line: &str) -> Result<()> {
         // All of a line at once: where there is no room it can be written again.
         let line = format!("{line}\n");
-        (self.out.write_all(line.as_bytes())).map_err(|e| self.failure(&e))
+        (self.out.write_all(line.as_bytes())).map_err(|e| self.failure(e))
     }
 
     pub fn flush(&mut self) -> Result<()> {
-        self.out.flush().map_err(|e| self.failure(&e))
+        self.out.flush().map_err(|e| self.failure(e))
     }
 
-    fn failure(&self, cause: &std::io::Error) -> Error {
-        Error::file("write", &self.path, cause, "Check that the disk has room")
+    fn failure(&self, cause: std::io::Error) -> Error {
+        Error::io("write", &self.path, cause, "Check that the disk has room")
     }
 }
 

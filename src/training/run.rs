@@ -104,11 +104,11 @@ fn learn(
                 trainer.info.step
             ));
             if bad == MOST_BAD_STEPS {
-                return Err(Error::unexpected(
-                    "training",
-                    "finite losses",
-                    format!("{bad} steps in a row that are not"),
-                    "The last checkpoint is kept. Check the pictures for blown or empty exemplars",
+                return Err(Error::invalid(
+                    format!(
+                        "training stopped: {bad} steps in a row had losses that are not finite"
+                    ),
+                    "The last checkpoint is kept. Check the pictures for blown-out or empty exemplars",
                 ));
             }
         }

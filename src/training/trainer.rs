@@ -116,11 +116,13 @@ impl Trainer {
             let info = checkpoint::info(&folder)?;
             check_fits(&info, project)?;
             if info.network != network {
-                return Err(Error::unexpected(
-                    folder.display(),
-                    format!("the network that was asked for ({network:?})"),
-                    format!("{:?}", info.network),
-                    "Go on with the settings it was begun with, or start over with --fresh",
+                return Err(Error::invalid(
+                    format!(
+                        "{} holds another network ({:?}) than the one asked for ({network:?})",
+                        folder.display(),
+                        info.network
+                    ),
+                    "Continue with the settings that it was started with, or start over with --fresh",
                 ));
             }
         }
@@ -165,10 +167,10 @@ impl Trainer {
             let optimizer = match moments {
                 None => optimizer,
                 Some(moments) => optimizer.from_bytes(moments).map_err(|e| {
-                    Error::unexpected(
-                        folder.display(),
-                        "an optimiser's state",
-                        e.to_string(),
+                    Error::codec(
+                        "read the optimiser's state in",
+                        &folder,
+                        e,
                         "Start over with --fresh",
                     )
                 })?,
@@ -368,14 +370,10 @@ impl Trainer {
 
     /// Writes the checkpoint.
     pub fn save(&self, project: &Project) -> Result<()> {
-        let optimizer = self.optimizer.into_bytes().map_err(|e| {
-            Error::unexpected(
-                "the optimiser",
-                "a state that can be packed",
-                e.to_string(),
-                "Report this fault",
-            )
-        })?;
+        let optimizer = self
+            .optimizer
+            .into_bytes()
+            .map_err(|e| Error::bug(format!("cannot pack the optimiser's state: {e}")))?;
         let average = self.best.is_some().then_some(&self.average);
         let state = TrainingState {
             average_weights: average.map(checkpoint::weight_bytes).transpose()?,

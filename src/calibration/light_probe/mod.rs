@@ -124,11 +124,10 @@ impl Ball {
         let pixels = usable.iter().filter(|u| **u > 0.0).count();
         if pixels == 0 {
             let (width, height) = photograph.size();
-            return Err(Error::unexpected(
-                "the mirror ball",
-                format!("a ball within the photograph of {width}×{height} pixels"),
+            return Err(Error::invalid(
                 format!(
-                    "none of its pixels wholly on one at {:?} with radius {}",
+                    "the mirror ball at {:?} with radius {} has no pixel wholly within the photograph of \
+                     {width}×{height} pixels",
                     view.centre_px, view.radius_px
                 ),
                 "Correct the ball's centre and radius, or photograph it from nearer",

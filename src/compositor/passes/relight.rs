@@ -179,10 +179,10 @@ impl RelightPass {
         if bytes as u64 <= limit {
             return Ok(());
         }
-        Err(Error::unexpected(
-            "the reflectance field",
-            format!("at most {limit} bytes, which is what this GPU binds at once"),
-            bytes.to_string(),
+        Err(Error::device(
+            format!(
+                "the reflectance field has {bytes} bytes; this GPU binds at most {limit} at once"
+            ),
             "Relight it on the CPU, or choose a smaller working size",
         ))
     }
@@ -193,13 +193,12 @@ impl RelightPass {
             return Ok(());
         }
         let pixels = |groups| groups * each * WORKGROUP as usize;
-        Err(Error::unexpected(
-            "the reflectance field",
+        Err(Error::device(
             format!(
-                "at most {} pixels, which is what this GPU does at once",
+                "the reflectance field has about {} pixels; this GPU computes at most {} at once",
+                pixels(groups),
                 pixels(limit)
             ),
-            format!("about {}", pixels(groups)),
             "Relight it on the CPU, or choose a smaller working size",
         ))
     }
@@ -303,10 +302,11 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
     if weights.len() == lamps {
         return Ok(());
     }
-    Err(Error::unexpected(
-        "the reflectance field",
-        format!("{} lamps as in the weights", weights.len()),
-        format!("{lamps} lamps"),
+    Err(Error::invalid(
+        format!(
+            "the reflectance field has {lamps} lamps, but there are weights for {}",
+            weights.len()
+        ),
         "Predict this frame again with the network of this project",
     ))
 }

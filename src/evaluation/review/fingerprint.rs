@@ -20,7 +20,7 @@ impl Fingerprint {
     pub fn of(project: &Project) -> Result<Self> {
         let mark = |path: std::path::PathBuf, remedy: &str| match std::fs::read(&path) {
             Ok(bytes) => Ok(mark(&bytes)),
-            Err(e) => Err(Error::file("open", path, e, remedy)),
+            Err(e) => Err(Error::io("open", path, e, remedy)),
         };
         Ok(Self {
             // The table changes with every checkpoint: it counts seconds.

@@ -87,17 +87,19 @@ impl Marks {
         let text = match std::fs::read_to_string(&path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
-            Err(e) => return Err(Error::file("open", path, e, "Check that it can be read")),
+            Err(e) => return Err(Error::io("open", path, e, "Check that it can be read")),
         };
         let marks: Self = toml::from_str(&text).map_err(|e| {
-            let remedy = "Mend the line, or move the file away to start with no marks";
-            Error::file("read", &path, e.message().trim(), remedy)
+            let remedy = "Correct the line, or move the file away to start with no marks";
+            Error::codec("read", &path, e.message().trim(), remedy)
         })?;
         if marks.format != FORMAT {
-            return Err(Error::unexpected(
-                path.display(),
-                format!("format {FORMAT}"),
-                format!("format {}", marks.format),
+            return Err(Error::invalid(
+                format!(
+                    "{} has format {}, but this version of Afterlight reads format {FORMAT}",
+                    path.display(),
+                    marks.format
+                ),
                 "Open it with the version of Afterlight that wrote it",
             ));
         }

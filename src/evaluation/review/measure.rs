@@ -202,10 +202,8 @@ impl<'a> Reviewer<'a> {
                 truth.olats(index)?,
             ),
             (Case::Frame(index), None) => {
-                return Err(Error::unexpected(
-                    format!("frame {index}"),
-                    "a truth to compare it with",
-                    "none",
+                return Err(Error::missing(
+                    format!("there is no truth to compare frame {index} with"),
                     "Give the folder with the truth: --truth DIR",
                 ));
             }
@@ -244,10 +242,8 @@ impl<'a> Reviewer<'a> {
     ) -> Result<Review> {
         let cases = self.cases();
         if cases.is_empty() {
-            return Err(Error::unexpected(
-                self.project.root.display(),
-                "a pose of the OLAT session, or a frame with true OLATs",
-                "neither",
+            return Err(Error::missing(
+                "there is nothing to measure: no pose of the OLAT session and no frame with true OLATs",
                 "Give a folder with truth: --truth DIR",
             ));
         }

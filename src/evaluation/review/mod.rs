@@ -201,10 +201,10 @@ impl Review {
         let text = match std::fs::read_to_string(&path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(Error::file("open", path, e, REMEDY)),
+            Err(e) => return Err(Error::io("open", path, e, REMEDY)),
         };
         let review: Self =
-            serde_json::from_str(&text).map_err(|e| Error::file("read", &path, e, REMEDY))?;
+            serde_json::from_str(&text).map_err(|e| Error::codec("read", &path, e, REMEDY))?;
         let lamps = review.lamps.len();
         let whole = review.format == FORMAT
             && lamps > 0
@@ -213,11 +213,11 @@ impl Review {
         if whole {
             return Ok(Some(review));
         }
-        Err(Error::unexpected(
-            path.display(),
-            format!("format {FORMAT}, with a cell for each case and lamp"),
+        Err(Error::invalid(
             format!(
-                "format {}, {} cases, {lamps} lamps",
+                "{} is incomplete or of another version: it has format {}, {} cases and {lamps} lamps, where format \
+                 {FORMAT} needs figures for each case and lamp",
+                path.display(),
                 review.format,
                 review.cases.len()
             ),
@@ -228,9 +228,8 @@ impl Review {
     /// Keeps it in the project.
     pub fn save(&self, project: &Project) -> Result<()> {
         let path = project.measured_path();
-        let fault = "Please report this: it is a fault of the program";
-        let text =
-            serde_json::to_string(self).map_err(|e| Error::file("write", &path, e, fault))?;
+        let text = serde_json::to_string(self)
+            .map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
         write_beside(&path, |out| out.write_all(text.as_bytes()))
     }
 }
