@@ -62,7 +62,7 @@ impl Predictor {
     /// # Errors
     /// When the device fails.
     pub fn predict_on_device(&self, frame: &Frame) -> Result<DeviceField> {
-        let _turn = turn::DEVICE.take();
+        let _turn = turn::DEVICE.lock();
         let plate = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
         let input = encode(plate.clone()) * mask.clone();

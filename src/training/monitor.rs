@@ -148,7 +148,7 @@ impl Monitor {
             return;
         }
         let pictures = {
-            let _turn = turn::DEVICE.take();
+            let _turn = turn::DEVICE.lock();
             self.pictures(trainer)
         };
         if let Some(pictures) = pictures {

@@ -85,7 +85,7 @@ fn learn(
             continue;
         }
         // Seconds count while the network learns: not while it waits for its turn or for a person.
-        let turn = turn::DEVICE.take();
+        let turn = turn::DEVICE.lock();
         let began = Instant::now();
         let report = trainer.step(done);
         let seconds = began.elapsed().as_secs_f64();
