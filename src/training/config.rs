@@ -2,6 +2,7 @@
 
 use base::error::{Error, Result};
 use clap::ValueEnum;
+use gpu::DeviceChoice;
 use reflectance::{Formulation, Normalization, Precision, Statistics};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -78,6 +79,20 @@ pub struct TrainingConfig {
     pub checkpoint_seconds: f64,
     /// Computes what is cheap anew on the way back in place of keeping it: less memory for more time.
     pub recompute: bool,
+}
+
+/// What a person asks of a run.
+#[derive(Clone, Debug)]
+pub struct TrainSettings {
+    pub config: TrainingConfig,
+    /// Interview frames that training must not see.
+    pub exclude_frames: Vec<usize>,
+    /// A pose, from 0, that training does not see and that judges it: the network that does best there
+    /// is the one that predicts.
+    pub hold_out: Option<usize>,
+    /// Start over, where a checkpoint would be gone on from.
+    pub fresh: bool,
+    pub device: DeviceChoice,
 }
 
 impl Preset {

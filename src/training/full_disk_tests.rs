@@ -1,8 +1,7 @@
 //! Training on a disk that is full.
 
-use super::config::{Preset, TrainingConfig};
+use super::config::{Preset, TrainSettings, TrainingConfig};
 use super::run::train;
-use super::trainer::TrainSettings;
 use base::progress::{Control, Progress, Report};
 use burn::tensor::Device;
 use calibration::{CalibrateSettings, calibrate};

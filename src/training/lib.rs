@@ -21,14 +21,16 @@ mod monitor;
 mod parity_tests;
 mod pose_prediction;
 mod records;
+mod report;
 mod run;
 pub mod schedule;
 mod trainer;
 
 pub use adam::Adam;
-pub use config::{Preset, TrainingConfig};
+pub use config::{Preset, TrainSettings, TrainingConfig};
 pub use cost::{Pace, RunCost};
 pub use history::History;
 pub use records::Records;
+pub use report::TrainReport;
 pub use run::train;
-pub use trainer::{TrainReport, TrainSettings, Trainer};
+pub use trainer::Trainer;

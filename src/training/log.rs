@@ -1,6 +1,6 @@
 //! The tables of text that training writes beside the project as it goes.
 
-use super::trainer::StepReport;
+use super::report::StepReport;
 use base::error::{Error, Result};
 use project::Project;
 use reflectance::checkpoint::CheckpointInfo;

@@ -1,8 +1,9 @@
 //! What a run shows of itself as it goes: figures a few times a second, pictures now and then.
 
 use super::pose_prediction::PosePrediction;
+use super::report::StepReport;
 use super::schedule::SampleSource;
-use super::trainer::{StepReport, Trainer};
+use super::trainer::Trainer;
 use base::memory;
 use base::progress::{LossPoint, Progress, TrainingPhase, TrainingPictures, TrainingPoint};
 use base::turn;

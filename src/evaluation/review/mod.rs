@@ -9,6 +9,7 @@ mod measure;
 mod page;
 mod pictures;
 mod report;
+mod reviewer;
 
 pub use fingerprint::Fingerprint;
 pub use heat::{badness, heat};

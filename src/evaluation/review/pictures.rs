@@ -1,28 +1,44 @@
-//! A case's OLATs as they were compared, as pictures of a page.
+//! A case's predicted and true OLATs, and what a page shows of them.
 
 use super::super::flip::{PIXELS_PER_DEGREE, flip};
-use super::super::metrics::encoded;
+use super::super::metrics::{Compared, encoded};
 use super::heat;
-use super::measure::CasePictures;
 use base::error::Result;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use imaging::file::png_bytes;
 use imaging::resample::resize_area;
-use imaging::{Encoded, Image};
+use imaging::{Encoded, Image, Mask};
 
 /// Longest side of a picture in a page.
 const SIDE_PX: usize = 256;
 /// Side of a picture in the contact sheet.
 const SMALL_PX: usize = 96;
 
+/// A case as the network sees it, predicted and true.
+pub(super) struct CasePictures {
+    pub mask: Mask,
+    pub predicted: Vec<Image>,
+    pub truths: Vec<Image>,
+}
+
+impl CasePictures {
+    pub fn compared(&self) -> Compared<'_> {
+        Compared {
+            pictures: &self.predicted,
+            truths: &self.truths,
+            mask: &self.mask,
+        }
+    }
+}
+
 /// A case beside its truth, in the codes that the figures are of.
-pub(super) struct Pictures {
+pub(super) struct PagePictures {
     pictures: CasePictures,
     exposure: f64,
     scale: f64,
 }
 
-impl Pictures {
+impl PagePictures {
     /// `scale` brings predictions to the truth's units.
     pub fn new(pictures: CasePictures, scale: f64) -> Self {
         Self {
@@ -82,7 +98,7 @@ fn data_uri(picture: &Encoded, side: usize) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imaging::{Mask, Raster};
+    use imaging::Raster;
 
     #[test]
     fn pictures_of_a_page_are_small_and_where_nothing_differs_the_third_is_dark() {
@@ -96,7 +112,7 @@ mod tests {
             predicted: vec![olat(0), olat(9)],
             truths: vec![olat(0), olat(0)],
         };
-        let pictures = Pictures::new(pictures, 1.0);
+        let pictures = PagePictures::new(pictures, 1.0);
         let [truth, predicted, same] = pictures.row(0).unwrap();
         assert_eq!(truth, predicted);
         let [.., different] = pictures.row(1).unwrap();
