@@ -95,11 +95,10 @@ struct Ball {
 /// When a photograph cannot be read, shows no ball, or a figure is impossible.
 pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
     if !(1..=MOST_ROWS).contains(&settings.height) {
-        return Err(Error::invalid(
-            format!(
-                "a light probe cannot have {} rows, only 1 to {MOST_ROWS}",
-                settings.height
-            ),
+        return Err(Error::unexpected(
+            "the light probe's size",
+            format!("1 to {MOST_ROWS} rows"),
+            settings.height.to_string(),
             "Give a height such as 512",
         ));
     }
@@ -179,10 +178,11 @@ impl Ball {
         let paths = &pictures.photographs;
         let bracket = paths.len() > 1;
         if paths.is_empty() || (bracket && pictures.stops.len() != paths.len()) {
-            return Err(Error::invalid(
+            return Err(Error::unexpected(
+                "the mirror ball's photographs",
+                "one photograph, or a bracket with an exposure in stops for each",
                 format!(
-                    "{} photographs of the mirror ball and {} exposures do not go together: give one photograph, or \
-                     a bracket with an exposure in stops for each",
+                    "{} photographs, {} exposures",
                     paths.len(),
                     pictures.stops.len()
                 ),

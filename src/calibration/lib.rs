@@ -269,46 +269,37 @@ impl Calibration {
         const REMEDY: &str = "Run afterlight calibrate on the project";
         let path = project.calibration_path();
         let text =
-            std::fs::read_to_string(&path).map_err(|e| Error::io("open", &path, e, REMEDY))?;
+            std::fs::read_to_string(&path).map_err(|e| Error::file("open", &path, e, REMEDY))?;
         let calibration: Self =
-            toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
-        let refuse = |problem: String| {
-            Err(Error::invalid(
-                format!("{} {problem}", path.display()),
-                REMEDY,
-            ))
+            toml::from_str(&text).map_err(|e| Error::file("read", &path, e.message(), REMEDY))?;
+        let refuse = |expected: String, found: String| {
+            Err(Error::unexpected(path.display(), expected, found, REMEDY))
         };
         let shoot = &project.settings.shoot;
         let (lamps, all) = (&shoot.lamps, shoot.all_lamps().len());
         let (found, weights) = (&calibration.rig.lamps, &calibration.interview_weights);
         if found.len() != lamps.len() || weights.len() != all {
-            return refuse(format!(
-                "has {} lamps and {} weights in the interview, but the project has {} lamps to learn of {all}",
-                found.len(),
-                weights.len(),
-                lamps.len()
-            ));
+            return refuse(
+                format!("{} lamps, and {all} weights in the interview", lamps.len()),
+                format!("{} lamps and {} weights", found.len(), weights.len()),
+            );
         }
         let stand_in = calibration
             .stand_in
             .as_ref()
             .map_or(&[][..], |s| &s.weights);
         if stand_in.len() != if all > lamps.len() { lamps.len() } else { 0 } {
-            return refuse(format!(
-                "has {} weights of the learnt lamps alone; one for each is needed where there are other lamps, \
-                     none otherwise",
-                stand_in.len()
-            ));
+            return refuse(
+                "weights of the learnt lamps alone, where there are others".into(),
+                format!("{} of them", stand_in.len()),
+            );
         }
         if let Some((name, lamp)) = lamps
             .iter()
             .zip(found)
             .find(|(name, lamp)| **name != lamp.name)
         {
-            return refuse(format!(
-                "has lamp {} where the project has lamp {name}",
-                lamp.name
-            ));
+            return refuse(format!("lamp {name}"), format!("lamp {}", lamp.name));
         }
         let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
         let sound = weights.iter().chain(stand_in).flatten().all(is_light)
@@ -318,8 +309,8 @@ impl Calibration {
                 .all(|lamp| lamp.direction.is_normalized() && lamp.energy.iter().all(is_light));
         if !sound {
             return refuse(
-                "holds a weight or energy that is negative or not finite, or a direction that is not of unit length"
-                    .into(),
+                "finite weights and energies, unit directions".into(),
+                "others".into(),
             );
         }
         Ok(calibration)

@@ -26,9 +26,12 @@ pub(super) fn minimise<const N: usize>(
     (config.rho_begin, config.rho_end) = (search.first_step, search.last_step);
     config.max_fun = search.evaluations;
     let fault = |status: bobyqa::Status| {
-        Error::bug(format!(
-            "the calibration's search does not start ({status:?})"
-        ))
+        Error::unexpected(
+            "the calibration",
+            "a search that starts",
+            format!("{status:?}"),
+            "Please report this: it is a fault of the program",
+        )
     };
     let mut solver = Bobyqa::new(N, config).map_err(fault)?;
     let mut place = search.start;

@@ -55,11 +55,10 @@ impl MirrorBall {
             && ball.camera_distance_m > ball.radius_m
             && dome_radius_m.is_none_or(|dome| dome > ball.radius_m);
         if !possible {
-            return Err(Error::invalid(
-                format!(
-                    "the mirror ball in project.toml is impossible ({ball:?}, dome {dome_radius_m:?}): its silhouette \
-                     must be larger than a pixel, and the ball smaller than the camera's distance and the dome"
-                ),
+            return Err(Error::unexpected(
+                "the mirror ball in project.toml",
+                "a silhouette of more than one pixel, and a ball smaller than the camera's distance and the dome",
+                format!("{ball:?}, dome {dome_radius_m:?}"),
                 "Correct the ball's centre, radius and distance",
             ));
         }
@@ -93,10 +92,11 @@ impl MirrorBall {
             }
         }
         if pixels.is_empty() {
-            return Err(Error::invalid(
+            return Err(Error::unexpected(
+                "the mirror ball in project.toml",
+                format!("a ball within the photograph of {width}×{height} pixels"),
                 format!(
-                    "the mirror ball in project.toml, centre {:?} and radius {} pixels, is not within the photograph \
-                     of {width}×{height} pixels",
+                    "centre {:?}, radius {} pixels",
                     ball.center_px, ball.radius_px
                 ),
                 "Correct the ball's centre and radius",

@@ -52,12 +52,10 @@ impl Probes {
         let ball = MirrorBall::new(&shoot.ball, shoot.dome_radius_m, size)?;
         let provisional = Table::of(&PROVISIONAL);
         if f64::from(shoot.ball.radius_px) < LEAST_RADIUS_PX {
-            return Err(Error::invalid(
-                format!(
-                    "the mirror ball in {} has a radius of {:.1} pixels; {LEAST_RADIUS_PX} are needed",
-                    project.interview_probe_path().display(),
-                    shoot.ball.radius_px
-                ),
+            return Err(Error::unexpected(
+                project.interview_probe_path().display(),
+                format!("a mirror ball of at least {LEAST_RADIUS_PX} pixels in radius"),
+                format!("one of {:.1} pixels", shoot.ball.radius_px),
                 "Give the ball's circle, or photograph it from nearer or through a longer lens",
             ));
         }
@@ -72,15 +70,10 @@ impl Probes {
                 let path = project.lamp_probe_path(lamp);
                 let picture = file::read_encoded(&path)?;
                 if picture.0.size() != size {
-                    return Err(Error::invalid(
-                        format!(
-                            "{} has {}×{} pixels, but the interview's probe has {}×{}",
-                            path.display(),
-                            picture.0.width,
-                            picture.0.height,
-                            size.0,
-                            size.1
-                        ),
+                    return Err(Error::unexpected(
+                        path.display(),
+                        format!("{}×{} pixels as in the interview's probe", size.0, size.1),
+                        format!("{}×{}", picture.0.width, picture.0.height),
                         "Give all mirror-ball photographs from the same camera, uncropped",
                     ));
                 }
@@ -96,30 +89,29 @@ impl Probes {
         let interview = on_ball(&codes(&interview));
         let is_clipped = |code: &&Code| Footprint::is_clipped(code);
         let clipped = interview.iter().filter(is_clipped).count();
-        let problem = if 10 * clipped > 9 * interview.len() {
+        let found = if 10 * clipped > 9 * interview.len() {
             Some((
                 project.interview_probe_path(),
-                "shows a mirror ball that is clipped to white",
+                "a ball that is clipped to white",
             ))
         } else if interview.iter().all(|code| *code == [0; 3]) {
-            Some((
-                project.interview_probe_path(),
-                "shows a mirror ball that is black",
-            ))
+            Some((project.interview_probe_path(), "a ball that is black"))
         } else if footprints
             .iter()
             .all(|footprint| footprint.pixels.is_empty())
         {
             Some((
                 project.lamp_probe_path(0),
-                "shows no image of a lamp on the mirror ball, nor does any other lamp's photograph",
+                "none there, nor in any other lamp's photograph",
             ))
         } else {
             None
         };
-        if let Some((path, problem)) = problem {
-            return Err(Error::invalid(
-                format!("{} {problem}", path.display()),
+        if let Some((path, found)) = found {
+            return Err(Error::unexpected(
+                path.display(),
+                "images of lamps on a mirror ball",
+                found,
                 "Check that these are the mirror ball's photographs, and expose them so that lamps are bright and \
                  the rest is dark",
             ));

@@ -39,12 +39,10 @@ impl Trial {
         if Self::EXPOSURES.contains(&exposure) {
             return Ok(Self { response, exposure });
         }
-        Err(Error::invalid(
-            format!(
-                "an exposure of the interview of {exposure} is not from {} to {}",
-                Self::EXPOSURES.start(),
-                Self::EXPOSURES.end()
-            ),
+        Err(Error::unexpected(
+            "the interview's exposure",
+            format!("{} to {}", Self::EXPOSURES.start(), Self::EXPOSURES.end()),
+            exposure.to_string(),
             "Give how many times as bright the interview was exposed as the OLATs, near 1",
         ))
     }

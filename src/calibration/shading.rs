@@ -41,8 +41,10 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
         .filter(|pixel| pixel.light.is_finite())
         .collect();
     let dark = || {
-        Error::invalid(
-            "fewer than a hundred pixels of the matt ball in the photograph are lit",
+        Error::unexpected(
+            "the photograph of a matt ball",
+            "at least a hundred pixels of the ball that one lamp lights",
+            "fewer",
             "Check that the lamp was on, and the ball's centre and radius",
         )
     };

@@ -98,17 +98,19 @@ pub fn find(photographs: &Photographs) -> Result<Silhouette> {
         if let Some(small) = rims.first().filter(|rim| rim.share > CLEAR_RIM) {
             large_enough(&small.circle, place)?;
         }
-        return Err(Error::invalid(
+        return Err(Error::unexpected(
+            place,
+            "a mirror ball whose rim can be seen",
             match rims.first() {
                 Some(rim) => format!(
-                    "{place}: no mirror ball with enough of a rim was found (the likeliest circle, about {:.0}, {:.0} \
-                     with radius {:.0} pixels, shows {:.0} % of one)",
+                    "no circle with enough of a rim (the likeliest, about {:.0}, {:.0} with radius {:.0} pixels, \
+                     shows {:.0} % of one)",
                     rim.circle.center_px[0],
                     rim.circle.center_px[1],
                     rim.circle.radius_px,
                     100.0 * rim.share
                 ),
-                None => format!("{place}: no mirror ball was found, no circle at all"),
+                None => "no circle".to_owned(),
             },
             "Check that these are the mirror ball's photographs, add ones in which its rim stands out from the \
              background, or give the circle by hand",
@@ -129,14 +131,13 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
         .iter()
         .find(|rim| is_ball(rim, photographs))
         .ok_or_else(|| {
-            Error::invalid(
+            Error::unexpected(
+                photographs.place(),
                 format!(
-                    "{}: no rim was found near the circle about {:.1}, {:.1} with radius {:.1} pixels",
-                    photographs.place(),
-                    rough.center_px[0],
-                    rough.center_px[1],
-                    rough.radius_px
+                    "a rim near the circle about {:.1}, {:.1} with radius {:.1} pixels",
+                    rough.center_px[0], rough.center_px[1], rough.radius_px
                 ),
+                "none",
                 "Place the circle closer to the ball's outline, or keep it as it is",
             )
         })?;
@@ -181,12 +182,10 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     {
         return Ok(());
     }
-    Err(Error::invalid(
-        format!(
-            "the circle with centre {x:.1}, {y:.1} and radius {radius_px:.1} is not within the {width}×{height} pixels \
-             of {}",
-            photographs.place()
-        ),
+    Err(Error::unexpected(
+        photographs.place(),
+        format!("a circle within its {width}×{height} pixels"),
+        format!("centre {x:.1}, {y:.1}, radius {radius_px:.1}"),
         "Give the ball's circle in pixels of these photographs",
     ))
 }
@@ -195,11 +194,10 @@ fn large_enough(circle: &Circle, place: &str) -> Result<()> {
     if circle.radius_px >= LEAST_RADIUS_PX {
         return Ok(());
     }
-    Err(Error::invalid(
-        format!(
-            "{place}: a ball of {:.1} pixels is too small; at least {LEAST_RADIUS_PX} pixels' radius are needed",
-            circle.radius_px
-        ),
+    Err(Error::unexpected(
+        place,
+        format!("a ball of at least {LEAST_RADIUS_PX} pixels' radius"),
+        format!("one of {:.1} pixels", circle.radius_px),
         "Give the photographs at their full size, or photograph the ball from closer",
     ))
 }

@@ -31,13 +31,14 @@ impl DualGamma {
         if [gamma1, gamma2].iter().all(|g| Self::BOUNDS.contains(g)) && curve.is_monotone() {
             return Ok(curve);
         }
-        Err(Error::invalid(
+        Err(Error::unexpected(
+            "the camera's dual gamma",
             format!(
-                "a camera response of γ1 = {gamma1}, γ2 = {gamma2} cannot be used: both exponents must be from {} to {}, \
-                 and the curve must never fall",
+                "two exponents from {} to {} whose curve never falls",
                 Self::BOUNDS.start(),
                 Self::BOUNDS.end()
             ),
+            format!("γ1 = {gamma1}, γ2 = {gamma2}"),
             "Run the calibration again, or give exponents near 2.2",
         ))
     }

@@ -80,10 +80,10 @@ impl Keyframes {
     pub fn insert(&mut self, frame: f64, value: f64) -> Result<usize> {
         const LARGEST: f64 = 1e9;
         if !(frame.abs() <= LARGEST && value.abs() <= LARGEST) {
-            return Err(Error::invalid(
-                format!(
-                    "a keyframe cannot be {value} at frame {frame}: neither may exceed a thousand million"
-                ),
+            return Err(Error::unexpected(
+                "a keyframe",
+                "a frame and a value of at most a thousand million",
+                format!("{value} at frame {frame}"),
                 "Give other numbers",
             ));
         }
@@ -109,12 +109,11 @@ impl Keyframes {
     pub fn shift(&mut self, index: usize, frame: f64, value: f64) -> Result<usize> {
         let mut moved = self.clone();
         moved.remove(index).ok_or_else(|| {
-            Error::missing(
-                format!(
-                    "there is no key {index} among {} keys, counted from 0",
-                    self.keys.len()
-                ),
-                "Choose a key that exists",
+            Error::unexpected(
+                "a keyframe",
+                format!("one of {} keys, counted from 0", self.keys.len()),
+                format!("key {index}"),
+                "Choose a key that is there",
             )
         })?;
         let at = moved.insert(frame, value)?;

@@ -200,16 +200,18 @@ pub(super) fn fit<'a>(
         return Ok(found);
     }
     let best = nearest.iter().min_by(|a, b| a.2.total_cmp(&b.2));
-    Err(Error::invalid(
+    Err(Error::unexpected(
+        "the comparison pixel by pixel",
+        format!(
+            "a frame that shows a pose, at a mismatch of {} or less",
+            Twin::LARGEST_MISMATCH
+        ),
         best.map_or(
-            "cannot compare pixel by pixel: no frame has the outline of a pose".into(),
+            "no frame with the outline of a pose".into(),
             |(_, twin, mismatch)| {
                 format!(
-                    "cannot compare pixel by pixel: pose {} and frame {} are the most alike, with a mismatch of \
-                     {mismatch:.2}, above {}",
-                    twin.pose,
-                    twin.frame,
-                    Twin::LARGEST_MISMATCH
+                    "{mismatch:.2} at best, of pose {} and frame {}",
+                    twin.pose, twin.frame
                 )
             },
         ),

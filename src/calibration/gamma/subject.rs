@@ -130,11 +130,10 @@ impl Subject {
             ("interview_masks", frames.is_empty()),
         ] {
             if empty {
-                return Err(Error::invalid(
-                    format!(
-                        "{}: no subject, no pixel is covered by more than 0.98",
-                        project.shoot_path(what).display()
-                    ),
+                return Err(Error::unexpected(
+                    project.shoot_path(what).display(),
+                    "a subject: pixels of coverage above 0.98",
+                    "none",
                     "Check the mattes; white is the subject",
                 ));
             }
@@ -147,21 +146,23 @@ impl Subject {
                 open += usize::from(code.iter().all(|&c| c < CLIPPED));
             }
             match (lit, 10 * open < all) {
-                (false, _) => Some("shows a subject that is black everywhere"),
-                (_, true) => Some("shows a subject that is clipped to white"),
+                (false, _) => Some("a subject that is black everywhere"),
+                (_, true) => Some("a subject that is clipped to white"),
                 _ => None,
             }
         };
-        for (what, problem) in [
+        for (what, found) in [
             (
                 "exemplars",
                 subject_of(&mut poses.iter().flat_map(|pose| &pose.codes)),
             ),
             ("interview", subject_of(&mut frames.iter().flatten())),
         ] {
-            if let Some(problem) = problem {
-                return Err(Error::invalid(
-                    format!("{} {problem}", project.shoot_path(what).display()),
+            if let Some(found) = found {
+                return Err(Error::unexpected(
+                    project.shoot_path(what).display(),
+                    "pictures with light on the subject, and short of clipping",
+                    found,
                     "Check that the pictures and the mattes belong together, and their exposure",
                 ));
             }
@@ -343,16 +344,15 @@ pub(super) fn sample(
 fn read_codes(path: &Path, framing: &Framings, mask: &Mask, mask_path: &Path) -> Result<Vec<Code>> {
     let picture = footage::read_encoded(path, framing)?;
     if picture.0.size() != mask.size() {
-        return Err(Error::invalid(
+        return Err(Error::unexpected(
+            path.display(),
             format!(
-                "{} has {}×{} pixels, but {} has {}×{}",
-                path.display(),
-                picture.0.width,
-                picture.0.height,
-                mask_path.display(),
+                "{}×{} pixels as in {}",
                 mask.width,
-                mask.height
+                mask.height,
+                mask_path.display()
             ),
+            format!("{}×{}", picture.0.width, picture.0.height),
             "Give the matte that belongs to the picture",
         ));
     }

@@ -56,34 +56,31 @@ const NEARLY_NOTHING: f32 = 1e-3;
 /// When there is no photograph, their sizes differ, an exposure is no number, two are the same, or the
 /// pictures contradict the order of the exposures.
 pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
-    let refuse = |problem: String, remedy: &str| {
-        Err(Error::invalid(
-            format!("the exposure bracket {problem}"),
-            remedy,
-        ))
+    const PLACE: &str = "the exposure bracket";
+    let refuse = |expected: &str, found: String, remedy: &str| {
+        Err(Error::unexpected(PLACE, expected, found, remedy))
     };
     let Some(first) = exposures.first() else {
-        return refuse("has no photograph".into(), "Give the ball's photographs");
+        return refuse(
+            "at least one photograph",
+            "none".into(),
+            "Give the ball's photographs",
+        );
     };
     let size = first.photograph.size();
     for (i, exposure) in exposures.iter().enumerate() {
         let found = exposure.photograph.size();
         if found != size {
             return refuse(
-                format!(
-                    "has photographs of {}×{} and {}×{} pixels",
-                    size.0, size.1, found.0, found.1
-                ),
+                "photographs of one size",
+                format!("{}×{} and {}×{} pixels", size.0, size.1, found.0, found.1),
                 "Give uncropped photographs from one camera that did not move",
             );
         }
         if !exposure.stops.is_finite() || exposure.stops.abs() > 64.0 {
             return refuse(
-                format!(
-                    "has an exposure of {} stops for photograph {}",
-                    exposure.stops,
-                    i + 1
-                ),
+                "exposures in stops",
+                format!("{} for photograph {}", exposure.stops, i + 1),
                 "Give each photograph's exposure relative to the first, such as 0, -2, -4",
             );
         }
@@ -98,15 +95,17 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
         let names = format!("photographs {} and {}", pair[0] + 1, pair[1] + 1);
         if given < SAME {
             return refuse(
-                format!("has the same exposure, {} stops, for {names}", long.stops),
+                "different exposures",
+                format!("the same, {} stops, for {names}", long.stops),
                 "Leave one of them out, or correct its exposure",
             );
         }
         if let Some(measured) = stops_between(short.photograph, long.photograph) {
             if measured < -REVERSED {
                 return refuse(
+                    &format!("{names} in the order of their exposures"),
                     format!(
-                        "has {names} in the wrong order: the one given as {given:.1} stops longer is {:.1} stops darker",
+                        "the one given as {given:.1} stops longer to be {:.1} stops darker",
                         -measured
                     ),
                     "Correct the order of the photographs or of their exposures",

@@ -124,10 +124,11 @@ impl Ball {
         let pixels = usable.iter().filter(|u| **u > 0.0).count();
         if pixels == 0 {
             let (width, height) = photograph.size();
-            return Err(Error::invalid(
+            return Err(Error::unexpected(
+                "the mirror ball",
+                format!("a ball within the photograph of {width}×{height} pixels"),
                 format!(
-                    "the mirror ball at {:?} with radius {} has no pixel wholly within the photograph of \
-                     {width}×{height} pixels",
+                    "none of its pixels wholly on one at {:?} with radius {}",
                     view.centre_px, view.radius_px
                 ),
                 "Correct the ball's centre and radius, or photograph it from nearer",

@@ -134,11 +134,11 @@ impl BallView {
                 }),
             });
         }
-        Err(Error::invalid(
-            format!(
-                "the mirror ball is impossible ({self:?}): its silhouette must be larger than a pixel, camera and \
-                 surroundings outside the ball, and its reflectivity above 0 and up to 1"
-            ),
+        Err(Error::unexpected(
+            "the mirror ball",
+            "a silhouette of more than one pixel, a camera and surroundings outside the ball, and a \
+             reflectivity above 0 and up to 1",
+            format!("{self:?}"),
             "Correct the ball's centre, radius, distance or reflectivity",
         ))
     }

@@ -35,8 +35,10 @@ impl Photographs {
         let name = name.as_ref().display().to_string();
         let (width, height) = picture.0.size();
         if width < 16 || height < 16 || picture.0.pixels.len() != width * height {
-            return Err(Error::invalid(
-                format!("{name} has {width}×{height} pixels, fewer than 16×16"),
+            return Err(Error::unexpected(
+                name,
+                "a photograph of at least 16×16 pixels",
+                format!("{width}×{height}"),
                 "Give the mirror ball's photographs at their full size",
             ));
         }
@@ -53,16 +55,13 @@ impl Photographs {
     /// When its size differs from the others'.
     pub fn add(&mut self, name: impl AsRef<Path>, picture: &Encoded) -> Result<()> {
         if picture.0.size() != self.average.size() {
-            return Err(Error::invalid(
+            return Err(Error::unexpected(
+                name.as_ref().display(),
                 format!(
-                    "{} has {}×{} pixels, but {} has {}×{}",
-                    name.as_ref().display(),
-                    picture.0.width,
-                    picture.0.height,
-                    self.first,
-                    self.average.width,
-                    self.average.height
+                    "{}×{} pixels as in {}",
+                    self.average.width, self.average.height, self.first
                 ),
+                format!("{}×{}", picture.0.width, picture.0.height),
                 "Give all mirror-ball photographs from the same camera, uncropped",
             ));
         }
@@ -104,8 +103,10 @@ impl Photographs {
             progress.step("mirror balls", done as u64, paths.len() as u64, "");
         }
         photographs.ok_or_else(|| {
-            Error::missing(
-                "there are no photographs of the mirror ball",
+            Error::unexpected(
+                "the mirror ball's photographs",
+                "at least one",
+                "none",
                 "Give the interview's photograph of the ball, and those under each lamp",
             )
         })
@@ -150,11 +151,10 @@ impl Photographs {
         } else {
             return Ok(());
         };
-        Err(Error::invalid(
-            format!(
-                "{}: no mirror ball is visible, the photograph is {found}",
-                self.place()
-            ),
+        Err(Error::unexpected(
+            self.place(),
+            "a photograph that shows a mirror ball",
+            found,
             remedy,
         ))
     }

@@ -145,11 +145,10 @@ impl Mapping {
         if fits && u32::try_from(width.saturating_mul(height)).is_ok() {
             return Ok(self.geometry(width, height));
         }
-        Err(Error::invalid(
-            format!(
-                "a picture of {width}×{height} pixels cannot be a {self:?} of the sphere, which needs {expected} and \
-                 fewer than four thousand million pixels"
-            ),
+        Err(Error::unexpected(
+            format!("a picture of the sphere as {self:?}"),
+            format!("{expected}, and fewer than four thousand million pixels"),
+            format!("{width}×{height} pixels"),
             "Give another size or another mapping",
         ))
     }

@@ -11,11 +11,10 @@ pub(super) fn read(job: &mut Job, file: impl BufRead + Seek) -> Result<Canvas> {
         .with_guessed_format()
         .map_err(|e| job.broken(e))?;
     if reader.format().is_none() {
-        return Err(Error::invalid(
-            format!(
-                "{} is of another kind than Radiance HDR, OpenEXR, PNG, JPEG or TIFF",
-                job.path.display()
-            ),
+        return Err(Error::unexpected(
+            job.path.display(),
+            "a panorama as Radiance HDR, OpenEXR, PNG, JPEG or TIFF",
+            "a file of another kind",
             "Convert it to OpenEXR",
         ));
     }

@@ -57,7 +57,7 @@ pub struct Panorama {
 /// When the file cannot be read, is of no known kind, or is a square or a shape that the wanted mapping
 /// cannot have.
 pub fn read(path: &Path, reading: &Reading) -> Result<Panorama> {
-    let fail = |e: std::io::Error| Error::io("read", path, e, COMPLETE);
+    let fail = |e: std::io::Error| Error::file("read", path, e, COMPLETE);
     let mut file = BufReader::with_capacity(1 << 18, File::open(path).map_err(fail)?);
     let mut magic = [0; 4];
     let known = file.read(&mut magic).map_err(fail)?;
@@ -90,7 +90,7 @@ struct Job<'a> {
 
 impl Job<'_> {
     fn broken(&self, cause: impl ToString) -> Error {
-        Error::codec("read", self.path, cause, COMPLETE)
+        Error::file("read", self.path, cause, COMPLETE)
     }
 
     /// What light of the picture is painted on, and how many rows of the sphere are above it.
@@ -99,12 +99,10 @@ impl Job<'_> {
         self.size = size;
         let texels = width.saturating_mul(height);
         if texels == 0 || texels > 1 << 32 || width.max(height) > 1 << 20 {
-            return Err(Error::invalid(
-                format!(
-                    "{} has {width}×{height} pixels; a panorama may have up to a million on each side and \
-                     65536×65536 in all",
-                    self.path.display()
-                ),
+            return Err(Error::unexpected(
+                self.path.display(),
+                "a picture of at most a million pixels a side and 65536 × 65536 in all",
+                format!("{width}×{height}"),
                 "Check the file, or make a smaller one",
             ));
         }
@@ -118,11 +116,10 @@ impl Job<'_> {
             None => {}
         }
         if width == height {
-            return Err(Error::invalid(
-                format!(
-                    "{} is a square of {width}×{height} pixels; a lat-long panorama is twice as wide as high",
-                    self.path.display()
-                ),
+            return Err(Error::unexpected(
+                self.path.display(),
+                "a panorama twice as wide as high",
+                format!("a square of {width}×{height} pixels"),
                 "Say whether it is a mirror ball or an angular map (light probe), or convert it to a lat-long",
             ));
         }

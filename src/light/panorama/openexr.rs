@@ -238,12 +238,10 @@ fn choose(job: &mut Job, headers: &[Header]) -> Result<Choice> {
         .flat_map(|header| header.channels.list.iter().map(|c| c.name.to_string()))
         .take(12)
         .collect();
-    Err(Error::invalid(
-        format!(
-            "{} has the channels {}, but no flat layer with R, G and B or with Y at full resolution",
-            job.path.display(),
-            found.join(", ")
-        ),
+    Err(Error::unexpected(
+        job.path.display(),
+        "a flat layer with the channels R, G and B or Y at full resolution",
+        format!("the channels {}", found.join(", ")),
         "Write it again with the channels R, G and B",
     ))
 }

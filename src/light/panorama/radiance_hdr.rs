@@ -109,11 +109,10 @@ impl Header {
                     "32-bit_rle_rgbe" => xyz = false,
                     "32-bit_rle_xyze" => xyz = true,
                     other => {
-                        return Err(Error::invalid(
-                            format!(
-                                "{} is in the format {other}, not 32-bit_rle_rgbe or 32-bit_rle_xyze",
-                                job.path.display()
-                            ),
+                        return Err(Error::unexpected(
+                            job.path.display(),
+                            "the format 32-bit_rle_rgbe or 32-bit_rle_xyze",
+                            other,
                             "Write it again as Radiance HDR or OpenEXR",
                         ));
                     }
@@ -128,11 +127,10 @@ impl Header {
         }
         let line = header_line(job, file)?;
         let layout = Layout::parse(&line).ok_or_else(|| {
-            Error::invalid(
-                format!(
-                    "{}: after the header there should be a size such as -Y 512 +X 1024, not {line:?}",
-                    job.path.display()
-                ),
+            Error::unexpected(
+                job.path.display(),
+                "a size such as -Y 512 +X 1024 after the header",
+                format!("\"{line}\""),
                 super::COMPLETE,
             )
         })?;
