@@ -249,7 +249,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("kept.txt");
         std::fs::write(&path, b"old").unwrap();
-        assert!(write_beside(&path, |_| Err("disk full")).is_err());
+        assert!(write_beside(&path, |_| Err(ErrorKind::StorageFull.into())).is_err());
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }

@@ -314,7 +314,7 @@ fn remembered_pictures_have_the_layers_of_new_ones() {
     for lamps in [vec![2], vec![1, 2, 4], vec![0, 1, 2, 3, 4], vec![4, 0]] {
         let names: Vec<PictureId> = lamps.iter().copied().map(name).collect();
         let some = rows(pictures.clone(), &lamps);
-        let layers = features.truths.layers(&features.network, some, &names);
+        let layers = features.known.layers(&features.network, some, &names);
         for (layer, anew) in layers.into_iter().zip(&anew) {
             assert_eq!(values(layer), values(rows(anew.clone(), &lamps)));
         }
