@@ -81,38 +81,34 @@ fn check(of: &Ingredients) -> Result<()> {
     let field = of.field;
     let (width, height) = field.size();
     if (width, height) != of.mask.size() {
-        return Err(Error::unexpected(
-            "the reflectance field",
+        return Err(Error::invalid(
             format!(
-                "{} × {} pixels as in the matte",
+                "the reflectance field has {width} × {height} pixels, but the matte has {} × {}",
                 of.mask.width, of.mask.height
             ),
-            format!("{width} × {height}"),
             remedy,
         ));
     }
     if field.lamps() != of.weights.per_lamp.len() {
-        return Err(Error::unexpected(
-            "the reflectance field",
-            format!("{} lamps as in the weights", of.weights.per_lamp.len()),
-            format!("{} lamps", field.lamps()),
+        return Err(Error::invalid(
+            format!(
+                "the reflectance field has {} lamps, but there are weights for {}",
+                field.lamps(),
+                of.weights.per_lamp.len()
+            ),
             remedy,
         ));
     }
     if of.environment.radiance.pixels.is_empty() {
-        return Err(Error::unexpected(
-            format!("the environment {}", of.environment.name),
-            "at least one texel",
-            "none",
+        return Err(Error::invalid(
+            format!("the environment {} has no texels", of.environment.name),
             "Choose another environment",
         ));
     }
     let fov = of.view.vertical_fov_deg;
     if !(fov > 0.0 && fov < 180.0) {
-        return Err(Error::unexpected(
-            "the background's field of view",
-            "an angle between 0° and 180°",
-            format!("{fov}°"),
+        return Err(Error::invalid(
+            format!("the background's field of view is {fov}°, not between 0° and 180°"),
             "Leave it at 40°",
         ));
     }

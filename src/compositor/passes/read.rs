@@ -13,10 +13,8 @@ pub(super) fn read_back<T>(
     take: impl FnOnce(&[&[u8]]) -> T,
 ) -> Result<T> {
     let fail = |cause: String| {
-        Error::unexpected(
-            "the GPU",
-            "the relit picture",
-            cause,
+        Error::device(
+            format!("the GPU did not give the relit picture back: {cause}"),
             "Relight on the CPU with --device cpu",
         )
     };
