@@ -1,9 +1,9 @@
 //! The application: it hears the worker, shows the panels, applies their commands and asks for the
 //! picture that the state calls for.
 
-mod applying;
-mod asking;
-mod blind;
+mod commands;
+mod gpu_lost;
+mod preview;
 #[macro_use]
 mod drawing;
 mod drops;
@@ -11,30 +11,30 @@ mod exporting;
 mod jobs;
 mod projects;
 
-use asking::Wanted;
-pub use blind::Left;
+pub use gpu_lost::ProjectHandover;
+use preview::PictureRequest;
 
+use super::calibration_analysis::CalibrationAnalysis;
 use super::command::Command;
-use super::footages::Footages;
-use super::inspected::Inspected;
-use super::kept::KeptLook;
+use super::destination_check::DestinationCheck;
+use super::environment_library::{EnvironmentEntry, EnvironmentLibrary};
+use super::export_options::ExportOptions;
+use super::footage_reader::FootageReader;
 use super::layout::Pane;
-use super::lookout::Lookout;
-use super::news::{News, Phase};
-use super::order::Order;
+use super::network_review::NetworkReview;
 use super::palette::Palette;
-use super::panel::{Entry, Sight};
+use super::panel_context::PanelContext;
 use super::panels::{JobPanel, StatusPanel, TabsPanel};
-use super::panes::Panes;
+use super::pixel_inspector::PixelInspector;
 use super::preferences::Preferences;
 use super::recents::Recents;
-use super::reviews::Reviews;
+use super::saved_look::SavedLook;
 use super::saver::Saver;
-use super::shelf::Shelf;
 use super::state::State;
-use super::studies::Studies;
+use super::status::{Phase, Status};
 use super::training::Training;
 use super::wizard::Wizard;
+use super::workspace_view::Panels;
 use super::{keys, theme};
 use egui::{CentralPanel, Context};
 use gpu::DeviceChoice;
@@ -49,26 +49,26 @@ pub struct StudioApp {
     device: DeviceChoice,
     project: Option<Project>,
     worker: Option<Worker>,
-    shelf: Shelf,
+    library: EnvironmentLibrary,
     state: State,
-    news: News,
+    status: Status,
     relit: Option<Arc<Relit>>,
     /// What the worker was asked for last, and whether something was being dragged.
-    asked: Option<(Wanted, bool)>,
-    inspected: Inspected,
-    studies: Studies,
-    reviews: Reviews,
+    asked: Option<(PictureRequest, bool)>,
+    inspector: PixelInspector,
+    analysis: CalibrationAnalysis,
+    review: NetworkReview,
     training: Training,
     /// The worker's line of exports.
     exports: Vec<Export>,
-    lookout: Lookout,
-    footages: Footages,
+    destination_check: DestinationCheck,
+    footage: FootageReader,
     recents: Recents,
     wizard: Wizard,
     /// The folder of a project that a job has made.
     made: Arc<Latest<PathBuf>>,
     /// Where the project goes when the window can no longer be drawn.
-    next: Option<Left>,
+    next: Option<ProjectHandover>,
     /// Keeps others from writing into the open project.
     lock: Option<Lock>,
     /// Why nothing can be written into it, where another keeps us from it.
@@ -82,14 +82,14 @@ pub struct StudioApp {
     edited: bool,
     saver: Saver,
     /// The look that was kept last.
-    kept: KeptLook,
-    panes: Panes,
+    saved_look: SavedLook,
+    panels: Panels,
     palette: Palette,
     /// The panes that were drawn last.
     shown: Vec<Pane>,
     tabs: TabsPanel,
     job: JobPanel,
-    status: StatusPanel,
+    status_panel: StatusPanel,
 }
 
 /// The window's title.
@@ -144,18 +144,18 @@ impl StudioApp {
             device,
             project: None,
             worker: None,
-            shelf: Shelf::new(ctx),
+            library: EnvironmentLibrary::new(ctx),
             state: State::new(0, 24.0),
-            news: News::new(Phase::NoProject),
+            status: Status::new(Phase::NoProject),
             relit: None,
             asked: None,
-            inspected: Inspected::default(),
-            studies: Studies::default(),
-            reviews: Reviews::default(),
+            inspector: PixelInspector::default(),
+            analysis: CalibrationAnalysis::default(),
+            review: NetworkReview::default(),
             training: Training::default(),
             exports: Vec::new(),
-            lookout: Lookout::new(wake.clone()),
-            footages: Footages::default(),
+            destination_check: DestinationCheck::new(wake.clone()),
+            footage: FootageReader::default(),
             recents: Recents::default(),
             wizard: Wizard::default(),
             made: Arc::new(Latest::new(wake.clone())),
@@ -167,13 +167,13 @@ impl StudioApp {
             preferences,
             edited: false,
             saver: Saver::start(wake),
-            kept: KeptLook::default(),
-            panes: Panes::default(),
+            saved_look: SavedLook::default(),
+            panels: Panels::default(),
             palette: Palette::default(),
             shown: Vec::new(),
             tabs: TabsPanel,
             job: JobPanel,
-            status: StatusPanel,
+            status_panel: StatusPanel,
         }
     }
 
@@ -183,8 +183,8 @@ impl StudioApp {
     }
 
     /// What happened.
-    pub fn news(&self) -> &News {
-        &self.news
+    pub fn status(&self) -> &Status {
+        &self.status
     }
 
     /// The threads behind the open project.
@@ -199,17 +199,17 @@ impl StudioApp {
 
     /// The light of the probed pixel under each lamp at full power, once it was found.
     pub fn texel(&self) -> Option<&[[f32; 3]]> {
-        self.inspected.texel()
+        self.inspector.texel()
     }
 
     /// What was found out about the calibration.
-    pub fn studies(&self) -> &Studies {
-        &self.studies
+    pub fn analysis(&self) -> &CalibrationAnalysis {
+        &self.analysis
     }
 
     /// What was found out about the network.
-    pub fn reviews(&self) -> &Reviews {
-        &self.reviews
+    pub fn review(&self) -> &NetworkReview {
+        &self.review
     }
 
     /// What is known of the network's training.
@@ -233,13 +233,13 @@ impl StudioApp {
     }
 
     /// The pictures as they were filmed.
-    pub fn footages(&self) -> &Footages {
-        &self.footages
+    pub fn footage(&self) -> &FootageReader {
+        &self.footage
     }
 
     /// The list of environments.
-    pub fn environments(&self) -> &[Entry] {
-        self.shelf.entries()
+    pub fn environments(&self) -> &[EnvironmentEntry] {
+        self.library.entries()
     }
 
     fn wake(&self) -> impl Fn() + Clone + Send + Sync + 'static {
@@ -250,24 +250,24 @@ impl StudioApp {
     fn open(&mut self, project: Project, worker: Worker) {
         let shoot = &project.settings.shoot;
         self.state = State::new(shoot.frames.len(), shoot.frame_rate);
-        self.state.order = Order::of(&project);
+        self.state.export_options = ExportOptions::of(&project);
         self.preferences.opened(&project.root);
         self.preferences.save(&self.saver);
         self.recents.renew();
         self.wizard.set(None);
         self.start(project.clone(), worker);
         self.leave_exports();
-        let (list, complaints) = self.shelf.open(&project, self.read_only.is_none());
+        let (list, complaints) = self.library.open(&project, self.read_only.is_none());
         self.state.look.environments = list;
-        complaints.into_iter().for_each(|it| self.news.say(it));
+        complaints.into_iter().for_each(|it| self.status.say(it));
         self.saver.settle();
-        match KeptLook::load(&project) {
+        match SavedLook::load(&project) {
             Ok(kept) => kept
                 .into_iter()
                 .for_each(|kept| kept.apply(&mut self.state.look)),
-            Err(e) => self.news.refuse(e.to_string()),
+            Err(e) => self.status.refuse(e.to_string()),
         }
-        self.kept = KeptLook::of(&self.state.look);
+        self.saved_look = SavedLook::of(&self.state.look);
     }
 
     /// Takes in what the threads have to say.
@@ -287,11 +287,11 @@ impl StudioApp {
                 }
                 if matches!(event, Event::Finished { .. }) {
                     // The job may have calibrated.
-                    self.studies.renew();
-                    self.reviews.renew();
+                    self.analysis.renew();
+                    self.review.renew();
                 }
                 self.training.hear(&event);
-                self.news.hear(event);
+                self.status.hear(event);
             }
             self.training.pictures = worker.pictures().or(self.training.pictures.take());
             self.relit = worker.relit().or(self.relit.take());
@@ -299,14 +299,14 @@ impl StudioApp {
             self.state.lamps = rig.map_or(0, |rig| rig.lamps.len());
             self.exports = worker.exports();
         }
-        self.inspected.hear();
-        self.studies.hear();
-        self.reviews.hear();
+        self.inspector.hear();
+        self.analysis.hear();
+        self.review.hear();
         self.training.read();
-        self.footages.hear(&self.ctx);
+        self.footage.hear(&self.ctx);
         self.hear_made();
-        let unsaved = self.saver.failures().chain(self.shelf.hear());
-        unsaved.for_each(|failure| self.news.refuse(failure));
+        let unsaved = self.saver.failures().chain(self.library.hear());
+        unsaved.for_each(|failure| self.status.refuse(failure));
     }
 
     /// Has the look written where it is another than before.
@@ -315,10 +315,10 @@ impl StudioApp {
             return;
         };
         // The value at a frame that is merely shown is no change where it has keys.
-        let look = KeptLook::of(&self.state.look);
-        if !self.state.playing && self.read_only.is_none() && look != self.kept {
-            self.saver.save(KeptLook::path(project), look.text());
-            self.kept = look;
+        let look = SavedLook::of(&self.state.look);
+        if !self.state.playing && self.read_only.is_none() && look != self.saved_look {
+            self.saver.save(SavedLook::path(project), look.text());
+            self.saved_look = look;
         }
     }
 }
@@ -341,8 +341,8 @@ impl eframe::App for StudioApp {
             keys::overlay_ui(ui, self.state.active, &mut commands);
         }
         if self.state.palette {
-            let sight = sight!(self);
-            self.palette.ui(ui, &sight, &mut commands);
+            let context = panel_context!(self);
+            self.palette.ui(ui, &context, &mut commands);
         }
         if !commands.is_empty() {
             // The panels were drawn before the commands were applied.
@@ -351,7 +351,7 @@ impl eframe::App for StudioApp {
         for command in commands {
             self.apply(command);
         }
-        self.shelf.follow(&self.state.look.environments);
+        self.library.follow(&self.state.look.environments);
         if !self.ctx.input(|i| i.pointer.any_down()) {
             self.state.release();
             self.keep();
@@ -365,12 +365,13 @@ impl eframe::App for StudioApp {
         self.look_at_folders();
         if let (Some(relit), Some(pixel)) = (&self.relit, self.state.probed) {
             let wake = self.wake();
-            (self.inspected).ask(&relit.predicted, pixel, &self.shown, wake);
+            self.inspector
+                .ask(&relit.predicted, pixel, &self.shown, wake);
         }
         if let Some(project) = &self.project {
             let wake = self.wake();
             self.training.ask(project, &self.shown, wake.clone());
-            self.studies
+            self.analysis
                 .ask(project, &self.state, &self.shown, wake.clone());
             if self
                 .shown
@@ -378,7 +379,7 @@ impl eframe::App for StudioApp {
                 .any(|pane| matches!(pane, Pane::Lamps | Pane::Review))
             {
                 let still = self.relit.as_ref().filter(|_| !self.state.playing);
-                self.reviews.ask(project, still, wake);
+                self.review.ask(project, still, wake);
             }
         }
     }

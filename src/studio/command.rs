@@ -1,10 +1,10 @@
 //! What a person can ask for. Panels emit commands; the application applies them.
 
-use super::compare::Compare;
-use super::footages::FootageView;
+use super::comparison::Comparison;
+use super::export_options::ExportOptions;
+use super::footage_reader::FootageView;
+use super::keyframed::Keyframed;
 use super::layout::{Pane, Workspace};
-use super::order::Order;
-use super::state::Keyed;
 use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
@@ -31,20 +31,20 @@ pub enum Command {
     /// Which way is front in the file of this entry; none is not to have said it.
     Front(usize, Option<Front>),
     /// Set a key at the shown frame, or take the one there away.
-    ToggleKey(Keyed),
+    ToggleKey(Keyframed),
     /// Bring the key at this place in the order to another frame, in place of a key that is there.
     MoveKey {
-        of: Keyed,
+        of: Keyframed,
         index: usize,
         frame: usize,
     },
     /// Take the key at this place in the order away.
     RemoveKey {
-        of: Keyed,
+        of: Keyframed,
         index: usize,
     },
     /// How values go from key to key.
-    Interpolate(Keyed, Interpolation),
+    Interpolate(Keyframed, Interpolation),
     /// Turn the environment to this yaw in degrees.
     Yaw(f32),
     /// Turn the environment by this many degrees.
@@ -98,7 +98,7 @@ pub enum Command {
     /// Put that line to the right, to the left or into the middle, in turn.
     StepWipe,
     /// Compare the picture with another.
-    Compare(Compare),
+    Compare(Comparison),
     /// Wipe between the two pictures, or stop that.
     ToggleWipe,
     /// Show the other of the two pictures alone.
@@ -175,7 +175,7 @@ pub enum Command {
     /// Open the project in a folder.
     OpenProject(PathBuf),
     /// What the next export is to be.
-    Order(Box<Order>),
+    Order(Box<ExportOptions>),
     /// Let the export begin, or end, with the frame that is shown.
     MarkIn,
     MarkOut,

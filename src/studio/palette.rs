@@ -3,7 +3,7 @@
 use super::command::Command;
 use super::keys;
 use super::layout::{Pane, Workspace};
-use super::panel::Sight;
+use super::panel_context::PanelContext;
 use super::theme::{self, GAP};
 use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
@@ -20,7 +20,7 @@ const OTHERS: [(&str, Command); 5] = [
 ];
 
 /// A command, what it is called, and its key if it has one.
-struct Entry {
+struct PaletteEntry {
     says: String,
     key: String,
     command: Command,
@@ -33,7 +33,7 @@ pub struct Palette {
 }
 
 impl Palette {
-    pub fn ui(&mut self, ui: &egui::Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &egui::Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let frame = egui::Frame::window(ui.style()).inner_margin(1.5 * GAP);
         let modal = Modal::new(Id::unique("palette")).frame(frame);
         let shown = modal.show(ui.ctx(), |ui| {
@@ -46,7 +46,7 @@ impl Palette {
                 egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Find a command")
             });
             response.request_focus();
-            let found = matching(all(ui.ctx(), sight), &self.typed);
+            let found = matching(all(ui.ctx(), context), &self.typed);
             let enter = ui.input(|i| i.key_pressed(Key::Enter));
             let mut chosen = (found.first().filter(|_| enter)).map(|first| first.command.clone());
             ScrollArea::vertical()
@@ -78,13 +78,13 @@ impl Palette {
     }
 }
 
-fn all(ctx: &egui::Context, sight: &Sight) -> Vec<Entry> {
-    let entry = |says: String, command| Entry {
+fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
+    let entry = |says: String, command| PaletteEntry {
         says,
         key: String::new(),
         command,
     };
-    let bound = keys::listed(ctx, sight.state.active).map(|(key, says, command)| Entry {
+    let bound = keys::listed(ctx, context.state.active).map(|(key, says, command)| PaletteEntry {
         says: says.to_owned(),
         key,
         command,
@@ -95,10 +95,10 @@ fn all(ctx: &egui::Context, sight: &Sight) -> Vec<Entry> {
         let says = format!("workspace {}", workspace.name());
         entry(says, Command::Workspace(workspace))
     });
-    let lights = sight.environments.iter().enumerate();
+    let lights = context.environments.iter().enumerate();
     let lights = lights.map(|(i, e)| {
         entry(
-            format!("light by {}", sight.title(e)),
+            format!("light by {}", context.title(e)),
             Command::Environment(i),
         )
     });
@@ -111,7 +111,7 @@ fn all(ctx: &egui::Context, sight: &Sight) -> Vec<Entry> {
 }
 
 /// The entries that have every typed word, in any order.
-fn matching(mut entries: Vec<Entry>, typed: &str) -> Vec<Entry> {
+fn matching(mut entries: Vec<PaletteEntry>, typed: &str) -> Vec<PaletteEntry> {
     let typed = typed.to_lowercase();
     entries.retain(|entry| {
         let says = entry.says.to_lowercase();
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn words_narrow_the_list_in_any_order_and_case() {
         let entries = || {
-            OTHERS.map(|(says, command)| Entry {
+            OTHERS.map(|(says, command)| PaletteEntry {
                 says: says.to_owned(),
                 key: String::new(),
                 command,

@@ -1,19 +1,18 @@
 //! What the window shows, as plain data, and how commands change it.
 
 use super::command::Command;
-use super::compare::{Compare, How};
-use super::footages::FootageView;
+use super::comparison::{CompareMode, Comparison};
+use super::environment_list::ListedEnvironment;
+use super::export_options::ExportOptions;
+use super::footage_reader::FootageView;
+use super::keyframed::Keyframed;
 use super::layout::{Pane, Workspace};
-use super::listed::Listed;
-use super::order::Order;
 use super::training::TrainChoice;
 use calibration::{Circle, Trial};
 use light::Lighting;
 use light::keyframes::Keyframes;
 use scene::{Background, Effects, Inspection, Output, Scene};
 use std::sync::Arc;
-
-pub use super::keyed::Keyed;
 
 /// Stops that the exposure can be set to: beyond them a display shows nothing but black or white.
 pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
@@ -26,9 +25,9 @@ const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
 
 /// The settings that can be undone.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Look {
+pub struct LookSettings {
     /// The list of environments.
-    pub environments: Arc<Vec<Listed>>,
+    pub environments: Arc<Vec<ListedEnvironment>>,
     /// Entry of the list.
     pub environment: usize,
     /// From −180 (exclusive) to 180 degrees; with keys, their value at the shown frame.
@@ -49,13 +48,13 @@ pub struct Look {
     pub training: Option<TrainChoice>,
 }
 
-impl Look {
+impl LookSettings {
     /// Sets the yaw; one that has keys may go around any number of times.
     pub(super) fn turn_to(&mut self, degrees: f32) {
         if !degrees.is_finite() {
             return;
         }
-        self.yaw_deg = match self.is_keyed(Keyed::Yaw) {
+        self.yaw_deg = match self.is_keyed(Keyframed::Yaw) {
             true => degrees,
             false => 180.0 - (180.0 - degrees).rem_euclid(360.0),
         };
@@ -79,7 +78,7 @@ const FITTED: View = View {
 /// The window's state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    pub look: Look,
+    pub look: LookSettings,
     pub workspace: Workspace,
     /// The pane that keys are meant for.
     pub active: Pane,
@@ -93,7 +92,7 @@ pub struct State {
     pub solo: Vec<usize>,
     /// Where the wipe between two pictures stands: 0 left, 1 right.
     pub wipe: f32,
-    pub compare: Compare,
+    pub compare: Comparison,
     /// Number of lamps, once it is known.
     pub lamps: usize,
     /// The pixel that is looked at, in columns and rows.
@@ -108,7 +107,7 @@ pub struct State {
     pub frame_rate: f64,
     pub playing: bool,
     /// What the next export is to be.
-    pub order: Order,
+    pub export_options: ExportOptions,
     pub view: View,
     pub panels: bool,
     pub full_screen: bool,
@@ -116,8 +115,8 @@ pub struct State {
     pub keys: bool,
     /// The list of commands is open.
     pub palette: bool,
-    undo: Vec<Look>,
-    redo: Vec<Look>,
+    undo: Vec<LookSettings>,
+    redo: Vec<LookSettings>,
     /// The kind of change that a drag in progress makes: all of it is undone at once.
     dragging: Option<std::mem::Discriminant<Command>>,
 }
@@ -126,7 +125,7 @@ impl State {
     /// The state of a window that was just opened.
     pub fn new(frames: usize, frame_rate: f64) -> Self {
         Self {
-            look: Look {
+            look: LookSettings {
                 environments: Arc::default(),
                 environment: 0,
                 yaw_deg: 0.0,
@@ -146,7 +145,7 @@ impl State {
             trained_lamp: 0,
             pose: 0,
             wipe: 0.5,
-            compare: Compare::default(),
+            compare: Comparison::default(),
             solo: Vec::new(),
             lamps: 0,
             probed: None,
@@ -155,7 +154,7 @@ impl State {
             frames,
             frame_rate,
             playing: false,
-            order: Order::default(),
+            export_options: ExportOptions::default(),
             view: FITTED,
             panels: true,
             full_screen: false,
@@ -170,7 +169,7 @@ impl State {
     /// The picture that this state asks for.
     pub fn scene(&self) -> Scene {
         let mut effects = self.look.effects;
-        if self.compare.on && self.compare.how == How::Difference {
+        if self.compare.on && self.compare.mode == CompareMode::Difference {
             effects.inspection = Inspection::Difference { gain: GAIN };
         }
         Scene {
@@ -239,14 +238,14 @@ impl State {
                 self.view = FITTED;
             }
             Command::Activate(pane) | Command::Pane(pane) => self.active = pane,
-            Command::Order(order) => self.order = *order,
+            Command::Order(options) => self.export_options = *options,
             Command::MarkIn => {
-                let (_, end) = self.order.range(self.frames);
-                self.order.frames = Some((self.frame, end.max(self.frame)));
+                let (_, end) = self.export_options.range(self.frames);
+                self.export_options.frames = Some((self.frame, end.max(self.frame)));
             }
             Command::MarkOut => {
-                let (start, _) = self.order.range(self.frames);
-                self.order.frames = Some((start.min(self.frame), self.frame));
+                let (start, _) = self.export_options.range(self.frames);
+                self.export_options.frames = Some((start.min(self.frame), self.frame));
             }
             Command::Photograph(lamp) => self.photograph = lamp,
             Command::TrainedLamp(lamp) => self.trained_lamp = lamp,
@@ -311,13 +310,13 @@ impl State {
     }
 
     /// Changes the settings as `command` means, whose effect depends on more than this state.
-    pub fn nudge(&mut self, command: &Command, change: impl FnOnce(&mut Look)) {
+    pub fn nudge(&mut self, command: &Command, change: impl FnOnce(&mut LookSettings)) {
         let mut look = self.look.clone();
         change(&mut look);
         self.settle(command, look);
     }
 
-    fn settle(&mut self, command: &Command, mut look: Look) {
+    fn settle(&mut self, command: &Command, mut look: LookSettings) {
         look.note(&self.look, self.frame);
         look.follow(self.frame);
         if look != self.look {
@@ -333,7 +332,7 @@ impl State {
 
     /// Goes on to the next frame, around the end of the range between in and out.
     pub fn advance(&mut self) {
-        let (first, last) = self.order.range(self.frames);
+        let (first, last) = self.export_options.range(self.frames);
         let within = (first..last).contains(&self.frame);
         self.frame = if within { self.frame + 1 } else { first };
         self.look.follow(self.frame);
@@ -382,7 +381,7 @@ fn exposure(stops: f32, old: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::listed::Owner;
+    use super::super::environment_list::Owner;
     use super::*;
     use light::built_in::{self, BuiltIn};
     use light::conventions::Front;
@@ -390,7 +389,7 @@ mod tests {
 
     fn state() -> State {
         let mut state = State::new(10, 24.0);
-        let listed = |own: &'static BuiltIn| Listed {
+        let listed = |own: &'static BuiltIn| ListedEnvironment {
             name: own.title.to_owned(),
             origin: Origin::BuiltIn(own),
             front: None,

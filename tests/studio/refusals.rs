@@ -26,7 +26,7 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
         let said = window
             .query_by_label_contains("notes.txt is neither")
             .is_some();
-        assert_eq!(said, window.state().news().refusal.is_some());
+        assert_eq!(said, window.state().status().refusal.is_some());
         said
     };
     refused(&mut window);
@@ -53,14 +53,14 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
     refused(&mut window);
     drop_onto(&mut window, folder.path().join("sky.exr"));
     assert!(!is_said(&window));
-    assert_eq!(window.state().news().log.len(), 1, "once in the log");
+    assert_eq!(window.state().status().log.len(), 1, "once in the log");
 
     // A damaged project leaves what is open, and says why it is not opened.
     let damaged = folder.path().join("film");
     std::fs::create_dir(&damaged).unwrap();
     std::fs::write(damaged.join("project.toml"), "size = x").unwrap();
     drop_onto(&mut window, &damaged);
-    until(&mut window, "reason", |app| app.news().refusal.is_some());
+    until(&mut window, "reason", |app| app.status().refusal.is_some());
     window.key_press(Key::E);
     until_shown(&mut window);
     window.get_by_label_contains("Mend the line");

@@ -2,7 +2,7 @@
 
 use super::StudioApp;
 use crate::command::Command;
-use crate::news::Phase;
+use crate::status::Phase;
 use footage::scan::is_shoot;
 use std::path::{Path, PathBuf};
 use worker::Need;
@@ -46,12 +46,12 @@ impl StudioApp {
         }
         if is_shoot(&path) {
             let lost = Some(Need::Shoot);
-            return Some(match &self.news.phase {
+            return Some(match &self.status.phase {
                 Phase::Blocked(blocked) if blocked.need == lost => Command::Locate(path),
                 _ => Command::NewProject(Some(path)),
             });
         }
-        self.news.refuse(format!(
+        self.status.refuse(format!(
             "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor the folder of a project (with its \
              project.toml) or of a shoot (with its manifest.json)",
             path.display()

@@ -2,9 +2,9 @@
 
 use super::StudioApp;
 use crate::command::Command;
+use crate::destination_check::DestinationQuery;
+use crate::environment_library::PanoramaState;
 use crate::layout::Pane;
-use crate::lookout::Wanted;
-use crate::panel::Reading;
 use export::Destination;
 use export::relight::relight;
 use std::path::Path;
@@ -16,7 +16,7 @@ impl StudioApp {
             Command::ChooseDestination => self.choose_destination(),
             Command::Destination(file) => {
                 if let Some(project) = &self.project {
-                    self.state.order.choose(&file, &project.root);
+                    self.state.export_options.choose(&file, &project.root);
                 }
             }
             Command::Export => self.export(),
@@ -32,7 +32,7 @@ impl StudioApp {
             Command::OpenFolder(folder) => {
                 if let Err(e) = open::that_detached(&folder) {
                     let folder = folder.display();
-                    self.news.refuse(format!(
+                    self.status.refuse(format!(
                         "cannot open the folder {folder}: {e}. Open it in your file manager"
                     ));
                 }
@@ -43,20 +43,20 @@ impl StudioApp {
 
     /// Puts an export of what is set now at the end of the line.
     fn export(&mut self) {
-        let entry = self.shelf.entries().get(self.state.look.environment);
+        let entry = self.library.entries().get(self.state.look.environment);
         let reading = entry.map(|entry| &entry.panorama);
-        let order = &self.state.order;
-        if let Some(obstacle) = order.obstacle(&self.news.phase, reading) {
-            return self.news.refuse(obstacle.to_owned());
+        let options = &self.state.export_options;
+        if let Some(obstacle) = options.obstacle(&self.status.phase, reading) {
+            return self.status.refuse(obstacle.to_owned());
         }
-        let (Some(worker), Some(project), Some(Reading::Done { panorama, .. })) =
+        let (Some(worker), Some(project), Some(PanoramaState::Done { panorama, .. })) =
             (&self.worker, &self.project, reading)
         else {
             return;
         };
-        self.news.refusal = None;
+        self.status.refusal = None;
         let light = panorama.environment.clone();
-        let settings = order.settings(project, &self.state.look, light, self.device);
+        let settings = options.settings(project, &self.state.look, light, self.device);
         let project = project.clone();
         let name = |to: &str| {
             let name = Path::new(to).file_name().unwrap_or_default();
@@ -81,9 +81,9 @@ impl StudioApp {
         let Some(project) = &self.project else {
             return;
         };
-        let (root, order) = (project.root.clone(), self.state.order.clone());
+        let (root, options) = (project.root.clone(), self.state.export_options.clone());
         self.dialog(move || {
-            let name = root.join(&order.name);
+            let name = root.join(&options.name);
             let folder = name.parent().filter(|folder| folder.is_dir());
             let mut dialog = rfd::FileDialog::new()
                 .set_title("Where to export")
@@ -102,7 +102,7 @@ impl StudioApp {
             .map(|export| export.name.clone())
             .collect();
         if !left.is_empty() {
-            self.news.refuse(format!(
+            self.status.refuse(format!(
                 "These exports ended as a project was opened: {}. Add them again; stills that were finished are \
                  kept",
                 left.join(", ")
@@ -118,9 +118,9 @@ impl StudioApp {
         };
         if self.shown.contains(&Pane::Export) {
             let over = (self.exports.iter()).filter(|e| e.standing.sentence().is_some());
-            self.lookout.look(Wanted {
-                to: self.state.order.to(&project.root),
-                range: self.state.order.range(self.state.frames),
+            self.destination_check.look(DestinationQuery {
+                to: self.state.export_options.to(&project.root),
+                range: self.state.export_options.range(self.state.frames),
                 over: over.count(),
             });
         }

@@ -32,7 +32,7 @@ impl StudioApp {
     /// Compares the network with the truth, or writes what was found as a page.
     pub(super) fn review(&self, truth: Option<PathBuf>, fresh: bool, report: Option<PathBuf>) {
         let settings = ReviewSettings {
-            truth: truth.or_else(|| self.reviews.truth()),
+            truth: truth.or_else(|| self.review.truth()),
             fresh,
             report,
             device: self.device,

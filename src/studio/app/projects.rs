@@ -1,13 +1,13 @@
 //! Which project is open: opening, making, locking, moving, framing.
 
 use super::{StudioApp, title};
+use crate::calibration_analysis::CalibrationAnalysis;
 use crate::command::Command;
-use crate::footages::Footages;
-use crate::inspected::Inspected;
+use crate::footage_reader::FootageReader;
 use crate::layout::{Pane, Workspace};
-use crate::news::Phase;
-use crate::reviews::Reviews;
-use crate::studies::Studies;
+use crate::network_review::NetworkReview;
+use crate::pixel_inspector::PixelInspector;
+use crate::status::Phase;
 use crate::theme;
 use crate::training::Training;
 use crate::wizard::Plan;
@@ -24,12 +24,12 @@ impl StudioApp {
         if let Some(why) = &self.read_only {
             worker.refuse_writes(why.clone());
         }
-        self.news.begin(Phase::Opening);
+        self.status.begin(Phase::Opening);
         (self.relit, self.asked) = (None, None);
-        self.inspected = Inspected::default();
-        self.studies = Studies::default();
-        self.reviews = Reviews::default();
-        self.footages = Footages::default();
+        self.inspected = PixelInspector::default();
+        self.analysis = CalibrationAnalysis::default();
+        self.review = NetworkReview::default();
+        self.footage = FootageReader::default();
         self.training = Training::default();
         self.project = Some(project);
         // The old worker is joined beside the window: it may be amid a training step, and keeps the right to
@@ -56,14 +56,14 @@ impl StudioApp {
     /// Applies the commands that concern the project as a whole.
     pub(super) fn apply_to_project(&mut self, command: Command) {
         match command {
-            Command::OpenProject(folder) => match self.shelf.written(|| Project::open(&folder)) {
+            Command::OpenProject(folder) => match self.library.written(|| Project::open(&folder)) {
                 Ok(project) => {
                     let title = title(Some(&project));
                     self.ctx.send_viewport_cmd(ViewportCommand::Title(title));
                     let worker = Worker::start(project.clone(), self.device, self.wake());
                     self.open(project, worker);
                 }
-                Err(e) => self.news.refuse(e.to_string()),
+                Err(e) => self.status.refuse(e.to_string()),
             },
             Command::ForgetProject(folder) => {
                 self.preferences.forget(&folder);
@@ -80,7 +80,7 @@ impl StudioApp {
             Command::Plan(plan) => self.wizard.set(plan.map(|plan| *plan)),
             Command::MakeProject => match self.wizard.job() {
                 Ok((job, project)) => self.make(job, project),
-                Err(sentence) => self.news.refuse(sentence.to_owned()),
+                Err(sentence) => self.status.refuse(sentence.to_owned()),
             },
             Command::MakeDemo(folder) => {
                 let project = worker::demo::project_folder(&folder);
@@ -101,7 +101,7 @@ impl StudioApp {
                 }
             }
             Command::Reframe(framing) => self.reframe(framing),
-            Command::Thumbnails(frames) => self.footages.want(frames),
+            Command::Thumbnails(frames) => self.footage.want(frames),
             Command::ChooseProject => self.choose("Open a project's folder", Command::OpenProject),
             Command::ChooseShoot => self.choose("Choose a shoot's folder", |shoot| {
                 Command::NewProject(Some(shoot))
@@ -150,13 +150,13 @@ impl StudioApp {
         });
         if !begun {
             let sentence = "Something else is being made: wait until it is done, or stop it";
-            self.news.refuse(sentence.to_owned());
+            self.status.refuse(sentence.to_owned());
         }
     }
 
     /// Opens what a job has made, once the job is over.
     pub(super) fn hear_made(&mut self) {
-        if self.news.work.is_none()
+        if self.status.job.is_none()
             && let Some(project) = self.made.take()
         {
             self.apply(Command::OpenProject(project));
@@ -166,24 +166,24 @@ impl StudioApp {
     /// Changes the open project as it is on the disk; none where that cannot be, which is said.
     fn change<T>(&mut self, change: impl FnOnce(&mut Project) -> Result<T>) -> Option<T> {
         let root = self.project.as_ref()?.root.clone();
-        let changed = match (&self.read_only, &self.news.work) {
+        let changed = match (&self.read_only, &self.status.job) {
             (Some(why), _) => Err(format!("Nothing can be written here. {why}")),
             (None, Some(_)) => Err(
                 "A job works with the project as it is: wait until it is done, or stop it"
                     .to_owned(),
             ),
             (None, None) => {
-                let changed = self.shelf.written(|| Project::change(&root, change));
+                let changed = self.library.written(|| Project::change(&root, change));
                 changed.map_err(|e| e.to_string())
             }
         };
         match changed {
             Ok(done) => {
-                self.news.refusal = None;
+                self.status.refusal = None;
                 Some(done)
             }
             Err(sentence) => {
-                self.news.refuse(sentence);
+                self.status.refuse(sentence);
                 None
             }
         }
@@ -199,7 +199,7 @@ impl StudioApp {
             let worker = Worker::start(project.clone(), self.device, self.wake());
             self.start(project, worker);
             if let Some(folder) = aside {
-                self.news.say(format!(
+                self.status.say(format!(
                     "What was made under the framing of before is in {} now",
                     folder.display()
                 ));
@@ -215,7 +215,7 @@ impl StudioApp {
             self.wizard.look(wake.clone());
         }
         if let (Some(project), true) = (&self.project, self.shown.contains(&Pane::Footage)) {
-            self.footages.ask(project, &self.state, wake);
+            self.footage.ask(project, &self.state, wake);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The table of keys.
 
 use crate::command::Command;
+use crate::keyframed::Keyframed;
 use crate::layout::{Pane, Workspace};
-use crate::state::Keyed;
 use egui::{Key, KeyboardShortcut, Modifiers};
 use scene::{Channel, Inspection};
 
@@ -406,13 +406,13 @@ pub const BINDINGS: &[Binding] = &[
     on(
         Modifiers::SHIFT,
         Key::K,
-        Command::ToggleKey(Keyed::Intensity),
+        Command::ToggleKey(Keyframed::Intensity),
         "set or take the intensity's key",
     ),
     on(
         Modifiers::NONE,
         Key::K,
-        Command::ToggleKey(Keyed::Yaw),
+        Command::ToggleKey(Keyframed::Yaw),
         "set or take the yaw's key",
     ),
     on(

@@ -2,7 +2,7 @@
 
 use crate::command::Command;
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::panels::rows::{FIELD, Row, choice_ui};
 use crate::state::EXPOSURE_STOPS;
@@ -15,12 +15,12 @@ use scene::{Background, Channel, Effects, Inspection, ViewTransform};
 pub struct PicturePanel;
 
 impl PicturePanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.add_space(GAP);
         ui.horizontal(|ui| {
             ui.strong("Picture");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let (undo, redo) = (sight.state.can_undo(), sight.state.can_redo());
+                let (undo, redo) = (context.state.can_undo(), context.state.can_redo());
                 for (icon, name, can, key, command) in [
                     (icons::REDO, "Redo", redo, "Ctrl+Shift+Z", Command::Redo),
                     (icons::UNDO, "Undo", undo, "Ctrl+Z", Command::Undo),
@@ -38,14 +38,14 @@ impl PicturePanel {
             .num_columns(2)
             .min_col_width(96.0)
             .show(ui, |ui| {
-                exposure_ui(ui, sight, out);
-                effects_ui(ui, sight, out);
+                exposure_ui(ui, context, out);
+                effects_ui(ui, context, out);
             });
     }
 }
 
-fn exposure_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let look = &sight.state.look;
+fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let look = &context.state.look;
     let mut stops = look.exposure_stops;
     let field = DragValue::new(&mut stops)
         .speed(0.02)
@@ -137,8 +137,8 @@ pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::FalseColor, "false colour", ""),
 ];
 
-fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let effects = sight.state.look.effects;
+fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let effects = context.state.look.effects;
     let mut wanted = effects;
     let views = [
         (ViewTransform::Srgb, "sRGB"),

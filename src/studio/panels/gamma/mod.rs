@@ -4,7 +4,7 @@
 mod plots;
 
 use crate::command::Command;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::{notice_ui, number_ui};
 use crate::theme::{self, GAP};
 use calibration::Trial;
@@ -17,7 +17,7 @@ use std::sync::Arc;
 use worker::GammaView;
 
 /// The textures of the view that is shown.
-struct Shown {
+struct GammaTextures {
     view: Arc<GammaView>,
     interview: TextureHandle,
     relit: TextureHandle,
@@ -27,23 +27,23 @@ struct Shown {
 /// The panel keeps textures.
 #[derive(Default)]
 pub struct GammaPanel {
-    shown: Option<Shown>,
+    shown: Option<GammaTextures>,
 }
 
 impl GammaPanel {
     /// The interview's frame and the relit exemplar, with a wipe between them.
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
-        self.upload(ui, sight);
+        self.upload(ui, context);
         let Some(shown) = &self.shown else {
-            return notice_ui(ui, |ui| match sight.gamma {
+            return notice_ui(ui, |ui| match context.gamma {
                 Some(Err(sentence)) => {
                     ui.heading("The response cannot be shown");
                     ui.add_space(GAP);
                     ui.label(sentence);
                     ui.add_space(GAP);
-                    let idle = sight.news.work.is_none();
+                    let idle = context.status.job.is_none();
                     if ui.add_enabled(idle, Button::new("Calibrate")).clicked() {
                         out.push(Command::Calibrate);
                     }
@@ -60,7 +60,7 @@ impl GammaPanel {
         response.widget_info(|| {
             egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit exemplar")
         });
-        let wipe = sight.state.wipe.clamp(0.0, 1.0);
+        let wipe = context.state.wipe.clamp(0.0, 1.0);
         let line = place.left() + wipe * place.width();
         let painter = ui.painter().with_clip_rect(rect);
         for (texture, from, to) in [(&shown.interview, 0.0, wipe), (&shown.relit, wipe, 1.0)] {
@@ -109,13 +109,13 @@ impl GammaPanel {
     }
 
     /// The plots and the sliders.
-    pub fn side_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        self.upload(ui, sight);
+    pub fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        self.upload(ui, context);
         let Some(shown) = &self.shown else {
             return;
         };
         let view = shown.view.clone();
-        let trial = sight.state.look.trial.unwrap_or(view.calibrated);
+        let trial = context.state.look.trial.unwrap_or(view.calibrated);
         ui.add_space(GAP);
         let width = ui.available_width();
         let side = 0.5 * (width - GAP);
@@ -127,12 +127,12 @@ impl GammaPanel {
             }
         });
         ui.add_space(2.0);
-        choices_ui(ui, sight, &view, &mut wanted, out);
+        choices_ui(ui, context, &view, &mut wanted, out);
         sliders_ui(ui, &mut wanted, out);
         if wanted != trial {
             out.push(Command::Try(Some(wanted)));
         }
-        buttons_ui(ui, sight, &view, out);
+        buttons_ui(ui, context, &view, out);
         figures_ui(ui, &view);
         plots::histograms_ui(
             ui,
@@ -142,8 +142,8 @@ impl GammaPanel {
         );
     }
 
-    fn upload(&mut self, ui: &Ui, sight: &Sight) {
-        let Some(Ok(view)) = sight.gamma else {
+    fn upload(&mut self, ui: &Ui, context: &PanelContext) {
+        let Some(Ok(view)) = context.gamma else {
             self.shown = None;
             return;
         };
@@ -168,7 +168,7 @@ impl GammaPanel {
             Some(old) if Arc::ptr_eq(&old.view.surface, &view.surface) => old.surface,
             _ => load("surface", plots::surface_picture(&view.surface)),
         };
-        self.shown = Some(Shown {
+        self.shown = Some(GammaTextures {
             view: view.clone(),
             interview: texture("interview", &view.interview),
             relit: texture("relit exemplar", &view.relit),
@@ -180,7 +180,7 @@ impl GammaPanel {
 /// Which exemplar is relit, and by what kind of curve.
 fn choices_ui(
     ui: &mut Ui,
-    sight: &Sight,
+    context: &PanelContext,
     view: &GammaView,
     wanted: &mut Trial,
     out: &mut Vec<Command>,
@@ -189,12 +189,12 @@ fn choices_ui(
         let label = ui.label("Exemplar");
         let name = |pose: usize| view.poses.get(pose).map_or("", String::as_str);
         let list = egui::ComboBox::from_id_salt("exemplar")
-            .selected_text(name(sight.state.pose))
+            .selected_text(name(context.state.pose))
             .width(84.0)
             .show_ui(ui, |ui| {
                 for pose in 0..view.poses.len() {
                     if ui
-                        .selectable_label(pose == sight.state.pose, name(pose))
+                        .selectable_label(pose == context.state.pose, name(pose))
                         .clicked()
                     {
                         out.push(Command::Pose(pose));
@@ -256,9 +256,9 @@ fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
         });
 }
 
-fn buttons_ui(ui: &mut Ui, sight: &Sight, view: &GammaView, out: &mut Vec<Command>) {
-    let idle = sight.news.work.is_none();
-    let tried = sight
+fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut Vec<Command>) {
+    let idle = context.status.job.is_none();
+    let tried = context
         .state
         .look
         .trial

@@ -2,7 +2,7 @@
 
 use super::super::sphere::{self, Mark};
 use crate::command::Command;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use calibration::Circle;
 use egui::{
@@ -67,7 +67,7 @@ impl Photograph {
     pub fn ui(
         &mut self,
         ui: &mut Ui,
-        sight: &Sight,
+        context: &PanelContext,
         study: &ProbeStudy,
         picture: TextureId,
         marks: &[Mark],
@@ -77,7 +77,7 @@ impl Photograph {
         let (width, height) = study.size;
         let size = vec2(width as f32, height as f32);
         let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
-        let view = sight.state.view;
+        let view = context.state.view;
         let points_per_pixel = (room / size).min_elem() * view.zoom;
         let center = rect.center() + Vec2::from(view.pan);
         let placement = Placement {
@@ -95,7 +95,7 @@ impl Photograph {
                 painter.rect_filled(pixel, 0.0, Color32::from_rgb(255, 0, 220));
             }
         }
-        let circle = sight.state.look.circle.unwrap_or(study.circle);
+        let circle = context.state.look.circle.unwrap_or(study.circle);
         let response = ui.interact(
             rect,
             ui.scope_id().with("photograph"),

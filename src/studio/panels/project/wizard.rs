@@ -3,7 +3,7 @@
 use super::quiet_ui;
 use crate::command::Command;
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use crate::wizard::{Plan, cost};
 use egui::{Button, ComboBox, DragValue, Grid, Id, RichText, TextEdit, Ui, vec2};
@@ -15,9 +15,9 @@ const SIZES: [usize; 5] = [64, 128, 256, 512, 1024];
 const NAMES: f32 = 110.0;
 
 /// The page.
-pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) {
+pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<Command>) {
     let mut changed = plan.clone();
-    let scan = sight.wizard.scan();
+    let scan = context.wizard.scan();
     ui.heading("New project");
     ui.add_space(GAP);
     row_ui(ui, "Shoot", |ui, name| {
@@ -49,9 +49,9 @@ pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) 
         ui.add_space(GAP);
     }
     ui.horizontal(|ui| {
-        let obstacle = match sight.news.work {
+        let obstacle = match context.status.job {
             Some(_) => Some("Something else is being made: wait until it is done, or stop it"),
-            None => sight.wizard.job().err(),
+            None => context.wizard.job().err(),
         };
         let make = Button::new("Make project").min_size(vec2(120.0, 28.0));
         if ui.add_enabled(obstacle.is_none(), make).clicked() {

@@ -2,20 +2,24 @@
 
 use super::figures::clock;
 use crate::command::Command;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Align, Button, Layout, RichText, Ui, WidgetInfo, vec2};
 use training::kept::Kept;
 
 /// The list, the newest first.
-pub fn checkpoints_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.label(RichText::new("Checkpoints").color(theme::QUIET));
-    let kept = sight.training.records.as_ref().map_or(&[][..], |r| &r.kept);
+    let kept = context
+        .training
+        .records
+        .as_ref()
+        .map_or(&[][..], |r| &r.kept);
     if kept.is_empty() {
         let text = "Training leaves some as it goes, and one before each new start.";
         ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
     }
-    let idle = sight.news.work.is_none();
+    let idle = context.status.job.is_none();
     for one in kept {
         row_ui(ui, one, idle, out);
     }

@@ -2,7 +2,7 @@
 
 use crate::command::Command;
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::job;
 use crate::theme;
 use crate::training::TrainChoice;
@@ -15,9 +15,9 @@ const MOST_MINUTES: f64 = 7.0 * 24.0 * 60.0;
 const BUTTON: egui::Vec2 = vec2(84.0, 24.0);
 
 /// The presets as a list, each with what it will cost.
-pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-    let choice = sight.training.choice(sight.state, project);
-    let pace = sight.training.pace();
+pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
+    let choice = context.training.choice(context.state, project);
+    let pace = context.training.pace();
     for preset in Preset::ALL {
         let chosen = preset == choice.preset;
         let wanted = TrainChoice { preset, ..choice };
@@ -27,7 +27,7 @@ pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<C
         let network = config.network(project).cost();
         let size = vec2(ui.available_width(), 38.0);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-        let enabled = !sight.training.running;
+        let enabled = !context.training.running;
         response.widget_info(|| {
             let name = format!("Preset {}", preset.name());
             WidgetInfo::selected(egui::Role::RadioButton, enabled, chosen, name)
@@ -109,10 +109,10 @@ pub fn duration(seconds: f64) -> String {
 }
 
 /// The pose that judges, and the minutes.
-pub fn settings_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-    let choice = sight.training.choice(sight.state, project);
+pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
+    let choice = context.training.choice(context.state, project);
     let poses = &project.settings.shoot.poses;
-    ui.add_enabled_ui(!sight.training.running, |ui| {
+    ui.add_enabled_ui(!context.training.running, |ui| {
         ui.horizontal(|ui| {
             let label = ui.label(RichText::new("Hold out").size(13.0));
             let name = |pose: Option<usize>| {
@@ -169,18 +169,24 @@ pub struct Buttons {
 }
 
 impl Buttons {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-        if let Some(work) = sight.news.work.as_ref() {
+    pub fn ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        project: &Project,
+        out: &mut Vec<Command>,
+    ) {
+        if let Some(job) = context.status.job.as_ref() {
             self.confirming = false;
-            if sight.training.running {
-                ui.horizontal(|ui| job::buttons_ui(ui, work, out));
+            if context.training.running {
+                ui.horizontal(|ui| job::buttons_ui(ui, job, out));
             } else {
-                let text = format!("{} is in hand", job::capitalized(work.what));
+                let text = format!("{} is in hand", job::capitalized(job.what));
                 ui.label(RichText::new(text).size(13.0).color(theme::QUIET));
             }
             return;
         }
-        let records = sight.training.records.as_deref();
+        let records = context.training.records.as_deref();
         let Some(present) = records.and_then(|records| records.present.as_ref()) else {
             // A checkpoint that is there and cannot be read is put aside by a run that begins anew.
             let broken = records.is_some_and(|records| records.failure.is_some());
@@ -203,8 +209,8 @@ impl Buttons {
             });
             return;
         }
-        let choice = sight.training.choice(sight.state, project);
-        let refusal = sight.training.refusal(&choice, project);
+        let choice = context.training.choice(context.state, project);
+        let refusal = context.training.refusal(&choice, project);
         ui.horizontal(|ui| {
             let resume = Button::new((icons::PLAY, "Resume"))
                 .fill(theme::ACCENT_DIM)

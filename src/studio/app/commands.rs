@@ -2,7 +2,7 @@
 
 use super::StudioApp;
 use crate::command::Command;
-use crate::compare::{Compare, With};
+use crate::comparison::{Comparison, Reference};
 use calibration::{CalibrateSettings, Circle};
 use egui::ViewportCommand;
 use std::time::Instant;
@@ -14,9 +14,9 @@ impl StudioApp {
         let covered = state.palette || state.keys || state.full_screen;
         self.state.apply(&command);
         match command {
-            Command::DismissRefusal => self.news.refusal = None,
-            Command::Dismiss if !covered => self.news.refusal = None,
-            Command::AddEnvironments(_) => self.news.refusal = None,
+            Command::DismissRefusal => self.status.refusal = None,
+            Command::Dismiss if !covered => self.status.refusal = None,
+            Command::AddEnvironments(_) => self.status.refusal = None,
             Command::ListCheckpoints => self.training.list(),
             Command::ToggleFullScreen | Command::Dismiss => {
                 self.ctx
@@ -34,28 +34,28 @@ impl StudioApp {
                 self.dialog(move || {
                     let dialog = rfd::FileDialog::new().set_title("Open a truth's folder");
                     let folder = dialog.pick_folder()?;
-                    Some(Command::Compare(Compare {
+                    Some(Command::Compare(Comparison {
                         on: true,
-                        with: With::Truth(folder),
+                        reference: Reference::Truth(folder),
                         ..compare
                     }))
                 });
             }
-            Command::ActualSize if self.panes.fit() > 0.0 => {
-                let factor = 1.0 / (self.panes.fit() * self.ctx.pixels_per_point());
+            Command::ActualSize if self.panels.fit() > 0.0 => {
+                let factor = 1.0 / (self.panels.fit() * self.ctx.pixels_per_point());
                 let about = [0.0; 2];
                 self.state.apply(&Command::Fit);
                 self.state.apply(&Command::Zoom { factor, about });
             }
             Command::Mark(marked) => match &self.read_only {
-                Some(why) => self.news.refuse(why.clone()),
-                None => self.reviews.mark(*marked),
+                Some(why) => self.status.refuse(why.clone()),
+                None => self.review.mark(*marked),
             },
             Command::NudgeCircle { by, radius } => {
                 if let Some(Circle {
                     center_px: [x, y],
                     radius_px,
-                }) = self.studies.circle(&self.state)
+                }) = self.analysis.circle(&self.state)
                 {
                     let moved = Circle::new([x + by[0], y + by[1]], radius_px + radius).ok();
                     self.state.nudge(&command, |look| {
@@ -64,7 +64,7 @@ impl StudioApp {
                 }
             }
             Command::NudgeTrial(by) => {
-                if let Some(trial) = self.studies.trial(&self.state) {
+                if let Some(trial) = self.analysis.trial(&self.state) {
                     self.state
                         .nudge(&command, |look| look.trial = Some(trial.nudged(by)));
                 }
@@ -79,7 +79,7 @@ impl StudioApp {
                     (shown.rem_euclid(lamps as isize + 1) as usize).checked_sub(1);
             }
             Command::FindCircle => {
-                if let Some(found) = self.studies.found() {
+                if let Some(found) = self.analysis.found() {
                     self.apply(Command::Circle(Some(found)));
                 }
             }
@@ -88,7 +88,7 @@ impl StudioApp {
             | Command::Export
             | Command::Withdraw(_)
             | Command::OpenFolder(_) => self.apply_to_exports(command),
-            Command::FocusPane => self.panes.focus(self.state.active),
+            Command::FocusPane => self.panels.focus(self.state.active),
             Command::Calibrate => self.calibrate(),
             Command::Measure(truth) => self.review(truth, true, None),
             Command::Report(to) => self.review(None, false, Some(to)),
@@ -127,20 +127,20 @@ impl StudioApp {
                 }
             }
             Command::PauseJob => {
-                if let (Some(worker), Some(work)) = (&self.worker, &mut self.news.work) {
-                    let pause = !work.is_paused();
-                    work.pause(pause, Instant::now());
+                if let (Some(worker), Some(job)) = (&self.worker, &mut self.status.job) {
+                    let pause = !job.is_paused();
+                    job.pause(pause, Instant::now());
                     worker.pause(pause);
                 }
             }
             Command::StopJob => {
-                if let (Some(worker), Some(work)) = (&self.worker, &mut self.news.work) {
-                    work.stopping = true;
+                if let (Some(worker), Some(job)) = (&self.worker, &mut self.status.job) {
+                    job.stopping = true;
                     worker.cancel();
                 }
             }
-            Command::DismissReport => self.news.said = None,
-            Command::ClearLog => self.news.log.clear(),
+            Command::DismissReport => self.status.message = None,
+            Command::ClearLog => self.status.log.clear(),
             Command::Pane(pane) => {
                 let workspace = self.state.workspace;
                 self.preferences.layout().open(workspace, pane);

@@ -8,7 +8,7 @@ use worker::{KeptReview, LampSheet, PredictedFrame, Relit, ReviewDesk};
 
 /// The answers, and the thread once it was needed.
 #[derive(Default)]
-pub struct Reviews {
+pub struct NetworkReview {
     /// The shown frame under every lamp, or why it cannot be drawn.
     pub sheet: Option<Result<Arc<LampSheet>, String>>,
     /// What the project keeps, or why that cannot be read.
@@ -26,7 +26,7 @@ pub struct Reviews {
     edited: bool,
 }
 
-impl Reviews {
+impl NetworkReview {
     /// A job may have changed what is kept.
     pub fn renew(&mut self) {
         self.asked = false;
@@ -86,7 +86,7 @@ impl Reviews {
     }
 }
 
-impl Drop for Reviews {
+impl Drop for NetworkReview {
     /// The thread is joined beside the window: it may be amid a sheet.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {

@@ -1,26 +1,54 @@
 //! The panoramas behind the list of environments: has them read as the list grows, and keeps the list in the
 //! project.
 
-use super::listed::{self, Listed};
-use super::panel::{Entry, Reading};
+use super::environment_list::{self, ListedEnvironment};
 use egui::Context;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{Keeper, Library};
+use worker::{Keeper, Library, Panorama};
+
+/// An environment in the list.
+pub struct EnvironmentEntry {
+    pub listed: ListedEnvironment,
+    pub panorama: PanoramaState,
+}
+
+/// How far the reading of a panorama is.
+pub enum PanoramaState {
+    Waiting,
+    Done {
+        panorama: Panorama,
+        thumbnail: egui::TextureHandle,
+    },
+    /// Why it cannot be used.
+    Failed(String),
+}
+
+impl PanoramaState {
+    /// Whether it is not known yet.
+    pub fn is_waiting(&self) -> bool {
+        matches!(self, Self::Waiting)
+    }
+
+    /// Whether the panorama can light a subject.
+    pub fn is_done(&self) -> bool {
+        matches!(self, Self::Done { .. })
+    }
+}
 
 /// The panoramas of the list, in its order.
-pub struct Shelf {
+pub struct EnvironmentLibrary {
     ctx: Context,
     library: Library,
-    entries: Vec<Entry>,
-    list: Arc<Vec<Listed>>,
+    entries: Vec<EnvironmentEntry>,
+    list: Arc<Vec<ListedEnvironment>>,
     /// The open project's folder, and the thread that writes there.
     root: Option<PathBuf>,
     keeper: Option<Keeper>,
 }
 
-impl Shelf {
+impl EnvironmentLibrary {
     /// An empty one.
     pub fn new(ctx: &Context) -> Self {
         let woken = ctx.clone();
@@ -51,7 +79,11 @@ impl Shelf {
 
     /// The list of a project that was just opened, into which it is `kept` as it changes. Files that are not
     /// there are named in the sentences.
-    pub fn open(&mut self, project: &Project, kept: bool) -> (Arc<Vec<Listed>>, Vec<String>) {
+    pub fn open(
+        &mut self,
+        project: &Project,
+        kept: bool,
+    ) -> (Arc<Vec<ListedEnvironment>>, Vec<String>) {
         let list = Arc::new(listed::of_project(project));
         self.entries.clear();
         self.keeper = None;
@@ -63,12 +95,12 @@ impl Shelf {
     }
 
     /// The panoramas in the list's order.
-    pub fn entries(&self) -> &[Entry] {
+    pub fn entries(&self) -> &[EnvironmentEntry] {
         &self.entries
     }
 
     /// Brings the panoramas and the project in line with the list.
-    pub fn follow(&mut self, list: &Arc<Vec<Listed>>) {
+    pub fn follow(&mut self, list: &Arc<Vec<ListedEnvironment>>) {
         if self.list == *list && self.entries.len() == list.len() {
             return;
         }
@@ -79,10 +111,10 @@ impl Shelf {
                 Some(known) => old.swap_remove(known).panorama,
                 None => {
                     self.library.load(listed.origin.clone());
-                    Reading::Waiting
+                    PanoramaState::Waiting
                 }
             };
-            self.entries.push(Entry {
+            self.entries.push(EnvironmentEntry {
                 listed: listed.clone(),
                 panorama,
             });
@@ -103,15 +135,15 @@ impl Shelf {
                         egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
                     let options = egui::TextureOptions::LINEAR_REPEAT;
                     let thumbnail = self.ctx.load_texture(origin.to_string(), picture, options);
-                    Reading::Done {
+                    PanoramaState::Done {
                         panorama,
                         thumbnail,
                     }
                 }
-                Err(e) => Reading::Failed(e.to_string()),
+                Err(e) => PanoramaState::Failed(e.to_string()),
             };
-            let waiting = |e: &&mut Entry| {
-                e.listed.origin == origin && matches!(e.panorama, Reading::Waiting)
+            let waiting = |e: &&mut EnvironmentEntry| {
+                e.listed.origin == origin && matches!(e.panorama, PanoramaState::Waiting)
             };
             if let Some(entry) = self.entries.iter_mut().find(waiting) {
                 entry.panorama = panorama;

@@ -9,7 +9,7 @@ use worker::{GammaView, ProbeStudy, Study, StudyAsk};
 
 /// The answers, and the thread once it was needed.
 #[derive(Default)]
-pub struct Studies {
+pub struct CalibrationAnalysis {
     /// What the mirror balls show, or why they cannot be read.
     pub probe: Option<Result<Arc<ProbeStudy>, String>>,
     /// How the tried response does, or why that cannot be told.
@@ -21,7 +21,7 @@ pub struct Studies {
     calibrations: u64,
 }
 
-impl Studies {
+impl CalibrationAnalysis {
     /// The calibration may be another from now on.
     pub fn renew(&mut self) {
         self.calibrations += 1;
@@ -90,7 +90,7 @@ impl Studies {
     }
 }
 
-impl Drop for Studies {
+impl Drop for CalibrationAnalysis {
     /// The thread is joined beside the window: it may be amid a fit.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {

@@ -1,6 +1,6 @@
 //! The list of environments as a setting: which there are, whose they are, and which way is front in them.
 
-use super::state::Look;
+use super::state::LookSettings;
 use light::built_in;
 use light::conventions::Front;
 use project::{NamedEnvironment, Project, free_name};
@@ -10,7 +10,7 @@ use worker::Origin;
 
 /// An environment of the list.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Listed {
+pub struct ListedEnvironment {
     pub name: String,
     pub origin: Origin,
     /// Which way is front in its file, once the person has said so.
@@ -38,7 +38,7 @@ impl Owner {
     }
 }
 
-impl Listed {
+impl ListedEnvironment {
     /// Whether another of a list has the same name but for capitals.
     pub fn is_ambiguous(&self, list: &[Self]) -> bool {
         let name = self.name.to_lowercase();
@@ -65,18 +65,18 @@ impl Listed {
 }
 
 /// The list of a project that was just opened: the shoot's, those that are built in, and what was added.
-pub fn of_project(project: &Project) -> Vec<Listed> {
+pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
     let (added, shoots): (Vec<_>, Vec<_>) =
         project.environments().into_iter().partition(|e| e.added);
     let of_file = |owner| {
-        move |known: project::KnownEnvironment| Listed {
+        move |known: project::KnownEnvironment| ListedEnvironment {
             name: known.name,
             origin: Origin::File(known.file),
             front: known.front,
             owner,
         }
     };
-    let built_in = built_in::all().into_iter().map(|own| Listed {
+    let built_in = built_in::all().into_iter().map(|own| ListedEnvironment {
         name: own.title.to_owned(),
         origin: Origin::BuiltIn(own),
         front: None,
@@ -88,7 +88,7 @@ pub fn of_project(project: &Project) -> Vec<Listed> {
 }
 
 /// What of a list is kept in the project.
-pub fn kept(list: &[Listed]) -> Vec<NamedEnvironment> {
+pub fn kept(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
     let files = list.iter().filter_map(|listed| {
         Some(NamedEnvironment {
             name: listed.name.clone(),
@@ -99,7 +99,7 @@ pub fn kept(list: &[Listed]) -> Vec<NamedEnvironment> {
     files.collect()
 }
 
-impl Look {
+impl LookSettings {
     /// Adds panoramas at the end of the list, and shows the first of them. One that is there already is not
     /// added again.
     pub(super) fn add(&mut self, files: &[PathBuf]) {
@@ -107,10 +107,10 @@ impl Look {
         let mut first = None;
         for file in files {
             let file = std::path::absolute(file).unwrap_or_else(|_| file.clone());
-            let same = |listed: &Listed| listed.file() == Some(&file);
+            let same = |listed: &ListedEnvironment| listed.file() == Some(&file);
             let place = list.iter().position(same).unwrap_or_else(|| {
                 let names = list.iter().map(|listed| listed.name.as_str());
-                list.push(Listed {
+                list.push(ListedEnvironment {
                     name: free_name(&file, names),
                     origin: Origin::File(file),
                     front: None,
@@ -152,7 +152,7 @@ impl Look {
     /// Which way is front in the environment that is shown.
     pub fn front(&self) -> Front {
         let shown = self.environments.get(self.environment);
-        shown.map_or(Front::default(), Listed::front)
+        shown.map_or(Front::default(), ListedEnvironment::front)
     }
 }
 
@@ -166,7 +166,7 @@ mod tests {
     /// A window on a list of two that are the shoot's.
     fn state() -> State {
         let mut state = State::new(1, 24.0);
-        let shoots = ["sky", "night"].map(|name| Listed {
+        let shoots = ["sky", "night"].map(|name| ListedEnvironment {
             name: name.to_owned(),
             origin: Origin::File(PathBuf::from("/shoot").join(name)),
             front: None,

@@ -39,18 +39,18 @@ pub enum MatteView {
 
 /// A picture that is wanted, and how.
 #[derive(Clone, Debug, PartialEq)]
-struct Wanted {
+struct FootageRequest {
     picture: PathBuf,
     matte: PathBuf,
     view: MatteView,
 }
 
 /// A picture of the shoot.
-pub struct Shown {
+pub struct FootagePicture {
     /// Columns and rows of the file.
     pub size: (usize, usize),
     pub texture: TextureHandle,
-    wanted: Wanted,
+    request: FootageRequest,
 }
 
 /// A picture and its file's size.
@@ -58,10 +58,10 @@ type Read = Result<(Codes, (usize, usize))>;
 
 /// The pictures, and the threads that read them.
 #[derive(Default)]
-pub struct Footages {
-    picture: Option<std::result::Result<Shown, String>>,
-    asked: Option<Wanted>,
-    pictures: Option<Clerk<Wanted, (Wanted, Read)>>,
+pub struct FootageReader {
+    picture: Option<std::result::Result<FootagePicture, String>>,
+    asked: Option<FootageRequest>,
+    pictures: Option<Clerk<FootageRequest, (FootageRequest, Read)>>,
     thumbnails: BTreeMap<usize, Option<TextureHandle>>,
     /// Frames whose thumbnails the panel has room for.
     wanted: Vec<usize>,
@@ -70,9 +70,9 @@ pub struct Footages {
     small: Option<Clerk<(usize, PathBuf), (usize, Read)>>,
 }
 
-impl Footages {
+impl FootageReader {
     /// The picture that is shown, or why it cannot be; none until the first was read.
-    pub fn picture(&self) -> Option<&std::result::Result<Shown, String>> {
+    pub fn picture(&self) -> Option<&std::result::Result<FootagePicture, String>> {
         self.picture.as_ref()
     }
 
@@ -95,12 +95,12 @@ impl Footages {
 
     /// Takes in what was read. Called in every frame of the window.
     pub fn hear(&mut self, ctx: &Context) {
-        if let Some((wanted, read)) = self.pictures.iter().flat_map(Clerk::answers).last() {
+        if let Some((request, read)) = self.pictures.iter().flat_map(Clerk::answers).last() {
             self.picture = Some(match read {
-                Ok((codes, size)) => Ok(Shown {
+                Ok((codes, size)) => Ok(FootagePicture {
                     size,
                     texture: texture(ctx, "footage", &codes),
-                    wanted,
+                    request,
                 }),
                 Err(e) => Err(e.to_string()),
             });
@@ -129,29 +129,29 @@ impl Footages {
         }
         let frame = state.frame.min(shoot.frames.len() - 1);
         let view = state.footage.matte;
-        let wanted = if state.footage.exemplars {
+        let request = if state.footage.exemplars {
             let pose = state.pose.min(shoot.poses.len() - 1);
-            Wanted {
+            FootageRequest {
                 picture: project.olat_path(pose, 0),
                 matte: project.exemplar_mask_path(pose),
                 view,
             }
         } else {
-            Wanted {
+            FootageRequest {
                 picture: project.frame_path(frame),
                 matte: project.frame_mask_path(frame),
                 view,
             }
         };
-        if self.asked.as_ref() != Some(&wanted) {
+        if self.asked.as_ref() != Some(&request) {
             let clerk = self.pictures.get_or_insert_with(|| {
-                Clerk::start(wake.clone(), |wanted: Wanted| {
-                    let read = wanted.read();
-                    (wanted, read)
+                Clerk::start(wake.clone(), |request: FootageRequest| {
+                    let read = request.read();
+                    (request, read)
                 })
             });
-            clerk.ask(wanted.clone());
-            self.asked = Some(wanted);
+            clerk.ask(request.clone());
+            self.asked = Some(request);
         }
         let missing = self.wanted.iter().copied();
         let next = missing
@@ -169,17 +169,17 @@ impl Footages {
     }
 }
 
-impl Shown {
+impl FootagePicture {
     /// The file that is shown.
     pub fn file(&self) -> &Path {
-        match self.wanted.view {
-            MatteView::Alone => &self.wanted.matte,
-            _ => &self.wanted.picture,
+        match self.request.view {
+            MatteView::Alone => &self.request.matte,
+            _ => &self.request.picture,
         }
     }
 }
 
-impl Wanted {
+impl FootageRequest {
     fn read(&self) -> Read {
         let reduced = |size| reduced(size, PICTURE_PX);
         match self.view {

@@ -9,15 +9,15 @@ use std::sync::Arc;
 use worker::Latest;
 
 /// The project that a window leaves open, for the next one.
-pub type Left = Arc<Latest<Option<Project>>>;
+pub type ProjectHandover = Arc<Latest<Option<Project>>>;
 
 impl StudioApp {
     /// A window that closes when the GPU that draws it is lost, and then leaves its project to `next`. `said` is
     /// shown in its line of messages.
-    pub fn replaced_by(mut self, next: Left, said: Option<&str>) -> Self {
+    pub fn replaced_by(mut self, next: ProjectHandover, said: Option<&str>) -> Self {
         self.next = Some(next);
         if let Some(said) = said {
-            self.news.say(said.to_owned());
+            self.status.say(said.to_owned());
         }
         self
     }

@@ -1,6 +1,6 @@
 //! What the picture is compared with, and how both are shown.
 
-use super::listed::Listed;
+use super::environment_list::ListedEnvironment;
 use super::state::State;
 use light::Environment;
 use light::conventions::Front;
@@ -10,7 +10,7 @@ use worker::{Origin, Rival, Second};
 
 /// What stands beside the relit picture.
 #[derive(Clone, Debug, PartialEq)]
-pub enum With {
+pub enum Reference {
     /// The interview's frame.
     Plate,
     /// The same frame under another environment of the list.
@@ -25,7 +25,7 @@ pub enum With {
 
 /// How two pictures are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum How {
+pub enum CompareMode {
     /// The first to the left of a line that can be dragged, the second to its right.
     Wipe,
     /// One beside the other.
@@ -38,40 +38,40 @@ pub enum How {
 
 /// The comparison.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Compare {
+pub struct Comparison {
     pub on: bool,
     /// The first picture; none is the relit one.
-    pub first: Option<With>,
+    pub first: Option<Reference>,
     /// The second picture.
-    pub with: With,
-    pub how: How,
+    pub reference: Reference,
+    pub mode: CompareMode,
     /// Where one is shown at a time: whether it is the second.
     pub second: bool,
 }
 
-impl Default for Compare {
+impl Default for Comparison {
     fn default() -> Self {
         Self {
             on: false,
             first: None,
-            with: With::Plate,
-            how: How::Wipe,
+            reference: Reference::Plate,
+            mode: CompareMode::Wipe,
             second: false,
         }
     }
 }
 
-impl Compare {
+impl Comparison {
     /// Wipes, or no longer does.
     pub fn toggle_wipe(&mut self) {
-        self.on = !(self.on && self.how == How::Wipe);
-        self.how = How::Wipe;
+        self.on = !(self.on && self.mode == CompareMode::Wipe);
+        self.mode = CompareMode::Wipe;
     }
 
     /// Shows the other of the two alone.
     pub fn toggle_second(&mut self) {
-        self.second = !(self.on && self.how == How::Toggle && self.second);
-        (self.on, self.how) = (true, How::Toggle);
+        self.second = !(self.on && self.mode == CompareMode::Toggle && self.second);
+        (self.on, self.mode) = (true, CompareMode::Toggle);
     }
 }
 
@@ -85,26 +85,28 @@ impl State {
         if !self.compare.on {
             return [None, None];
         }
-        let Compare { first, with, .. } = &self.compare;
-        [first.as_ref(), Some(with)].map(|with| self.beside(with?, &environment))
+        let Comparison {
+            first, reference, ..
+        } = &self.compare;
+        [first.as_ref(), Some(reference)].map(|shown| self.beside(shown?, &environment))
     }
 
     fn beside(
         &self,
-        with: &With,
+        reference: &Reference,
         environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
     ) -> Option<Second> {
-        Some(match with {
-            With::Plate => Second::Plate,
-            With::Environment(origin) => {
+        Some(match reference {
+            Reference::Plate => Second::Plate,
+            Reference::Environment(origin) => {
                 let mut list = self.look.environments.iter();
                 let listed = list.find(|listed| listed.origin == *origin);
-                let front = listed.map_or(Front::default(), Listed::front);
+                let front = listed.map_or(Front::default(), ListedEnvironment::front);
                 Second::Light(environment(origin)?, front.turned(self.look.yaw_deg))
             }
-            With::Exemplar(pose) => Second::Rival(Rival::Exemplar(*pose)),
-            With::Truth(folder) => Second::Rival(Rival::Truth(folder.clone())),
-            With::Checkpoint(folder) => Second::Rival(Rival::Checkpoint(folder.clone())),
+            Reference::Exemplar(pose) => Second::Rival(Rival::Exemplar(*pose)),
+            Reference::Truth(folder) => Second::Rival(Rival::Truth(folder.clone())),
+            Reference::Checkpoint(folder) => Second::Rival(Rival::Checkpoint(folder.clone())),
         })
     }
 }
@@ -117,15 +119,15 @@ mod tests {
 
     #[test]
     fn w_wipes_and_q_changes_sides() {
-        let mut compare = Compare::default();
+        let mut compare = Comparison::default();
         compare.toggle_wipe();
-        assert!(compare.on && compare.how == How::Wipe);
+        assert!(compare.on && compare.mode == CompareMode::Wipe);
         compare.toggle_second();
-        assert!(compare.on && compare.how == How::Toggle && compare.second);
+        assert!(compare.on && compare.mode == CompareMode::Toggle && compare.second);
         compare.toggle_second();
         assert!(compare.on && !compare.second);
         compare.toggle_wipe();
-        assert!(compare.on && compare.how == How::Wipe);
+        assert!(compare.on && compare.mode == CompareMode::Wipe);
         compare.toggle_wipe();
         assert!(!compare.on);
     }
@@ -139,12 +141,12 @@ mod tests {
         state.apply(&Command::Front(0, Some(Front::new(90.0))));
         state.apply(&Command::Front(1, Some(Front::new(-20.0))));
         state.compare.on = true;
-        state.compare.with = With::Environment(Origin::File(files[1].clone()));
+        state.compare.reference = Reference::Environment(Origin::File(files[1].clone()));
         let grey = Image::filled(2, 1, [0.5; 3]);
         let grey = std::sync::Arc::new(Environment::from_radiance("grey", grey));
         let compared = state.compared(|_| Some(grey.clone()));
         assert_eq!(compared, [None, Some(Second::Light(grey.clone(), -10.0))]);
-        state.compare.first = Some(With::Plate);
+        state.compare.first = Some(Reference::Plate);
         assert_eq!(
             state.compared(|_| None),
             [Some(Second::Plate), None],

@@ -1,17 +1,17 @@
 //! What has keyframes: its value at the shown frame follows them, and changing the value sets a key there.
 
 use super::command::Command;
-use super::state::Look;
+use super::state::LookSettings;
 use light::keyframes::Keyframes;
 
 /// A setting that can change over the clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Keyed {
+pub enum Keyframed {
     Yaw,
     Intensity,
 }
 
-impl Keyed {
+impl Keyframed {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::Yaw, Self::Intensity];
 
@@ -24,50 +24,50 @@ impl Keyed {
     }
 }
 
-impl Look {
+impl LookSettings {
     /// The keys of a setting.
-    pub fn keys(&self, of: Keyed) -> &Keyframes {
+    pub fn keys(&self, of: Keyframed) -> &Keyframes {
         match of {
-            Keyed::Yaw => &self.yaw_keys,
-            Keyed::Intensity => &self.intensity_keys,
+            Keyframed::Yaw => &self.yaw_keys,
+            Keyframed::Intensity => &self.intensity_keys,
         }
     }
 
-    fn keys_mut(&mut self, of: Keyed) -> &mut Keyframes {
+    fn keys_mut(&mut self, of: Keyframed) -> &mut Keyframes {
         match of {
-            Keyed::Yaw => &mut self.yaw_keys,
-            Keyed::Intensity => &mut self.intensity_keys,
+            Keyframed::Yaw => &mut self.yaw_keys,
+            Keyframed::Intensity => &mut self.intensity_keys,
         }
     }
 
     /// Whether a setting has any keys.
-    pub fn is_keyed(&self, of: Keyed) -> bool {
+    pub fn is_keyed(&self, of: Keyframed) -> bool {
         !self.keys(of).keys().is_empty()
     }
 
     /// The place in the order of the key at a frame.
-    pub fn key_at(&self, of: Keyed, frame: usize) -> Option<usize> {
+    pub fn key_at(&self, of: Keyframed, frame: usize) -> Option<usize> {
         let keys = self.keys(of).keys();
         keys.iter().position(|key| key.frame == frame as f64)
     }
 
-    fn value(&self, of: Keyed) -> f32 {
+    fn value(&self, of: Keyframed) -> f32 {
         match of {
-            Keyed::Yaw => self.yaw_deg,
-            Keyed::Intensity => self.lighting.intensity_stops,
+            Keyframed::Yaw => self.yaw_deg,
+            Keyframed::Intensity => self.lighting.intensity_stops,
         }
     }
 
-    fn value_mut(&mut self, of: Keyed) -> &mut f32 {
+    fn value_mut(&mut self, of: Keyframed) -> &mut f32 {
         match of {
-            Keyed::Yaw => &mut self.yaw_deg,
-            Keyed::Intensity => &mut self.lighting.intensity_stops,
+            Keyframed::Yaw => &mut self.yaw_deg,
+            Keyframed::Intensity => &mut self.lighting.intensity_stops,
         }
     }
 
     /// Brings what has keys to its value at a frame.
     pub(super) fn follow(&mut self, frame: usize) {
-        for of in Keyed::ALL {
+        for of in Keyframed::ALL {
             if let Some(value) = self.keys(of).at(frame as f64) {
                 *self.value_mut(of) = value as f32;
             }
@@ -76,7 +76,7 @@ impl Look {
 
     /// Sets a key at a frame wherever the value of what has keys is another than `before`.
     pub(super) fn note(&mut self, before: &Self, frame: usize) {
-        for of in Keyed::ALL {
+        for of in Keyframed::ALL {
             let value = self.value(of);
             if self.is_keyed(of) && value != before.value(of) && self.keys(of) == before.keys(of) {
                 // A value that is no number is not kept: the keys stay.
@@ -125,7 +125,7 @@ mod tests {
         state.release();
     }
 
-    fn frames(state: &State, of: Keyed) -> Vec<f64> {
+    fn frames(state: &State, of: Keyframed) -> Vec<f64> {
         state.look.keys(of).keys().iter().map(|k| k.frame).collect()
     }
 
@@ -134,12 +134,12 @@ mod tests {
         let mut s = State::new(11, 24.0);
         s.apply(&Command::Yaw(10.0));
         s.apply(&Command::Frame(4));
-        assert!(!s.look.is_keyed(Keyed::Yaw), "a value alone is no key");
-        s.apply(&Command::ToggleKey(Keyed::Yaw));
+        assert!(!s.look.is_keyed(Keyframed::Yaw), "a value alone is no key");
+        s.apply(&Command::ToggleKey(Keyframed::Yaw));
         // Beyond half a turn: the light goes all the way, not back.
         at(&mut s, 8, Command::Yaw(400.0));
         at(&mut s, 6, Command::Turn(5.0));
-        assert_eq!(frames(&s, Keyed::Yaw), [4.0, 6.0, 8.0]);
+        assert_eq!(frames(&s, Keyframed::Yaw), [4.0, 6.0, 8.0]);
         let yaws: Vec<f32> = [0, 4, 6, 8, 10]
             .map(|frame| {
                 s.apply(&Command::Frame(frame));
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(yaws, [10.0, 10.0, 210.0, 400.0, 400.0]);
         for expected in [vec![4.0, 8.0], vec![4.0], vec![]] {
             s.apply(&Command::Undo);
-            assert_eq!(frames(&s, Keyed::Yaw), expected);
+            assert_eq!(frames(&s, Keyframed::Yaw), expected);
         }
         assert_eq!(s.look.yaw_deg, 10.0);
     }
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn going_through_the_frames_is_no_change() {
         let mut s = State::new(11, 24.0);
-        s.apply(&Command::ToggleKey(Keyed::Yaw));
+        s.apply(&Command::ToggleKey(Keyframed::Yaw));
         at(&mut s, 10, Command::Yaw(90.0));
         s.apply(&Command::Frame(0));
         let look = s.look.clone();
@@ -178,11 +178,11 @@ mod tests {
                 ..s.look.lighting.clone()
             }))
         };
-        s.apply(&Command::ToggleKey(Keyed::Intensity));
+        s.apply(&Command::ToggleKey(Keyframed::Intensity));
         let brighter = intensity(&s, 2.0);
         at(&mut s, 10, brighter);
         s.apply(&Command::Interpolate(
-            Keyed::Intensity,
+            Keyframed::Intensity,
             Interpolation::Linear,
         ));
         s.apply(&Command::Frame(5));
@@ -192,20 +192,20 @@ mod tests {
             ..s.look.lighting.clone()
         };
         s.apply(&Command::Lighting(Box::new(warmer)));
-        assert_eq!(frames(&s, Keyed::Intensity), [0.0, 10.0]);
+        assert_eq!(frames(&s, Keyframed::Intensity), [0.0, 10.0]);
         let broken = intensity(&s, f32::NAN);
         s.apply(&broken);
         assert_eq!(s.look.lighting.intensity_stops, 1.0);
-        assert_eq!(frames(&s, Keyed::Intensity), [0.0, 10.0]);
+        assert_eq!(frames(&s, Keyframed::Intensity), [0.0, 10.0]);
     }
 
     #[test]
     fn keys_are_moved_and_removed_and_a_key_gives_way_to_the_one_that_is_moved_there() {
         let mut s = State::new(11, 24.0);
         for frame in [2, 5, 9] {
-            at(&mut s, frame, Command::ToggleKey(Keyed::Yaw));
+            at(&mut s, frame, Command::ToggleKey(Keyframed::Yaw));
         }
-        let of = Keyed::Yaw;
+        let of = Keyframed::Yaw;
         s.apply(&Command::MoveKey {
             of,
             index: 0,

@@ -1,14 +1,14 @@
 //! Which picture is asked for, and when the next frame is due.
 
 use super::StudioApp;
-use crate::panel::Reading;
+use crate::environment_library::PanoramaState;
 use scene::Scene;
 use std::time::Duration;
 use worker::{Ask, Origin, Second};
 
 /// A picture that the state asks for.
 #[derive(PartialEq)]
-pub struct Wanted {
+pub struct PictureRequest {
     scene: Scene,
     environment: Origin,
     compared: [Option<Second>; 2],
@@ -19,24 +19,24 @@ impl StudioApp {
     /// Asks for the picture that the state calls for, where that is another than before.
     pub(super) fn ask(&mut self) {
         let place = self.state.look.environment;
-        let (Some(worker), Some(entry)) = (&self.worker, self.shelf.entries().get(place)) else {
+        let (Some(worker), Some(entry)) = (&self.worker, self.library.entries().get(place)) else {
             return;
         };
-        let Reading::Done { panorama, .. } = &entry.panorama else {
+        let PanoramaState::Done { panorama, .. } = &entry.panorama else {
             return;
         };
         let compared = self.state.compared(|origin| {
             let entry = self
-                .shelf
+                .library
                 .entries()
                 .iter()
                 .find(|e| e.listed.origin == *origin)?;
             match &entry.panorama {
-                Reading::Done { panorama, .. } => Some(panorama.environment.clone()),
+                PanoramaState::Done { panorama, .. } => Some(panorama.environment.clone()),
                 _ => None,
             }
         });
-        let wanted = Wanted {
+        let request = PictureRequest {
             scene: self.state.scene(),
             environment: entry.listed.origin.clone(),
             compared,
@@ -44,23 +44,23 @@ impl StudioApp {
         };
         let dragged = self.state.is_dragged();
         let (asked, while_dragged) = match &self.asked {
-            Some((asked, dragged)) => (*asked == wanted, *dragged),
+            Some((asked, dragged)) => (*asked == request, *dragged),
             None => (false, false),
         };
         if !asked {
-            self.news.failure = None;
+            self.status.failure = None;
         }
         if !asked || dragged != while_dragged {
-            let [first, second] = wanted.compared.clone();
+            let [first, second] = request.compared.clone();
             worker.show(Ask {
-                scene: wanted.scene.clone(),
+                scene: request.scene.clone(),
                 environment: panorama.environment.clone(),
                 first,
                 second,
-                solo: wanted.solo.clone(),
+                solo: request.solo.clone(),
                 dragged,
             });
-            self.asked = Some((wanted, dragged));
+            self.asked = Some((request, dragged));
         }
     }
 
