@@ -1,6 +1,6 @@
 //! What a person can ask for. Panels emit commands; the application applies them.
 
-use super::comparison::Comparison;
+use super::comparison::CompareSettings;
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
 use super::keyframed::Keyframed;
@@ -98,7 +98,7 @@ pub enum Command {
     /// Put that line to the right, to the left or into the middle, in turn.
     StepWipe,
     /// Compare the picture with another.
-    Compare(Comparison),
+    Compare(CompareSettings),
     /// Wipe between the two pictures, or stop that.
     ToggleWipe,
     /// Show the other of the two pictures alone.

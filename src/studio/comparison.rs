@@ -38,7 +38,7 @@ pub enum CompareMode {
 
 /// The comparison.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comparison {
+pub struct CompareSettings {
     pub on: bool,
     /// The first picture; none is the relit one.
     pub first: Option<Reference>,
@@ -49,7 +49,7 @@ pub struct Comparison {
     pub second: bool,
 }
 
-impl Default for Comparison {
+impl Default for CompareSettings {
     fn default() -> Self {
         Self {
             on: false,
@@ -61,7 +61,7 @@ impl Default for Comparison {
     }
 }
 
-impl Comparison {
+impl CompareSettings {
     /// Wipes, or no longer does.
     pub fn toggle_wipe(&mut self) {
         self.on = !(self.on && self.mode == CompareMode::Wipe);
@@ -85,7 +85,7 @@ impl State {
         if !self.compare.on {
             return [None, None];
         }
-        let Comparison {
+        let CompareSettings {
             first, reference, ..
         } = &self.compare;
         [first.as_ref(), Some(reference)].map(|shown| self.beside(shown?, &environment))
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn w_wipes_and_q_changes_sides() {
-        let mut compare = Comparison::default();
+        let mut compare = CompareSettings::default();
         compare.toggle_wipe();
         assert!(compare.on && compare.mode == CompareMode::Wipe);
         compare.toggle_second();

@@ -33,7 +33,7 @@ mod workspace_view;
 pub use app::{ProjectHandover, StudioApp};
 pub use calibration_analysis::CalibrationAnalysis;
 pub use command::Command;
-pub use comparison::{CompareMode, Comparison, Reference};
+pub use comparison::{CompareMode, CompareSettings, Reference};
 pub use environment_library::{EnvironmentEntry, PanoramaState};
 pub use environment_list::{ListedEnvironment, Owner};
 pub use export_options::ExportOptions;

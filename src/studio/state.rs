@@ -1,7 +1,7 @@
 //! What the window shows, as plain data, and how commands change it.
 
 use super::command::Command;
-use super::comparison::{CompareMode, Comparison};
+use super::comparison::{CompareMode, CompareSettings};
 use super::environment_list::ListedEnvironment;
 use super::export_options::ExportOptions;
 use super::footage_reader::FootageView;
@@ -92,7 +92,7 @@ pub struct State {
     pub solo: Vec<usize>,
     /// Where the wipe between two pictures stands: 0 left, 1 right.
     pub wipe: f32,
-    pub compare: Comparison,
+    pub compare: CompareSettings,
     /// Number of lamps, once it is known.
     pub lamps: usize,
     /// The pixel that is looked at, in columns and rows.
@@ -145,7 +145,7 @@ impl State {
             trained_lamp: 0,
             pose: 0,
             wipe: 0.5,
-            compare: Comparison::default(),
+            compare: CompareSettings::default(),
             solo: Vec::new(),
             lamps: 0,
             probed: None,

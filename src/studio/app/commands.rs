@@ -2,7 +2,7 @@
 
 use super::StudioApp;
 use crate::command::Command;
-use crate::comparison::{Comparison, Reference};
+use crate::comparison::{CompareSettings, Reference};
 use calibration::{CalibrateSettings, Circle};
 use egui::ViewportCommand;
 use std::time::Instant;
@@ -34,7 +34,7 @@ impl StudioApp {
                 self.dialog(move || {
                     let dialog = rfd::FileDialog::new().set_title("Open a truth's folder");
                     let folder = dialog.pick_folder()?;
-                    Some(Command::Compare(Comparison {
+                    Some(Command::Compare(CompareSettings {
                         on: true,
                         reference: Reference::Truth(folder),
                         ..compare

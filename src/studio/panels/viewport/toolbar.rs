@@ -1,7 +1,7 @@
 //! The line above the picture: what it is compared with, how it is scaled, and the pixel under the cursor.
 
 use crate::command::Command;
-use crate::comparison::{CompareMode, Comparison, Reference};
+use crate::comparison::{CompareMode, CompareSettings, Reference};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::picture::SHOWN;
@@ -83,7 +83,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             (compare.first.as_ref()).map_or("relit".to_owned(), |first| name(first, context));
         let set = |first| {
             let compare = compare.clone();
-            Command::Compare(Comparison { first, ..compare })
+            Command::Compare(CompareSettings { first, ..compare })
         };
         let button = Button::new((icons::COMPARE, text.as_str()));
         let menu = MenuButton::from_button(button).ui(ui, |ui| {
@@ -100,7 +100,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
     let against = |with| {
         let compare = compare.clone();
-        Command::Compare(Comparison {
+        Command::Compare(CompareSettings {
             on: true,
             with,
             ..compare
@@ -115,7 +115,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     };
     let menu = MenuButton::from_button(button).ui(ui, |ui| {
         if ui.selectable_label(!compare.on, "Nothing").clicked() {
-            out.push(Command::Compare(Comparison {
+            out.push(Command::Compare(CompareSettings {
                 on: false,
                 ..compare.clone()
             }));
@@ -143,7 +143,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let response = list.show_ui(ui, |ui| {
         for (how, name) in ways {
             if ui.selectable_label(how == compare.mode, name).clicked() {
-                out.push(Command::Compare(Comparison {
+                out.push(Command::Compare(CompareSettings {
                     how,
                     ..compare.clone()
                 }));
