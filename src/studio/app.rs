@@ -41,7 +41,7 @@ use gpu::DeviceChoice;
 use project::{Lock, Project};
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{Blocked, Event, Export, Latest, Relit, Source, Worker};
+use worker::{Blocked, Event, Export, Latest, PreviewPicture, Source, Worker};
 
 /// The window's contents.
 pub struct StudioApp {
@@ -193,7 +193,7 @@ impl StudioApp {
     }
 
     /// The newest picture.
-    pub fn relit(&self) -> Option<&Arc<Relit>> {
+    pub fn relit(&self) -> Option<&Arc<PreviewPicture>> {
         self.relit.as_ref()
     }
 

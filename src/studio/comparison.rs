@@ -6,7 +6,7 @@ use light::Environment;
 use light::conventions::Front;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{Origin, Rival, Second};
+use worker::{Comparison, ComparisonSource, Origin};
 
 /// What stands beside the relit picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,7 +81,7 @@ impl State {
     pub fn compared(
         &self,
         environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
-    ) -> [Option<Second>; 2] {
+    ) -> [Option<Comparison>; 2] {
         if !self.compare.on {
             return [None, None];
         }
@@ -149,7 +149,7 @@ mod tests {
         state.compare.first = Some(Reference::Plate);
         assert_eq!(
             state.compared(|_| None),
-            [Some(Second::Plate), None],
+            [Some(Comparison::Plate), None],
             "it was not read"
         );
         assert_eq!(state.scene().yaw_deg, 100.0);

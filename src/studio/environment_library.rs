@@ -45,7 +45,7 @@ pub struct EnvironmentLibrary {
     list: Arc<Vec<ListedEnvironment>>,
     /// The open project's folder, and the thread that writes there.
     root: Option<PathBuf>,
-    keeper: Option<Keeper>,
+    keeper: Option<EnvironmentListWriter>,
 }
 
 impl EnvironmentLibrary {
@@ -54,7 +54,7 @@ impl EnvironmentLibrary {
         let woken = ctx.clone();
         Self {
             ctx: ctx.clone(),
-            library: Library::start(move || woken.request_repaint()),
+            library: PanoramaLoader::start(move || woken.request_repaint()),
             entries: Vec::new(),
             list: Arc::default(),
             root: None,
@@ -70,11 +70,15 @@ impl EnvironmentLibrary {
         read
     }
 
-    fn start(&self) -> Option<Keeper> {
+    fn start(&self) -> Option<EnvironmentListWriter> {
         let woken = self.ctx.clone();
         let wake = move || woken.request_repaint();
         let root = self.root.clone()?;
-        Some(Keeper::start(root, listed::kept(&self.list), wake))
+        Some(EnvironmentListWriter::start(
+            root,
+            listed::kept(&self.list),
+            wake,
+        ))
     }
 
     /// The list of a project that was just opened, into which it is `kept` as it changes. Files that are not

@@ -26,7 +26,7 @@ pub struct PanelContext<'a> {
     /// The panes that are to be seen.
     pub shown: &'a [Pane],
     /// The newest picture.
-    pub relit: Option<&'a Arc<Relit>>,
+    pub relit: Option<&'a Arc<PreviewPicture>>,
     /// The light of the probed pixel under each lamp at full power.
     pub texel: Option<&'a [[f32; 3]]>,
     /// The line of exports.
@@ -34,7 +34,7 @@ pub struct PanelContext<'a> {
     /// Which files of the next export are there already.
     pub existing_files: Option<&'a ExistingFiles>,
     /// What the mirror balls show, or why they cannot be read.
-    pub probe: Option<&'a Result<Arc<ProbeStudy>, String>>,
+    pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
     /// How the tried response does, or why that cannot be told.
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
     /// The shown frame under every lamp, and how near the network is to the truth.

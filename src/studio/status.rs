@@ -3,7 +3,7 @@
 use base::progress::Report;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
-use worker::{Blocked, Event, Standing};
+use worker::{Blocked, Event, ExportStatus};
 
 /// What the window can do now.
 #[derive(Clone, Debug, PartialEq)]

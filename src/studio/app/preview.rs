@@ -4,14 +4,14 @@ use super::StudioApp;
 use crate::environment_library::PanoramaState;
 use scene::Scene;
 use std::time::Duration;
-use worker::{Ask, Origin, Second};
+use worker::{Comparison, Origin, PreviewRequest};
 
 /// A picture that the state asks for.
 #[derive(PartialEq)]
 pub struct PictureRequest {
     scene: Scene,
     environment: Origin,
-    compared: [Option<Second>; 2],
+    compared: [Option<Comparison>; 2],
     solo: Vec<usize>,
 }
 

@@ -8,7 +8,7 @@ use crate::status::RunningJob;
 use crate::theme::{self, GAP};
 use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
 use std::time::{Duration, Instant};
-use worker::Standing;
+use worker::ExportStatus;
 
 /// Widths in points, so that nothing moves as figures change: "Stopping", "100 %", "99 h 59 min left".
 const BUTTON_WIDTH: f32 = 100.0;

@@ -6,7 +6,7 @@ use crate::theme::{self, GAP};
 use egui::{Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use imaging::color::luminance;
 use std::sync::Arc;
-use worker::Relit;
+use worker::PreviewPicture;
 
 /// Columns of the waveform, and levels that it tells apart.
 const WAVEFORM: [usize; 2] = [128, 64];
@@ -19,7 +19,7 @@ const COLORS: [Color32; 3] = [
 /// The panel, with what it found in the newest picture.
 #[derive(Default)]
 pub struct ScopesPanel {
-    found: Option<(Arc<Relit>, Histogram, TextureHandle)>,
+    found: Option<(Arc<PreviewPicture>, Histogram, TextureHandle)>,
 }
 
 /// How many pixels have each code, per channel.

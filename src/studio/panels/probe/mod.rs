@@ -12,7 +12,7 @@ use calibration::silhouette::Silhouette;
 use egui::{Button, Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use photograph::Photograph;
 use std::sync::Arc;
-use worker::{ProbeStudy, SeenLamp};
+use worker::{ProbeView, SeenLamp};
 
 /// Side of the dome in points.
 const DOME_SIDE: f32 = 168.0;
@@ -169,7 +169,7 @@ impl ProbePanel {
         {
             return;
         }
-        let texture = |name: &str, picture: &worker::Thumbnail| {
+        let texture = |name: &str, picture: &worker::SrgbPicture| {
             let picture = egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
             ui.ctx()
                 .load_texture(name, picture, egui::TextureOptions::LINEAR)
@@ -182,7 +182,7 @@ impl ProbePanel {
     }
 }
 
-fn marks(study: &ProbeStudy, chosen: Option<usize>) -> Vec<Mark> {
+fn marks(study: &ProbeView, chosen: Option<usize>) -> Vec<Mark> {
     let mark = |(number, seen): (usize, &SeenLamp)| Mark {
         number,
         direction: seen.lamp.direction,
@@ -279,7 +279,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeStudy) {
 }
 
 /// What is wrong with the lamps, where anything is.
-fn findings_ui(ui: &mut Ui, study: &ProbeStudy) {
+fn findings_ui(ui: &mut Ui, study: &ProbeView) {
     /// Three lines; more can be scrolled to.
     const HEIGHT: f32 = 50.0;
     if study.findings.is_empty() {
@@ -297,7 +297,7 @@ fn findings_ui(ui: &mut Ui, study: &ProbeStudy) {
 }
 
 /// The lamps as a table; the one that was clicked.
-fn lamps_ui(ui: &mut Ui, study: &ProbeStudy, chosen: Option<usize>) -> Option<usize> {
+fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usize> {
     let mut hit = None;
     row_ui(
         ui,

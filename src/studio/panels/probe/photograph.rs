@@ -9,7 +9,7 @@ use egui::{
     Color32, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2,
     pos2, vec2,
 };
-use worker::ProbeStudy;
+use worker::ProbeView;
 
 /// A handle is taken within this many points.
 const REACH: f32 = 9.0;

@@ -14,7 +14,7 @@ use crate::theme::{self, GAP};
 use chosen::ChosenUi;
 use egui::{Button, Color32, RichText, ScrollArea, Ui};
 use evaluation::review::{Case, Means, Metric, Review};
-use worker::{Blocked, KeptReview};
+use worker::{Blocked, SavedReview};
 
 /// Cells in the list of the worst.
 const WORST: usize = 12;

@@ -16,7 +16,7 @@ use egui::{
     vec2,
 };
 use std::sync::Arc;
-use worker::Relit;
+use worker::PreviewPicture;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.
 const DEGREES_PER_POINT: f32 = 0.4;
@@ -68,7 +68,7 @@ impl ViewportPanel {
         ui.advance_cursor_after_rect(rect);
     }
 
-    fn upload(&mut self, ctx: &egui::Context, relit: Option<&Arc<Relit>>) {
+    fn upload(&mut self, ctx: &egui::Context, relit: Option<&Arc<PreviewPicture>>) {
         let Some(relit) = relit else {
             self.shown = None;
             return;
