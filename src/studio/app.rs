@@ -52,7 +52,7 @@ pub struct StudioApp {
     library: EnvironmentLibrary,
     state: State,
     status: Status,
-    relit: Option<Arc<Relit>>,
+    relit: Option<Arc<PreviewPicture>>,
     /// What the worker was asked for last, and whether something was being dragged.
     asked: Option<(PictureRequest, bool)>,
     inspector: PixelInspector,

@@ -95,18 +95,20 @@ impl State {
         &self,
         reference: &Reference,
         environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
-    ) -> Option<Second> {
+    ) -> Option<Comparison> {
         Some(match reference {
-            Reference::Plate => Second::Plate,
+            Reference::Plate => Comparison::Plate,
             Reference::Environment(origin) => {
                 let mut list = self.look.environments.iter();
                 let listed = list.find(|listed| listed.origin == *origin);
                 let front = listed.map_or(Front::default(), ListedEnvironment::front);
-                Second::Light(environment(origin)?, front.turned(self.look.yaw_deg))
+                Comparison::Light(environment(origin)?, front.turned(self.look.yaw_deg))
             }
-            Reference::Exemplar(pose) => Second::Rival(Rival::Exemplar(*pose)),
-            Reference::Truth(folder) => Second::Rival(Rival::Truth(folder.clone())),
-            Reference::Checkpoint(folder) => Second::Rival(Rival::Checkpoint(folder.clone())),
+            Reference::Exemplar(pose) => Comparison::Olats(ComparisonSource::Exemplar(*pose)),
+            Reference::Truth(folder) => Comparison::Olats(ComparisonSource::Truth(folder.clone())),
+            Reference::Checkpoint(folder) => {
+                Comparison::Olats(ComparisonSource::Checkpoint(folder.clone()))
+            }
         })
     }
 }
@@ -145,7 +147,10 @@ mod tests {
         let grey = Image::filled(2, 1, [0.5; 3]);
         let grey = std::sync::Arc::new(Environment::from_radiance("grey", grey));
         let compared = state.compared(|_| Some(grey.clone()));
-        assert_eq!(compared, [None, Some(Second::Light(grey.clone(), -10.0))]);
+        assert_eq!(
+            compared,
+            [None, Some(Comparison::Light(grey.clone(), -10.0))]
+        );
         state.compare.first = Some(Reference::Plate);
         assert_eq!(
             state.compared(|_| None),

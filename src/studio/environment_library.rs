@@ -6,7 +6,7 @@ use egui::Context;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{Keeper, Library, Panorama};
+use worker::{EnvironmentListWriter, Panorama, PanoramaLoader};
 
 /// An environment in the list.
 pub struct EnvironmentEntry {
@@ -40,12 +40,12 @@ impl PanoramaState {
 /// The panoramas of the list, in its order.
 pub struct EnvironmentLibrary {
     ctx: Context,
-    library: Library,
+    loader: PanoramaLoader,
     entries: Vec<EnvironmentEntry>,
     list: Arc<Vec<ListedEnvironment>>,
     /// The open project's folder, and the thread that writes there.
     root: Option<PathBuf>,
-    keeper: Option<EnvironmentListWriter>,
+    writer: Option<EnvironmentListWriter>,
 }
 
 impl EnvironmentLibrary {
@@ -54,19 +54,19 @@ impl EnvironmentLibrary {
         let woken = ctx.clone();
         Self {
             ctx: ctx.clone(),
-            library: PanoramaLoader::start(move || woken.request_repaint()),
+            loader: PanoramaLoader::start(move || woken.request_repaint()),
             entries: Vec::new(),
             list: Arc::default(),
             root: None,
-            keeper: None,
+            writer: None,
         }
     }
 
     /// Reads a project once the list of the open one is written, in case they are the same.
     pub fn written<T>(&mut self, read: impl FnOnce() -> T) -> T {
-        self.keeper = None;
+        self.writer = None;
         let read = read();
-        self.keeper = self.start();
+        self.writer = self.start();
         read
     }
 
@@ -76,7 +76,7 @@ impl EnvironmentLibrary {
         let root = self.root.clone()?;
         Some(EnvironmentListWriter::start(
             root,
-            listed::kept(&self.list),
+            environment_list::saved(&self.list),
             wake,
         ))
     }
@@ -88,12 +88,12 @@ impl EnvironmentLibrary {
         project: &Project,
         kept: bool,
     ) -> (Arc<Vec<ListedEnvironment>>, Vec<String>) {
-        let list = Arc::new(listed::of_project(project));
+        let list = Arc::new(environment_list::of_project(project));
         self.entries.clear();
-        self.keeper = None;
+        self.writer = None;
         self.follow(&list);
         self.root = kept.then(|| project.root.clone());
-        self.keeper = self.start();
+        self.writer = self.start();
         let known = project.environments();
         (list, known.iter().filter_map(|e| e.complaint()).collect())
     }
@@ -114,7 +114,7 @@ impl EnvironmentLibrary {
             let panorama = match known {
                 Some(known) => old.swap_remove(known).panorama,
                 None => {
-                    self.library.load(listed.origin.clone());
+                    self.loader.load(listed.origin.clone());
                     PanoramaState::Waiting
                 }
             };
@@ -123,15 +123,15 @@ impl EnvironmentLibrary {
                 panorama,
             });
         }
-        if let Some(keeper) = &self.keeper {
-            keeper.keep(listed::kept(list));
+        if let Some(writer) = &self.writer {
+            writer.keep(environment_list::saved(list));
         }
         self.list = list.clone();
     }
 
     /// Takes in what has been read, and gives what could not be kept, a sentence each.
     pub fn hear(&mut self) -> Vec<String> {
-        for (origin, read) in self.library.loaded() {
+        for (origin, read) in self.loader.loaded() {
             let panorama = match read {
                 Ok(panorama) => {
                     let small = &panorama.thumbnail;
@@ -153,7 +153,7 @@ impl EnvironmentLibrary {
                 entry.panorama = panorama;
             }
         }
-        let failures = self.keeper.iter().flat_map(|keeper| keeper.failures());
+        let failures = self.writer.iter().flat_map(|writer| writer.failures());
         failures.collect()
     }
 }

@@ -88,7 +88,7 @@ pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
 }
 
 /// What of a list is kept in the project.
-pub fn kept(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
+pub fn saved(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
     let files = list.iter().filter_map(|listed| {
         Some(NamedEnvironment {
             name: listed.name.clone(),

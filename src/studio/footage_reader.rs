@@ -61,7 +61,7 @@ type Read = Result<(SrgbPicture, (usize, usize))>;
 pub struct FootageReader {
     picture: Option<std::result::Result<FootagePicture, String>>,
     asked: Option<FootageRequest>,
-    pictures: Option<Clerk<FootageRequest, (FootageRequest, Read)>>,
+    pictures: Option<Lookup<FootageRequest, (FootageRequest, Read)>>,
     thumbnails: BTreeMap<usize, Option<TextureHandle>>,
     /// Frames whose thumbnails the panel has room for.
     wanted: Vec<usize>,
@@ -95,7 +95,7 @@ impl FootageReader {
 
     /// Takes in what was read. Called in every frame of the window.
     pub fn hear(&mut self, ctx: &Context) {
-        if let Some((request, read)) = self.pictures.iter().flat_map(Clerk::answers).last() {
+        if let Some((request, read)) = self.pictures.iter().flat_map(Lookup::answers).last() {
             self.picture = Some(match read {
                 Ok((codes, size)) => Ok(FootagePicture {
                     size,
@@ -145,7 +145,7 @@ impl FootageReader {
         };
         if self.asked.as_ref() != Some(&request) {
             let clerk = self.pictures.get_or_insert_with(|| {
-                Clerk::start(wake.clone(), |request: FootageRequest| {
+                Lookup::start(wake.clone(), |request: FootageRequest| {
                     let read = request.read();
                     (request, read)
                 })

@@ -14,7 +14,7 @@ use super::training::Training;
 use super::wizard::Wizard;
 use project::Project;
 use std::sync::Arc;
-use worker::{Export, GammaView, ProbeStudy, Relit};
+use worker::{Export, GammaView, PreviewPicture, ProbeView};
 
 /// Everything that can be shown.
 #[derive(Clone, Copy)]

@@ -18,7 +18,7 @@ type Texel = Option<Vec<[f32; 3]>>;
 /// The newest that was found, and who finds it.
 #[derive(Default)]
 pub struct PixelInspector {
-    clerk: Option<Clerk<Ask, Texel>>,
+    clerk: Option<Lookup<Ask, Texel>>,
     asked: Option<Ask>,
     found: Texel,
 }

@@ -161,7 +161,7 @@ impl Status {
             }
             Event::Exported(standing) => {
                 let severity = match standing {
-                    Standing::Failed(_) => Severity::Error,
+                    ExportStatus::Failed(_) => Severity::Error,
                     _ => Severity::Info,
                 };
                 self.job = None;
@@ -339,9 +339,9 @@ mod tests {
         });
         let mut status = Status::new(blocked.clone());
         for (standing, severity) in [
-            (Standing::Failed("disk full".into()), Severity::Error),
+            (ExportStatus::Failed("disk full".into()), Severity::Error),
             (
-                Standing::Cancelled("2 frames are kept".into()),
+                ExportStatus::Cancelled("2 frames are kept".into()),
                 Severity::Info,
             ),
         ] {

@@ -43,7 +43,7 @@ fn opened(project: &Project) -> Window {
     window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu))
 }
 
-fn study(window: &Window) -> Arc<ProbeStudy> {
+fn study(window: &Window) -> Arc<ProbeView> {
     window.state().analysis().probe.clone().unwrap().unwrap()
 }
 

@@ -117,7 +117,7 @@ impl StudioApp {
             return;
         };
         if self.shown.contains(&Pane::Export) {
-            let over = (self.exports.iter()).filter(|e| e.standing.sentence().is_some());
+            let over = (self.exports.iter()).filter(|e| e.status.sentence().is_some());
             self.destination_check.look(DestinationQuery {
                 to: self.state.export_options.to(&project.root),
                 range: self.state.export_options.range(self.state.frames),

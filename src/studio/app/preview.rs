@@ -52,7 +52,7 @@ impl StudioApp {
         }
         if !asked || dragged != while_dragged {
             let [first, second] = request.compared.clone();
-            worker.show(Ask {
+            worker.show(PreviewRequest {
                 scene: request.scene.clone(),
                 environment: panorama.environment.clone(),
                 first,

@@ -28,9 +28,9 @@ impl JobPanel {
         let viewport = context.shown.contains(&Pane::Picture) && !context.is_live();
         let said = context.status.message.as_deref();
         let line = context.shown.contains(&Pane::Export)
-            && context.exports.iter().any(|export| match &export.standing {
-                Standing::Waiting => false,
-                Standing::Running => true,
+            && context.exports.iter().any(|export| match &export.status {
+                ExportStatus::Waiting => false,
+                ExportStatus::Running => true,
                 over => context.status.job.is_none() && over.sentence() == said,
             });
         let elsewhere = viewport || line || context.job_has_pane();

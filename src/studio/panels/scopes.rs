@@ -107,7 +107,7 @@ fn histogram_ui(ui: &mut Ui, histogram: &Histogram) {
     }
 }
 
-fn pixel_ui(ui: &mut Ui, context: &PanelContext, relit: &Relit, out: &mut Vec<Command>) {
+fn pixel_ui(ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, out: &mut Vec<Command>) {
     ui.add_space(GAP);
     let Some([x, y]) = context.state.probed else {
         let hint = "Put the cursor on the picture to see a pixel";
@@ -140,7 +140,7 @@ fn lamps_ui(
     ui: &mut Ui,
     texel: &[[f32; 3]],
     context: &PanelContext,
-    relit: &Relit,
+    relit: &PreviewPicture,
     out: &mut Vec<Command>,
 ) {
     let light: Vec<[f32; 3]> = texel

@@ -51,13 +51,13 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
 }
 
 fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut Vec<Command>) {
-    let job = job.filter(|_| export.standing == Standing::Running);
-    let (state, color) = match &export.standing {
-        Standing::Waiting => ("waiting".to_owned(), theme::QUIET),
-        Standing::Running => (job.map_or(String::new(), job::state), theme::QUIET),
-        Standing::Done(_) => ("done".to_owned(), theme::TEXT),
-        Standing::Failed(_) => ("failed".to_owned(), theme::ACCENT),
-        Standing::Cancelled(_) => ("cancelled".to_owned(), theme::QUIET),
+    let job = job.filter(|_| export.status == ExportStatus::Running);
+    let (state, color) = match &export.status {
+        ExportStatus::Waiting => ("waiting".to_owned(), theme::QUIET),
+        ExportStatus::Running => (job.map_or(String::new(), job::state), theme::QUIET),
+        ExportStatus::Done(_) => ("done".to_owned(), theme::TEXT),
+        ExportStatus::Failed(_) => ("failed".to_owned(), theme::ACCENT),
+        ExportStatus::Cancelled(_) => ("cancelled".to_owned(), theme::QUIET),
     };
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -108,8 +108,8 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
             }
         };
     let remove = Command::Withdraw(export.id);
-    match &export.standing {
-        Standing::Running => {
+    match &export.status {
+        ExportStatus::Running => {
             let Some(job) = job else { return };
             let (icon, pause) = job::pause_name(job);
             let hint =

@@ -23,7 +23,7 @@ const COLUMNS: [f32; 5] = [0.28, 0.43, 0.61, 0.77, 1.0];
 
 /// The textures of the study that is shown.
 struct ProbeTextures {
-    study: Arc<ProbeStudy>,
+    study: Arc<ProbeView>,
     picture: TextureHandle,
     panorama: TextureHandle,
 }
@@ -97,7 +97,7 @@ impl ProbePanel {
         &mut self,
         ui: &mut Ui,
         context: &PanelContext,
-        study: &ProbeStudy,
+        study: &ProbeView,
         out: &mut Vec<Command>,
     ) {
         let circle = context.state.look.circle.unwrap_or(study.circle);
@@ -193,7 +193,7 @@ fn marks(study: &ProbeView, chosen: Option<usize>) -> Vec<Mark> {
 }
 
 /// Which photograph is shown.
-fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeStudy, out: &mut Vec<Command>) {
+fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let name = |lamp: Option<usize>| {
             let lamp = lamp.and_then(|lamp| study.lamps.get(lamp));
@@ -223,7 +223,7 @@ fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeStudy, out: 
     });
 }
 
-fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeStudy) {
+fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
     ui.spacing_mut().interact_size.y = 0.0;
     let rim = match (&study.rim, context.state.look.circle) {
         (Ok(rim), _) if rim.rim_share > 0.0 => {

@@ -68,7 +68,7 @@ impl Photograph {
         &mut self,
         ui: &mut Ui,
         context: &PanelContext,
-        study: &ProbeStudy,
+        study: &ProbeView,
         picture: TextureId,
         marks: &[Mark],
         out: &mut Vec<Command>,

@@ -111,7 +111,7 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
 }
 
 /// Why there are no figures, and what brings them.
-fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &KeptReview, out: &mut Vec<Command>) {
+fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut Vec<Command>) {
     if let Phase::Blocked(Blocked { sentence, .. }) = &context.status.phase {
         ui.label("There is no network to compare with the truth yet.");
         return quiet_ui(ui, sentence);
@@ -139,7 +139,7 @@ fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &KeptReview, out: &mut Ve
 fn buttons_ui(
     ui: &mut Ui,
     context: &PanelContext,
-    kept: Option<&KeptReview>,
+    kept: Option<&SavedReview>,
     out: &mut Vec<Command>,
 ) {
     let idle = context.status.job.is_none();

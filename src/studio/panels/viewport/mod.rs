@@ -32,7 +32,7 @@ pub struct ViewportPanel {
 }
 
 struct ViewportTextures {
-    relit: Arc<Relit>,
+    relit: Arc<PreviewPicture>,
     first: TextureHandle,
     second: Option<TextureHandle>,
 }
@@ -252,7 +252,7 @@ fn probe(
     ui: &Ui,
     rect: Rect,
     place: Rect,
-    relit: &Relit,
+    relit: &PreviewPicture,
     context: &PanelContext,
     out: &mut Vec<Command>,
 ) {
@@ -299,7 +299,7 @@ fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
 }
 
 /// A sentence to be read over the picture: why it is not the one that was asked for.
-fn overlay(context: &PanelContext, relit: &Relit) -> Option<String> {
+fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
     if let Some(failure) = &context.status.failure {
         return Some(failure.clone());
     }
