@@ -15,7 +15,7 @@ const OTHERS: [(&str, Command); 5] = [
         "compare with true OLATs in a folder…",
         Command::CompareTruth,
     ),
-    ("reset the arrangement of panels", Command::ResetLayout),
+    ("reset the layout of panels", Command::ResetLayout),
     ("clear the log", Command::ClearLog),
 ];
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 /// Where the losses stand after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LossPoint {
-    /// Steps made since the start of the run, earlier sittings counted in.
+    /// Steps since the start of the run, including earlier runs.
     pub step: u64,
     /// Seconds of training since the start of the run.
     pub seconds: f64,

@@ -225,7 +225,7 @@ pub(super) fn read_only_ui(ui: &mut Ui, why: &str, out: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
         ui.colored_label(theme::ACCENT, "Read-only");
         ui.label(why);
-        let hint = "Opens the project again, to write where nobody else does any more";
+        let hint = "Reopens the project with write access, once no other process has it";
         if ui.button("Try again").on_hover_text(hint).clicked() {
             out.push(Command::Reopen);
         }

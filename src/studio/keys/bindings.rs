@@ -419,7 +419,7 @@ pub const BINDINGS: &[Binding] = &[
         Modifiers::NONE,
         Key::P,
         Command::PauseJob,
-        "pause the job, go on",
+        "pause or resume the job",
     ),
     on(Modifiers::NONE, Key::F, Command::Fit, "fit the picture"),
     on(
