@@ -1,6 +1,6 @@
 //! Buttons that provide what is missing before there is a relit picture.
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, JobCommand, ProjectCommand};
 use crate::panel_context::PanelContext;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
@@ -12,20 +12,30 @@ use worker::{Blocked, Need};
 pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
     match need {
         Some(Need::Shoot) => {
-            button_ui(ui, "Locate…", Command::ChooseLocation, out);
-            button_ui(ui, "Try again", Command::Reopen, out);
+            button_ui(ui, "Locate…", Command::Dialog(Dialog::ShootLocation), out);
+            button_ui(
+                ui,
+                "Try again",
+                Command::Project(ProjectCommand::Reopen),
+                out,
+            );
         }
         Some(Need::Calibration) => {
-            let calibrate = Command::Provide(Need::Calibration);
+            let calibrate = Command::Job(JobCommand::Provide(Need::Calibration));
             button_ui(ui, "Calibrate", calibrate, out);
         }
         Some(Need::Network) => {
             let minutes = Preset::Quick.config().minutes;
             let time = minutes.map_or(String::new(), |m| format!(" for {m} minutes"));
-            let train = Command::Provide(Need::Network);
+            let train = Command::Job(JobCommand::Provide(Need::Network));
             button_ui(ui, &format!("Train{time}"), train, out);
         }
-        None => button_ui(ui, "Try again", Command::Reopen, out),
+        None => button_ui(
+            ui,
+            "Try again",
+            Command::Project(ProjectCommand::Reopen),
+            out,
+        ),
     }
 }
 
@@ -48,16 +58,21 @@ pub fn locate_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if let Phase::Blocked(Blocked { need, .. }) = &context.status.phase
         && *need == Some(Need::Shoot)
     {
-        button_ui(ui, "Locate…", Command::ChooseLocation, out);
+        button_ui(ui, "Locate…", Command::Dialog(Dialog::ShootLocation), out);
     }
 }
 
 pub fn open_project_ui(ui: &mut Ui, out: &mut Vec<Command>) {
-    button_ui(ui, "Open project…", Command::ChooseProject, out);
+    button_ui(ui, "Open project…", Command::Dialog(Dialog::Project), out);
 }
 
 pub fn add_environments_ui(ui: &mut Ui, out: &mut Vec<Command>) {
-    button_ui(ui, "Add environments…", Command::ChooseEnvironments, out);
+    button_ui(
+        ui,
+        "Add environments…",
+        Command::Dialog(Dialog::Environments),
+        out,
+    );
 }
 
 /// A button on a line of its own.

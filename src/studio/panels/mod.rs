@@ -43,7 +43,7 @@ pub use timeline::TimelinePanel;
 pub use training::TrainingPanel;
 pub use viewport::ViewportPanel;
 
-use super::command::Command;
+use super::command::{Command, WindowCommand};
 use super::icons;
 use super::status::RunningJob;
 use super::theme::{self, GAP};
@@ -94,7 +94,7 @@ fn dismiss_ui(ui: &mut Ui, out: &mut Vec<Command>) {
         .on_hover_text("Hides the message; the log keeps it. Key: Esc")
         .clicked()
     {
-        out.push(Command::DismissRefusal);
+        out.push(Command::Window(WindowCommand::DismissRefusal));
     }
 }
 

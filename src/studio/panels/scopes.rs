@@ -1,6 +1,6 @@
 //! Histogram, waveform, and the pixel under the cursor: its values, and the light from each lamp.
 
-use crate::command::Command;
+use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::missing::no_picture_ui;
 use crate::theme::{self, GAP};
@@ -171,7 +171,7 @@ fn lamps_ui(
         return;
     };
     if response.clicked() {
-        out.push(Command::Solo(Some(lamp)));
+        out.push(Command::View(ViewCommand::Solo(Some(lamp))));
     }
     let names = context.project.map(|project| &project.settings.shoot.lamps);
     let name = names.and_then(|names| names.get(lamp));

@@ -1,6 +1,6 @@
 //! The export queue: what waits, the progress of the running export, and how the others ended.
 
-use crate::command::Command;
+use crate::command::{Command, ExportCommand, JobCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::job;
@@ -21,7 +21,10 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
                 .filter(|e| e.status.sentence().is_some());
             let over: Vec<u64> = over.map(|export| export.id).collect();
             if !over.is_empty() && ui.button("Clear finished").clicked() {
-                out.extend(over.into_iter().map(Command::Withdraw));
+                out.extend(
+                    over.into_iter()
+                        .map(|id| Command::Export(ExportCommand::Withdraw(id))),
+                );
             }
         });
     });
@@ -107,13 +110,20 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
                 out.push(command);
             }
         };
-    let remove = Command::Withdraw(export.id);
+    let remove = Command::Export(ExportCommand::Withdraw(export.id));
     match &export.status {
         ExportStatus::Running => {
             let Some(job) = job else { return };
             let (icon, pause) = job::pause_name(job);
             let hint = "Pauses after the current frame, so that the picture has the processor to itself. Key: P";
-            button(ui, !job.stopping, icon, pause, hint, Command::PauseJob);
+            button(
+                ui,
+                !job.stopping,
+                icon,
+                pause,
+                hint,
+                Command::Job(JobCommand::Pause),
+            );
             let cancel = if job.stopping { "Stopping" } else { "Cancel" };
             let hint = "Stops after the current frame. Finished stills are kept; a movie is not.";
             button(ui, !job.stopping, icons::STOP, cancel, hint, remove);
@@ -124,7 +134,7 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
         }
         ExportStatus::Done(WrittenExport { folder, .. }) => {
             let hint = folder.display().to_string();
-            let open = Command::OpenFolder(folder.clone());
+            let open = Command::Export(ExportCommand::OpenFolder(folder.clone()));
             button(ui, true, icons::FOLDER, "Open folder", &hint, open);
             let hint = "Removes it from the list; the files are kept";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);

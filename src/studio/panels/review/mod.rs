@@ -6,7 +6,7 @@ mod sheet;
 
 pub use sheet::LampSheetPanel;
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, ReviewCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::missing;
 use crate::status::Phase;
@@ -100,9 +100,9 @@ impl ReviewPanel {
     fn choose(&mut self, review: &Review, cell: (usize, usize), out: &mut Vec<Command>) {
         self.chosen = Some(cell);
         if let Case::Frame(frame) = review.cases[cell.0].case {
-            out.push(Command::Frame(frame));
+            out.push(Command::View(ViewCommand::Frame(frame)));
         }
-        out.push(Command::Solo(Some(cell.1)));
+        out.push(Command::View(ViewCommand::Solo(Some(cell.1))));
     }
 }
 
@@ -181,13 +181,27 @@ fn buttons_ui(
             Some(theme::ACCENT_DIM),
             able,
             hint,
-            Command::Measure(None),
+            Command::Review(ReviewCommand::Measure(None)),
         );
         let hint = "Measures against another ground truth: a folder that contains truth/";
-        button(ui, "Truth…", None, able, hint, Command::ChooseTruth);
+        button(
+            ui,
+            "Truth…",
+            None,
+            able,
+            hint,
+            Command::Dialog(Dialog::Truth),
+        );
         if kept.is_some_and(|kept| kept.review.is_some()) {
             let hint = "Writes a page with figures, pictures and notes to share";
-            button(ui, "Report…", None, able, hint, Command::ChooseReport);
+            button(
+                ui,
+                "Report…",
+                None,
+                able,
+                hint,
+                Command::Dialog(Dialog::ReportPage),
+            );
         }
     });
 }

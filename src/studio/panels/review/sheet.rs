@@ -1,6 +1,6 @@
 //! The contact sheet: the current frame under every lamp, each picture in the direction of its lamp.
 
-use crate::command::Command;
+use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::missing::no_picture_ui;
 use crate::theme::{self, GAP};
@@ -77,9 +77,9 @@ impl LampSheetPanel {
             if picture.ui(ui, atlas).clicked() {
                 let also = ui.input(|i| i.modifiers.command);
                 out.push(match (also, solo.as_slice()) {
-                    (true, _) => Command::SoloAlso(number),
-                    (false, [one]) if *one == number => Command::Solo(None),
-                    (false, _) => Command::Solo(Some(number)),
+                    (true, _) => Command::View(ViewCommand::SoloAlso(number)),
+                    (false, [one]) if *one == number => Command::View(ViewCommand::Solo(None)),
+                    (false, _) => Command::View(ViewCommand::Solo(Some(number))),
                 });
             }
         }
@@ -120,7 +120,7 @@ fn title_ui(
                 .on_hover_text("Shows the picture under the environment again")
                 .clicked()
             {
-                out.push(Command::Solo(None));
+                out.push(Command::View(ViewCommand::Solo(None)));
             }
         });
     });

@@ -1,6 +1,6 @@
 //! The training preset, its cost, and the buttons that start, pause and stop a run.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand, TrainingCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::job;
@@ -75,7 +75,7 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
         };
         let response = response.on_hover_text(format!("{}: {network}. {known}", preset.purpose()));
         if response.clicked() && enabled && !chosen {
-            out.push(Command::Train(wanted));
+            out.push(Command::Look(LookCommand::Training(wanted)));
         }
     }
 }
@@ -128,10 +128,10 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                     for pose in std::iter::once(None).chain((0..others).map(Some)) {
                         let chosen = pose == choice.hold_out;
                         if ui.selectable_label(chosen, name(pose)).clicked() {
-                            out.push(Command::Train(TrainChoice {
+                            out.push(Command::Look(LookCommand::Training(TrainChoice {
                                 hold_out: pose,
                                 ..choice
-                            }));
+                            })));
                         }
                     }
                 });
@@ -147,10 +147,10 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                     .max_decimals(1);
                 let response = ui.add_sized(vec2(52.0, 24.0), field).labelled_by(label.id);
                 if response.changed() {
-                    out.push(Command::Train(TrainChoice {
+                    out.push(Command::Look(LookCommand::Training(TrainChoice {
                         minutes: Some(minutes),
                         ..choice
-                    }));
+                    })));
                 }
                 response.on_hover_text(
                     "Training time, including earlier runs. The learning rate falls towards the end.",
@@ -201,7 +201,7 @@ impl Buttons {
             ui.horizontal(|ui| {
                 let yes = Button::new("Start over").fill(theme::ACCENT_DIM);
                 if ui.add(yes).clicked() {
-                    out.push(Command::StartTraining { fresh: true });
+                    out.push(Command::Training(TrainingCommand::Start { fresh: true }));
                     self.confirming = false;
                 }
                 self.confirming &= !ui.button("Cancel").clicked();
@@ -220,7 +220,7 @@ impl Buttons {
                 .on_disabled_hover_text(refusal.clone().unwrap_or_default())
                 .clicked()
             {
-                out.push(Command::StartTraining { fresh: false });
+                out.push(Command::Training(TrainingCommand::Start { fresh: false }));
             }
             let over = Button::new((icons::OVER, "Start over…")).min_size(BUTTON);
             if icons::named_ui(ui, true, over, "Start over…")
@@ -250,7 +250,7 @@ pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
         .on_hover_text(hint)
         .clicked()
     {
-        out.push(Command::StartTraining { fresh });
+        out.push(Command::Training(TrainingCommand::Start { fresh }));
     }
 }
 
