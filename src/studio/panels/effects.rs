@@ -1,6 +1,6 @@
 //! The plan of passes: which ran, which did not and why, what each took, and a switch that forces it.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use compositor::{Pass, PassReport};
@@ -64,10 +64,10 @@ fn forced_ui(ui: &mut Ui, effects: &Effects, out: &mut Vec<Command>) {
                 .on_hover_text("Every pass as the scene calls for")
                 .clicked()
             {
-                out.push(Command::Effects(Effects {
+                out.push(Command::Look(LookCommand::Effects(Effects {
                     forced: Forced::default(),
                     ..*effects
-                }));
+                })));
             }
         });
     });
@@ -127,10 +127,10 @@ fn switch_ui(ui: &mut Ui, pass: Pass, effects: &Effects, out: &mut Vec<Command>)
         .show_ui(ui, |ui| {
             for (run, _, means) in CHOICES {
                 if ui.selectable_label(run == now, means).clicked() && run != now {
-                    out.push(Command::Effects(Effects {
+                    out.push(Command::Look(LookCommand::Effects(Effects {
                         forced: effects.forced.with(pass, run),
                         ..*effects
-                    }));
+                    })));
                 }
             }
         });

@@ -1,6 +1,6 @@
 //! The list of environments: the shoot's, those that are built in, and what was added.
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, LookCommand};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
 use crate::environment_list::Owner;
 use crate::icons;
@@ -25,7 +25,7 @@ impl EnvironmentsPanel {
                     .on_hover_text("Add panoramas: EXR, HDR, or pictures of 8 or 16 bits; they can be dropped anywhere")
                     .clicked()
                 {
-                    out.push(Command::ChooseEnvironments);
+                    out.push(Command::Dialog(Dialog::Environments));
                 }
             });
         });
@@ -46,9 +46,9 @@ impl EnvironmentsPanel {
                         && entry.listed.owner == Owner::Person
                         && remove_ui(ui, entry, row.rect)
                     {
-                        out.push(Command::RemoveEnvironment(i));
+                        out.push(Command::Look(LookCommand::RemoveEnvironment(i)));
                     } else if row.clicked() && !chosen {
-                        out.push(Command::Environment(i));
+                        out.push(Command::Look(LookCommand::Environment(i)));
                     }
                 }
             });

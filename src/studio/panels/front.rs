@@ -3,7 +3,7 @@
 use super::panorama::{place, share};
 use super::rows::choice_ui;
 use super::sphere::{MARK_RADIUS, Mark, clicked, in_order, mark_ui};
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Button, Pos2, Rect, Response, RichText, Ui, vec2};
@@ -62,7 +62,10 @@ pub fn marks_ui(
         }
         _ => return,
     };
-    out.push(Command::Front(context.state.look.environment, Some(answer)));
+    out.push(Command::Look(LookCommand::Front(
+        context.state.look.environment,
+        Some(answer),
+    )));
 }
 
 /// The question with a button for each choice.
@@ -77,7 +80,10 @@ pub fn question_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) 
             .min_size(vec2(ui.available_width(), 24.0))
             .selected(front == context.state.look.front());
         if ui.add(button).clicked() {
-            out.push(Command::Front(context.state.look.environment, Some(front)));
+            out.push(Command::Look(LookCommand::Front(
+                context.state.look.environment,
+                Some(front),
+            )));
         }
     }
     ui.add_space(GAP / 2.0);
@@ -102,7 +108,10 @@ pub fn answer_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) ->
         "Which way is front in the file: the program that it was made for. It is kept in the project.",
     );
     if let Some(front) = wanted.filter(|front| *front != now) {
-        out.push(Command::Front(look.environment, Some(front)));
+        out.push(Command::Look(LookCommand::Front(
+            look.environment,
+            Some(front),
+        )));
     }
     wanted.is_none()
 }

@@ -1,6 +1,6 @@
 //! The line of the job that runs beside the picture, and what it said when it was over.
 
-use crate::command::Command;
+use crate::command::{Command, JobCommand, WindowCommand};
 use crate::icons;
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
@@ -116,7 +116,7 @@ fn stop_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
         )
         .clicked()
     {
-        out.push(Command::StopJob);
+        out.push(Command::Job(JobCommand::Stop));
     }
 }
 
@@ -139,7 +139,7 @@ fn pause_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
         )
         .clicked()
     {
-        out.push(Command::PauseJob);
+        out.push(Command::Job(JobCommand::Pause));
     }
 }
 
@@ -155,7 +155,7 @@ fn said_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
         });
         let close = Button::new("Close").min_size(vec2(BUTTON_WIDTH, HEIGHT));
         if ui.add(close).clicked() {
-            out.push(Command::DismissReport);
+            out.push(Command::Window(WindowCommand::DismissMessage));
         }
     });
 }

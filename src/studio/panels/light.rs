@@ -5,7 +5,7 @@ use super::number_ui;
 use super::panorama::Preview;
 use super::rows::{FIELD, Row, choice_ui};
 use super::timeline::diamond;
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
 use crate::environment_library::EnvironmentEntry;
 use crate::environment_list::ListedEnvironment;
 use crate::icons;
@@ -42,7 +42,7 @@ impl LightPanel {
         }
         if out[before..]
             .iter()
-            .any(|c| matches!(c, Command::Front(..)))
+            .any(|c| matches!(c, Command::Look(LookCommand::Front(..))))
         {
             self.asked = None;
         }
@@ -125,13 +125,15 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
                 .speed(0.5)
                 .fixed_decimals(1)
                 .suffix("°");
-            let field = number_ui(ui, "Yaw", field, FIELD, out, || Command::Yaw(0.0));
+            let field = number_ui(ui, "Yaw", field, FIELD, out, || {
+                Command::Look(LookCommand::Yaw(0.0))
+            });
             if yaw != look.yaw_deg {
-                out.push(Command::Yaw(yaw));
+                out.push(Command::Look(LookCommand::Yaw(yaw)));
             }
             key_ui(ui, context, Keyframed::Yaw, field.rect, out);
             ui.end_row();
-            let command = |lighting| Command::Lighting(Box::new(lighting));
+            let command = |lighting| Command::Look(LookCommand::Lighting(Box::new(lighting)));
             for row in &ROWS {
                 let field = row.ui(ui, &look.lighting, out, command);
                 if row.name == Keyframed::Intensity.name() {
@@ -200,7 +202,7 @@ fn key_ui(ui: &Ui, context: &PanelContext, of: Keyframed, field: Rect, out: &mut
         .on_hover_text(format!("{does}. Key: {key}"))
         .clicked()
     {
-        out.push(Command::ToggleKey(of));
+        out.push(Command::Look(LookCommand::ToggleKey(of)));
     }
 }
 
@@ -314,6 +316,6 @@ fn placed_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
         wanted.placed.remove(removed);
     }
     if wanted != *lighting {
-        out.push(Command::Lighting(Box::new(wanted)));
+        out.push(Command::Look(LookCommand::Lighting(Box::new(wanted))));
     }
 }

@@ -1,6 +1,6 @@
 //! What happened: sentences of jobs and errors with their remedies, to read again and to copy.
 
-use crate::command::Command;
+use crate::command::{Command, WindowCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::status::Severity;
@@ -24,7 +24,7 @@ impl LogPanel {
                 ui.ctx().copy_text(text.join("\n"));
             }
             if ui.button("Clear").clicked() {
-                out.push(Command::ClearLog);
+                out.push(Command::Window(WindowCommand::ClearLog));
             }
         });
         ScrollArea::vertical()

@@ -42,7 +42,7 @@ pub use timeline::TimelinePanel;
 pub use training::TrainingPanel;
 pub use viewport::ViewportPanel;
 
-use super::command::Command;
+use super::command::{Command, WindowCommand};
 use super::icons;
 use super::status::RunningJob;
 use super::theme::{self, GAP};
@@ -68,7 +68,7 @@ fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
 }
 
 /// Why something could not be done, and the button that puts it away.
-fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
+pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         ui.label(
             RichText::new(icons::WARNING)
@@ -93,7 +93,7 @@ fn put_away_ui(ui: &mut Ui, out: &mut Vec<Command>) {
         .on_hover_text("Puts it away; it stays in the log. Key: Esc")
         .clicked()
     {
-        out.push(Command::DismissRefusal);
+        out.push(Command::Window(WindowCommand::DismissRefusal));
     }
 }
 

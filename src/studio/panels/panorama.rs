@@ -2,7 +2,7 @@
 
 use super::environments::panorama_ui;
 use super::front;
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
 use crate::keys;
 use crate::panel_context::PanelContext;
@@ -68,7 +68,9 @@ impl Preview {
             .vline(rect.center().x, rect.bottom() - 8.0..=rect.bottom(), tick);
         if response.dragged() {
             // The content follows the hand.
-            out.push(Command::Turn(response.drag_delta().x / width * 360.0));
+            out.push(Command::Look(LookCommand::Turn(
+                response.drag_delta().x / width * 360.0,
+            )));
         }
         areas_ui(ui, context, rect, areas, turn);
         if asked {
@@ -83,7 +85,7 @@ impl Preview {
             if let Some(moved) = dot_ui(ui, rect, i, light) {
                 let mut lighting = look.lighting.clone();
                 lighting.placed[i] = moved;
-                out.push(Command::Lighting(Box::new(lighting)));
+                out.push(Command::Look(LookCommand::Lighting(Box::new(lighting))));
             }
         }
     }

@@ -1,11 +1,11 @@
 //! The picture: exposure, what is behind the subject, the view transform, and the effects.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
 use crate::icons;
+use crate::look::EXPOSURE_STOPS;
 use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::panels::rows::{FIELD, Row, choice_ui};
-use crate::state::EXPOSURE_STOPS;
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
 use scene::{Background, Channel, Effects, Inspection, ViewTransform};
@@ -22,8 +22,20 @@ impl PicturePanel {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let (undo, redo) = (context.state.can_undo(), context.state.can_redo());
                 for (icon, name, can, key, command) in [
-                    (icons::REDO, "Redo", redo, "Ctrl+Shift+Z", Command::Redo),
-                    (icons::UNDO, "Undo", undo, "Ctrl+Z", Command::Undo),
+                    (
+                        icons::REDO,
+                        "Redo",
+                        redo,
+                        "Ctrl+Shift+Z",
+                        Command::Look(LookCommand::Redo),
+                    ),
+                    (
+                        icons::UNDO,
+                        "Undo",
+                        undo,
+                        "Ctrl+Z",
+                        Command::Look(LookCommand::Undo),
+                    ),
                 ] {
                     if icons::named_ui(ui, can, icons::alone(icon), name)
                         .on_hover_text(format!("{name}. Key: {key}"))
@@ -52,19 +64,21 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .range(EXPOSURE_STOPS)
         .fixed_decimals(2)
         .suffix(" stops");
-    number_ui(ui, "Exposure", field, FIELD, out, || Command::Exposure(0.0));
+    number_ui(ui, "Exposure", field, FIELD, out, || {
+        Command::Look(LookCommand::Exposure(0.0))
+    });
     if stops != look.exposure_stops {
-        out.push(Command::Exposure(stops));
+        out.push(Command::Look(LookCommand::Exposure(stops)));
     }
     ui.end_row();
     ui.label("Background");
     let mut shown = look.background == Background::Environment;
     if ui.checkbox(&mut shown, "environment").changed() {
-        out.push(Command::Background(if shown {
+        out.push(Command::Look(LookCommand::Background(if shown {
             Background::Environment
         } else {
             Background::None
-        }));
+        })));
     }
     ui.end_row();
 }
@@ -151,10 +165,12 @@ fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     choice_ui(ui, "Show", &shown, &mut wanted.inspection);
     ui.end_row();
     if wanted != effects {
-        out.push(Command::Effects(wanted));
+        out.push(Command::Look(LookCommand::Effects(wanted)));
     }
     for row in &ROWS {
-        row.ui(ui, &effects, out, Command::Effects);
+        row.ui(ui, &effects, out, |wanted| {
+            Command::Look(LookCommand::Effects(wanted))
+        });
         ui.end_row();
     }
 }

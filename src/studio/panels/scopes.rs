@@ -1,6 +1,6 @@
 //! Histogram, waveform, and the pixel under the cursor: its values, and what each lamp gives to it.
 
-use crate::command::Command;
+use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
@@ -171,7 +171,7 @@ fn lamps_ui(
         return;
     };
     if response.clicked() {
-        out.push(Command::Solo(Some(lamp)));
+        out.push(Command::View(ViewCommand::Solo(Some(lamp))));
     }
     let names = context.project.map(|project| &project.settings.shoot.lamps);
     let name = names.and_then(|names| names.get(lamp));

@@ -1,6 +1,6 @@
 //! The status line: where the network runs and why, what the picture took, which passes ran.
 
-use crate::command::Command;
+use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
 use crate::status::Phase;
@@ -42,14 +42,14 @@ impl StatusPanel {
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if ui.button(small("Keys ?")).clicked() {
-                    out.push(Command::ToggleKeys);
+                    out.push(Command::Window(WindowCommand::ToggleKeys));
                 }
                 if let Some(relit) = context.relit {
                     let ran = relit.passes.iter().filter(|p| p.ran).count();
                     let text = format!("{ran} of {} passes ran", relit.passes.len());
                     let hint = "Which passes ran, which did not, and why";
                     if ui.button(small(&text)).on_hover_text(hint).clicked() {
-                        out.push(Command::Pane(Pane::Effects));
+                        out.push(Command::Window(WindowCommand::ShowPane(Pane::Effects)));
                     }
                 }
             });

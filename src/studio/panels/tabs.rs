@@ -1,6 +1,6 @@
 //! The workspaces, the panes that can be opened, and the arrangement.
 
-use crate::command::Command;
+use crate::command::{Command, WindowCommand};
 use crate::icons;
 use crate::layout::{Pane, Workspace};
 use crate::panel_context::PanelContext;
@@ -25,7 +25,7 @@ impl TabsPanel {
                 });
                 let hint = format!("Key: Ctrl+{}", i + 1);
                 if response.on_hover_text(hint).clicked() {
-                    out.push(Command::Workspace(workspace));
+                    out.push(Command::Window(WindowCommand::Workspace(workspace)));
                 }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -36,15 +36,15 @@ impl TabsPanel {
                         let entry = Button::selectable(shown, pane.name());
                         if ui.add_enabled(!(main && shown), entry).clicked() {
                             out.push(if shown {
-                                Command::ClosePane(pane)
+                                Command::Window(WindowCommand::ClosePane(pane))
                             } else {
-                                Command::Pane(pane)
+                                Command::Window(WindowCommand::ShowPane(pane))
                             });
                         }
                     }
                     ui.separator();
                     if ui.button("Reset arrangement").clicked() {
-                        out.push(Command::ResetLayout);
+                        out.push(Command::Window(WindowCommand::ResetLayout));
                     }
                 });
                 (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Panels"));

@@ -1,6 +1,6 @@
 //! The scrub bar: which frame, whether it plays, and the keys of yaw and intensity.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand, ViewCommand};
 use crate::icons;
 use crate::keyframed::Keyframed;
 use crate::panel_context::PanelContext;
@@ -34,15 +34,21 @@ impl TimelinePanel {
                         "Previous frame",
                         state.frame > 0,
                         "←",
-                        Command::StepFrame(-1),
+                        Command::View(ViewCommand::StepFrame(-1)),
                     ),
-                    (icon, name, state.frames > 1, "Space", Command::TogglePlay),
+                    (
+                        icon,
+                        name,
+                        state.frames > 1,
+                        "Space",
+                        Command::View(ViewCommand::TogglePlay),
+                    ),
                     (
                         icons::NEXT,
                         "Next frame",
                         state.frame < last,
                         "→",
-                        Command::StepFrame(1),
+                        Command::View(ViewCommand::StepFrame(1)),
                     ),
                 ] {
                     let hint = format!("{name}. Key: {key}");
@@ -59,7 +65,7 @@ impl TimelinePanel {
             let label = ui.label("Frame");
             let response = ui.add(field).labelled_by(label.id);
             if response.changed() {
-                out.push(Command::Frame(frame));
+                out.push(Command::View(ViewCommand::Frame(frame)));
             }
             let seconds = state.frame as f64 / state.frame_rate;
             ui.label(format!("of {last}"));
@@ -110,7 +116,7 @@ impl TimelinePanel {
         if let Some(at) = response.interact_pointer_pos() {
             let frame = track.frame_at(at.x);
             if (response.clicked() || response.dragged()) && frame != state.frame {
-                out.push(Command::Frame(frame));
+                out.push(Command::View(ViewCommand::Frame(frame)));
             }
         }
         for of in Keyframed::ALL {
@@ -153,7 +159,7 @@ impl TimelinePanel {
             diamond(ui.painter(), at, true, color);
             if response.clicked() {
                 response.request_focus();
-                out.push(Command::Frame(frame));
+                out.push(Command::View(ViewCommand::Frame(frame)));
             }
             if let Some(to) = response
                 .interact_pointer_pos()
@@ -166,11 +172,11 @@ impl TimelinePanel {
                 && to != frame
             {
                 let frame = to;
-                out.push(Command::MoveKey { of, index, frame });
+                out.push(Command::Look(LookCommand::MoveKey { of, index, frame }));
             }
             let delete = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
             if response.has_focus() && (delete(Key::Delete) || delete(Key::Backspace)) {
-                out.push(Command::RemoveKey { of, index });
+                out.push(Command::Look(LookCommand::RemoveKey { of, index }));
             }
             response.context_menu(|ui| menu_ui(ui, context, of, index, out));
             response.on_hover_text(format!(
@@ -190,7 +196,7 @@ fn menu_ui(
     out: &mut Vec<Command>,
 ) {
     if ui.button("Remove the key").clicked() {
-        out.push(Command::RemoveKey { of, index });
+        out.push(Command::Look(LookCommand::RemoveKey { of, index }));
         ui.close();
     }
     let now = context.state.look.keys(of).interpolation;
@@ -200,7 +206,7 @@ fn menu_ui(
     ] {
         let text = format!("{} goes {name}", of.name());
         if ui.radio(kind == now, text).clicked() {
-            out.push(Command::Interpolate(of, kind));
+            out.push(Command::Look(LookCommand::Interpolate(of, kind)));
             ui.close();
         }
     }

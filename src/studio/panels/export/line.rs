@@ -1,6 +1,6 @@
 //! The line of exports: what waits, how far the one in hand is, what became of the others.
 
-use crate::command::Command;
+use crate::command::{Command, ExportCommand, JobCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::job;
@@ -21,7 +21,10 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
                 .filter(|e| e.status.sentence().is_some());
             let over: Vec<u64> = over.map(|export| export.id).collect();
             if !over.is_empty() && ui.button("Clear finished").clicked() {
-                out.extend(over.into_iter().map(Command::Withdraw));
+                out.extend(
+                    over.into_iter()
+                        .map(|id| Command::Export(ExportCommand::Withdraw(id))),
+                );
             }
         });
     });
@@ -107,14 +110,21 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
                 out.push(command);
             }
         };
-    let remove = Command::Withdraw(export.id);
+    let remove = Command::Export(ExportCommand::Withdraw(export.id));
     match &export.status {
         ExportStatus::Running => {
             let Some(job) = job else { return };
             let (icon, pause) = job::pause_name(job);
             let hint =
                 "Waits after the frame in hand, which leaves the device to the picture. Key: P";
-            button(ui, !job.stopping, icon, pause, hint, Command::PauseJob);
+            button(
+                ui,
+                !job.stopping,
+                icon,
+                pause,
+                hint,
+                Command::Job(JobCommand::Pause),
+            );
             let cancel = if job.stopping { "Stopping" } else { "Cancel" };
             let hint =
                 "Stops after the frame in hand. Stills that are finished are kept, a movie is not";
@@ -126,7 +136,7 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
         }
         ExportStatus::Done(WrittenExport { folder, .. }) => {
             let hint = folder.display().to_string();
-            let open = Command::OpenFolder(folder.clone());
+            let open = Command::Export(ExportCommand::OpenFolder(folder.clone()));
             button(ui, true, icons::FOLDER, "Open folder", &hint, open);
             let hint = "Takes it out of the list; the files stay";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);

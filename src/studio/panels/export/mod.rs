@@ -2,7 +2,7 @@
 
 mod line;
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, ExportCommand};
 use crate::export_options::ExportOptions;
 use crate::icons;
 use crate::panel_context::PanelContext;
@@ -52,7 +52,7 @@ impl ExportPanel {
         files_ui(ui, context, &mut options, &project.root);
         add_ui(ui, context, out);
         if options != context.state.export_options {
-            out.push(Command::Order(Box::new(options)));
+            out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         ui.add_space(GAP);
         line::ui(ui, context, out);
@@ -76,7 +76,7 @@ fn frames_ui(
             frames,
             ..plain.clone()
         };
-        Command::Order(Box::new(options))
+        Command::Export(ExportCommand::Options(Box::new(options)))
     };
     ui.label("Frames");
     let response = ui.horizontal(|ui| {
@@ -147,7 +147,7 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut V
                 size: None,
                 ..options.clone()
             };
-            out.push(Command::Order(Box::new(options)));
+            out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         let hint = format!("{working} pixels, as the network works");
         if choice_ui(ui, "Size", "working size", &hint, options.size.is_none()) {
@@ -223,7 +223,7 @@ fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
         let button = ui.add(Button::new("…").min_size(vec2(choose, 24.0)));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the name"));
         if button.on_hover_text("Choose it in a dialog").clicked() {
-            out.push(Command::ChooseDestination);
+            out.push(Command::Dialog(Dialog::Destination));
         }
     });
     ui.end_row();
@@ -288,7 +288,7 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, "Add to queue"));
     let response = response.on_hover_text("Exports the picture as it is set now. Key: Ctrl+Enter");
     if response.clicked() {
-        out.push(Command::Export);
+        out.push(Command::Export(ExportCommand::Add));
     }
     if let Some(obstacle) = obstacle {
         let down = Layout::top_down(Align::Min);

@@ -5,7 +5,7 @@ mod square;
 mod strip;
 
 use super::notice_ui;
-use crate::command::Command;
+use crate::command::{Command, Dialog, ExportCommand, ProjectCommand, ViewCommand};
 use crate::export_options::ExportOptions;
 use crate::footage_reader::{FootagePicture, FootageView, MatteView};
 use crate::panel_context::PanelContext;
@@ -79,7 +79,7 @@ impl FootagePanel {
                 if lost {
                     ui.add_space(GAP);
                     if ui.button("Locate…").clicked() {
-                        out.push(Command::ChooseLocation);
+                        out.push(Command::Dialog(Dialog::ShootLocation));
                     }
                 }
             }),
@@ -214,7 +214,7 @@ impl FootagePanel {
                     self.asking = true;
                 } else {
                     self.asking = false;
-                    out.push(Command::Reframe(framing));
+                    out.push(Command::Project(ProjectCommand::Reframe(framing)));
                 }
             }
             if ui.button("Put back").clicked() {
@@ -243,12 +243,12 @@ fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             (
                 "In",
                 "Play and export from this frame on. Key: I",
-                Command::MarkIn,
+                Command::View(ViewCommand::MarkIn),
             ),
             (
                 "Out",
                 "Play and export up to this frame. Key: O",
-                Command::MarkOut,
+                Command::View(ViewCommand::MarkOut),
             ),
         ] {
             if ui.button(name).on_hover_text(hint).clicked() {
@@ -263,7 +263,7 @@ fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             .add_enabled(options.frames.is_some(), Button::new("All"))
             .clicked()
         {
-            out.push(Command::Order(Box::new(all)));
+            out.push(Command::Export(ExportCommand::Options(Box::new(all))));
         }
         quiet_ui(ui, &format!("frames {first} to {last}"));
     });
@@ -274,7 +274,7 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
     let view = context.state.footage;
     let mut choice = |ui: &mut Ui, name: &str, wanted: FootageView| {
         if ui.add(Button::selectable(view == wanted, name)).clicked() && view != wanted {
-            out.push(Command::Footage(wanted));
+            out.push(Command::View(ViewCommand::Footage(wanted)));
         }
     };
     ui.horizontal(|ui| {
@@ -299,7 +299,7 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
             let label = ui.label("Pose");
             let field = DragValue::new(&mut pose).range(0..=last).speed(0.1);
             if ui.add(field).labelled_by(label.id).changed() {
-                out.push(Command::Pose(pose));
+                out.push(Command::View(ViewCommand::Pose(pose)));
             }
             quiet_ui(ui, &format!("of {last}, under {}", shoot.lamp(0)));
         });

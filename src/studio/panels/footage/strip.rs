@@ -1,6 +1,6 @@
 //! The strip of thumbnails: frames spread over the clip, as many as there is room for.
 
-use crate::command::Command;
+use crate::command::{Command, ProjectCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
@@ -14,7 +14,7 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let rect = ui.available_rect_before_wrap().shrink2(vec2(0.0, 5.0));
     let frames = spread(context.state.frames, (rect.width() / LEAST) as usize);
     if frames != context.footage.wanted() {
-        out.push(Command::Thumbnails(frames.clone()));
+        out.push(Command::Project(ProjectCommand::Thumbnails(frames.clone())));
     }
     let (first, last) = context.state.export_options.range(context.state.frames);
     let cell = rect.width() / frames.len().max(1) as f32;
@@ -60,7 +60,7 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
                 .rect_stroke(place, 2.0, Stroke::new(2.0, color), StrokeKind::Inside);
         }
         if response.clicked() {
-            out.push(Command::Frame(frame));
+            out.push(Command::View(ViewCommand::Frame(frame)));
         }
     }
 }

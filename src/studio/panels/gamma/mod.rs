@@ -3,7 +3,7 @@
 
 mod plots;
 
-use crate::command::Command;
+use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::{notice_ui, number_ui};
 use crate::theme::{self, GAP};
@@ -45,7 +45,7 @@ impl GammaPanel {
                     ui.add_space(GAP);
                     let idle = context.status.job.is_none();
                     if ui.add_enabled(idle, Button::new("Calibrate")).clicked() {
-                        out.push(Command::Calibrate);
+                        out.push(Command::Calibration(CalibrationCommand::Start));
                     }
                 }
                 _ => {
@@ -102,7 +102,9 @@ impl GammaPanel {
             .interact_pointer_pos()
             .filter(|_| response.dragged() || response.clicked())
         {
-            out.push(Command::Wipe((at.x - place.left()) / place.width()));
+            out.push(Command::View(ViewCommand::Wipe(
+                (at.x - place.left()) / place.width(),
+            )));
         }
         response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
         ui.advance_cursor_after_rect(rect);
@@ -130,7 +132,7 @@ impl GammaPanel {
         choices_ui(ui, context, &view, &mut wanted, out);
         sliders_ui(ui, &mut wanted, out);
         if wanted != trial {
-            out.push(Command::Try(Some(wanted)));
+            out.push(Command::Look(LookCommand::Trial(Some(wanted))));
         }
         buttons_ui(ui, context, &view, out);
         figures_ui(ui, &view);
@@ -197,7 +199,7 @@ fn choices_ui(
                         .selectable_label(pose == context.state.pose, name(pose))
                         .clicked()
                     {
-                        out.push(Command::Pose(pose));
+                        out.push(Command::View(ViewCommand::Pose(pose)));
                     }
                 }
             });
@@ -226,7 +228,7 @@ fn choices_ui(
 }
 
 fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
-    let reset = || Command::Try(None);
+    let reset = || Command::Look(LookCommand::Trial(None));
     let exponents = match &mut wanted.response {
         Response::Dual(DualGamma { gamma1, gamma2 }) => {
             vec![("γ1, dark", gamma1), ("γ2, bright", gamma2)]
@@ -270,18 +272,18 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut V
             .on_hover_text("Fits the response to the pictures and the mirror balls, and keeps it")
             .clicked()
         {
-            out.push(Command::Try(None));
-            out.push(Command::Calibrate);
+            out.push(Command::Look(LookCommand::Trial(None)));
+            out.push(Command::Calibration(CalibrationCommand::Start));
         }
         if ui
             .add_enabled(idle && tried, Button::new("Use this"))
             .on_hover_text("Keeps what is tried as the project's calibration, with lamps and weights to match. Key: Ctrl+Enter")
             .clicked()
         {
-            out.push(Command::Calibrate);
+            out.push(Command::Calibration(CalibrationCommand::Start));
         }
         if ui.add_enabled(tried, Button::new("Reset")).on_hover_text("Goes back to the calibration").clicked() {
-            out.push(Command::Try(None));
+            out.push(Command::Look(LookCommand::Trial(None)));
         }
     });
 }

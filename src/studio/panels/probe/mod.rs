@@ -3,7 +3,7 @@
 mod photograph;
 
 use super::sphere::{self, DomeView, Mark};
-use crate::command::Command;
+use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::theme::{self, GAP};
@@ -88,7 +88,7 @@ impl ProbePanel {
         findings_ui(ui, &study);
         chosen = chosen.or(lamps_ui(ui, &study, context.state.photograph));
         if let Some(lamp) = chosen {
-            out.push(Command::Photograph(Some(lamp)));
+            out.push(Command::View(ViewCommand::Photograph(Some(lamp))));
         }
     }
 
@@ -102,7 +102,7 @@ impl ProbePanel {
     ) {
         let circle = context.state.look.circle.unwrap_or(study.circle);
         let mut changed = circle;
-        let reset = || Command::Circle(None);
+        let reset = || Command::Look(LookCommand::Circle(None));
         ui.horizontal(|ui| {
             let [x, y] = &mut changed.center_px;
             for (name, value) in [("x", x), ("y", y), ("radius", &mut changed.radius_px)] {
@@ -113,7 +113,7 @@ impl ProbePanel {
         if changed != circle
             && let Ok(circle) = Circle::new(changed.center_px, changed.radius_px)
         {
-            out.push(Command::Circle(Some(circle)));
+            out.push(Command::Look(LookCommand::Circle(Some(circle))));
         }
         ui.horizontal(|ui| {
             let find = ui.add_enabled(study.found.is_ok(), Button::new("Find"));
@@ -125,7 +125,7 @@ impl ProbePanel {
                 Err(sentence) => sentence.clone(),
             };
             if find.on_hover_text(&hint).on_disabled_hover_text(hint).clicked() {
-                out.push(Command::FindCircle);
+                out.push(Command::Calibration(CalibrationCommand::FindCircle));
             }
             let mut by_points = self.photograph.points.is_some();
             let text = match &self.photograph.points {
@@ -148,7 +148,7 @@ impl ProbePanel {
                 .on_hover_text("Keeps this circle in the project and calibrates anew. Key: Ctrl+Enter")
                 .clicked()
             {
-                out.push(Command::Calibrate);
+                out.push(Command::Calibration(CalibrationCommand::Start));
             }
         });
         let doubt = study.rim.as_ref().ok().and_then(Silhouette::warning);
@@ -207,7 +207,7 @@ fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &
             .show_ui(ui, |ui| {
                 for lamp in std::iter::once(None).chain((0..study.lamps.len()).map(Some)) {
                     if ui.selectable_label(lamp == shown, name(lamp)).clicked() {
-                        out.push(Command::Photograph(lamp));
+                        out.push(Command::View(ViewCommand::Photograph(lamp)));
                     }
                 }
             });
@@ -217,7 +217,7 @@ fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &
             ("Next", 1, "Key: Page Down"),
         ] {
             if ui.button(text).on_hover_text(hint).clicked() {
-                out.push(Command::StepPhotograph(step));
+                out.push(Command::View(ViewCommand::StepPhotograph(step)));
             }
         }
     });

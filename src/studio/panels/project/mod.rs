@@ -3,7 +3,7 @@
 mod wizard;
 
 use super::TEXT_WIDTH;
-use crate::command::Command;
+use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::recents::Recent;
@@ -75,8 +75,16 @@ impl ProjectPanel {
         ui.add_space(GAP);
         ui.horizontal(|ui| {
             for (icon, words, command) in [
-                (icons::ADD, "New project…", Command::NewProject(None)),
-                (icons::FOLDER, "Open project…", Command::ChooseProject),
+                (
+                    icons::ADD,
+                    "New project…",
+                    Command::Project(ProjectCommand::New(None)),
+                ),
+                (
+                    icons::FOLDER,
+                    "Open project…",
+                    Command::Dialog(Dialog::Project),
+                ),
             ] {
                 let button = Button::new((icon, words)).min_size(vec2(132.0, 28.0));
                 if icons::named_ui(ui, true, button, words).clicked() {
@@ -107,7 +115,7 @@ impl ProjectPanel {
             let folder = typed(&self.demo);
             let make = ui.add_enabled(folder.is_some(), Button::new("Make the demo"));
             if let (true, Some(folder)) = (make.clicked(), folder) {
-                out.push(Command::MakeDemo(folder));
+                out.push(Command::Project(ProjectCommand::MakeDemo(folder)));
             }
         });
     }
@@ -183,11 +191,15 @@ fn row_ui(ui: &mut Ui, recent: &Recent, out: &mut Vec<Command>) {
                 response
             };
             if button(ui, "Open", recent.trouble.is_none()).clicked() {
-                out.push(Command::OpenProject(recent.folder.clone()));
+                out.push(Command::Project(ProjectCommand::Open(
+                    recent.folder.clone(),
+                )));
             }
             let hint = "Takes it out of this list. Nothing on the disk is changed.";
             if button(ui, "Remove", true).on_hover_text(hint).clicked() {
-                out.push(Command::ForgetProject(recent.folder.clone()));
+                out.push(Command::Project(ProjectCommand::Forget(
+                    recent.folder.clone(),
+                )));
             }
         });
     });

@@ -1,7 +1,7 @@
 //! A new project on one page: the shoot, what was found in it, and what is chosen.
 
 use super::quiet_ui;
-use crate::command::Command;
+use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
@@ -29,7 +29,7 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
             hint,
             "Choose the shoot's folder",
         ) {
-            out.push(Command::ChooseShoot);
+            out.push(Command::Dialog(Dialog::Shoot));
         }
     });
     ui.add_space(GAP);
@@ -55,20 +55,22 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
         };
         let make = Button::new("Make project").min_size(vec2(120.0, 28.0));
         if ui.add_enabled(obstacle.is_none(), make).clicked() {
-            out.push(Command::MakeProject);
+            out.push(Command::Project(ProjectCommand::Make));
         }
         if ui
             .add(Button::new("Cancel").min_size(vec2(84.0, 28.0)))
             .clicked()
         {
-            out.push(Command::Plan(None));
+            out.push(Command::Project(ProjectCommand::Plan(None)));
         }
         if let Some(obstacle) = obstacle {
             quiet_ui(ui, obstacle);
         }
     });
     if changed != *plan {
-        out.push(Command::Plan(Some(Box::new(changed))));
+        out.push(Command::Project(ProjectCommand::Plan(Some(Box::new(
+            changed,
+        )))));
     }
 }
 
@@ -195,7 +197,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
             &hint,
             "Choose the project's folder",
         ) {
-            out.push(Command::ChooseProjectFolder);
+            out.push(Command::Dialog(Dialog::ProjectFolder));
         }
     });
 }

@@ -1,6 +1,6 @@
 //! The chosen cell: its figures, its verdict and its note.
 
-use crate::command::Command;
+use crate::command::{Command, ReviewCommand};
 use crate::network_review::NetworkReview;
 use crate::theme;
 use egui::{RichText, TextEdit, Ui};
@@ -60,7 +60,7 @@ impl ChosenUi<'_> {
         ui.add(field).labelled_by(label.id);
         if wanted != mark || draft.text != note {
             let marked = Marked::new(&case.name, lamp_name, wanted, &draft.text);
-            out.push(Command::Mark(Box::new(marked)));
+            out.push(Command::Review(ReviewCommand::Mark(Box::new(marked))));
         }
     }
 }

@@ -7,7 +7,7 @@ mod sheet;
 
 pub use sheet::LampSheetPanel;
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, ReviewCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
@@ -100,9 +100,9 @@ impl ReviewPanel {
     fn choose(&mut self, review: &Review, cell: (usize, usize), out: &mut Vec<Command>) {
         self.chosen = Some(cell);
         if let Case::Frame(frame) = review.cases[cell.0].case {
-            out.push(Command::Frame(frame));
+            out.push(Command::View(ViewCommand::Frame(frame)));
         }
-        out.push(Command::Solo(Some(cell.1)));
+        out.push(Command::View(ViewCommand::Solo(Some(cell.1))));
     }
 }
 
@@ -170,12 +170,12 @@ fn buttons_ui(
     };
     ui.horizontal_wrapped(|ui| {
         let hint = "Compares every predicted picture under one lamp with the true one, and keeps the figures with the project";
-        button(ui, "Measure", Some(theme::ACCENT_DIM), able, hint, Command::Measure(None));
+        button(ui, "Measure", Some(theme::ACCENT_DIM), able, hint, Command::Review(ReviewCommand::Measure(None)));
         let hint = "Measures on the frames of another truth: a folder with truth/";
-        button(ui, "Truth…", None, able, hint, Command::ChooseTruth);
+        button(ui, "Truth…", None, able, hint, Command::Dialog(Dialog::Truth));
         if kept.is_some_and(|kept| kept.review.is_some()) {
             let hint = "Writes one page with figures, pictures and notes, to hand on";
-            button(ui, "Report…", None, able, hint, Command::ChooseReport);
+            button(ui, "Report…", None, able, hint, Command::Dialog(Dialog::ReportPage));
         }
     });
 }

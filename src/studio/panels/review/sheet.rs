@@ -1,6 +1,6 @@
 //! The contact sheet: the shown frame under every lamp, each picture where its lamp is.
 
-use crate::command::Command;
+use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{
@@ -63,7 +63,7 @@ impl LampSheetPanel {
                     .on_hover_text("Shows the picture under the light again")
                     .clicked()
                 {
-                    out.push(Command::Solo(None));
+                    out.push(Command::View(ViewCommand::Solo(None)));
                 }
             });
         });
@@ -124,9 +124,9 @@ impl LampSheetPanel {
             if response.clicked() {
                 let also = ui.input(|i| i.modifiers.command);
                 out.push(match (also, solo.as_slice()) {
-                    (true, _) => Command::SoloAlso(number),
-                    (false, [one]) if *one == number => Command::Solo(None),
-                    (false, _) => Command::Solo(Some(number)),
+                    (true, _) => Command::View(ViewCommand::SoloAlso(number)),
+                    (false, [one]) if *one == number => Command::View(ViewCommand::Solo(None)),
+                    (false, _) => Command::View(ViewCommand::Solo(Some(number))),
                 });
             }
             let hint = || {

@@ -1,7 +1,7 @@
 //! Checkpoints to go back to.
 
 use super::figures::clock;
-use crate::command::Command;
+use crate::command::{Command, TrainingCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Align, Button, Layout, RichText, Ui, WidgetInfo, vec2};
@@ -78,7 +78,7 @@ fn row_ui(ui: &mut Ui, kept: &Kept, idle: bool, out: &mut Vec<Command>) {
                 WidgetInfo::labeled(egui::Role::Button, idle, name)
             });
             if response.clicked() {
-                out.push(Command::GoBack(kept.name.clone()));
+                out.push(Command::Training(TrainingCommand::GoBack(kept.name.clone())));
             }
         });
     });

@@ -1,6 +1,6 @@
 //! What to train, what it will cost, and the buttons that begin, hold and end a run.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand, TrainingCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::job;
@@ -16,7 +16,9 @@ const BUTTON: egui::Vec2 = vec2(84.0, 24.0);
 
 /// The presets as a list, each with what it will cost.
 pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
-    let choice = context.training.choice(context.state, project);
+    let choice = context
+        .training
+        .choice(context.state.look.training, project);
     let pace = context.training.pace();
     for preset in Preset::ALL {
         let chosen = preset == choice.preset;
@@ -75,7 +77,7 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
         };
         let response = response.on_hover_text(format!("{}: {network}. {known}", preset.purpose()));
         if response.clicked() && enabled && !chosen {
-            out.push(Command::Train(wanted));
+            out.push(Command::Look(LookCommand::Training(wanted)));
         }
     }
 }
@@ -110,7 +112,9 @@ pub fn duration(seconds: f64) -> String {
 
 /// The pose that judges, and the minutes.
 pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
-    let choice = context.training.choice(context.state, project);
+    let choice = context
+        .training
+        .choice(context.state.look.training, project);
     let poses = &project.settings.shoot.poses;
     ui.add_enabled_ui(!context.training.running, |ui| {
         ui.horizontal(|ui| {
@@ -128,10 +132,10 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                     for pose in std::iter::once(None).chain((0..others).map(Some)) {
                         let chosen = pose == choice.hold_out;
                         if ui.selectable_label(chosen, name(pose)).clicked() {
-                            out.push(Command::Train(TrainChoice {
+                            out.push(Command::Look(LookCommand::Training(TrainChoice {
                                 hold_out: pose,
                                 ..choice
-                            }));
+                            })));
                         }
                     }
                 });
@@ -148,10 +152,10 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                     .max_decimals(1);
                 let response = ui.add_sized(vec2(52.0, 24.0), field).labelled_by(label.id);
                 if response.changed() {
-                    out.push(Command::Train(TrainChoice {
+                    out.push(Command::Look(LookCommand::Training(TrainChoice {
                         minutes: Some(minutes),
                         ..choice
-                    }));
+                    })));
                 }
                 response.on_hover_text(
                     "Of training, earlier sittings counted in. The learning rate falls towards the end",
@@ -202,14 +206,16 @@ impl Buttons {
             ui.horizontal(|ui| {
                 let yes = Button::new("Begin anew").fill(theme::ACCENT_DIM);
                 if ui.add(yes).clicked() {
-                    out.push(Command::StartTraining { fresh: true });
+                    out.push(Command::Training(TrainingCommand::Start { fresh: true }));
                     self.confirming = false;
                 }
                 self.confirming &= !ui.button("Cancel").clicked();
             });
             return;
         }
-        let choice = context.training.choice(context.state, project);
+        let choice = context
+            .training
+            .choice(context.state.look.training, project);
         let refusal = context.training.refusal(&choice, project);
         ui.horizontal(|ui| {
             let resume = Button::new((icons::PLAY, "Resume"))
@@ -221,7 +227,7 @@ impl Buttons {
                 .on_disabled_hover_text(refusal.clone().unwrap_or_default())
                 .clicked()
             {
-                out.push(Command::StartTraining { fresh: false });
+                out.push(Command::Training(TrainingCommand::Start { fresh: false }));
             }
             let over = Button::new((icons::OVER, "Start over…")).min_size(BUTTON);
             if icons::named_ui(ui, true, over, "Start over…")
@@ -251,7 +257,7 @@ pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
         .on_hover_text(hint)
         .clicked()
     {
-        out.push(Command::StartTraining { fresh });
+        out.push(Command::Training(TrainingCommand::Start { fresh }));
     }
 }
 

@@ -7,7 +7,7 @@ mod curves;
 mod figures;
 mod pictures;
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, JobCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::notice_ui;
@@ -36,7 +36,7 @@ impl TrainingPanel {
                 ui.heading("No project is open");
                 ui.add_space(GAP);
                 if icons::worded_ui(ui, icons::FOLDER, "Open project…").clicked() {
-                    out.push(Command::ChooseProject);
+                    out.push(Command::Dialog(Dialog::Project));
                 }
             });
         };
@@ -149,7 +149,7 @@ fn instead_ui(ui: &mut Ui, context: &PanelContext, records: &Records, out: &mut 
         ui.label("Training needs the calibration: the lamps, their weights in the interview's light, and the camera's response.");
         ui.add_space(GAP);
         if context.status.job.is_none() && ui.button("Calibrate first").clicked() {
-            out.push(Command::Provide(Need::Calibration));
+            out.push(Command::Job(JobCommand::Provide(Need::Calibration)));
         }
     } else if let Some(present) = &records.present {
         heading(ui, "There is a network, and no curve of it");

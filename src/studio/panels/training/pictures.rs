@@ -1,6 +1,6 @@
 //! What the network makes of a pose under one lamp, beside the truth and their difference.
 
-use crate::command::Command;
+use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use base::progress::TrainingPictures;
@@ -108,7 +108,7 @@ pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .show_ui(ui, |ui| {
             for lamp in 0..lamps.len() {
                 if ui.selectable_label(lamp == shown, name(lamp)).clicked() {
-                    out.push(Command::TrainedLamp(lamp));
+                    out.push(Command::View(ViewCommand::TrainedLamp(lamp)));
                 }
             }
         });

@@ -1,6 +1,6 @@
 //! A compass over the picture: seen from above, camera below, it turns the environment.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
 use crate::environment_library::PanoramaState;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
@@ -42,9 +42,9 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
     }
     if let Some(at) = response.interact_pointer_pos() {
         if response.double_clicked() {
-            out.push(Command::Yaw(0.0));
+            out.push(Command::Look(LookCommand::Yaw(0.0)));
         } else if response.dragged() {
-            out.push(Command::Yaw(angle(at - center)));
+            out.push(Command::Look(LookCommand::Yaw(angle(at - center))));
         }
     }
     response.on_hover_text("The environment from above, the camera below. Drag to turn it; a double-click puts it back.");

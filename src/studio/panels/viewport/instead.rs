@@ -1,6 +1,6 @@
 //! What stands where the picture would be: what is missing, why, and the button that brings it.
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, JobCommand, ProjectCommand};
 use crate::environment_library::PanoramaState;
 use crate::panel_context::PanelContext;
 use crate::panels::refusal_ui;
@@ -63,22 +63,38 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             ui.label(sentence);
             match need {
                 Some(Need::Shoot) => {
-                    button(ui, "Locate…".to_owned(), Command::ChooseLocation);
-                    button(ui, "Try again".to_owned(), Command::Reopen);
+                    button(
+                        ui,
+                        "Locate…".to_owned(),
+                        Command::Dialog(Dialog::ShootLocation),
+                    );
+                    button(
+                        ui,
+                        "Try again".to_owned(),
+                        Command::Project(ProjectCommand::Reopen),
+                    );
                 }
                 Some(Need::Calibration) => {
                     button(
                         ui,
                         "Calibrate".to_owned(),
-                        Command::Provide(Need::Calibration),
+                        Command::Job(JobCommand::Provide(Need::Calibration)),
                     );
                 }
                 Some(Need::Network) => {
                     let minutes = Preset::Quick.config().minutes;
                     let time = minutes.map_or(String::new(), |m| format!(" for {m} minutes"));
-                    button(ui, format!("Train{time}"), Command::Provide(Need::Network));
+                    button(
+                        ui,
+                        format!("Train{time}"),
+                        Command::Job(JobCommand::Provide(Need::Network)),
+                    );
                 }
-                None => button(ui, "Try again".to_owned(), Command::Reopen),
+                None => button(
+                    ui,
+                    "Try again".to_owned(),
+                    Command::Project(ProjectCommand::Reopen),
+                ),
             }
         }
         Phase::Ready { .. } => match context.environment().map(|e| &e.panorama) {
@@ -89,7 +105,7 @@ pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
                 button(
                     ui,
                     "Add environments…".to_owned(),
-                    Command::ChooseEnvironments,
+                    Command::Dialog(Dialog::Environments),
                 );
             }
             Some(PanoramaState::Failed(sentence)) => {

@@ -4,7 +4,7 @@ mod gizmo;
 mod instead;
 mod toolbar;
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand, ViewCommand};
 use crate::comparison::CompareMode;
 use crate::environment_library::PanoramaState;
 use crate::icons;
@@ -243,7 +243,9 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
         .interact_pointer_pos()
         .filter(|_| response.dragged())
     {
-        out.push(Command::Wipe((at.x - place.left()) / place.width()));
+        out.push(Command::View(ViewCommand::Wipe(
+            (at.x - place.left()) / place.width(),
+        )));
     }
 }
 
@@ -269,7 +271,7 @@ fn probe(
     });
     // The last pixel stays when the cursor goes to the panel that shows it.
     if pixel.is_some() && pixel != context.state.probed {
-        out.push(Command::Probe(pixel));
+        out.push(Command::View(ViewCommand::Pixel(pixel)));
     }
 }
 
@@ -279,21 +281,23 @@ fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
     let shift = ui.input(|i| i.modifiers.shift);
     let delta = response.drag_delta();
     if response.dragged_by(PointerButton::Primary) {
-        out.push(Command::Turn(
+        out.push(Command::Look(LookCommand::Turn(
             delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 },
-        ));
+        )));
     } else if response.dragged_by(PointerButton::Secondary) && shift {
-        out.push(Command::Turn(delta.x * DEGREES_PER_POINT));
+        out.push(Command::Look(LookCommand::Turn(
+            delta.x * DEGREES_PER_POINT,
+        )));
     } else if response.dragged_by(PointerButton::Middle) {
-        out.push(Command::Pan(delta.into()));
+        out.push(Command::View(ViewCommand::Pan(delta.into())));
     }
     if let Some(at) = response.hover_pos() {
         let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
         if factor != 1.0 {
-            out.push(Command::Zoom {
+            out.push(Command::View(ViewCommand::Zoom {
                 factor,
                 about: (at - rect.center()).into(),
-            });
+            }));
         }
     }
 }

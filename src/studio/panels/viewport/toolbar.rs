@@ -1,6 +1,6 @@
 //! The line above the picture: what it is compared with, how it is scaled, and the pixel under the cursor.
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, LookCommand, TrainingCommand, ViewCommand, WindowCommand};
 use crate::comparison::{CompareMode, CompareSettings, Reference};
 use crate::icons;
 use crate::panel_context::PanelContext;
@@ -57,13 +57,13 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let hint = "A pixel of the picture on one of the screen. Key: 1";
                 if ui.button("1:1").on_hover_text(hint).clicked() {
-                    out.push(Command::ActualSize);
+                    out.push(Command::Window(WindowCommand::ActualSize));
                 }
                 if icons::named_ui(ui, true, icons::alone(icons::FIT), "Fit")
                     .on_hover_text("Fits the picture. Key: F")
                     .clicked()
                 {
-                    out.push(Command::Fit);
+                    out.push(Command::View(ViewCommand::Fit));
                 }
                 channels_ui(ui, context, out);
                 if let Some(text) = pixel(context) {
@@ -83,7 +83,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
             (compare.first.as_ref()).map_or("relit".to_owned(), |first| name(first, context));
         let set = |first| {
             let compare = compare.clone();
-            Command::Compare(CompareSettings { first, ..compare })
+            Command::View(ViewCommand::Compare(CompareSettings { first, ..compare }))
         };
         let button = Button::new((icons::COMPARE, text.as_str()));
         let menu = MenuButton::from_button(button).ui(ui, |ui| {
@@ -98,13 +98,13 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         });
         called(menu.0.on_hover_text(hint), format!("First: {text}"));
     }
-    let against = |with| {
+    let against = |reference| {
         let compare = compare.clone();
-        Command::Compare(CompareSettings {
+        Command::View(ViewCommand::Compare(CompareSettings {
             on: true,
-            with,
+            reference,
             ..compare
-        })
+        }))
     };
     let (text, button) = if compare.on {
         let text = format!("Against {}", name(&compare.reference, context));
@@ -115,15 +115,15 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     };
     let menu = MenuButton::from_button(button).ui(ui, |ui| {
         if ui.selectable_label(!compare.on, "Nothing").clicked() {
-            out.push(Command::Compare(CompareSettings {
+            out.push(Command::View(ViewCommand::Compare(CompareSettings {
                 on: false,
                 ..compare.clone()
-            }));
+            })));
         }
         let now = compare.on.then_some(&compare.reference);
         pictures_ui(ui, context, now, out, against);
         if ui.button("True OLATs in a folder…").clicked() {
-            out.push(Command::CompareTruth);
+            out.push(Command::Dialog(Dialog::ComparisonTruth));
         }
     });
     called(menu.0.on_hover_text(hint), text);
@@ -136,17 +136,17 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         (CompareMode::Toggle, "one at a time"),
         (CompareMode::Difference, "difference"),
     ];
-    let now = ways.iter().find(|(how, _)| *how == compare.mode);
+    let now = ways.iter().find(|(mode, _)| *mode == compare.mode);
     let list = ComboBox::from_id_salt("how to compare")
         .selected_text(now.map_or("", |(_, name)| name))
         .width(110.0);
     let response = list.show_ui(ui, |ui| {
-        for (how, name) in ways {
-            if ui.selectable_label(how == compare.mode, name).clicked() {
-                out.push(Command::Compare(CompareSettings {
-                    how,
+        for (mode, name) in ways {
+            if ui.selectable_label(mode == compare.mode, name).clicked() {
+                out.push(Command::View(ViewCommand::Compare(CompareSettings {
+                    mode,
                     ..compare.clone()
-                }));
+                })));
             }
         }
     });
@@ -211,7 +211,7 @@ fn checkpoints_ui(
     entry: impl Fn(&mut Ui, &mut Vec<Command>, &str, Reference) -> Response,
 ) {
     if !context.training.is_asked() {
-        out.push(Command::ListCheckpoints);
+        out.push(Command::Training(TrainingCommand::ListCheckpoints));
     }
     let (Some(project), Some(records)) = (context.project, &context.training.records) else {
         ui.label(RichText::new("Reading the list").color(theme::QUIET));
@@ -248,7 +248,7 @@ fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         for (inspection, name, key) in SHOWN {
             let entry = Button::selectable(inspection == now, name).shortcut_text(key);
             if icons::named_ui(ui, true, entry, name).clicked() && inspection != now {
-                out.push(Command::Inspect(inspection));
+                out.push(Command::Look(LookCommand::Inspect(inspection)));
             }
         }
     });
@@ -270,7 +270,7 @@ fn solo_ui(ui: &mut Ui, lamp: usize, context: &PanelContext, out: &mut Vec<Comma
     let back = Button::new(RichText::new(format!("{text} alone ×")).color(theme::ACCENT));
     let hint = "Back to the environment. Keys: Page up and Page down go through the lamps";
     if ui.add(back).on_hover_text(hint).clicked() {
-        out.push(Command::Solo(None));
+        out.push(Command::View(ViewCommand::Solo(None)));
     }
 }
 
