@@ -98,6 +98,7 @@ fn show(
         viewport: egui::ViewportBuilder::default()
             .with_title(&title)
             .with_app_id("afterlight")
+            .with_icon(icon())
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([720.0, 480.0])
             .with_drag_and_drop(true),
@@ -121,6 +122,12 @@ fn show(
             "Start it in a desktop session, or use the commands: afterlight --help",
         )
     })
+}
+
+/// What the window's bar and the list of windows show.
+fn icon() -> egui::IconData {
+    let png = include_bytes!("../../assets/icon/128.png");
+    eframe::icon_data::from_png_bytes(png).unwrap_or_default()
 }
 
 /// Lets the network compute on the GPU that draws the window.
