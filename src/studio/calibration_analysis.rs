@@ -28,7 +28,7 @@ impl CalibrationAnalysis {
     }
 
     /// Takes in the newest answers.
-    pub fn hear(&mut self) {
+    pub fn receive(&mut self) {
         if let Some(thread) = &self.thread {
             self.probe = thread.probe().or(self.probe.take());
             self.gamma = thread.gamma().or(self.gamma.take());
@@ -71,22 +71,47 @@ impl CalibrationAnalysis {
         }
     }
 
-    /// The silhouette that is shown, set by hand or the project's.
-    pub fn circle(&self, state: &State) -> Option<Circle> {
-        let kept = || Some(self.probe.as_ref()?.as_ref().ok()?.kept);
-        state.look.circle.or_else(kept)
+    /// The mirror ball's outline that is shown, set by hand or the project's.
+    ///
+    /// # Errors
+    /// Why it is not known.
+    pub fn circle(&self, state: &State) -> Result<Circle, String> {
+        match state.look.circle {
+            Some(circle) => Ok(circle),
+            None => Ok(known(&self.probe, "mirror balls")?.kept),
+        }
     }
 
     /// The response that is shown, set by hand or the calibration's.
-    pub fn trial(&self, state: &State) -> Option<Trial> {
-        let calibrated = || Some(self.gamma.as_ref()?.as_ref().ok()?.calibrated);
-        state.look.trial.or_else(calibrated)
+    ///
+    /// # Errors
+    /// Why it is not known.
+    pub fn trial(&self, state: &State) -> Result<Trial, String> {
+        match state.look.trial {
+            Some(trial) => Ok(trial),
+            None => Ok(known(&self.gamma, "exemplars and the interview")?.calibrated),
+        }
     }
 
-    /// The silhouette that the photographs show.
-    pub fn found(&self) -> Option<Circle> {
-        let study = self.probe.as_ref()?.as_ref().ok()?;
-        Some(study.found.as_ref().ok()?.circle)
+    /// The outline that was found in the photographs.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn found(&self) -> Result<Circle, String> {
+        let found = &known(&self.probe, "mirror balls")?.found;
+        found
+            .as_ref()
+            .map(|found| found.circle)
+            .map_err(Clone::clone)
+    }
+}
+
+/// An answer, or why there is none.
+fn known<'a, T>(answer: &'a Option<Result<Arc<T>, String>>, what: &str) -> Result<&'a T, String> {
+    match answer {
+        Some(Ok(answer)) => Ok(answer),
+        Some(Err(sentence)) => Err(sentence.clone()),
+        None => Err(format!("The {what} are still being read")),
     }
 }
 

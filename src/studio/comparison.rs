@@ -1,7 +1,7 @@
 //! What the picture is compared with, and how both are shown.
 
 use super::environment_list::ListedEnvironment;
-use super::state::State;
+use super::look::LookSettings;
 use light::Environment;
 use light::conventions::Front;
 use std::path::PathBuf;
@@ -73,40 +73,38 @@ impl CompareSettings {
         self.second = !(self.on && self.mode == CompareMode::Toggle && self.second);
         (self.on, self.mode) = (true, CompareMode::Toggle);
     }
-}
 
-impl State {
-    /// The pictures besides the relit one that this state asks for, the first and the second; none where it is
-    /// of an environment that has not been read.
-    pub fn compared(
+    /// The pictures that these settings ask for besides the relit one, the first and the second; None for an
+    /// environment that is not loaded. `environment` gives those that are.
+    pub fn pictures(
         &self,
+        look: &LookSettings,
         environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
     ) -> [Option<Comparison>; 2] {
-        if !self.compare.on {
+        if !self.on {
             return [None, None];
         }
-        let CompareSettings {
-            first, reference, ..
-        } = &self.compare;
-        [first.as_ref(), Some(reference)].map(|shown| self.beside(shown?, &environment))
+        [self.first.as_ref(), Some(&self.reference)].map(|shown| shown?.picture(look, &environment))
     }
+}
 
-    fn beside(
+impl Reference {
+    fn picture(
         &self,
-        reference: &Reference,
+        look: &LookSettings,
         environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
     ) -> Option<Comparison> {
-        Some(match reference {
-            Reference::Plate => Comparison::Plate,
-            Reference::Environment(origin) => {
-                let mut list = self.look.environments.iter();
+        Some(match self {
+            Self::Plate => Comparison::Plate,
+            Self::Environment(origin) => {
+                let mut list = look.environments.iter();
                 let listed = list.find(|listed| listed.origin == *origin);
                 let front = listed.map_or(Front::default(), ListedEnvironment::front);
-                Comparison::Light(environment(origin)?, front.turned(self.look.yaw_deg))
+                Comparison::Light(environment(origin)?, front.turned(look.yaw_deg))
             }
-            Reference::Exemplar(pose) => Comparison::Olats(ComparisonSource::Exemplar(*pose)),
-            Reference::Truth(folder) => Comparison::Olats(ComparisonSource::Truth(folder.clone())),
-            Reference::Checkpoint(folder) => {
+            Self::Exemplar(pose) => Comparison::Olats(ComparisonSource::Exemplar(*pose)),
+            Self::Truth(folder) => Comparison::Olats(ComparisonSource::Truth(folder.clone())),
+            Self::Checkpoint(folder) => {
                 Comparison::Olats(ComparisonSource::Checkpoint(folder.clone()))
             }
         })
@@ -115,7 +113,8 @@ impl State {
 
 #[cfg(test)]
 mod tests {
-    use super::super::command::Command;
+    use super::super::command::LookCommand;
+    use super::super::state::State;
     use super::*;
     use imaging::Image;
 
@@ -138,22 +137,22 @@ mod tests {
     fn the_other_environment_is_turned_by_its_own_front() {
         let mut state = State::new(1, 24.0);
         let files = ["/a.hdr", "/b.hdr"].map(PathBuf::from);
-        state.apply(&Command::AddEnvironments(files.clone().into()));
-        state.apply(&Command::Yaw(10.0));
-        state.apply(&Command::Front(0, Some(Front::new(90.0))));
-        state.apply(&Command::Front(1, Some(Front::new(-20.0))));
+        state.change(LookCommand::AddEnvironments(files.clone().into()));
+        state.change(LookCommand::Yaw(10.0));
+        state.change(LookCommand::Front(0, Some(Front::new(90.0))));
+        state.change(LookCommand::Front(1, Some(Front::new(-20.0))));
         state.compare.on = true;
         state.compare.reference = Reference::Environment(Origin::File(files[1].clone()));
         let grey = Image::filled(2, 1, [0.5; 3]);
         let grey = std::sync::Arc::new(Environment::from_radiance("grey", grey));
-        let compared = state.compared(|_| Some(grey.clone()));
+        let compared = state.compare.pictures(&state.look, |_| Some(grey.clone()));
         assert_eq!(
             compared,
             [None, Some(Comparison::Light(grey.clone(), -10.0))]
         );
         state.compare.first = Some(Reference::Plate);
         assert_eq!(
-            state.compared(|_| None),
+            state.compare.pictures(&state.look, |_| None),
             [Some(Comparison::Plate), None],
             "it was not read"
         );

@@ -12,7 +12,7 @@ pub struct DestinationQuery {
     /// First and last frame.
     pub range: (usize, usize),
     /// Exports that are over: each may have written files.
-    pub over: usize,
+    pub finished: usize,
 }
 
 /// What was found.
@@ -45,7 +45,7 @@ impl DestinationCheck {
     }
 
     /// Takes in the answer and asks where `query` is another question than before.
-    pub fn look(&mut self, query: DestinationQuery) {
+    pub fn ask(&mut self, query: DestinationQuery) {
         if let Some(found) = self.answer.take() {
             self.found = Some(found);
             self.busy = false;
@@ -85,10 +85,10 @@ mod tests {
     fn files_that_are_there_are_found_and_the_newest_question_is_answered() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("a.0003.png"), "").unwrap();
-        let query = |name: &str, over| DestinationQuery {
+        let query = |name: &str, finished| DestinationQuery {
             to: folder.path().join(name).display().to_string(),
             range: (0, 7),
-            over,
+            finished,
         };
         let mut destination_check = DestinationCheck::new(|| {});
         let started = Instant::now();
@@ -98,7 +98,7 @@ mod tests {
                 .is_none_or(|found| found.query != query)
             {
                 assert!(started.elapsed() < Duration::from_secs(60));
-                destination_check.look(query.clone());
+                destination_check.ask(query.clone());
                 std::thread::sleep(Duration::from_millis(1));
             }
             destination_check.found().cloned().unwrap()

@@ -3,10 +3,11 @@
 
 use super::environment_list::{self, ListedEnvironment};
 use egui::Context;
+use light::Environment;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{EnvironmentListWriter, Panorama, PanoramaLoader};
+use worker::{EnvironmentListWriter, Origin, Panorama, PanoramaLoader};
 
 /// An environment in the list.
 pub struct EnvironmentEntry {
@@ -103,6 +104,15 @@ impl EnvironmentLibrary {
         &self.entries
     }
 
+    /// A panorama of the list, once it is loaded.
+    pub fn environment(&self, origin: &Origin) -> Option<Arc<Environment>> {
+        let mut entries = self.entries.iter();
+        match &entries.find(|e| e.listed.origin == *origin)?.panorama {
+            PanoramaState::Done { panorama, .. } => Some(panorama.environment.clone()),
+            PanoramaState::Waiting | PanoramaState::Failed(_) => None,
+        }
+    }
+
     /// Brings the panoramas and the project in line with the list.
     pub fn follow(&mut self, list: &Arc<Vec<ListedEnvironment>>) {
         if self.list == *list && self.entries.len() == list.len() {
@@ -130,7 +140,7 @@ impl EnvironmentLibrary {
     }
 
     /// Takes in what has been read, and gives what could not be kept, a sentence each.
-    pub fn hear(&mut self) -> Vec<String> {
+    pub fn receive(&mut self) -> Vec<String> {
         for (origin, read) in self.loader.loaded() {
             let panorama = match read {
                 Ok(panorama) => {

@@ -1,6 +1,6 @@
 //! The list of environments as a setting: which there are, whose they are, and which way is front in them.
 
-use super::state::LookSettings;
+use super::look::LookSettings;
 use light::built_in;
 use light::conventions::Front;
 use project::{NamedEnvironment, Project, free_name};
@@ -158,7 +158,7 @@ impl LookSettings {
 
 #[cfg(test)]
 mod tests {
-    use super::super::command::Command;
+    use super::super::command::LookCommand;
     use super::super::state::State;
     use super::*;
     use light::conventions::Tool;
@@ -176,8 +176,8 @@ mod tests {
         state
     }
 
-    fn apply(state: &mut State, command: Command) {
-        state.apply(&command);
+    fn apply(state: &mut State, command: LookCommand) {
+        state.change(command);
         state.release();
     }
 
@@ -189,20 +189,20 @@ mod tests {
     #[test]
     fn the_picture_of_a_front_is_the_picture_of_the_yaw_that_it_stands_for() {
         let mut s = state();
-        apply(&mut s, Command::Yaw(25.0));
+        apply(&mut s, LookCommand::Yaw(25.0));
         for tool in Tool::ALL {
             let front = Front::of(tool);
             let mut turned = s.clone();
-            apply(&mut turned, Command::Yaw(25.0 + front.yaw_deg()));
-            apply(&mut s, Command::Front(0, Some(front)));
+            apply(&mut turned, LookCommand::Yaw(25.0 + front.yaw_deg()));
+            apply(&mut s, LookCommand::Front(0, Some(front)));
             let off = s.scene().yaw_deg - turned.scene().yaw_deg;
             assert!(off.rem_euclid(360.0) < 1e-3, "{tool:?}: {off}");
             assert_eq!(s.look.yaw_deg, 25.0);
-            apply(&mut s, Command::Front(0, None));
+            apply(&mut s, LookCommand::Front(0, None));
         }
         // It belongs to the file: another environment stays as it is.
-        apply(&mut s, Command::Front(0, Some(Front::new(90.0))));
-        apply(&mut s, Command::Environment(1));
+        apply(&mut s, LookCommand::Front(0, Some(Front::new(90.0))));
+        apply(&mut s, LookCommand::Environment(1));
         assert_eq!(s.scene().yaw_deg, 25.0);
     }
 
@@ -210,11 +210,11 @@ mod tests {
     fn what_is_added_comes_last_and_is_shown_once_and_undone() {
         let mut s = state();
         let files = ["/a/sky.hdr", "/b/yard.hdr", "/a/sky.hdr"].map(PathBuf::from);
-        apply(&mut s, Command::AddEnvironments(files.into()));
+        apply(&mut s, LookCommand::AddEnvironments(files.into()));
         assert_eq!(names(&s), ["sky", "night", "sky 2", "yard"]);
         assert_eq!(s.look.environment, 2);
         assert!(s.look.environments[2].asks() && !s.look.environments[0].asks());
-        apply(&mut s, Command::Undo);
+        apply(&mut s, LookCommand::Undo);
         assert_eq!((names(&s), s.look.environment), (vec!["sky", "night"], 0));
     }
 
@@ -222,8 +222,8 @@ mod tests {
     fn only_what_was_added_is_removed_and_the_one_that_is_shown_stays() {
         let mut s = state();
         let files = ["/a", "/b", "/c"].map(PathBuf::from);
-        apply(&mut s, Command::AddEnvironments(files.into()));
-        apply(&mut s, Command::Environment(4));
+        apply(&mut s, LookCommand::AddEnvironments(files.into()));
+        apply(&mut s, LookCommand::Environment(4));
         for (removed, left, shown) in [
             (0, vec!["sky", "night", "a", "b", "c"], "c"),
             (99, vec!["sky", "night", "a", "b", "c"], "c"),
@@ -231,12 +231,12 @@ mod tests {
             (3, vec!["sky", "night", "b"], "b"),
             (2, vec!["sky", "night"], "night"),
         ] {
-            apply(&mut s, Command::RemoveEnvironment(removed));
+            apply(&mut s, LookCommand::RemoveEnvironment(removed));
             assert_eq!(names(&s), left);
             assert_eq!(names(&s)[s.look.environment], shown);
         }
         for _ in 0..3 {
-            apply(&mut s, Command::Undo);
+            apply(&mut s, LookCommand::Undo);
         }
         assert_eq!(names(&s)[s.look.environment], "c");
     }

@@ -2,7 +2,7 @@
 
 use super::environment_library::PanoramaState;
 use super::keyframed::Keyframed;
-use super::state::LookSettings;
+use super::look::LookSettings;
 use super::status::Phase;
 use compositor::Storage;
 use export::relight::RelightSettings;

@@ -1,6 +1,5 @@
 //! The interview's and the exemplars' pictures as they were filmed, read when the pane shows them.
 
-use super::state::State;
 use base::error::Result;
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use imaging::resample::resize_area;
@@ -94,7 +93,7 @@ impl FootageReader {
     }
 
     /// Takes in what was read. Called in every frame of the window.
-    pub fn hear(&mut self, ctx: &Context) {
+    pub fn receive(&mut self, ctx: &Context) {
         if let Some((request, read)) = self.pictures.iter().flat_map(Lookup::answers).last() {
             self.picture = Some(match read {
                 Ok((codes, size)) => Ok(FootagePicture {
@@ -120,23 +119,28 @@ impl FootageReader {
     pub fn ask(
         &mut self,
         project: &Project,
-        state: &State,
+        frame: usize,
+        pose: usize,
+        view: FootageView,
         wake: impl Fn() + Clone + Send + 'static,
     ) {
         let shoot = &project.settings.shoot;
         if shoot.frames.is_empty() || shoot.poses.is_empty() || shoot.lamps.is_empty() {
             return;
         }
-        let frame = state.frame.min(shoot.frames.len() - 1);
-        let view = state.footage.matte;
-        let request = if state.footage.exemplars {
-            let pose = state.pose.min(shoot.poses.len() - 1);
+        let FootageView {
+            matte: view,
+            exemplars,
+        } = view;
+        let request = if exemplars {
+            let pose = pose.min(shoot.poses.len() - 1);
             FootageRequest {
                 picture: project.olat_path(pose, 0),
                 matte: project.exemplar_mask_path(pose),
                 view,
             }
         } else {
+            let frame = frame.min(shoot.frames.len() - 1);
             FootageRequest {
                 picture: project.frame_path(frame),
                 matte: project.frame_mask_path(frame),

@@ -1,8 +1,7 @@
 //! What has keyframes: its value at the shown frame follows them, and changing the value sets a key there.
 
-use super::command::Command;
-use super::state::LookSettings;
-use light::keyframes::Keyframes;
+use super::look::LookSettings;
+use light::keyframes::{Interpolation, Keyframes};
 
 /// A setting that can change over the clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -74,54 +73,59 @@ impl LookSettings {
         }
     }
 
-    /// Sets a key at a frame wherever the value of what has keys is another than `before`.
-    pub(super) fn note(&mut self, before: &Self, frame: usize) {
+    /// Sets a key at a frame for each setting that has keys and is another than `before`.
+    pub(super) fn set_keys(&mut self, before: &Self, frame: usize) {
         for of in Keyframed::ALL {
             let value = self.value(of);
             if self.is_keyed(of) && value != before.value(of) && self.keys(of) == before.keys(of) {
-                // A value that is no number is not kept: the keys stay.
+                // NaN is refused: the keys stay.
                 let _ = self.keys_mut(of).insert(frame as f64, f64::from(value));
             }
         }
     }
 
-    /// Does what a command asks of the keys, at the shown frame.
-    pub(super) fn change_keys(&mut self, command: &Command, frame: usize) {
-        match *command {
-            Command::ToggleKey(of) => match self.key_at(of, frame) {
-                Some(index) => drop(self.keys_mut(of).remove(index)),
-                None => {
-                    let value = f64::from(self.value(of));
-                    // As above.
-                    let _ = self.keys_mut(of).insert(frame as f64, value);
-                }
-            },
-            Command::RemoveKey { of, index } => drop(self.keys_mut(of).remove(index)),
-            Command::MoveKey { of, index, frame } => {
-                if let Some(key) = self.keys(of).keys().get(index).copied() {
-                    // The key is there and its value is one, so nothing can fail.
-                    let _ = self.keys_mut(of).shift(index, frame as f64, key.value);
-                }
+    /// Sets a key at a frame, or removes the one that is there.
+    pub(super) fn toggle_key(&mut self, of: Keyframed, frame: usize) {
+        match self.key_at(of, frame) {
+            Some(index) => self.remove_key(of, index),
+            None => {
+                let value = f64::from(self.value(of));
+                // NaN is refused: the keys stay.
+                let _ = self.keys_mut(of).insert(frame as f64, value);
             }
-            Command::Interpolate(of, interpolation) => {
-                self.keys_mut(of).interpolation = interpolation;
-            }
-            _ => {}
         }
+    }
+
+    /// Removes a key, if there is one of this index.
+    pub(super) fn remove_key(&mut self, of: Keyframed, index: usize) {
+        self.keys_mut(of).remove(index);
+    }
+
+    /// Moves a key to a frame, if there is one of this index.
+    pub(super) fn move_key(&mut self, of: Keyframed, index: usize, frame: usize) {
+        if let Some(key) = self.keys(of).keys().get(index).copied() {
+            // The key exists and its value is finite: nothing can fail.
+            let _ = self.keys_mut(of).shift(index, frame as f64, key.value);
+        }
+    }
+
+    /// How values go from key to key.
+    pub(super) fn interpolate(&mut self, of: Keyframed, interpolation: Interpolation) {
+        self.keys_mut(of).interpolation = interpolation;
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::command::{LookCommand, ViewCommand};
     use super::super::state::State;
     use super::*;
     use light::Lighting;
-    use light::keyframes::Interpolation;
 
-    fn at(state: &mut State, frame: usize, command: Command) {
-        state.apply(&Command::Frame(frame));
+    fn at(state: &mut State, frame: usize, command: LookCommand) {
+        state.show(ViewCommand::Frame(frame));
         state.release();
-        state.apply(&command);
+        state.change(command);
         state.release();
     }
 
@@ -132,23 +136,23 @@ mod tests {
     #[test]
     fn a_change_of_what_has_keys_sets_a_key_at_the_shown_frame() {
         let mut s = State::new(11, 24.0);
-        s.apply(&Command::Yaw(10.0));
-        s.apply(&Command::Frame(4));
+        s.change(LookCommand::Yaw(10.0));
+        s.show(ViewCommand::Frame(4));
         assert!(!s.look.is_keyed(Keyframed::Yaw), "a value alone is no key");
-        s.apply(&Command::ToggleKey(Keyframed::Yaw));
+        s.change(LookCommand::ToggleKey(Keyframed::Yaw));
         // Beyond half a turn: the light goes all the way, not back.
-        at(&mut s, 8, Command::Yaw(400.0));
-        at(&mut s, 6, Command::Turn(5.0));
+        at(&mut s, 8, LookCommand::Yaw(400.0));
+        at(&mut s, 6, LookCommand::Turn(5.0));
         assert_eq!(frames(&s, Keyframed::Yaw), [4.0, 6.0, 8.0]);
         let yaws: Vec<f32> = [0, 4, 6, 8, 10]
             .map(|frame| {
-                s.apply(&Command::Frame(frame));
+                s.show(ViewCommand::Frame(frame));
                 s.scene().yaw_deg
             })
             .into();
         assert_eq!(yaws, [10.0, 10.0, 210.0, 400.0, 400.0]);
         for expected in [vec![4.0, 8.0], vec![4.0], vec![]] {
-            s.apply(&Command::Undo);
+            s.change(LookCommand::Undo);
             assert_eq!(frames(&s, Keyframed::Yaw), expected);
         }
         assert_eq!(s.look.yaw_deg, 10.0);
@@ -157,15 +161,15 @@ mod tests {
     #[test]
     fn going_through_the_frames_is_no_change() {
         let mut s = State::new(11, 24.0);
-        s.apply(&Command::ToggleKey(Keyframed::Yaw));
-        at(&mut s, 10, Command::Yaw(90.0));
-        s.apply(&Command::Frame(0));
+        s.change(LookCommand::ToggleKey(Keyframed::Yaw));
+        at(&mut s, 10, LookCommand::Yaw(90.0));
+        s.show(ViewCommand::Frame(0));
         let look = s.look.clone();
         (0..11).for_each(|_| s.advance());
-        s.apply(&Command::LastFrame);
-        s.apply(&Command::StepFrame(-10));
+        s.show(ViewCommand::LastFrame);
+        s.show(ViewCommand::StepFrame(-10));
         assert_eq!(s.look, look);
-        (0..2).for_each(|_| s.apply(&Command::Undo));
+        (0..2).for_each(|_| s.change(LookCommand::Undo));
         assert!(!s.can_undo());
     }
 
@@ -173,28 +177,28 @@ mod tests {
     fn intensity_has_keys_of_its_own_and_other_settings_of_the_light_set_none() {
         let mut s = State::new(11, 24.0);
         let intensity = |s: &State, stops: f32| {
-            Command::Lighting(Box::new(Lighting {
+            LookCommand::Lighting(Box::new(Lighting {
                 intensity_stops: stops,
                 ..s.look.lighting.clone()
             }))
         };
-        s.apply(&Command::ToggleKey(Keyframed::Intensity));
+        s.change(LookCommand::ToggleKey(Keyframed::Intensity));
         let brighter = intensity(&s, 2.0);
         at(&mut s, 10, brighter);
-        s.apply(&Command::Interpolate(
+        s.change(LookCommand::Interpolate(
             Keyframed::Intensity,
             Interpolation::Linear,
         ));
-        s.apply(&Command::Frame(5));
+        s.show(ViewCommand::Frame(5));
         assert_eq!(s.scene().lighting.intensity_stops, 1.0);
         let warmer = Lighting {
             temperature_k: 4000.0,
             ..s.look.lighting.clone()
         };
-        s.apply(&Command::Lighting(Box::new(warmer)));
+        s.change(LookCommand::Lighting(Box::new(warmer)));
         assert_eq!(frames(&s, Keyframed::Intensity), [0.0, 10.0]);
         let broken = intensity(&s, f32::NAN);
-        s.apply(&broken);
+        s.change(broken);
         assert_eq!(s.look.lighting.intensity_stops, 1.0);
         assert_eq!(frames(&s, Keyframed::Intensity), [0.0, 10.0]);
     }
@@ -203,26 +207,26 @@ mod tests {
     fn keys_are_moved_and_removed_and_a_key_gives_way_to_the_one_that_is_moved_there() {
         let mut s = State::new(11, 24.0);
         for frame in [2, 5, 9] {
-            at(&mut s, frame, Command::ToggleKey(Keyframed::Yaw));
+            at(&mut s, frame, LookCommand::ToggleKey(Keyframed::Yaw));
         }
         let of = Keyframed::Yaw;
-        s.apply(&Command::MoveKey {
+        s.change(LookCommand::MoveKey {
             of,
             index: 0,
             frame: 7,
         });
         assert_eq!(frames(&s, of), [5.0, 7.0, 9.0]);
         s.release();
-        s.apply(&Command::MoveKey {
+        s.change(LookCommand::MoveKey {
             of,
             index: 2,
             frame: 5,
         });
         assert_eq!(frames(&s, of), [5.0, 7.0]);
-        s.apply(&Command::RemoveKey { of, index: 0 });
-        s.apply(&Command::RemoveKey { of, index: 9 });
+        s.change(LookCommand::RemoveKey { of, index: 0 });
+        s.change(LookCommand::RemoveKey { of, index: 9 });
         assert_eq!(frames(&s, of), [7.0]);
-        at(&mut s, 7, Command::ToggleKey(of));
+        at(&mut s, 7, LookCommand::ToggleKey(of));
         assert!(!s.look.is_keyed(of));
     }
 }

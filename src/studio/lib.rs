@@ -14,6 +14,7 @@ mod icons;
 mod keyframed;
 mod keys;
 mod layout;
+mod look;
 mod network_review;
 mod palette;
 mod panel_context;
@@ -32,7 +33,10 @@ mod workspace_view;
 
 pub use app::{ProjectHandover, StudioApp};
 pub use calibration_analysis::CalibrationAnalysis;
-pub use command::Command;
+pub use command::{
+    CalibrationCommand, Command, Dialog, ExportCommand, JobCommand, LookCommand, ProjectCommand,
+    ReviewCommand, TrainingCommand, ViewCommand, WindowCommand,
+};
 pub use comparison::{CompareMode, CompareSettings, Reference};
 pub use environment_library::{EnvironmentEntry, PanoramaState};
 pub use environment_list::{ListedEnvironment, Owner};
@@ -40,10 +44,11 @@ pub use export_options::ExportOptions;
 pub use footage_reader::{FootageReader, FootageView, MatteView};
 pub use keyframed::Keyframed;
 pub use layout::{Layout, Pane, Workspace};
+pub use look::LookSettings;
 pub use network_review::NetworkReview;
 pub use preferences::Preferences;
 pub use recents::{Recent, Recents};
-pub use state::{LookSettings, State, View};
+pub use state::{State, View};
 pub use status::{LogLine, Phase, RunningJob, Severity, Status};
 pub use training::{TrainChoice, Training};
 pub use wizard::{Plan, Wizard};
@@ -93,6 +98,7 @@ fn show(
         viewport: egui::ViewportBuilder::default()
             .with_title(&title)
             .with_app_id("afterlight")
+            .with_icon(icon())
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([720.0, 480.0])
             .with_drag_and_drop(true),
@@ -116,6 +122,12 @@ fn show(
             "Start it in a desktop session, or use the commands: afterlight --help",
         )
     })
+}
+
+/// What the window's bar and the list of windows show.
+fn icon() -> egui::IconData {
+    let png = include_bytes!("../../assets/icon/128.png");
+    eframe::icon_data::from_png_bytes(png).unwrap_or_default()
 }
 
 /// Lets the network compute on the GPU that draws the window.

@@ -33,7 +33,7 @@ impl NetworkReview {
     }
 
     /// Takes in the newest answers.
-    pub fn hear(&mut self) {
+    pub fn receive(&mut self) {
         let Some(thread) = &self.thread else { return };
         self.sheet = thread.sheet().or(self.sheet.take());
         if let Some(written) = thread.written() {
@@ -71,13 +71,21 @@ impl NetworkReview {
         }
     }
 
-    /// Sets and keeps a verdict or a note, unless those that are there could not be read.
-    pub fn mark(&mut self, marked: Marked) {
-        if let (Some(thread), Some(Ok(_))) = (&self.thread, &self.kept) {
-            self.marks.set(marked);
-            self.edited = true;
-            thread.write(self.marks.clone());
+    /// Sets and saves a verdict or a note.
+    ///
+    /// # Errors
+    /// When the saved ones are not read yet, or cannot be read: they would be lost.
+    pub fn mark(&mut self, marked: Marked) -> Result<(), String> {
+        let (Some(thread), Some(saved)) = (&self.thread, &self.kept) else {
+            return Err("The review is still being read".to_owned());
+        };
+        if let Err(sentence) = saved {
+            return Err(sentence.clone());
         }
+        self.marks.set(marked);
+        self.edited = true;
+        thread.write(self.marks.clone());
+        Ok(())
     }
 
     /// The truth that a new measurement goes by.

@@ -1,6 +1,6 @@
 //! The list of all commands: what is typed narrows it, Enter runs the first.
 
-use super::command::Command;
+use super::command::{Command, Dialog, LookCommand, WindowCommand};
 use super::keys;
 use super::layout::{Pane, Workspace};
 use super::panel_context::PanelContext;
@@ -9,11 +9,11 @@ use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
 /// Commands that have no key.
 const OTHERS: [(&str, Command); 5] = [
-    ("add environments…", Command::ChooseEnvironments),
-    ("open a project…", Command::ChooseProject),
+    ("add environments…", Command::Dialog(Dialog::Environments)),
+    ("open a project…", Command::Dialog(Dialog::Project)),
     (
         "compare with true OLATs in a folder…",
-        Command::CompareTruth,
+        Command::Dialog(Dialog::ComparisonTruth),
     ),
     ("reset the layout of panels", Command::ResetLayout),
     ("clear the log", Command::ClearLog),
@@ -72,7 +72,7 @@ impl Palette {
         });
         if shown.inner.is_some() || shown.should_close() {
             self.typed.clear();
-            out.push(Command::TogglePalette);
+            out.push(Command::Window(WindowCommand::TogglePalette));
             out.extend(shown.inner);
         }
     }
@@ -90,16 +90,21 @@ fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
         command,
     });
     let others = OTHERS.map(|(says, command)| entry(says.to_owned(), command));
-    let panes = Pane::ALL.map(|pane| entry(format!("panel {}", pane.name()), Command::Pane(pane)));
+    let panes = Pane::ALL.map(|pane| {
+        entry(
+            format!("panel {}", pane.name()),
+            Command::Window(WindowCommand::ShowPane(pane)),
+        )
+    });
     let workspaces = Workspace::ALL.map(|workspace| {
         let says = format!("workspace {}", workspace.name());
-        entry(says, Command::Workspace(workspace))
+        entry(says, Command::Window(WindowCommand::Workspace(workspace)))
     });
     let lights = context.environments.iter().enumerate();
     let lights = lights.map(|(i, e)| {
         entry(
             format!("light by {}", context.title(e)),
-            Command::Environment(i),
+            Command::Look(LookCommand::Environment(i)),
         )
     });
     bound
@@ -136,7 +141,7 @@ mod tests {
         assert_eq!(matching(entries().into(), "").len(), OTHERS.len());
         let found = matching(entries().into(), "  PROJECT open");
         assert_eq!(found.len(), 1);
-        assert_eq!(found[0].command, Command::ChooseProject);
+        assert_eq!(found[0].command, Command::Dialog(Dialog::Project));
         assert!(matching(entries().into(), "no such").is_empty());
     }
 }

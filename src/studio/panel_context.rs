@@ -62,6 +62,11 @@ impl PanelContext<'_> {
         self.training.running && self.shown.contains(&Pane::Training)
     }
 
+    /// Whether a pane that is shown says why something could not be done.
+    pub fn refusal_has_pane(&self) -> bool {
+        self.shown.contains(&Pane::Picture) || self.shown.contains(&Pane::Project)
+    }
+
     /// What an environment is called: with whose it is, where another has the same name.
     pub fn title(&self, entry: &EnvironmentEntry) -> String {
         let ListedEnvironment { name, owner, .. } = &entry.listed;

@@ -25,7 +25,7 @@ pub struct PixelInspector {
 
 impl PixelInspector {
     /// Takes in what was found.
-    pub fn hear(&mut self) {
+    pub fn receive(&mut self) {
         // The newest question is answered last, and others may not be.
         if let Some(found) = self.clerk.iter().flat_map(Lookup::answers).last() {
             self.found = found;

@@ -1,6 +1,6 @@
 //! The look of a project between two sessions: `look.json` beside `project.toml`, written by itself.
 
-use super::state::{EXPOSURE_STOPS, LookSettings};
+use super::look::LookSettings;
 use base::error::{Error, Result};
 use light::Lighting;
 use light::keyframes::Keyframes;
@@ -73,8 +73,7 @@ impl SavedLook {
         look.yaw_keys = self.yaw_keys;
         look.intensity_keys = self.intensity_keys;
         look.turn_to(self.yaw_deg);
-        let stops = (*EXPOSURE_STOPS.start(), *EXPOSURE_STOPS.end());
-        look.exposure_stops = self.exposure_stops.clamp(stops.0, stops.1);
+        look.expose(self.exposure_stops);
         look.lighting = self.lighting;
         look.effects = self.effects.bounded();
         look.background = self.background;
@@ -89,7 +88,7 @@ impl SavedLook {
 
 #[cfg(test)]
 mod tests {
-    use super::super::command::Command;
+    use super::super::command::{LookCommand, ViewCommand};
     use super::super::keyframed::Keyframed;
     use super::super::state::State;
     use super::*;
@@ -100,9 +99,9 @@ mod tests {
         let project = project::Project::without_shoot(folder.path());
         assert_eq!(SavedLook::load(&project).unwrap(), None);
         let mut state = State::new(10, 24.0);
-        state.apply(&Command::Yaw(40.0));
-        state.apply(&Command::Exposure(-1.5));
-        state.apply(&Command::Background(Background::None));
+        state.change(LookCommand::Yaw(40.0));
+        state.change(LookCommand::Exposure(-1.5));
+        state.change(LookCommand::Background(Background::None));
         let kept = SavedLook::of(&state.look);
         std::fs::write(SavedLook::path(&project), kept.text()).unwrap();
         let mut other = State::new(10, 24.0);
@@ -111,9 +110,9 @@ mod tests {
         assert_eq!(other.look, state.look);
 
         // What has keys was kept at the last frame and is shown at the first.
-        state.apply(&Command::ToggleKey(Keyframed::Yaw));
-        state.apply(&Command::LastFrame);
-        state.apply(&Command::Yaw(90.0));
+        state.change(LookCommand::ToggleKey(Keyframed::Yaw));
+        state.show(ViewCommand::LastFrame);
+        state.change(LookCommand::Yaw(90.0));
         SavedLook::of(&state.look).apply(&mut other.look);
         assert_eq!(other.look.yaw_deg, 40.0);
 

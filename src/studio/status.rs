@@ -134,7 +134,7 @@ impl Status {
     }
 
     /// Takes an event in.
-    pub fn hear(&mut self, event: Event) {
+    pub fn on_event(&mut self, event: Event) {
         match event {
             Event::Opening => self.phase = Phase::Opening,
             Event::Ready { device } => self.phase = Phase::Ready { device },
@@ -270,17 +270,17 @@ mod tests {
             sentence: "no network".into(),
             need: Some(Need::Network),
         };
-        status.hear(Event::Blocked(blocked.clone()));
-        status.hear(Event::Started {
+        status.on_event(Event::Blocked(blocked.clone()));
+        status.on_event(Event::Started {
             what: "training the network",
         });
-        status.hear(step("reading", 4));
-        status.hear(step("training", 0));
-        status.hear(step("training", 1));
+        status.on_event(step("reading", 4));
+        status.on_event(step("training", 0));
+        status.on_event(step("training", 1));
         let job = status.job.as_ref().unwrap();
         assert_eq!((job.stage, job.share), ("training", 0.25));
         assert_eq!(status.phase, Phase::Blocked(blocked));
-        status.hear(Event::Finished {
+        status.on_event(Event::Finished {
             sentence: "trained".into(),
         });
         assert_eq!(
@@ -288,8 +288,8 @@ mod tests {
             Phase::Opening,
             "what it brought is not asked for again"
         );
-        status.hear(Event::Opening);
-        status.hear(Event::Ready {
+        status.on_event(Event::Opening);
+        status.on_event(Event::Ready {
             device: "CPU".into(),
         });
         assert_eq!((&status.phase, &status.job), (&ready(), &None));
@@ -299,11 +299,11 @@ mod tests {
     #[test]
     fn a_job_leaves_the_window_as_ready_as_it_was() {
         let mut status = Status::new(ready());
-        status.hear(Event::Started { what: "measuring" });
-        status.hear(step("measuring", 1));
-        status.hear(Event::Report(Report::Saved));
+        status.on_event(Event::Started { what: "measuring" });
+        status.on_event(step("measuring", 1));
+        status.on_event(Event::Report(Report::Saved));
         assert_eq!(status.phase, ready());
-        status.hear(Event::Finished {
+        status.on_event(Event::Finished {
             sentence: "measured".into(),
         });
         assert_eq!(status.phase, ready());
@@ -312,11 +312,11 @@ mod tests {
     #[test]
     fn what_was_said_stays_in_the_log_of_the_next_project_and_is_bounded() {
         let mut status = Status::new(ready());
-        status.hear(Event::Failed {
+        status.on_event(Event::Failed {
             sentence: "no such file".into(),
         });
         status.refuse("no such file".into());
-        status.hear(Event::Finished {
+        status.on_event(Event::Finished {
             sentence: "trained".into(),
         });
         status.begin(Phase::Opening);
@@ -345,9 +345,9 @@ mod tests {
                 Severity::Info,
             ),
         ] {
-            status.hear(Event::Started { what: "exporting" });
+            status.on_event(Event::Started { what: "exporting" });
             assert!(status.job.is_some());
-            status.hear(Event::Exported(standing.clone()));
+            status.on_event(Event::Exported(standing.clone()));
             assert_eq!((&status.job, &status.phase), (&None, &blocked));
             assert_eq!(status.message.as_deref(), standing.sentence());
             assert_eq!(status.log.back().unwrap().severity, severity);
@@ -357,8 +357,8 @@ mod tests {
     #[test]
     fn work_that_waits_for_a_person_is_paused_and_says_why() {
         let mut status = Status::new(ready());
-        status.hear(Event::Started { what: "training" });
-        status.hear(Event::Report(Report::Held("no space left".into())));
+        status.on_event(Event::Started { what: "training" });
+        status.on_event(Event::Report(Report::Held("no space left".into())));
         let job = status.job.as_mut().unwrap();
         assert!(job.is_paused());
         assert_eq!(job.held.as_deref(), Some("no space left"));
@@ -370,7 +370,7 @@ mod tests {
     #[test]
     fn a_late_report_does_not_bring_a_job_back() {
         let mut status = Status::new(ready());
-        status.hear(step("training", 1));
+        status.on_event(step("training", 1));
         assert_eq!((&status.phase, &status.job), (&ready(), &None));
     }
 

@@ -1,6 +1,6 @@
 //! One workspace while a frame of the window is drawn: each pane of the layout shows its panel.
 
-use super::command::Command;
+use super::command::{Command, WindowCommand};
 use super::layout::{BORDER, Pane, TABS_HEIGHT};
 use super::panel_context::PanelContext;
 use super::panels::{
@@ -147,7 +147,8 @@ impl Behavior<Pane> for WorkspaceView<'_> {
         // Not where something that lies over the pane is meant, as a menu.
         let pressed = ui.input(|i| i.pointer.any_pressed()) && ui.rect_contains_pointer(rect);
         if pressed && self.context.state.active != *pane {
-            self.out.push(Command::Activate(*pane));
+            self.out
+                .push(Command::Window(WindowCommand::Activate(*pane)));
         }
         self.contents_ui(ui, *pane);
         UiResponse::None

@@ -2,6 +2,7 @@
 
 use crate::command::{Command, LookCommand};
 use crate::icons;
+use crate::look::EXPOSURE_STOPS;
 use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::panels::rows::{FIELD, NAME, Row, choice_ui};

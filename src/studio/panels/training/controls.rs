@@ -16,7 +16,9 @@ const BUTTON: egui::Vec2 = vec2(84.0, 24.0);
 
 /// The presets as a list, each with its cost.
 pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
-    let choice = context.training.choice(context.state, project);
+    let choice = context
+        .training
+        .choice(context.state.look.training, project);
     let pace = context.training.pace();
     for preset in Preset::ALL {
         let chosen = preset == choice.preset;
@@ -110,7 +112,9 @@ pub fn duration(seconds: f64) -> String {
 
 /// The held-out pose, and the minutes.
 pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
-    let choice = context.training.choice(context.state, project);
+    let choice = context
+        .training
+        .choice(context.state.look.training, project);
     let poses = &project.settings.shoot.poses;
     ui.add_enabled_ui(!context.training.running, |ui| {
         ui.horizontal(|ui| {
@@ -208,7 +212,9 @@ impl Buttons {
             });
             return;
         }
-        let choice = context.training.choice(context.state, project);
+        let choice = context
+            .training
+            .choice(context.state.look.training, project);
         let refusal = context.training.refusal(&choice, project);
         ui.horizontal(|ui| {
             let resume = Button::new((icons::PLAY, "Resume"))

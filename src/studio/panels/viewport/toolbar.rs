@@ -98,11 +98,11 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         });
         called(menu.0.on_hover_text(hint), format!("First: {text}"));
     }
-    let against = |with| {
+    let against = |reference| {
         let compare = compare.clone();
         Command::View(ViewCommand::Compare(CompareSettings {
             on: true,
-            with,
+            reference,
             ..compare
         }))
     };
@@ -136,7 +136,7 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         (CompareMode::Toggle, "one at a time"),
         (CompareMode::Difference, "difference"),
     ];
-    let now = ways.iter().find(|(how, _)| *how == compare.mode);
+    let now = ways.iter().find(|(mode, _)| *mode == compare.mode);
     let list = ComboBox::from_id_salt("how to compare")
         .selected_text(now.map_or("", |(_, name)| name))
         .width(110.0);
