@@ -15,8 +15,11 @@ const OTHERS: [(&str, Command); 5] = [
         "compare with true OLATs in a folder…",
         Command::Dialog(Dialog::ComparisonTruth),
     ),
-    ("reset the layout of panels", Command::ResetLayout),
-    ("clear the log", Command::ClearLog),
+    (
+        "reset the layout of panels",
+        Command::Window(WindowCommand::ResetLayout),
+    ),
+    ("clear the log", Command::Window(WindowCommand::ClearLog)),
 ];
 
 /// A command, what it is called, and its key if it has one.

@@ -168,28 +168,4 @@ impl StudioApp {
             }
         }
     }
-
-    /// Looks at what the panes of project and footage show of the disk.
-    pub(super) fn look_at_folders(&mut self) {
-        let wake = self.wake();
-        if self.shown.contains(&Pane::Project) {
-            self.recents.look(self.preferences.recent(), wake.clone());
-            self.wizard.look(wake.clone());
-        }
-        if let (Some(project), true) = (&self.project, self.shown.contains(&Pane::Footage)) {
-            self.footage.ask(project, &self.state, wake);
-        }
-    }
-}
-
-/// The line that says why nothing can be written.
-pub(super) fn read_only_ui(ui: &mut Ui, why: &str, out: &mut Vec<Command>) {
-    ui.horizontal_wrapped(|ui| {
-        ui.colored_label(theme::ACCENT, "Read-only");
-        ui.label(why);
-        let hint = "Reopens the project with write access, once no other process has it";
-        if ui.button("Try again").on_hover_text(hint).clicked() {
-            out.push(Command::Reopen);
-        }
-    });
 }

@@ -431,7 +431,7 @@ pub const BINDINGS: &[Binding] = &[
     on(
         Modifiers::NONE,
         Key::P,
-        Command::PauseJob,
+        Command::Job(JobCommand::Pause),
         "pause or resume the job",
     ),
     on(

@@ -69,7 +69,7 @@ fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
 }
 
 /// Why something could not be done, and the button that dismisses the message.
-fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
+pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         ui.label(
             RichText::new(icons::WARNING)
