@@ -6,7 +6,6 @@ use crate::look::EXPOSURE_STOPS;
 use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::panels::rows::{FIELD, NAME, Row, choice_ui};
-use crate::state::EXPOSURE_STOPS;
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
 use scene::{Background, Channel, Effects, Inspection, ViewTransform};

@@ -1,6 +1,6 @@
 //! Shown in place of the picture: what is missing, why, and the button that provides it.
 
-use crate::command::{Command, Dialog, JobCommand, ProjectCommand};
+use crate::command::Command;
 use crate::environment_library::PanoramaState;
 use crate::panel_context::PanelContext;
 use crate::panels::{job_ui, missing, refusal_ui};

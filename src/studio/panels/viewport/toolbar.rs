@@ -141,10 +141,10 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .selected_text(now.map_or("", |(_, name)| name))
         .width(110.0);
     let response = list.show_ui(ui, |ui| {
-        for (how, name) in ways {
-            if ui.selectable_label(how == compare.mode, name).clicked() {
+        for (mode, name) in ways {
+            if ui.selectable_label(mode == compare.mode, name).clicked() {
                 out.push(Command::View(ViewCommand::Compare(CompareSettings {
-                    how,
+                    mode,
                     ..compare.clone()
                 })));
             }
