@@ -79,7 +79,7 @@ impl Preferences {
 
     /// Keeps them.
     pub fn save(&self, saver: &Saver) {
-        if let (Some(file), Ok(text)) = (&self.file, serde_json::to_string_pretty(&self.kept)) {
+        if let (Some(file), Ok(text)) = (&self.file, serde_json::to_string_pretty(&self.saved)) {
             saver.save(file.clone(), text);
         }
     }

@@ -32,7 +32,7 @@ impl LogPanel {
             .stick_to_bottom(true)
             .show(ui, |ui| {
                 for line in lines {
-                    let (color, icon) = match line.kind {
+                    let (color, icon) = match line.severity {
                         Severity::Info => (theme::TEXT, ""),
                         Severity::Error => (theme::ACCENT, icons::WARNING),
                     };

@@ -84,7 +84,7 @@ impl ReviewPanel {
             let ui_of_chosen = ChosenUi {
                 review,
                 cell,
-                review: context.review,
+                marks: &context.review.marks,
                 metric: self.metric,
             };
             ui_of_chosen.ui(ui, &mut self.note, out);
