@@ -9,7 +9,7 @@ use super::layout::{Pane, Workspace};
 use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
-use evaluation::review::Marked;
+use evaluation::review::MarkedOlat;
 use light::Lighting;
 use light::conventions::Front;
 use light::keyframes::Interpolation;

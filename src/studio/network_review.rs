@@ -1,6 +1,6 @@
 //! What the window knows of the review: it asks the thread that draws and keeps it, and holds the answers.
 
-use evaluation::review::{Marked, Marks};
+use evaluation::review::{MarkedOlat, Marks};
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
