@@ -205,7 +205,7 @@ pub enum ReviewCommand {
     /// Write the review's page.
     Report(PathBuf),
     /// Save a verdict and a note.
-    Mark(Box<Marked>),
+    Mark(Box<MarkedOlat>),
 }
 
 /// Exports clips and stills.
