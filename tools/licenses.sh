@@ -7,7 +7,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 # Our own crates are where they are built; the others come from the registry.
 ${CARGO:-cargo} tree --locked -e normal --prefix none --format '{p}|{l}' "$@" |
-	sed 's/ (\*)//; s/ (proc-macro)//' | grep -v '(/' | sort -u >"$work/crates"
+	sed 's/ (\*)//; s/ (proc-macro)//' | grep -v -e '(/' -e '^|' -e '^$' | sort -u >"$work/crates"
 mkdir "$work/texts"
 : >"$work/list"
 # text FILE: gives a licence's text a number, the same where only the spacing differs.
@@ -31,7 +31,7 @@ note() {
 	while read -r file; do
 		text "$file"
 	done <"$work/files"
-	echo "$1; ${numbers:-its licence as named, without a text of its own}" >>"$work/list"
+	echo "$1; ${numbers:-without a text of its own}" >>"$work/list"
 }
 while IFS='|' read -r package license; do
 	name=${package%% v*}

@@ -8,7 +8,7 @@ for tool in dpkg-deb dpkg-shlibdeps xz; do
 	exit 1
 done
 CARGO=${CARGO:-cargo}
-CARGO_DEB=3.7.0
+CARGO_DEB=3.8.0
 features=keep-autotune
 target=${CARGO_TARGET_DIR:-target}
 case $target in /*) ;; *) target=$PWD/$target ;; esac

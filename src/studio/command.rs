@@ -9,7 +9,7 @@ use super::layout::{Pane, Workspace};
 use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
-use evaluation::review::Marked;
+use evaluation::review::MarkedOlat;
 use light::Lighting;
 use light::conventions::Front;
 use light::keyframes::Interpolation;
@@ -205,7 +205,7 @@ pub enum ReviewCommand {
     /// Write the review's page.
     Report(PathBuf),
     /// Save a verdict and a note.
-    Mark(Box<Marked>),
+    Mark(Box<MarkedOlat>),
 }
 
 /// Exports clips and stills.

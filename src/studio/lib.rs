@@ -115,11 +115,9 @@ fn show(
         Ok(Box::new(app.replaced_by(handover, said.as_deref())) as Box<dyn eframe::App>)
     };
     eframe::run_native(&title, options, Box::new(create)).map_err(|e| {
-        Error::unexpected(
-            "the window",
-            "a display and a graphics adapter",
-            e.to_string(),
-            "Start it in a desktop session, or use the commands: afterlight --help",
+        Error::device(
+            format!("the window cannot be opened: {e}"),
+            "Start it in a desktop session with a graphics adapter, or use the commands: afterlight --help",
         )
     })
 }

@@ -1,6 +1,6 @@
 //! What the window knows of the review: it asks the thread that draws and keeps it, and holds the answers.
 
-use evaluation::review::{Marked, Marks};
+use evaluation::review::{MarkedOlat, Marks};
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -75,7 +75,7 @@ impl NetworkReview {
     ///
     /// # Errors
     /// When the saved ones are not read yet, or cannot be read: they would be lost.
-    pub fn mark(&mut self, marked: Marked) -> Result<(), String> {
+    pub fn mark(&mut self, marked: MarkedOlat) -> Result<(), String> {
         let (Some(thread), Some(saved)) = (&self.thread, &self.kept) else {
             return Err("The review is still being read".to_owned());
         };

@@ -170,7 +170,7 @@ impl Status {
                     self.message = Some(sentence.to_owned());
                 }
             }
-            Event::Report(Report::Held(sentence)) => {
+            Event::Report(Report::Blocked(sentence)) => {
                 if let Some(job) = &mut self.job {
                     job.pause(true, Instant::now());
                     job.held = Some(sentence.clone());
@@ -358,7 +358,7 @@ mod tests {
     fn work_that_waits_for_a_person_is_paused_and_says_why() {
         let mut status = Status::new(ready());
         status.on_event(Event::Started { what: "training" });
-        status.on_event(Event::Report(Report::Held("no space left".into())));
+        status.on_event(Event::Report(Report::Blocked("no space left".into())));
         let job = status.job.as_mut().unwrap();
         assert!(job.is_paused());
         assert_eq!(job.held.as_deref(), Some("no space left"));

@@ -3,7 +3,7 @@
 use crate::command::{Command, ReviewCommand};
 use crate::theme;
 use egui::{RichText, TextEdit, Ui};
-use evaluation::review::{Mark, Marked, Marks, Metric, Review};
+use evaluation::review::{Mark, MarkedOlat, Marks, Metric, Review};
 
 /// The note being written, and the case and lamp that it belongs to.
 #[derive(Default)]
@@ -58,7 +58,7 @@ impl ChosenUi<'_> {
             .hint_text("What is right or wrong here");
         ui.add(field).labelled_by(label.id);
         if wanted != mark || draft.text != note {
-            let marked = Marked::new(&case.name, lamp_name, wanted, &draft.text);
+            let marked = MarkedOlat::new(&case.name, lamp_name, wanted, &draft.text);
             out.push(Command::Review(ReviewCommand::Mark(Box::new(marked))));
         }
     }

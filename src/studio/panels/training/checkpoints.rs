@@ -5,7 +5,7 @@ use crate::command::{Command, TrainingCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Align, Button, Layout, RichText, Ui, WidgetInfo, vec2};
-use training::kept::Kept;
+use training::checkpoints::SavedCheckpoint;
 
 /// The list, the newest first.
 pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
@@ -56,7 +56,7 @@ pub fn details(kept: &Kept) -> String {
     format!("{why}: {}, {:.1} MB", kept.name, kept.bytes as f64 / 1e6)
 }
 
-fn row_ui(ui: &mut Ui, kept: &Kept, idle: bool, out: &mut Vec<Command>) {
+fn row_ui(ui: &mut Ui, kept: &SavedCheckpoint, idle: bool, out: &mut Vec<Command>) {
     let info = &kept.info;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;
