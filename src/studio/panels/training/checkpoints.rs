@@ -26,7 +26,7 @@ pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command
 }
 
 /// A checkpoint's name: its step, its training time, and its PSNR on the held-out pose.
-pub fn title(kept: &Kept) -> String {
+pub fn title(kept: &SavedCheckpoint) -> String {
     let info = &kept.info;
     let mut text = short(kept);
     if info.step > 0 {
@@ -39,7 +39,7 @@ pub fn title(kept: &Kept) -> String {
 }
 
 /// A short name: the step alone.
-pub fn short(kept: &Kept) -> String {
+pub fn short(kept: &SavedCheckpoint) -> String {
     match kept.info.step {
         0 => "starting point".to_owned(),
         step => format!("step {step}"),
@@ -47,7 +47,7 @@ pub fn short(kept: &Kept) -> String {
 }
 
 /// Why a checkpoint is kept, its folder and its size.
-pub fn details(kept: &Kept) -> String {
+pub fn details(kept: &SavedCheckpoint) -> String {
     let why = if kept.aside {
         "Set aside"
     } else {
