@@ -8,7 +8,7 @@ use egui::{
     Align, Align2, Button, Color32, ColorImage, FontId, Layout, Painter, Rect, Response, RichText,
     Sense, Stroke, StrokeKind, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
 };
-use evaluation::review::{Mark, Marked, place_by_direction};
+use evaluation::review::{Mark, MarkedOlat, place_by_direction};
 use glam::Vec3;
 use light::Lamp;
 use std::sync::Arc;
@@ -132,7 +132,7 @@ struct LampPicture<'a> {
     lamp: &'a Lamp,
     rect: Rect,
     chosen: bool,
-    marked: Option<&'a Marked>,
+    marked: Option<&'a MarkedOlat>,
 }
 
 impl LampPicture<'_> {
