@@ -1,7 +1,6 @@
 //! One host for all passes from picture to picture: shaders over buffers of four values a pixel.
 
 use super::relight::RelightPass;
-use super::work::Work;
 use base::error::{Error, Result};
 use imaging::{Image, Mask};
 use std::sync::OnceLock;
@@ -163,11 +162,6 @@ impl PicturePasses {
             pipelines: entries.map(|entry| (*entry, OnceLock::new())).collect(),
             relight: RelightPass::new(device, queue),
         }
-    }
-
-    /// Begins a picture.
-    pub fn begin(&self) -> Work<'_> {
-        Work::new(self)
     }
 
     /// The compiled shader of this entry point.

@@ -2,8 +2,7 @@
 //! [`crate::reference::relight`], [`crate::reference::relight_half`] and
 //! [`crate::reference::relight_compressed`].
 
-use super::read::read_back;
-use super::work::image;
+use super::read::{image, read_back};
 use crate::reference::lit_lamps;
 use base::error::{Error, Result};
 use imaging::Image;
