@@ -14,7 +14,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Sizes of the panorama that is unwrapped before it is turned or mapped otherwise.
-const MOST_ROWS: usize = 4096;
+const MAX_ROWS: usize = 4096;
 
 /// One ball as one camera saw it.
 #[derive(Clone, Debug)]
@@ -94,10 +94,10 @@ struct Ball {
 /// # Errors
 /// When a photograph cannot be read, shows no ball, or a figure is impossible.
 pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
-    if !(1..=MOST_ROWS).contains(&settings.height) {
+    if !(1..=MAX_ROWS).contains(&settings.height) {
         return Err(Error::unexpected(
             "the light probe's size",
-            format!("1 to {MOST_ROWS} rows"),
+            format!("1 to {MAX_ROWS} rows"),
             settings.height.to_string(),
             "Give a height such as 512",
         ));

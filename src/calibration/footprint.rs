@@ -1,6 +1,6 @@
 //! A lamp's footprint: the part of the mirror ball where its light is, and what that says of the lamp.
 
-use super::code::{CLIPPED, Code, STEPS, Table};
+use super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS};
 use super::mirror_ball::MirrorBall;
 use glam::DVec3;
 use light::Lamp;
@@ -8,7 +8,7 @@ use light::Lamp;
 /// The pixels of one ball photograph that hold a lamp, and the level of all others.
 pub(super) struct Footprint {
     /// Places in [`MirrorBall::pixels`] with their codes.
-    pub pixels: Vec<(u32, Code)>,
+    pub pixels: Vec<(u32, CodeValues)>,
     /// Per channel how often each code occurs in the pixels that hold no lamp.
     dark: [Vec<(u16, u32)>; 3],
 }
@@ -19,8 +19,8 @@ impl Footprint {
 
     /// Finds the lamp in a ball's photograph, given as one code per pixel of the ball. `provisional` is a
     /// plausible response: what is far above the darkness is so under any other.
-    pub fn find(photograph: &[Code], provisional: &Table) -> Self {
-        let level = |code: &Code| provisional.rgb(*code).into_iter().sum::<f32>() / 3.0;
+    pub fn find(photograph: &[CodeValues], provisional: &ResponseTable) -> Self {
+        let level = |code: &CodeValues| provisional.rgb(*code).into_iter().sum::<f32>() / 3.0;
         let mut levels: Vec<f32> = photograph.iter().map(level).collect();
         levels.sort_by(f32::total_cmp);
         let quantile = |q: f32| levels[(q * (levels.len() - 1) as f32) as usize];
@@ -53,7 +53,7 @@ impl Footprint {
     }
 
     /// Mean light of the pixels that hold no lamp.
-    pub fn background(&self, table: &Table) -> [f32; 3] {
+    pub fn background(&self, table: &ResponseTable) -> [f32; 3] {
         [0, 1, 2].map(|c| {
             let (mut sum, mut count) = (0.0, 0.0);
             for &(code, times) in &self.dark[c] {
@@ -65,7 +65,7 @@ impl Footprint {
     }
 
     /// Whether any channel of the pixel is clipped.
-    pub fn is_clipped(code: &Code) -> bool {
+    pub fn is_clipped(code: &CodeValues) -> bool {
         code.iter().any(|&c| c >= CLIPPED)
     }
 
@@ -79,7 +79,7 @@ impl Footprint {
 
     /// Measures the lamp from what the ball shows of it. Clipping takes from its energy and leaves its
     /// direction: a clipped footprint keeps its outline.
-    pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &Table) -> Lamp {
+    pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &ResponseTable) -> Lamp {
         let background = self.background(table);
         let (mut energy, mut moment, mut clipped) = ([0.0f64; 3], DVec3::ZERO, 0.0f64);
         let mut parts = Vec::with_capacity(self.pixels.len());

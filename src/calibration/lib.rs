@@ -2,13 +2,13 @@
 //! light, and how the camera encoded all of it.
 
 mod blind_cone;
-mod code;
+mod code_values;
 pub mod develop;
 mod footprint;
 pub mod gamma;
 mod least_squares;
 pub mod light_probe;
-mod minimum;
+mod minimizer;
 pub mod mirror_ball;
 pub mod probe;
 pub mod rig_check;
@@ -21,8 +21,8 @@ pub use silhouette::Circle;
 
 use base::error::{Error, Result};
 use base::progress::Progress;
-use code::Table;
-use gamma::{Evidence, Found, Subject};
+use code_values::ResponseTable;
+use gamma::{ChosenResponse, Evidence, Subject};
 use glam::Vec3;
 use imaging::Response;
 use light::Rig;
@@ -143,10 +143,10 @@ fn calibrate_within(
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
     let found = match &settings.trial {
-        Some(trial) => Found::by_hand(&subject, &probes, trial),
+        Some(trial) => ChosenResponse::by_hand(&subject, &probes, trial),
         None => {
             let fitted = gamma::fit(&subject, &probes, settings.comparison, progress)?;
-            Found::fitted(&fitted.fit, shoot)
+            ChosenResponse::fitted(&fitted.fit, shoot)
         }
     };
     if let Some(sentence) = found.evidence.same_poses_sentence() {
@@ -164,7 +164,7 @@ fn calibrate_within(
             }
         }),
     };
-    let table = Table::of(&found.response);
+    let table = ResponseTable::of(&found.response);
     let interview = probes.fit(&table);
     let (mut rig, filled_energy) = probes.rig(shoot.all_lamps(), &table);
     let rig_findings = rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?;

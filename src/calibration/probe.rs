@@ -6,10 +6,10 @@ mod profile;
 
 use super::PROVISIONAL;
 use super::blind_cone::uncover;
-use super::code::{Code, Table, codes};
+use super::code_values::{CodeValues, ResponseTable, codes};
 use super::footprint::Footprint;
 use super::mirror_ball::MirrorBall;
-use super::silhouette::LEAST_RADIUS_PX;
+use super::silhouette::MIN_RADIUS_PX;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
@@ -25,7 +25,7 @@ pub struct Probes {
     ball: MirrorBall,
     footprints: Vec<Footprint>,
     /// The interview's ball: one code per pixel of the ball.
-    interview: Vec<Code>,
+    interview: Vec<CodeValues>,
     /// For each pixel of the ball, the nearest of the directions spread evenly over the sphere at which
     /// the balls are compared.
     cell_of_pixel: Vec<u16>,
@@ -35,7 +35,7 @@ pub struct Probes {
     /// is missing the same part in both, and its weight stays right.
     comparable: Vec<bool>,
     /// Median code of the interview's ball where no lamp is, black where lamps are everywhere.
-    interview_dark: Code,
+    interview_dark: CodeValues,
     profile: Vec<ProfilePixel>,
 }
 
@@ -50,16 +50,16 @@ impl Probes {
         let interview = file::read_encoded(&project.interview_probe_path())?;
         let size = interview.0.size();
         let ball = MirrorBall::new(&shoot.ball, shoot.dome_radius_m, size)?;
-        let provisional = Table::of(&PROVISIONAL);
-        if f64::from(shoot.ball.radius_px) < LEAST_RADIUS_PX {
+        let provisional = ResponseTable::of(&PROVISIONAL);
+        if f64::from(shoot.ball.radius_px) < MIN_RADIUS_PX {
             return Err(Error::unexpected(
                 project.interview_probe_path().display(),
-                format!("a mirror ball of at least {LEAST_RADIUS_PX} pixels in radius"),
+                format!("a mirror ball of at least {MIN_RADIUS_PX} pixels in radius"),
                 format!("one of {:.1} pixels", shoot.ball.radius_px),
                 "Give the ball's circle, or photograph it from nearer or through a longer lens",
             ));
         }
-        let on_ball = |picture: &[Code]| -> Vec<Code> {
+        let on_ball = |picture: &[CodeValues]| -> Vec<CodeValues> {
             ball.pixels.iter().map(|p| picture[p.index]).collect()
         };
         let total = shoot.all_lamps().len();
@@ -87,7 +87,7 @@ impl Probes {
             })
             .collect::<Result<Vec<_>>>()?;
         let interview = on_ball(&codes(&interview));
-        let is_clipped = |code: &&Code| Footprint::is_clipped(code);
+        let is_clipped = |code: &&CodeValues| Footprint::is_clipped(code);
         let clipped = interview.iter().filter(is_clipped).count();
         let found = if 10 * clipped > 9 * interview.len() {
             Some((
@@ -127,8 +127,8 @@ impl Probes {
     fn compare(
         ball: MirrorBall,
         footprints: Vec<Footprint>,
-        interview: Vec<Code>,
-        provisional: &Table,
+        interview: Vec<CodeValues>,
+        provisional: &ResponseTable,
     ) -> Self {
         let lamps = footprints.len().max(1);
         // Radius of a cap when the lamps share the sphere evenly, within what a rig can sensibly have.
@@ -202,14 +202,14 @@ impl Probes {
         names: impl Iterator<Item = &'a String>,
         response: &Response,
     ) -> Vec<Lamp> {
-        self.rig(names, &Table::of(response)).0.lamps
+        self.rig(names, &ResponseTable::of(response)).0.lamps
     }
 
     /// The lamps under a response, and the share of their energy that the ball hides and was filled in.
     pub(super) fn rig<'a>(
         &self,
         names: impl Iterator<Item = &'a String>,
-        table: &Table,
+        table: &ResponseTable,
     ) -> (Rig, f32) {
         let mut lamps: Vec<Lamp> = self
             .footprints

@@ -55,8 +55,8 @@ const SAME_ENERGY: f32 = 0.1;
 /// rig's order, and may be turned as a whole against the rig; it is empty where nobody said so.
 pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Finding> {
     let lamps = &rig.lamps;
-    let twins = same_lamps(lamps);
-    let in_layout = layout::compare(lamps, layout, &twins.concat());
+    let duplicates = same_lamps(lamps);
+    let in_layout = layout::compare(lamps, layout, &duplicates.concat());
     let mut findings = Vec::new();
     let mut add = |fault, lamps: Vec<usize>, sentence: &dyn Fn(&str) -> String| {
         if !lamps.is_empty() {
@@ -127,8 +127,8 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
             )
         },
     );
-    for twins in twins {
-        add(Fault::SameLamp, twins, &|names| {
+    for duplicates in duplicates {
+        add(Fault::SameLamp, duplicates, &|names| {
             format!(
                 "{names} show the same lamp: same direction, same energy. Check whether a picture was copied or the \
                  lamp control stuck, and photograph what is missing"
@@ -168,7 +168,7 @@ pub fn same_pictures(paths: &[PathBuf]) -> Result<Vec<Vec<usize>>> {
 
 /// Groups of OLATs that show one lamp.
 fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
-    // On a dense dome neighbours are nearer to each other than twins may be on a sparse one.
+    // On a dense dome neighbours are nearer to each other than duplicates may be on a sparse one.
     let usable: Vec<usize> = (0..lamps.len()).filter(|&i| lamps[i].is_usable()).collect();
     let angle = |i: usize, j: usize| {
         lamps[i]
@@ -180,7 +180,7 @@ fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
         let others = usable.iter().filter(|&&j| j != i);
         others.map(|&j| angle(i, j)).fold(180.0, f32::min)
     });
-    // A quarter of the spacing, of which twins have none: of what is left, the median.
+    // A quarter of the spacing, of which duplicates have none: of what is left, the median.
     let spacing = median(nearest.filter(|a| *a > 0.1));
     let limit = SAME_DEG.min(if spacing > 0.0 {
         0.25 * spacing

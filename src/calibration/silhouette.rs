@@ -70,15 +70,15 @@ const TRUSTED_RIM: f64 = 0.6;
 /// With less of the rim within the photographs, the ball is cut; a ray or two may end at the frame.
 const WHOLE: f64 = 0.98;
 /// A ball of fewer pixels shows directions too coarsely: a pixel would span over five degrees.
-pub const LEAST_RADIUS_PX: f64 = 10.0;
+pub const MIN_RADIUS_PX: f64 = 10.0;
 /// Of the part of the circumference that the photographs hold, this share must show a rim.
-const LEAST_RIM: f64 = 0.35;
+const MIN_RIM: f64 = 0.35;
 /// Of the whole circumference, this share must.
-const LEAST_ARC: f64 = 0.2;
+const MIN_ARC: f64 = 0.2;
 /// A circle too small to be used is spoken of when this much of its rim is seen.
 const CLEAR_RIM: f64 = 0.8;
 /// Small circles need nearly all of their rim, large ones less: a ball of 12 pixels in full view has 16.
-const LEAST_EVIDENCE: f64 = 8.0;
+const MIN_EVIDENCE: f64 = 8.0;
 /// A rim is off its circle by no more (root mean square) than this many pixels …
 const BLUNT_PX: f64 = 0.2;
 /// … and this share of the radius, as of a ball 10° off the optical axis, whose outline is an ellipse;
@@ -88,7 +88,7 @@ const OUT_OF_ROUND: f64 = 0.006;
 ///
 /// # Errors
 /// When the photographs are all black, clipped throughout, or show no circle of which enough can be
-/// seen; when the ball is smaller than [`LEAST_RADIUS_PX`].
+/// seen; when the ball is smaller than [`MIN_RADIUS_PX`].
 pub fn find(photographs: &Photographs) -> Result<Silhouette> {
     photographs.check_exposure()?;
     let pyramid = pyramid(photographs.average());
@@ -149,7 +149,7 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
 ///
 /// # Errors
 /// When the circle is none, lies outside the photographs, is larger than twice their longer side or
-/// smaller than [`LEAST_RADIUS_PX`].
+/// smaller than [`MIN_RADIUS_PX`].
 pub fn measure(photographs: &Photographs, circle: &Circle) -> Result<Silhouette> {
     check_by_hand(photographs, circle)?;
     let tolerance = 2.5 * rim::widest_tolerance(circle);
@@ -191,12 +191,12 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
 }
 
 fn large_enough(circle: &Circle, place: &str) -> Result<()> {
-    if circle.radius_px >= LEAST_RADIUS_PX {
+    if circle.radius_px >= MIN_RADIUS_PX {
         return Ok(());
     }
     Err(Error::unexpected(
         place,
-        format!("a ball of at least {LEAST_RADIUS_PX} pixels' radius"),
+        format!("a ball of at least {MIN_RADIUS_PX} pixels' radius"),
         format!("one of {:.1} pixels", circle.radius_px),
         "Give the photographs at their full size, or photograph the ball from closer",
     ))
@@ -204,9 +204,9 @@ fn large_enough(circle: &Circle, place: &str) -> Result<()> {
 
 fn is_ball(rim: &Rim, photographs: &Photographs) -> bool {
     rim.contrast >= photographs.faintest_step()
-        && rim.share_within_frame() >= LEAST_RIM
-        && rim.share >= LEAST_ARC
-        && rim.evidence() >= LEAST_EVIDENCE
+        && rim.share_within_frame() >= MIN_RIM
+        && rim.share >= MIN_ARC
+        && rim.evidence() >= MIN_EVIDENCE
         && rim.residual <= BLUNT_PX + OUT_OF_ROUND * rim.circle.radius_px
 }
 
@@ -214,7 +214,7 @@ fn is_ball(rim: &Rim, photographs: &Photographs) -> bool {
 /// as reflections about the camera's axis are, the outermost.
 fn outermost<'a>(rims: &'a [Rim], photographs: &Photographs) -> Option<&'a Rim> {
     let mut balls = (rims.iter())
-        .filter(|rim| is_ball(rim, photographs) && rim.circle.radius_px >= LEAST_RADIUS_PX);
+        .filter(|rim| is_ball(rim, photographs) && rim.circle.radius_px >= MIN_RADIUS_PX);
     let mut best = balls.next()?;
     for rim in balls {
         let (inner, outer) = (&best.circle, &rim.circle);

@@ -64,7 +64,7 @@ impl Tool {
     }
 
     /// Sign and offset of the value.
-    fn law(self) -> (f32, f32) {
+    fn sign_and_offset(self) -> (f32, f32) {
         match self {
             Self::OpenExr | Self::Nuke | Self::Mitsuba => (-1.0, 180.0),
             Self::ThreeJs => (-1.0, 90.0),
@@ -75,13 +75,13 @@ impl Tool {
     /// The tool's value, above −180° and up to 180°, with which it shows an environment file as ours does
     /// at a yaw.
     pub fn value_of_yaw(self, yaw_deg: f32) -> f32 {
-        let (sign, offset) = self.law();
+        let (sign, offset) = self.sign_and_offset();
         wrapped(offset + sign * yaw_deg)
     }
 
     /// The yaw, above −180° and up to 180°, at which ours is as the tool shows it with a value.
     pub fn yaw_of_value(self, value_deg: f32) -> f32 {
-        let (sign, offset) = self.law();
+        let (sign, offset) = self.sign_and_offset();
         wrapped(sign * (value_deg - offset))
     }
 }

@@ -1,11 +1,8 @@
 //! An environment: radiance from every direction as a lat-long panorama.
 
 use super::latlong::{texel_solid_angle, uv_from_direction};
-use super::panorama;
-use base::error::Result;
 use glam::Vec3;
 use imaging::{Image, resample::resize_area};
-use std::path::Path;
 
 /// The largest finite half float: what stands for infinity in a panorama without finite light.
 pub(super) const HALF_MAX: f32 = 65504.0;
@@ -22,14 +19,6 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Reads a panorama file as [`panorama::read`] does by default.
-    ///
-    /// # Errors
-    /// When the file cannot be read or is no panorama.
-    pub fn load(path: &Path) -> Result<Self> {
-        Ok(panorama::read(path, &panorama::Reading::default())?.environment)
-    }
-
     /// A panorama that is in memory. Values that are not light are repaired and counted:
     /// negative ones (ringing of a filter) become 0, +∞ becomes the panorama's largest finite value,
     /// and NaN the median of its neighbours, which a sun among them does not raise.
@@ -272,13 +261,13 @@ mod tests {
 
     #[test]
     fn a_panorama_of_the_shared_data_is_read() {
-        let path = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
+        let path = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
             .join("../shared/data/hdri/probulator_pisa.hdr");
         if !path.exists() {
             eprintln!("skipped: {} is not here", path.display());
             return;
         }
-        let pisa = Environment::load(&path).unwrap();
+        let pisa = crate::panorama::load(&path).unwrap();
         assert_eq!(
             (pisa.name.as_str(), pisa.repaired_texels),
             ("probulator_pisa", 0)

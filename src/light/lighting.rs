@@ -75,7 +75,7 @@ impl Lighting {
 }
 
 /// An environment before a rig: its weights under any lighting.
-pub struct Lit {
+pub struct EnvironmentWeights {
     weighting: Weighting,
     partition: Partition,
     reduced: Environment,
@@ -83,7 +83,7 @@ pub struct Lit {
     rig: Rig,
 }
 
-impl Lit {
+impl EnvironmentWeights {
     /// An environment of any size before a rig.
     pub fn new(environment: &Environment, rig: &Rig, weighting: Weighting) -> Self {
         let partition = Partition::of(weighting, rig);
@@ -215,9 +215,9 @@ mod tests {
 
     #[test]
     fn the_default_changes_nothing_and_a_turn_keeps_the_light() {
-        for weighting in [Weighting::Fit, Weighting::Soft, Weighting::Cells] {
+        for weighting in [Weighting::Fit, Weighting::Smooth, Weighting::Cells] {
             let (rig, sky) = (rig(), sky());
-            let mut lit = Lit::new(&sky, &rig, weighting);
+            let mut lit = EnvironmentWeights::new(&sky, &rig, weighting);
             let plain = Lighting {
                 weighting,
                 ..Lighting::default()
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_grade_scales_every_channel() {
-        let mut lit = Lit::new(&sky(), &rig(), Weighting::Fit);
+        let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
         let plain = lit.weights(&Lighting::default(), 5.0, 1.0);
         let graded = Lighting {
             intensity_stops: 2.0,
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn a_placed_light_adds_its_energy_and_stays_where_it_is() {
-        let mut lit = Lit::new(&sky(), &rig(), Weighting::Fit);
+        let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
         let light = PlacedLight {
             yaw_deg: 90.0,
             pitch_deg: 10.0,
@@ -269,7 +269,7 @@ mod tests {
             placed: vec![light.clone()],
             ..Lighting::default()
         };
-        let added = |lit: &mut Lit, yaw: f32| -> Vec<f32> {
+        let added = |lit: &mut EnvironmentWeights, yaw: f32| -> Vec<f32> {
             let (a, b) = (
                 lit.weights(&with, yaw, 3.0),
                 lit.weights(&Lighting::default(), yaw, 3.0),
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn numbers_that_make_no_sense_give_finite_light() {
-        let mut lit = Lit::new(&sky(), &rig(), Weighting::Fit);
+        let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
             let lighting = Lighting {
                 pitch_deg: bad,
@@ -324,7 +324,7 @@ mod tests {
             );
             assert!(weights.uncovered.is_finite());
         }
-        let mut none = Lit::new(&sky(), &Rig::default(), Weighting::Fit);
+        let mut none = EnvironmentWeights::new(&sky(), &Rig::default(), Weighting::Fit);
         assert!(
             none.weights(&Lighting::default(), 0.0, 1.0)
                 .per_lamp

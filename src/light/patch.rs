@@ -33,7 +33,7 @@ pub(super) struct Patch {
 }
 
 /// Half a rectangle's side at most: beyond it the two angles no longer name one direction.
-const WIDEST: f64 = 85.0 * PI / 180.0;
+const MAX_HALF_SIDE: f64 = 85.0 * PI / 180.0;
 
 impl Patch {
     /// Adds light of ∫ L dω = `energy` per channel. A patch smaller than a texel is drawn a texel wide.
@@ -44,7 +44,7 @@ impl Patch {
             return;
         }
         let texel = (PI / height as f64).max(TAU / width as f64);
-        let seen = Seen::new(self, 0.5 * texel);
+        let seen = DrawnPatch::new(self, 0.5 * texel);
         // A small patch that moves should not be seen to jump from sample to sample.
         let across = match seen.reach / texel {
             0.0..2.0 => 16,
@@ -99,7 +99,7 @@ impl Patch {
 }
 
 /// A patch as it is drawn.
-struct Seen {
+struct DrawnPatch {
     middle: DVec3,
     right: DVec3,
     up: DVec3,
@@ -113,7 +113,7 @@ struct Seen {
     tangents: (f64, f64),
 }
 
-impl Seen {
+impl DrawnPatch {
     /// The patch with no radius or half side below `least`.
     fn new(patch: &Patch, least: f64) -> Self {
         let (sin_phi, cos_phi) = patch.azimuth.sin_cos();
@@ -127,7 +127,7 @@ impl Seen {
                 (Outline::Disc(radius), radius)
             }
             Outline::Rectangle(width, height) => {
-                let side = |half: f64| half.clamp(least.min(WIDEST), WIDEST);
+                let side = |half: f64| half.clamp(least.min(MAX_HALF_SIDE), MAX_HALF_SIDE);
                 let (width, height) = (side(width), side(height));
                 tangents = (width.tan(), height.tan());
                 let reach = tangents.0.hypot(tangents.1).atan();

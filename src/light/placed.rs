@@ -222,7 +222,7 @@ mod tests {
         let black = Environment::from_radiance("", Image::filled(256, 128, [0.0; 3]));
         for (i, spot) in spots.iter().enumerate() {
             let lit = with_lights(&black, std::slice::from_ref(spot));
-            for (j, weights) in Partition::soft(&rig, Partition::WIDTH)
+            for (j, weights) in Partition::cells(&rig, Partition::WIDTH)
                 .weights(&lit, 0.0)
                 .per_lamp
                 .iter()

@@ -7,7 +7,6 @@
 //! | kind | energy | a small sun that turns | sums of environments |
 //! |---|---|---|---|
 //! | [`Partition::cells`] | kept | jumps from lamp to lamp | linear |
-//! | [`Partition::soft`] | kept | moves over near the cells' borders | linear |
 //! | [`Partition::smooth`] | kept | moves over all the way | linear |
 //! | [`Partition::fit`] | kept | moves over all the way | not linear: a bound decides who is dark |
 
@@ -37,10 +36,11 @@ pub enum Weighting {
     Cells,
     /// To the three lamps around a direction.
     Smooth,
-    /// To the nearest lamp, and near a border to both.
-    Soft,
-    /// The sum of lamps that is nearest to the environment.
+    /// The sum of lamps that is nearest to the environment. Projects and scripts of older versions may ask for
+    /// `soft`, which was removed: they get this.
     #[default]
+    #[serde(alias = "soft")]
+    #[value(alias = "soft")]
     Fit,
 }
 
@@ -64,11 +64,11 @@ pub struct Partition {
     ends: Vec<u32>,
     /// Per texel whether lamps surround it.
     covered: Vec<bool>,
-    pub(super) division: Arc<Division>,
+    pub(super) division: Arc<LampDivision>,
 }
 
 /// From what the nodes were given to the weights of the lamps.
-pub(super) struct Division {
+pub(super) struct LampDivision {
     /// Per node the lamps that its energy goes to; shares add up to 1.
     nodes: Vec<Vec<(usize, f64)>>,
     /// Where it is there, what a node was given is not its energy but how well its footprint agrees with
@@ -78,7 +78,7 @@ pub(super) struct Division {
 }
 
 /// What a panorama gives to the nodes of a partition.
-pub(super) struct Gathered {
+pub(super) struct NodeEnergies {
     /// Per node Σ share · energy.
     pub nodes: Vec<[f64; 3]>,
     /// Energy from where no lamp is.
@@ -93,7 +93,6 @@ impl Partition {
         let kind = match weighting {
             Weighting::Cells => Self::cells,
             Weighting::Smooth => Self::smooth,
-            Weighting::Soft => Self::soft,
             Weighting::Fit => Self::fit,
         };
         kind(rig, Self::WIDTH)
@@ -102,34 +101,6 @@ impl Partition {
     /// Columns of the panorama that weights are computed at: 1.4° a texel, a tenth of the spacing of 100
     /// lamps, and small enough for a turn of the environment to cost well under a millisecond.
     pub const WIDTH: usize = 256;
-
-    /// Spherical Voronoi cells whose borders are soft: a lamp at angle θ from a texel gets a
-    /// share ∝ exp(−(θ² − θ₀²) / 2σ²), where θ₀ is the nearest lamp's angle and σ a fifth of the lamps'
-    /// spacing. A small light goes to one bank of lamps, as in [`Self::cells`], and moves on continuously
-    /// as it turns, as in [`Self::smooth`], which spreads it over three banks.
-    pub fn soft(rig: &Rig, width: usize) -> Self {
-        let nodes = Nodes::of(rig);
-        let sigma = nodes.softness();
-        Self::build(rig, width, &nodes, None, |nodes, direction, _, _| {
-            let angles: Vec<f64> = nodes
-                .real()
-                .map(|lamp| direction.angle_between(*lamp))
-                .collect();
-            let nearest = angles.iter().copied().fold(f64::INFINITY, f64::min);
-            let softness =
-                |angle: f64| (-(angle * angle - nearest * nearest) / (2.0 * sigma * sigma)).exp();
-            // What is left out below falls to 0 continuously.
-            let raw = angles
-                .iter()
-                .map(|&angle| (softness(angle) - 1e-4).max(0.0));
-            let raw: Vec<(usize, f64)> =
-                raw.enumerate().filter(|(_, share)| *share > 0.0).collect();
-            let sum: f64 = raw.iter().map(|(_, share)| share).sum();
-            raw.into_iter()
-                .map(|(node, share)| (node as u16, (share / sum) as f32))
-                .collect()
-        })
-    }
 
     /// Barycentric shares on the convex hull of the lamps' directions. Lamps in one direction share
     /// equally. Where a rig leaves a gap, the gap's energy goes to the lamps around it and counts as
@@ -211,7 +182,7 @@ impl Partition {
             shares,
             ends,
             covered,
-            division: Arc::new(Division {
+            division: Arc::new(LampDivision {
                 nodes,
                 fit: fit.cloned(),
                 lamp_energy,
@@ -245,8 +216,8 @@ impl Partition {
     }
 
     /// What the nodes get when `row` writes the energies of each row's texels.
-    fn gather(&self, mut row: impl FnMut(usize, &mut [[f64; 3]])) -> Gathered {
-        let mut gathered = Gathered {
+    fn gather(&self, mut row: impl FnMut(usize, &mut [[f64; 3]])) -> NodeEnergies {
+        let mut gathered = NodeEnergies {
             nodes: vec![[0.0f64; 3]; self.division.nodes.len()],
             uncovered: [0.0; 3],
             total: [0.0; 3],
@@ -287,14 +258,14 @@ impl Partition {
     }
 }
 
-impl Division {
+impl LampDivision {
     /// How many nodes there are.
     pub fn nodes(&self) -> usize {
         self.nodes.len()
     }
 
     /// The lamps' weights for what the nodes were given.
-    pub fn weights(&self, gathered: &Gathered) -> LightWeights {
+    pub fn weights(&self, gathered: &NodeEnergies) -> LightWeights {
         let solved = self
             .fit
             .as_ref()

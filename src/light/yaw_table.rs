@@ -7,7 +7,7 @@
 
 use super::Environment;
 use super::latlong::texel_solid_angle;
-use super::weights::{Division, Gathered, LightWeights, Partition, columns};
+use super::weights::{LampDivision, LightWeights, NodeEnergies, Partition, columns};
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
@@ -22,7 +22,7 @@ pub struct YawTable {
     /// Per channel the energy from where no lamp is, at every shift.
     uncovered: Vec<Vec<f64>>,
     total: [f64; 3],
-    division: Arc<Division>,
+    division: Arc<LampDivision>,
 }
 
 type Spectrum = Vec<Complex<f64>>;
@@ -103,7 +103,7 @@ impl YawTable {
         let next = (shift + 1) % self.width;
         let read = |shifts: &Vec<f64>| fraction * shifts[next] + (1.0 - fraction) * shifts[shift];
         let channels = |table: &[Vec<f64>]| [0, 1, 2].map(|c| read(&table[c]));
-        self.division.weights(&Gathered {
+        self.division.weights(&NodeEnergies {
             nodes: self.nodes.chunks_exact(3).map(channels).collect(),
             uncovered: channels(&self.uncovered),
             total: self.total,

@@ -9,7 +9,7 @@ use imaging::color::{byte_from_unit, luminance, srgb_from_linear};
 use imaging::resample::resize_area;
 use light::brightest::{self, Area};
 use light::built_in::BuiltIn;
-use light::panorama::{self, Reading};
+use light::panorama::{self, ReadSettings};
 use light::{Environment, latlong};
 use std::collections::VecDeque;
 use std::fmt;
@@ -150,7 +150,7 @@ impl Panorama {
     pub fn load(source: &Origin) -> Result<Self> {
         let (environment, notes) = match source {
             Origin::File(path) => {
-                let read = panorama::read(path, &Reading::default())?;
+                let read = panorama::read(path, &ReadSettings::default())?;
                 (Arc::new(read.environment), read.notes)
             }
             Origin::BuiltIn(own) => (own.environment(), vec![]),

@@ -1,6 +1,6 @@
 //! How well other curves would do in place of the dual gamma.
 
-use super::{CHANGED, Fitted, LEFT_ALONE, bounds};
+use super::{CHANGED, InspectableFit, LEFT_ALONE, bounds};
 use base::error::Result;
 use base::progress::Progress;
 use imaging::Response;
@@ -46,7 +46,7 @@ fn psnr(distance: f32) -> f32 {
 /// hundred to one.
 const BETTER: f32 = -10.0;
 
-impl Fitted<'_> {
+impl InspectableFit<'_> {
     /// The standard curve that explains the pictures better than the fit does, where there is one.
     pub(super) fn better_curve(&self) -> Option<CurveFit> {
         let least = self.curve(Response::Dual(self.fit.response), 2, 0.0).1;
@@ -61,10 +61,10 @@ impl Fitted<'_> {
     /// How a curve does beside one of this cost, and its own cost. The exposure is that of the more
     /// probable case, which need not be that of the fit: a wrong curve makes an exposure seem changed.
     fn curve(&self, response: Response, parameters: usize, least: f64) -> (CurveFit, f64) {
-        let seen = self.objective.see_response(&response);
+        let linear = self.objective.linearize_by(&response);
         let [alone, changed] =
-            [LEFT_ALONE, CHANGED].map(|prior| self.objective.stand_under(prior, &seen));
-        let standing = if changed.cost < alone.cost {
+            [LEFT_ALONE, CHANGED].map(|prior| self.objective.score_under(prior, &linear));
+        let score = if changed.cost < alone.cost {
             changed
         } else {
             alone
@@ -72,12 +72,12 @@ impl Fitted<'_> {
         let fit = CurveFit {
             response,
             parameters,
-            exposure: standing.log_exposure.exp() as f32,
-            evidence: (standing.cost - least) as f32,
-            subject: standing.subject as f32,
-            ball: standing.ball as f32,
+            exposure: score.log_exposure.exp() as f32,
+            evidence: (score.cost - least) as f32,
+            subject: score.subject as f32,
+            ball: score.ball as f32,
         };
-        (fit, standing.cost)
+        (fit, score.cost)
     }
 
     /// The dual gamma first, then a fitted power, sRGB, Rec. 709 and linear.
@@ -111,8 +111,8 @@ impl Fitted<'_> {
         const PLACES: usize = 9;
         let (mut low, mut high) = bounds();
         let cost = |gamma: f64| {
-            let seen = self.objective.see_response(&Response::Power(gamma as f32));
-            self.objective.stand(&seen).cost
+            let linear = self.objective.linearize_by(&Response::Power(gamma as f32));
+            self.objective.score(&linear).cost
         };
         let mut best = (low, f64::INFINITY);
         while high - low > 2e-3 {

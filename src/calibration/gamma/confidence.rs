@@ -7,10 +7,10 @@
 //! replaces the curvature's own idea of it: the sandwich A⁻¹·B·A⁻¹ of White (1982) and Liang and Zeger
 //! (1986), A the curvature and B the covariance of the forces.
 
-use super::objective::{BLOCKS, Objective, Seen, rounding};
+use super::objective::{BLOCKS, LinearPictures, Objective, rounding};
 use super::subject::Quantiles;
 use super::{GAMMA_PRIOR, bounds};
-use crate::code::Table;
+use crate::code_values::ResponseTable;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// Relative error that a lamp's weight has at least: what 8 bits and the blur of the comparison leave of
@@ -71,7 +71,7 @@ fn axes(covariance: DMat2) -> (DMat2, DVec2) {
 struct Neighbours<'a> {
     objective: &'a Objective<'a>,
     /// At −1, 0 and 1 steps along the first direction, and within that along the second.
-    seen: Vec<Seen>,
+    linear: Vec<LinearPictures>,
     steps: DMat2,
     log_exposure: f64,
     /// How the encoded subject changes, for each of its pairs.
@@ -91,16 +91,16 @@ impl<'a> Neighbours<'a> {
         let reach = steps.x_axis.abs() + steps.y_axis.abs();
         let (low, high) = bounds();
         let at = at.clamp(DVec2::splat(low) + reach, DVec2::splat(high) - reach);
-        let mut seen = Vec::new();
+        let mut linear = Vec::new();
         for i in -1..=1 {
             for j in -1..=1 {
                 let place = at + steps * DVec2::new(f64::from(i), f64::from(j));
-                seen.push(objective.see([place.x, place.y])?);
+                linear.push(objective.linearize([place.x, place.y])?);
             }
         }
         let mut neighbours = Self {
             objective,
-            seen,
+            linear,
             steps,
             log_exposure,
             slopes: vec![],
@@ -133,8 +133,8 @@ impl<'a> Neighbours<'a> {
         Some(neighbours)
     }
 
-    fn at(&self, i: i32, j: i32) -> &Seen {
-        &self.seen[(3 * (i + 1) + j + 1) as usize]
+    fn at(&self, i: i32, j: i32) -> &LinearPictures {
+        &self.linear[(3 * (i + 1) + j + 1) as usize]
     }
 
     /// The covariance of γ1, γ2 and ln exposure; `None` where the curvature is not that of a minimum:
@@ -217,7 +217,7 @@ impl<'a> Neighbours<'a> {
     /// of the pixels, and one for each lamp's weight.
     fn subject_forces(&self) -> DMat3 {
         let (objective, middle) = (self.objective, self.at(0, 0));
-        if !objective.twins.is_empty() {
+        if !objective.matched.is_empty() {
             let errors: Vec<f64> = (middle.encoded(self.log_exposure).iter().zip(&middle.pairs))
                 .map(|(found, (_, is))| found - f64::from(*is))
                 .collect();
@@ -253,11 +253,11 @@ impl<'a> Neighbours<'a> {
     /// Covariance of the forces of the lamps' weights, in which all pixels err together: by how far the
     /// weight of a lamp's whole light is from that of its pixels one by one.
     fn weight_forces(&self) -> DMat3 {
-        let seen = self.at(0, 0);
-        let here = seen.encoded(self.log_exposure);
+        let linear = self.at(0, 0);
+        let here = linear.encoded(self.log_exposure);
         let mut sum = DMat3::ZERO;
-        for (lamp, other) in seen.ball.weights.iter().enumerate() {
-            let mut weights = seen.weights.clone();
+        for (lamp, other) in linear.ball.weights.iter().enumerate() {
+            let mut weights = linear.weights.clone();
             for (weight, other) in weights[lamp].iter_mut().zip(other) {
                 // A lamp without pixels of its own has no weight there.
                 let is_known = *weight > 0.0 && *other > 0.0;
@@ -268,8 +268,8 @@ impl<'a> Neighbours<'a> {
                 };
                 *weight *= 1.0 + error.clamp(WEIGHT_ERROR, 1.0);
             }
-            let pairs = self.objective.pairs(&seen.table, &weights);
-            let moved = encoded(&seen.table, &pairs, self.log_exposure);
+            let pairs = self.objective.pairs(&linear.table, &weights);
+            let moved = encoded(&linear.table, &pairs, self.log_exposure);
             let errors: Vec<f64> = moved.iter().zip(&here).map(|(a, b)| a - b).collect();
             sum += outer(self.force(&errors, &self.slopes));
         }
@@ -283,14 +283,14 @@ impl<'a> Neighbours<'a> {
     }
 }
 
-impl Seen {
+impl LinearPictures {
     /// The subject's encoded values at an exposure.
     fn encoded(&self, log_exposure: f64) -> Vec<f64> {
         encoded(&self.table, &self.pairs, log_exposure)
     }
 }
 
-fn encoded(table: &Table, pairs: &[(f32, f32)], log_exposure: f64) -> Vec<f64> {
+fn encoded(table: &ResponseTable, pairs: &[(f32, f32)], log_exposure: f64) -> Vec<f64> {
     let exposure = log_exposure.exp() as f32;
     let encode = |(light, _): &(f32, f32)| f64::from(table.encode(exposure * light));
     pairs.iter().map(encode).collect()

@@ -14,29 +14,30 @@
 mod compare;
 mod confidence;
 mod evidence;
+mod frame_match;
+mod matte;
 mod objective;
 mod study;
 mod subject;
 mod surface;
-mod twin;
 
 use super::Trial;
-use super::code::Table;
-use super::minimum::{self, Search};
+use super::code_values::ResponseTable;
+use super::minimizer::{self, Search};
 use super::probe::Probes;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use imaging::{DualGamma, Response};
-use objective::{Objective, Seen, gamma_prior};
+use objective::{LinearPictures, Objective, gamma_prior};
 use project::Shoot;
 use serde::{Deserialize, Serialize};
 
 pub use compare::CurveFit;
 pub use evidence::Evidence;
+use frame_match::FrameMatch;
 pub use study::{CurvePoint, GammaStudy, Histogram, curve};
 pub(super) use subject::Subject;
 pub use surface::Surface;
-use twin::Twin;
 
 /// What may have been done to the exposure between the balls and the filming.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +102,7 @@ pub struct GammaFit {
 }
 
 /// The response that a calibration goes by: fitted, the standard curve that beats the fit, or a person's.
-pub(super) struct Found {
+pub(super) struct ChosenResponse {
     pub response: Response,
     /// Standard deviations of γ1 and γ2; 0 where the response was not fitted.
     pub deviation: [f32; 2],
@@ -111,7 +112,7 @@ pub(super) struct Found {
     pub evidence: Evidence,
 }
 
-impl Found {
+impl ChosenResponse {
     /// What a fit found.
     pub fn fitted(fit: &GammaFit, shoot: &Shoot) -> Self {
         let evidence = Evidence::new(fit, shoot);
@@ -157,9 +158,9 @@ impl Found {
     }
 }
 
-/// A fit beside the comparison that it was made by, to ask for more: [`Fitted::surface`] and
-/// [`Fitted::compare`].
-pub struct Fitted<'a> {
+/// A fit beside the comparison that it was made by, to ask for more: [`InspectableFit::surface`] and
+/// [`InspectableFit::compare`].
+pub struct InspectableFit<'a> {
     objective: Objective<'a>,
     /// The fit.
     pub fit: GammaFit,
@@ -175,24 +176,24 @@ pub(super) fn fit<'a>(
     probes: &'a Probes,
     wanted: Option<Comparison>,
     progress: &Progress,
-) -> Result<Fitted<'a>> {
+) -> Result<InspectableFit<'a>> {
     let found = fit_by(Objective::new(subject, probes, vec![]), progress)?;
     if wanted == Some(Comparison::Distribution) {
         return Ok(found);
     }
     // Which poses are those of frames shows only under a response that is about right.
-    let table = Table::new(&found.fit.response);
+    let table = ResponseTable::new(&found.fit.response);
     let nearest = subject.nearest(&table, &probes.fit(&table).weights);
     let same: Vec<_> = nearest
         .iter()
-        .filter(|(.., mismatch)| *mismatch <= Twin::LARGEST_MISMATCH)
+        .filter(|(.., mismatch)| *mismatch <= FrameMatch::MAX_MISMATCH)
         .collect();
     if !same.is_empty() {
-        let twins = same.iter().map(|(pose, ..)| *pose).collect();
-        let mut found = fit_by(Objective::new(subject, probes, twins), progress)?;
+        let matched = same.iter().map(|(pose, ..)| *pose).collect();
+        let mut found = fit_by(Objective::new(subject, probes, matched), progress)?;
         found.fit.same_poses = same
             .iter()
-            .map(|(_, twin, _)| [twin.pose, twin.frame])
+            .map(|(_, frame_match, _)| [frame_match.pose, frame_match.frame])
             .collect();
         return Ok(found);
     }
@@ -204,14 +205,14 @@ pub(super) fn fit<'a>(
         "the comparison pixel by pixel",
         format!(
             "a frame that shows a pose, at a mismatch of {} or less",
-            Twin::LARGEST_MISMATCH
+            FrameMatch::MAX_MISMATCH
         ),
         best.map_or(
             "no frame with the outline of a pose".into(),
-            |(_, twin, mismatch)| {
+            |(_, frame_match, mismatch)| {
                 format!(
                     "{mismatch:.2} at best, of pose {} and frame {}",
-                    twin.pose, twin.frame
+                    frame_match.pose, frame_match.frame
                 )
             },
         ),
@@ -220,7 +221,7 @@ pub(super) fn fit<'a>(
 }
 
 /// Fits γ1, γ2 and the exposure by one comparison.
-fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitted<'a>> {
+fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<InspectableFit<'a>> {
     // The surface has valleys, so walks start from the three best places of a grid.
     const GRID: [f64; 6] = [1.2, 1.6, 2.0, 2.4, 2.8, 3.3];
     const WALKS: usize = 3;
@@ -233,10 +234,10 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
         grid.extend(
             places
                 .into_iter()
-                .filter_map(|place| Some((place, objective.see(place)?))),
+                .filter_map(|place| Some((place, objective.linearize(place)?))),
         );
     }
-    let best_ball = |a: &&([f64; 2], Seen), b: &&([f64; 2], Seen)| {
+    let best_ball = |a: &&([f64; 2], LinearPictures), b: &&([f64; 2], LinearPictures)| {
         objective
             .ball_square(&a.1.ball)
             .total_cmp(&objective.ball_square(&b.1.ball))
@@ -250,7 +251,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
     }
     let mut starts: Vec<([f64; 2], f64)> = grid
         .iter()
-        .map(|(place, seen)| (*place, objective.stand(seen).cost + gamma_prior(*place)))
+        .map(|(place, linear)| (*place, objective.score(linear).cost + gamma_prior(*place)))
         .collect();
     starts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let mut best = ([GAMMA_PRIOR.0; 2], f64::INFINITY);
@@ -263,8 +264,8 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
         }
     }
     // The grid's best is a coarse judge of what is noise; the walk's best is a good one.
-    if let Some(seen) = objective.see(best.0) {
-        objective.weigh(&seen);
+    if let Some(linear) = objective.linearize(best.0) {
+        objective.weigh(&linear);
     }
     let alone = Hypothesis::fit(&mut objective, LEFT_ALONE, best.0)?;
     let changed = Hypothesis::fit(&mut objective, CHANGED, best.0)?;
@@ -276,17 +277,17 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
     };
     objective.exposure = found.prior;
     let response = found.response()?;
-    let standing = objective.stand(&objective.see_response(&response.into()));
+    let score = objective.score(&objective.linearize_by(&response.into()));
     let fit = GammaFit {
         response,
-        exposure: standing.log_exposure.exp() as f32,
-        comparison: if objective.twins.is_empty() {
+        exposure: score.log_exposure.exp() as f32,
+        comparison: if objective.matched.is_empty() {
             Comparison::Distribution
         } else {
             Comparison::Pixels
         },
-        residual: standing.subject as f32,
-        ball_residual: standing.ball as f32,
+        residual: score.subject as f32,
+        ball_residual: score.ball as f32,
         deviation: found.deviation_beside(&other, doubt),
         changed_exposure: changed_exposure as f32,
         other_exposure: other.log_exposure.exp() as f32,
@@ -295,7 +296,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
         same_poses: vec![],
         better_curve: None,
     };
-    let mut fitted = Fitted { objective, fit };
+    let mut fitted = InspectableFit { objective, fit };
     fitted.fit.better_curve = fitted.better_curve();
     Ok(fitted)
 }
@@ -314,8 +315,8 @@ impl Hypothesis {
     fn fit(objective: &mut Objective, prior: ExposurePrior, start: [f64; 2]) -> Result<Self> {
         objective.exposure = prior;
         let (gammas, cost) = minimise(|gammas| objective.total(gammas), start)?;
-        let seen = objective.see(gammas);
-        let log_exposure = seen.map_or(0.0, |seen| objective.stand(&seen).log_exposure);
+        let linear = objective.linearize(gammas);
+        let log_exposure = linear.map_or(0.0, |linear| objective.score(&linear).log_exposure);
         let deviation = confidence::deviation(objective, gammas, log_exposure);
         // The probability of all exposures nearby, not of the best alone (Laplace's approximation).
         let cost = cost - 2.0 * f64::from(deviation[2]).max(1e-6).ln();
@@ -347,8 +348,8 @@ impl Hypothesis {
 impl Objective<'_> {
     /// The cost of two exponents at their best exposure, with all priors; +∞ where there is no curve.
     fn total(&self, gammas: [f64; 2]) -> f64 {
-        self.see(gammas).map_or(f64::INFINITY, |seen| {
-            self.stand(&seen).cost + gamma_prior(gammas)
+        self.linearize(gammas).map_or(f64::INFINITY, |linear| {
+            self.score(&linear).cost + gamma_prior(gammas)
         })
     }
 }
@@ -371,7 +372,7 @@ fn minimise(cost: impl Fn([f64; 2]) -> f64, start: [f64; 2]) -> Result<([f64; 2]
         last_step: 5e-4,
         evaluations: 120,
     };
-    minimum::minimise(cost, &search)
+    minimizer::minimise(cost, &search)
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 
 use super::objective::Objective;
 use super::subject::sample;
-use super::{Comparison, Fitted, Subject, fit};
-use crate::code::{Code, STEPS, Table};
+use super::{Comparison, InspectableFit, Subject, fit};
+use crate::code_values::{CodeValues, ResponseTable, STEPS};
 use crate::probe::Probes;
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -39,7 +39,7 @@ pub struct GammaStudy {
 
 /// One pose at the working size: `codes[pixel · lamps + lamp]`.
 struct PosePicture {
-    codes: Vec<Code>,
+    codes: Vec<CodeValues>,
     lamps: usize,
     mask: Mask,
 }
@@ -77,18 +77,22 @@ impl GammaStudy {
         Ok(())
     }
 
-    /// Fits the response as [`crate::calibrate`] does, for [`Fitted::surface`] and
-    /// [`Fitted::compare`].
+    /// Fits the response as [`crate::calibrate`] does, for [`InspectableFit::surface`] and
+    /// [`InspectableFit::compare`].
     ///
     /// # Errors
     /// When pixels are to be compared and no frame shows a pose, or a stop was asked for.
-    pub fn fit(&self, wanted: Option<Comparison>, progress: &Progress) -> Result<Fitted<'_>> {
+    pub fn fit(
+        &self,
+        wanted: Option<Comparison>,
+        progress: &Progress,
+    ) -> Result<InspectableFit<'_>> {
         fit(&self.subject, &self.probes, wanted, progress)
     }
 
     /// The interview's weights under a response: for each lamp and channel, its share.
     pub fn weights(&self, response: &Response) -> Vec<[f32; 3]> {
-        self.probes.fit(&Table::of(response)).weights
+        self.probes.fit(&ResponseTable::of(response)).weights
     }
 
     /// Root-mean-square encoded distances (0 to 1) of the subject's quantiles, and on the mirror balls,
@@ -110,7 +114,7 @@ impl GammaStudy {
         exposure: f32,
         weights: &[[f32; 3]],
     ) -> Histogram {
-        let table = Table::of(response);
+        let table = ResponseTable::of(response);
         let relit = self.subject.all_relit(&table, weights);
         histogram(
             relit
@@ -123,7 +127,7 @@ impl GammaStudy {
     /// is. Pixels are picked, not averaged, so each is a sum of real codes.
     pub fn relit(&self, response: &Response, exposure: f32, weights: &[[f32; 3]]) -> Encoded {
         let PosePicture { codes, lamps, mask } = &self.picture;
-        let table = Table::of(response);
+        let table = ResponseTable::of(response);
         let pixels = codes
             .par_chunks_exact(*lamps)
             .zip(&mask.pixels)

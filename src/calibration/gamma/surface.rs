@@ -1,7 +1,7 @@
 //! The cost of every pair of exponents, for looking at.
 
 use super::objective::gamma_prior;
-use super::{Fitted, bounds};
+use super::{InspectableFit, bounds};
 use base::error::Result;
 use base::progress::Progress;
 use rayon::prelude::*;
@@ -24,7 +24,7 @@ pub struct Surface {
     pub optimum: [f32; 3],
 }
 
-impl Fitted<'_> {
+impl InspectableFit<'_> {
     /// Samples the cost at `count` × `count` places (at least 2 × 2) over all exponents that a camera
     /// can have. A place takes some 10 ms on one core; 16 × 16 show the valley.
     ///
@@ -54,8 +54,11 @@ impl Fitted<'_> {
                 .into_par_iter()
                 .map(|column| {
                     let gammas = [place(column), place(row)];
-                    let standing = self.objective.see(gammas).map(|s| self.objective.stand(&s));
-                    standing.map_or([f32::NAN; 4], |s| {
+                    let score = self
+                        .objective
+                        .linearize(gammas)
+                        .map(|s| self.objective.score(&s));
+                    score.map_or([f32::NAN; 4], |s| {
                         [
                             (s.cost + gamma_prior(gammas) - least) as f32,
                             s.subject as f32,

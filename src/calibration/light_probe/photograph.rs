@@ -1,6 +1,6 @@
 //! A photograph as light, with what is known of each pixel's certainty.
 
-use super::super::code::{CLIPPED, STEPS};
+use super::super::code_values::{CLIPPED, STEPS};
 use imaging::{Encoded, Image, Raster, Response};
 use light::Environment;
 

@@ -5,7 +5,7 @@
 //! pixels grow long. What one misses the other shows in its well-resolved part when the cameras are
 //! about a right angle apart.
 
-use super::super::minimum::{Search, minimise};
+use super::super::minimizer::{Search, minimise};
 use super::{Ball, BallView, ClippedLight, Photograph, filled};
 use base::error::{Error, Result};
 use glam::{DQuat, DVec3, Quat, Vec3};

@@ -5,7 +5,7 @@ use glam::{Mat3, Quat, Vec3};
 use light::{Lamp, Rig};
 
 /// How a rig lies in its layout.
-pub(super) struct Comparison {
+pub(super) struct LayoutComparison {
     /// Where each lamp should be, turned to the rig; empty where that cannot be told.
     places: Vec<Vec3>,
     outcome: Outcome,
@@ -24,14 +24,14 @@ enum Outcome {
     /// Left and right are exchanged.
     Mirrored,
     /// No turn brings the layout near the rig; the median angle between both in degrees.
-    Foreign(f32),
+    OtherDome(f32),
     /// So many directions for so many lamps.
     WrongCount(usize),
 }
 
-/// Compares the lamps that were clearly seen with the layout, but for `twins`, of which one is wrong.
-pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Comparison {
-    let nothing = |outcome| Comparison {
+/// Compares the lamps that were clearly seen with the layout, but for `duplicates`, of which one is wrong.
+pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> LayoutComparison {
+    let nothing = |outcome| LayoutComparison {
         places: vec![],
         outcome,
     };
@@ -71,10 +71,12 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Compa
     let displaced: Vec<usize> = seen
         .iter()
         .copied()
-        .filter(|&i| off(i, i) > tolerance.min(self::tolerance(spacings[i])) && !twins.contains(&i))
+        .filter(|&i| {
+            off(i, i) > tolerance.min(self::tolerance(spacings[i])) && !duplicates.contains(&i)
+        })
         .collect();
     let free: Vec<usize> = (0..lamps.len())
-        .filter(|i| displaced.contains(i) || !seen.contains(i) || twins.contains(i))
+        .filter(|i| displaced.contains(i) || !seen.contains(i) || duplicates.contains(i))
         .collect();
     let (mut moved, mut lost) = (vec![], vec![]);
     for &lamp in &displaced {
@@ -87,7 +89,7 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Compa
             None => lost.push(lamp),
         }
     }
-    Comparison {
+    LayoutComparison {
         places,
         outcome: Outcome::Placed { moved, lost },
     }
@@ -129,7 +131,7 @@ fn without_names(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32
         moved.retain(|(lamp, place)| lamp != place);
         return Outcome::Reordered(moved);
     }
-    Outcome::Foreign(super::median(seen.iter().map(|&i| off(i, i))).to_degrees())
+    Outcome::OtherDome(super::median(seen.iter().map(|&i| off(i, i))).to_degrees())
 }
 
 /// A turn of the layout and how many lamps it brings near their places.
@@ -220,7 +222,7 @@ fn refine(
     rotation
 }
 
-impl Comparison {
+impl LayoutComparison {
     /// Where lamp `i` should be by the layout, if that is known.
     pub fn place(&self, i: usize) -> Option<Vec3> {
         self.places.get(i).copied()
@@ -261,7 +263,7 @@ impl Comparison {
                  pictures are flopped. Change the sign of x in the manifest's directions, or flip the pictures"
                     .into(),
             ),
-            Outcome::Foreign(median_deg) => whole(format!(
+            Outcome::OtherDome(median_deg) => whole(format!(
                 "The measured lamps are not where the layout has them, {median_deg:.0}° away in the median, and no turn \
                  of it helps. Check that the manifest is of this dome and uses the axes +X right, +Y up, +Z to \
                  the camera"

@@ -29,7 +29,7 @@ pub(super) struct Edges {
 const STANDS_OUT: f32 = 3.0;
 
 /// Changes below this per pixel are rounding of the arithmetic, not of any camera (16 bits: 1.5e-5).
-const LEAST_STEEPNESS: f32 = 1e-6;
+const MIN_STEEPNESS: f32 = 1e-6;
 
 impl Edges {
     /// Edges by Canny's rule (1986): local maxima of steepness across the edge, over a binomial blur
@@ -58,7 +58,7 @@ impl Edges {
                     return None;
                 }
                 let (steepness, across) = slopes[i];
-                if steepness < LEAST_STEEPNESS {
+                if steepness < MIN_STEEPNESS {
                     return None;
                 }
                 let place = Vec2::new(x as f32, y as f32);

@@ -54,14 +54,14 @@ const HOPELESS: f64 = 2.0;
 /// Samples per pixel along a ray.
 const SAMPLES: f64 = 2.0;
 /// Samples side by side across a ray at most.
-const MOST_SAMPLES: f64 = 6.0;
+const MAX_SAMPLES: f64 = 6.0;
 /// Standard deviation in pixels of the Gaussian whose derivative finds edges along a ray.
 const BLUR: f64 = 0.7;
 /// Edges at least this strong, relative to a ray's strongest, can be the rim. The outermost is: what
 /// lies within is a reflection.
 const OUTER: f64 = 0.35;
 /// Changes below this (in encoded values) are rounding of the arithmetic, not of any camera.
-const LEAST_CONTRAST: f64 = 2e-6;
+const MIN_CONTRAST: f64 = 2e-6;
 /// An edge found on a ray.
 #[derive(Clone, Copy)]
 struct Crossing {
@@ -141,17 +141,17 @@ fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64, outermost: bool
             return None;
         }
         circle = better;
-        tolerance = (3.0 * deviation).clamp(LEAST_TOLERANCE, widest_tolerance(&circle));
+        tolerance = (3.0 * deviation).clamp(MIN_TOLERANCE, widest_tolerance(&circle));
     }
     Some(measured(picture, &circle, tolerance))
 }
 
 /// No camera's rim is sharper than this, in pixels.
-const LEAST_TOLERANCE: f64 = 0.8;
+const MIN_TOLERANCE: f64 = 0.8;
 
 /// How far from a circle the rim may be.
 pub(super) fn widest_tolerance(circle: &Circle) -> f64 {
-    (OUT_OF_ROUND * circle.radius_px).max(LEAST_TOLERANCE)
+    (OUT_OF_ROUND * circle.radius_px).max(MIN_TOLERANCE)
 }
 
 /// What the picture shows of a circle's rim.
@@ -218,7 +218,7 @@ fn edges_on_ray(
     // samples are means along the circle, which keeps faint rims above the noise.
     let spacing = TAU / rays as f64;
     let width = spacing + 1.0 / circle.radius_px;
-    let side_by_side = (width * circle.radius_px).round().clamp(1.0, MOST_SAMPLES) as usize;
+    let side_by_side = (width * circle.radius_px).round().clamp(1.0, MAX_SAMPLES) as usize;
     // Room for the filter's tails at both ends.
     let tail = (3.0 * BLUR * SAMPLES) as usize;
     let half = (reach * SAMPLES).ceil() as usize + tail;
@@ -243,7 +243,7 @@ fn edges_on_ray(
     let range = tail..encoded.len() - tail;
     let is_peak = |s: &[f64], k: usize| s[k] > s[k - 1] && s[k] >= s[k + 1];
     let peaks = || range.clone().filter(|&k| is_peak(&encoded, k));
-    let strongest = peaks().map(|k| encoded[k]).fold(LEAST_CONTRAST, f64::max);
+    let strongest = peaks().map(|k| encoded[k]).fold(MIN_CONTRAST, f64::max);
     // An edge lies where light, not its code, changes fastest: find that beside it.
     let near = (1.5 * SAMPLES) as usize;
     let brightest_change = |peak: usize| {

@@ -1,8 +1,7 @@
 //! What a panorama is painted on while it is read: texels of any order come in, their averages by solid
 //! angle stay.
 
-use super::Environment;
-use crate::environment::{HALF_MAX, band};
+use crate::environment::{Environment, HALF_MAX, band};
 use imaging::Image;
 
 /// A panorama in the making.

@@ -67,11 +67,6 @@ impl Nodes {
         median.unwrap_or(PI / 2.0)
     }
 
-    /// σ of the soft borders of [`super::Partition::soft`] in radians: a fifth of the spacing.
-    pub fn softness(&self) -> f64 {
-        0.2 * self.spacing()
-    }
-
     /// Adds points until no gap is left. A gap is an empty cap of twice the radius that N caps have which
     /// share the sphere evenly, or of 75° if that is less: caps under 90° keep the origin inside the hull.
     fn fill_gaps(&mut self) {

@@ -140,7 +140,6 @@ fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
             }
             let kinds = [
                 (Weighting::Fit, "best fit"),
-                (Weighting::Soft, "soft cells"),
                 (Weighting::Smooth, "smooth"),
                 (Weighting::Cells, "cells"),
             ];

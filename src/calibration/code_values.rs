@@ -4,7 +4,7 @@ use imaging::color::unit;
 use imaging::{DualGamma, Encoded, Response};
 
 /// A pixel's encoded channels in steps of 1/[`STEPS`].
-pub(super) type Code = [u16; 3];
+pub(super) type CodeValues = [u16; 3];
 
 /// 16 steps for each of 8 bits: exact for 8-bit pictures, and 12 bits for finer ones.
 pub(super) const STEPS: u16 = 16 * 255;
@@ -13,7 +13,7 @@ pub(super) const STEPS: u16 = 16 * 255;
 pub(super) const CLIPPED: u16 = STEPS - 16 + 1;
 
 /// The codes of a picture, row by row.
-pub(super) fn codes(picture: &Encoded) -> Vec<Code> {
+pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
     let code = |v: f32| (unit(v) * f32::from(STEPS) + 0.5) as u16;
     picture
         .0
@@ -24,9 +24,9 @@ pub(super) fn codes(picture: &Encoded) -> Vec<Code> {
 }
 
 /// The linear light of every code under one response.
-pub(super) struct Table(Vec<f32>);
+pub(super) struct ResponseTable(Vec<f32>);
 
-impl Table {
+impl ResponseTable {
     pub fn new(response: &DualGamma) -> Self {
         Self::of(&Response::Dual(*response))
     }
@@ -46,7 +46,7 @@ impl Table {
     }
 
     /// Light of a pixel.
-    pub fn rgb(&self, code: Code) -> [f32; 3] {
+    pub fn rgb(&self, code: CodeValues) -> [f32; 3] {
         code.map(|c| self.light(c))
     }
 
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn a_table_agrees_with_the_curve() {
         let curve = DualGamma::new(2.6, 2.1).unwrap();
-        let table = Table::new(&curve);
+        let table = ResponseTable::new(&curve);
         for i in 0..=255u16 {
             let encoded = f32::from(i) / 255.0;
             let code = codes(&Encoded(Raster::filled(1, 1, [encoded; 3])))[0][0];
