@@ -1,9 +1,9 @@
-//! Encoded values as whole numbers, so that a candidate response is one small table.
+//! Code values: encoded pixel values as whole numbers, so that a candidate response is one small table.
 
 use imaging::color::unit;
 use imaging::{DualGamma, Encoded, Response};
 
-/// A pixel's encoded channels in steps of 1/[`STEPS`].
+/// A pixel's three code values, in steps of 1/[`STEPS`].
 pub(super) type CodeValues = [u16; 3];
 
 /// 16 steps for each of 8 bits: exact for 8-bit pictures, and 12 bits for finer ones.
@@ -12,7 +12,7 @@ pub(super) const STEPS: u16 = 16 * 255;
 /// A channel from here on is clipped: the last 8-bit code.
 pub(super) const CLIPPED: u16 = STEPS - 16 + 1;
 
-/// The codes of a picture, row by row.
+/// The code values of a picture, row by row.
 pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
     let code = |v: f32| (unit(v) * f32::from(STEPS) + 0.5) as u16;
     picture
@@ -23,7 +23,7 @@ pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
         .collect()
 }
 
-/// The linear light of every code under one response.
+/// The linear light of every code value under one response: a 1D LUT.
 pub(super) struct ResponseTable(Vec<f32>);
 
 impl ResponseTable {
@@ -40,7 +40,7 @@ impl ResponseTable {
         )
     }
 
-    /// Light of one channel's code.
+    /// Light of one channel's code value.
     pub fn light(&self, code: u16) -> f32 {
         self.0[usize::from(code)]
     }

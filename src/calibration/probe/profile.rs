@@ -1,4 +1,4 @@
-//! The balls pixel for pixel, by which a response is told.
+//! The balls compared pixel for pixel: what shows the shape of the response.
 
 use super::super::code_values::{CodeValues, ResponseTable, STEPS};
 use super::super::least_squares::NormalEquations;
@@ -19,21 +19,20 @@ pub(super) struct ProfilePixel {
 pub(crate) struct Profile {
     /// For each lamp, the sum of squared encoded distances where it is the strongest.
     pub squares: Vec<f64>,
-    /// Mean square of the part of these distances that changes from pixel to pixel: noise, where the
-    /// rest is a misfit that neighbours share.
+    /// Mean square of the part of these distances that changes from pixel to pixel: the noise. The rest is a misfit
+    /// that neighbours share.
     pub noise: f64,
-    /// The weights that explain the pixels best. They are not those of [`Probes::fit`], which sees the
-    /// lamps' whole light, but under the right response both agree.
+    /// The weights that explain the pixels best. [`Probes::fit`], which uses the lamps' whole light, finds others;
+    /// under the right response both agree.
     pub weights: Vec<[f32; 3]>,
 }
 
 impl Probes {
-    /// Squared distance in encoded values between the interview's ball and the best sum of the lamps'
-    /// balls, pixel for pixel, as the mean over channels: one sum for the pixels in which each lamp is
-    /// the strongest, and the weights of that sum. A lamp's image has bright and dim pixels, and each lamp has
-    /// another weight: only the right shape of the response makes all of them proportional. What it
-    /// cannot tell is a power of the response, because that is a response too, with powers of the
-    /// weights.
+    /// Squared distance in encoded values between the interview's ball and the best sum of the lamps' balls, pixel
+    /// for pixel, as the mean over channels: one sum for the pixels in which each lamp is the strongest, and the
+    /// weights of that sum. A lamp's image has bright and dim pixels, and each lamp has its own weight: only the
+    /// right shape of the response makes all of them proportional. A power of the response cannot be told this way:
+    /// it fits as well, with powers of the weights.
     pub(crate) fn profile(&self, table: &ResponseTable) -> Profile {
         let backgrounds: Vec<[f32; 3]> = self
             .footprints
@@ -106,7 +105,7 @@ impl Probes {
         self.profile.len()
     }
 
-    /// The codes that [`Self::profile`] compares, of the lamps' balls and of the interview's.
+    /// The code values that [`Self::profile`] compares, of the lamps' balls and of the interview's.
     pub(crate) fn profile_codes(&self) -> impl Iterator<Item = &CodeValues> {
         self.profile.iter().flat_map(|pixel| {
             let lamps = pixel.lamps.iter().map(|(_, code)| code);
@@ -116,10 +115,10 @@ impl Probes {
 
     /// The pixels that [`Self::profile`] compares.
     pub(super) fn make_profile(&self, provisional: &ResponseTable) -> Vec<ProfilePixel> {
-        /// Enough pixels to tell a response; more only take time.
+        /// Enough pixels to determine a response; more only take time.
         const ENOUGH: usize = 16_384;
-        /// A pixel counts from this many times the room's own light: nearer to it, the sensor's noise
-        /// and what every lamp's footprint leaves out bend the curve.
+        /// A pixel counts from this many times the room's own light on: below, the sensor's noise and the light
+        /// outside the lamps' footprints bend the curve.
         const LIT: f32 = 10.0;
         let mut lamps: Vec<Vec<(usize, CodeValues)>> = vec![vec![]; self.interview.len()];
         for (lamp, footprint) in self.footprints.iter().enumerate() {
@@ -181,7 +180,7 @@ impl NeighbourDifferences {
         self.last = Some((place, error));
     }
 
-    /// Mean square of the noise; 0 where no two places were neighbours.
+    /// Mean square of the noise; 0 if no two places were neighbours.
     pub fn noise(&self) -> f64 {
         self.square / self.count.max(1.0)
     }
