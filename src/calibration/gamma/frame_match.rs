@@ -1,26 +1,25 @@
-//! Whether an interview frame shows a pose itself, so that the two can be compared pixel by pixel.
+//! Whether an interview frame shows a pose, so that the two can be compared pixel by pixel.
 
 use super::super::code_values::{CodeValues, ResponseTable, STEPS};
 use super::matte::{SOLID, margin};
 use imaging::Mask;
 
-/// A frame beside a pose.
+/// A pose and a frame that may show it.
 #[derive(Clone)]
 pub(crate) struct FrameMatch {
-    /// The project's numbers of both.
+    /// Numbers of both in the project.
     pub pose: usize,
     pub frame: usize,
     /// The pose's pixels that are the subject in the frame too.
     pub pixels: Vec<MatchedPixel>,
-    /// How badly they agree under a provisional response: the distance of the two pictures over that of
-    /// the pose from the frame moved aside by the width of the matte's margin. 0 is agreement, 1 says that
-    /// a displacement makes no odds.
+    /// How badly they agree under a provisional response: the distance of the two pictures over the distance of the
+    /// pose from the frame shifted by the matte's margin. At 0 they agree; at 1 a shift makes no difference.
     pub mismatch: f32,
 }
 
 impl FrameMatch {
-    /// Above this mismatch, a frame shows another pose. An error of position by a third of the
-    /// displacement, less than a pixel in pictures of 256 pixels, already gives as much.
+    /// Above this mismatch, a frame shows another pose. Being off by a third of the shift, less than a pixel in
+    /// pictures of 256 pixels, already gives as much.
     pub const MAX_MISMATCH: f32 = 0.3;
 
     /// The mismatch under a response, given the pose's samples relit under it, in light.
@@ -32,7 +31,7 @@ impl FrameMatch {
                 .copied()
                 .unwrap_or([0.0; 3])
         };
-        // One factor takes out the exposure, and most of what is wrong with a provisional response.
+        // One factor removes the exposure, and most of what is wrong with a provisional response.
         let seen: f64 = self.pixels.iter().map(|p| sum(table.rgb(p.here))).sum();
         let expected: f64 = self.pixels.iter().map(|p| sum(light(p))).sum();
         if !(seen > 0.0 && expected > 0.0) {
@@ -72,7 +71,7 @@ pub(crate) struct MatchedPixel {
     pub sample: u32,
     /// Its place in the picture, row by row.
     pub place: u32,
-    /// The frame's code there, and on four sides at the distance of the matte's margin.
+    /// The frame's code values there, and on four sides at the distance of the matte's margin.
     pub here: CodeValues,
     aside: [CodeValues; 4],
 }
@@ -101,8 +100,8 @@ impl PoseSamples {
         }
     }
 
-    /// The pose beside a frame; `None` where sizes differ or the subject fills other pixels: of the
-    /// pose's, nine in ten must be the subject in the frame too.
+    /// Compares the pose with a frame. `None` if their sizes differ, or if less than nine tenths of the pose's
+    /// pixels are the subject in the frame too.
     pub fn compare(
         &self,
         frame: usize,
@@ -114,7 +113,7 @@ impl PoseSamples {
             return None;
         }
         let (width, step) = (mask.width, margin(mask.width));
-        // The samples keep this margin from the picture's edge, so these places are in it.
+        // The samples keep this margin from the picture's edge, so these places are inside.
         let around = |place: usize| {
             [
                 place - step,

@@ -1,8 +1,8 @@
-//! Which places of a matte are the subject alone.
+//! Which pixels of a matte are the subject alone.
 
 use imaging::Mask;
 
-/// Coverage from here on is the subject alone.
+/// Above this coverage a pixel shows the subject alone.
 pub(super) const SOLID: f32 = 0.98;
 
 /// How far a picture's samples keep from the matte's edge, in pixels.
@@ -10,7 +10,7 @@ pub(super) fn margin(width: usize) -> usize {
     width.div_ceil(128)
 }
 
-/// Up to about `count` places whose whole neighbourhood is the subject, spread over it.
+/// Up to about `count` places, spread over the subject, whose whole neighbourhood is the subject.
 pub(super) fn inside(mask: &Mask, count: usize) -> Vec<usize> {
     let (width, height) = mask.size();
     let margin = margin(width);

@@ -1,15 +1,14 @@
 //! The fit of the camera's dual gamma (the curve itself is [`imaging::DualGamma`]).
 //!
-//! Two things must agree under the right curve. The OLATs of the poses, summed with the interview's
-//! weights, must look like the interview: pixel for pixel where a frame shows the pose itself, and
-//! else, as the poses differ from the frames, by their quantiles. And on the mirror balls, where
-//! nothing moves, the sum of the lamps must be the interview's ball pixel for pixel. The first rules
-//! the power of the curve, the second its shape; a valley of the one crosses that of the other.
+//! Two things must agree under the right curve. The OLATs of the poses, summed with the interview's weights, must
+//! look like the interview: pixel for pixel where a frame shows the pose itself, and else, as the poses differ from
+//! the frames, by their quantiles. And on the mirror balls, where nothing moves, the sum of the lamps must be the
+//! interview's ball pixel for pixel. The first determines the power of the curve, the second its shape.
 //!
-//! A brighter interview and a higher power look alike, so the data hardly tell the exposure: it
-//! keeps close to 1, because the balls share one filter and the cameras were not touched
-//! (the paper's section 3.1). That somebody did turn the dial is fitted as a second hypothesis, and the
-//! more probable one is the answer; the doubt between both is part of its deviations.
+//! A brighter interview and a higher power look alike, so the data hardly determine the exposure. It is assumed to
+//! be close to 1, because the balls share one filter and nobody touched the cameras (the paper's section 3.1). That
+//! the exposure was changed is fitted as a second hypothesis. The more probable one is the answer, and the doubt
+//! between both is part of its deviations.
 
 mod compare;
 mod confidence;
@@ -39,36 +38,36 @@ pub use study::{CurvePoint, GammaStudy, Histogram, curve};
 pub(super) use subject::Subject;
 pub use surface::Surface;
 
-/// What may have been done to the exposure between the balls and the filming.
+/// An assumption about the exposure between the photographs of the balls and the filming.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ExposurePrior {
-    /// How often that is so.
+    /// How often it holds.
     chance: f64,
-    /// The standard deviation of ln exposure then.
+    /// The standard deviation of ln exposure if it holds.
     deviation: f64,
 }
 
-/// Nearly always the cameras were not touched, and a few hundredths of a stop are left.
+/// Nearly always nobody touched the cameras, and a few hundredths of a stop remain.
 const LEFT_ALONE: ExposurePrior = ExposurePrior {
     chance: 0.9,
     deviation: 0.03,
 };
-/// Now and then somebody did turn the dial.
+/// Now and then somebody changed the exposure.
 const CHANGED: ExposurePrior = ExposurePrior {
     chance: 0.1,
     deviation: 0.3,
 };
-/// The weak prior on each exponent: video cameras are near 2.2.
+/// Mean and deviation of the weak prior on each exponent: video cameras are near 2.2.
 const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
 
 /// What is compared between the relit poses and the interview.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Comparison {
-    /// How often each level occurs in the subject: right for whatever poses.
+    /// How often each level occurs in the subject: works for any poses.
     #[default]
     Distribution,
-    /// Pixel by pixel, for frames that show one of the poses.
+    /// Pixel by pixel, if a frame shows one of the poses.
     Pixels,
 }
 
@@ -93,18 +92,18 @@ pub struct GammaFit {
     /// Exposure and response in the other case.
     pub other_exposure: f32,
     pub other_response: DualGamma,
-    /// What a hundredth of the compared values is darker than, and a hundredth is brighter than.
+    /// The 1 % and the 99 % quantile of the compared values.
     pub extent: [f32; 2],
-    /// Poses that a frame shows, beside the frame: the project's numbers of both.
+    /// Poses that a frame shows: pose and frame by their numbers in the project.
     pub same_poses: Vec<[usize; 2]>,
-    /// A standard curve that is no dual gamma and explains the pictures better.
+    /// A standard curve that explains the pictures better than any dual gamma.
     pub better_curve: Option<CurveFit>,
 }
 
-/// The response that a calibration goes by: fitted, the standard curve that beats the fit, or a person's.
+/// The response that a calibration uses: the fitted one, a standard curve that beats the fit, or one set by hand.
 pub(super) struct ChosenResponse {
     pub response: Response,
-    /// Standard deviations of γ1 and γ2; 0 where the response was not fitted.
+    /// Standard deviations of γ1 and γ2; 0 if the response was not fitted.
     pub deviation: [f32; 2],
     pub exposure: f32,
     /// Root-mean-square encoded distance of the quantiles, or of the pixels.
@@ -113,7 +112,7 @@ pub(super) struct ChosenResponse {
 }
 
 impl ChosenResponse {
-    /// What a fit found.
+    /// The fitted response, or the standard curve that beats it.
     pub fn fitted(fit: &GammaFit, shoot: &Shoot) -> Self {
         let evidence = Evidence::new(fit, shoot);
         match &fit.better_curve {
@@ -137,7 +136,7 @@ impl ChosenResponse {
         }
     }
 
-    /// What a person set.
+    /// A response set by hand.
     pub fn by_hand(subject: &Subject, probes: &Probes, trial: &Trial) -> Self {
         let objective = Objective::new(subject, probes, vec![]);
         let [residual, ball_residual] = objective.distances(&trial.response, trial.exposure);
@@ -158,7 +157,7 @@ impl ChosenResponse {
     }
 }
 
-/// A fit beside the comparison that it was made by, to ask for more: [`InspectableFit::surface`] and
+/// A fit with the data that it was made from, for a closer look: [`InspectableFit::surface`] and
 /// [`InspectableFit::compare`].
 pub struct InspectableFit<'a> {
     objective: Objective<'a>,
@@ -166,11 +165,11 @@ pub struct InspectableFit<'a> {
     pub fit: GammaFit,
 }
 
-/// Fits γ1, γ2 and the exposure: by what the caller wants compared, or by pixels where a frame shows a
-/// pose itself and by distributions where none does.
+/// Fits γ1, γ2 and the exposure with the wanted comparison; with `None`, pixel by pixel if a frame shows a pose,
+/// else by distributions.
 ///
 /// # Errors
-/// When pixels are to be compared and no frame shows a pose, or a stop was asked for.
+/// When pixels are to be compared and no frame shows a pose, or the job was stopped.
 pub(super) fn fit<'a>(
     subject: &'a Subject,
     probes: &'a Probes,
@@ -181,7 +180,7 @@ pub(super) fn fit<'a>(
     if wanted == Some(Comparison::Distribution) {
         return Ok(found);
     }
-    // Which poses are those of frames shows only under a response that is about right.
+    // Whether a frame shows a pose can only be told under a response that is about right.
     let table = ResponseTable::new(&found.fit.response);
     let nearest = subject.nearest(&table, &probes.fit(&table).weights);
     let same: Vec<_> = nearest
@@ -202,16 +201,16 @@ pub(super) fn fit<'a>(
     }
     let best = nearest.iter().min_by(|a, b| a.2.total_cmp(&b.2));
     Err(Error::unexpected(
-        "the comparison pixel by pixel",
+        "the pixel-by-pixel comparison",
         format!(
-            "a frame that shows a pose, at a mismatch of {} or less",
+            "a frame that shows a pose, with a mismatch of {} or less",
             FrameMatch::MAX_MISMATCH
         ),
         best.map_or(
             "no frame with the outline of a pose".into(),
             |(_, frame_match, mismatch)| {
                 format!(
-                    "{mismatch:.2} at best, of pose {} and frame {}",
+                    "{mismatch:.2} at best, for pose {} and frame {}",
                     frame_match.pose, frame_match.frame
                 )
             },
@@ -222,7 +221,7 @@ pub(super) fn fit<'a>(
 
 /// Fits γ1, γ2 and the exposure by one comparison.
 fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<InspectableFit<'a>> {
-    // The surface has valleys, so walks start from the three best places of a grid.
+    // The cost has valleys, so searches start from the three best places of a grid.
     const GRID: [f64; 6] = [1.2, 1.6, 2.0, 2.4, 2.8, 3.3];
     const WALKS: usize = 3;
     let total = (GRID.len() + WALKS) as u64;
@@ -263,7 +262,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
             best = found;
         }
     }
-    // The grid's best is a coarse judge of what is noise; the walk's best is a good one.
+    // The best place of the grid tells roughly what is noise; the best of the searches tells it well.
     if let Some(linear) = objective.linearize(best.0) {
         objective.weigh(&linear);
     }
@@ -306,7 +305,7 @@ struct Hypothesis {
     prior: ExposurePrior,
     gammas: [f64; 2],
     log_exposure: f64,
-    /// −2·ln of its probability, the chance of the assumption included, but for a constant.
+    /// −2·ln of its probability, up to a constant; the chance of the assumption is included.
     cost: f64,
     deviation: [f32; 3],
 }
@@ -333,7 +332,7 @@ impl Hypothesis {
         DualGamma::new(self.gammas[0] as f32, self.gammas[1] as f32)
     }
 
-    /// Standard deviations about this hypothesis where another holds with probability `doubt`.
+    /// Standard deviations about this hypothesis if another holds with probability `doubt`.
     fn deviation_beside(&self, other: &Self, doubt: f64) -> [f32; 3] {
         let unknowns = |h: &Self| [h.gammas[0], h.gammas[1], h.log_exposure];
         let (here, there) = (unknowns(self), unknowns(other));
@@ -346,7 +345,7 @@ impl Hypothesis {
 }
 
 impl Objective<'_> {
-    /// The cost of two exponents at their best exposure, with all priors; +∞ where there is no curve.
+    /// The cost of two exponents at their best exposure, with all priors; +∞ if they make no valid curve.
     fn total(&self, gammas: [f64; 2]) -> f64 {
         self.linearize(gammas).map_or(f64::INFINITY, |linear| {
             self.score(&linear).cost + gamma_prior(gammas)
@@ -360,14 +359,14 @@ fn bounds() -> (f64, f64) {
     (f64::from(*bounds.start()), f64::from(*bounds.end()))
 }
 
-/// The bottom near `start` of a cost over two exponents, within [`DualGamma::BOUNDS`], and its height.
+/// The minimum near `start` of a cost over two exponents, within [`DualGamma::BOUNDS`], and the cost there.
 fn minimise(cost: impl Fn([f64; 2]) -> f64, start: [f64; 2]) -> Result<([f64; 2], f64)> {
     let (low, high) = bounds();
     let search = Search {
         start,
         low: [low; 2],
         high: [high; 2],
-        // From half the distance of the grid's places to a tenth of what any picture can tell.
+        // From half the spacing of the grid to a tenth of what any picture can resolve.
         first_step: 0.2,
         last_step: 5e-4,
         evaluations: 120,

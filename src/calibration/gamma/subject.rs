@@ -1,4 +1,4 @@
-//! The subject's pixels in the poses and in the interview, as codes.
+//! The subject's pixels in the poses and in the interview, as code values.
 
 use super::super::StandIn;
 use super::super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS, codes};
@@ -18,9 +18,9 @@ use std::path::Path;
 pub(super) const QUANTILES: usize = 20;
 /// Pixels taken of each pose and of each frame: enough for steady quantiles.
 const SAMPLES: usize = 3000;
-/// Interview frames that are pooled, spread over the clip so that the head's turning averages out.
+/// Interview frames that are pooled, spread over the clip so that the head's movement averages out.
 const FRAMES: usize = 8;
-/// Interview frames among which a pose is looked for: the first, and others spread over the clip.
+/// Interview frames that are searched for a pose: the first, and others spread over the clip.
 const SEARCHED_FRAMES: usize = 96;
 
 /// Quantiles per channel.
@@ -28,17 +28,17 @@ pub(crate) type Quantiles = [[f32; QUANTILES]; 3];
 
 /// A pose's pixels.
 pub(crate) struct Pose {
-    /// Per pixel, one code for each lamp: `codes[pixel · lamps + lamp]`.
+    /// Per pixel, the code values under each lamp: `codes[pixel · lamps + lamp]`.
     pub codes: Vec<CodeValues>,
-    /// The interview frame that shows this pose best, where one can be compared.
+    /// The interview frame that shows this pose best, if one can be compared.
     pub frame_match: Option<FrameMatch>,
 }
 
-/// The poses' and the frames' pixels inside the subject, as codes.
+/// The poses' and the frames' pixels inside the subject, as code values.
 pub(crate) struct Subject {
-    /// The poses that show anything.
+    /// The poses whose matte shows a subject.
     pub poses: Vec<Pose>,
-    /// Pixels of some frames that are spread over the clip.
+    /// Pixels of some frames, spread over the clip.
     pub frames: Vec<Vec<CodeValues>>,
     /// The encoded quantiles of all frames together and of each.
     pub interview: Quantiles,
@@ -51,8 +51,8 @@ impl Subject {
     /// The probes' weights under a plausible response find the frame that is nearest to each pose.
     ///
     /// # Errors
-    /// When a file cannot be read or does not fit its matte, a stop was asked for, or the mattes show no
-    /// subject, or one that is black or clipped everywhere.
+    /// When a file cannot be read or has another size than its matte, the job was stopped, the mattes show no
+    /// subject, or the subject is black or clipped everywhere.
     pub fn load(project: &Project, probes: &Probes, progress: &Progress) -> Result<Self> {
         let provisional = &ResponseTable::new(&DualGamma {
             gamma1: GAMMA_PRIOR.0 as f32,
@@ -91,8 +91,8 @@ impl Subject {
         sum(codes.unwrap_or_default(), table, weights)
     }
 
-    /// The poses beside the mismatch with their nearest frame under a response, where one has their
-    /// outline.
+    /// Each pose with its nearest frame and their mismatch under a response; poses whose outline no frame has are
+    /// left out.
     pub fn nearest(
         &self,
         table: &ResponseTable,
@@ -110,8 +110,8 @@ impl Subject {
             .collect()
     }
 
-    /// The sum of the first `learnt` lamps that is nearest to the sum of all under `weights`, in linear
-    /// light over all poses' pixels, per channel.
+    /// The sum of the first `learnt` lamps that is nearest to the sum of all lamps under `weights`, in linear light
+    /// over all poses' pixels, per channel.
     pub fn stand_in(&self, table: &ResponseTable, weights: &[[f32; 3]], learnt: usize) -> StandIn {
         let pixels = || (self.poses.iter()).flat_map(|pose| pose.codes.chunks_exact(self.lamps));
         let mut stand_in = StandIn {
@@ -263,9 +263,9 @@ fn check_light(project: &Project, poses: &[Pose], frames: &[Vec<CodeValues>]) ->
         if empty {
             return Err(Error::unexpected(
                 project.shoot_path(what).display(),
-                "a subject: pixels of coverage above 0.98",
+                "a subject, that is, pixels with a coverage above 0.98",
                 "none",
-                "Check the mattes; white is the subject",
+                "Check the mattes: the subject is white in them",
             ));
         }
     }
@@ -292,7 +292,7 @@ fn check_light(project: &Project, poses: &[Pose], frames: &[Vec<CodeValues>]) ->
         if let Some(fault) = fault {
             return Err(Error::unexpected(
                 project.shoot_path(what).display(),
-                "pictures with light on the subject, and short of clipping",
+                "a subject that is lit and not clipped",
                 fault,
                 "Check the exposure, and that the pictures and the mattes belong together",
             ));
@@ -325,7 +325,7 @@ fn sum(codes: &[CodeValues], table: &ResponseTable, weights: &[[f32; 3]]) -> [f3
         })
 }
 
-/// The pooled quantiles of some pictures' codes, encoded in `[0, 1]`.
+/// The quantiles of all pixels of some pictures together, encoded in `[0, 1]`.
 fn encoded_quantiles(pictures: &[Vec<CodeValues>]) -> Quantiles {
     [0, 1, 2].map(|c| {
         let codes = pictures.iter().flatten();
@@ -337,7 +337,7 @@ fn encoded_quantiles(pictures: &[Vec<CodeValues>]) -> Quantiles {
     })
 }
 
-/// The codes of a picture at some places of its matte.
+/// The code values of a picture at some places of its matte.
 pub(super) fn sample(
     path: &Path,
     framing: &Framings,
@@ -349,7 +349,7 @@ pub(super) fn sample(
     Ok(places.iter().map(|&place| codes[place]).collect())
 }
 
-/// The codes of a picture that has its matte's size.
+/// The code values of a picture, which must have its matte's size.
 fn read_codes(
     path: &Path,
     framing: &Framings,
@@ -361,19 +361,19 @@ fn read_codes(
         return Err(Error::unexpected(
             path.display(),
             format!(
-                "{}×{} pixels as in {}",
+                "{}×{} pixels, like {}",
                 mask.width,
                 mask.height,
                 mask_path.display()
             ),
             format!("{}×{}", picture.0.width, picture.0.height),
-            "Give the matte that belongs to the picture",
+            "Use the matte that belongs to the picture",
         ));
     }
     Ok(codes(&picture))
 }
 
-/// The quantiles of values, at least one; interpolated.
+/// The interpolated quantiles of one or more values.
 pub(super) fn quantiles(mut values: Vec<f32>) -> [f32; QUANTILES] {
     values.sort_unstable_by(f32::total_cmp);
     std::array::from_fn(|i| {

@@ -375,7 +375,7 @@ fn without_bright_pixels_gamma2_is_said_to_be_an_assumption() {
     assert!(
         warnings
             .iter()
-            .any(|w| w.contains("do not tell the camera's γ2")),
+            .any(|w| w.contains("do not determine the camera's γ2")),
         "{warnings:?}"
     );
     assert!(!warnings.iter().any(|w| w.contains("γ1")), "{warnings:?}");

@@ -272,7 +272,7 @@ fn black_white_and_tiny_say_what_to_do() {
     };
     let error = find(&photographs(&tiny)).unwrap_err().to_string();
     assert!(
-        error.contains("10 pixels' radius") && error.contains("full size"),
+        error.contains("radius of 10 pixels") && error.contains("full size"),
         "{error}"
     );
     let speck = Encoded(Raster::filled(3, 900, [0.5; 3]));
