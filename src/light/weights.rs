@@ -1,8 +1,8 @@
-//! Weights: an environment as one number per lamp and channel.
+//! Weights: an environment as one factor per lamp and channel.
 //!
-//! A picture under the environment is Σ_i w_i · OLAT_i with w_i = (energy of the environment given to
-//! lamp i) / e_i. Who gets the energy from a direction is a [`Partition`] of the sphere, made once for
-//! a rig: a yaw of the environment then only shifts columns.
+//! A picture under the environment is Σ_i w_i · OLAT_i with w_i = (energy of the environment given to lamp i) /
+//! e_i. Which lamps get the energy from a direction is defined by a [`Partition`] of the sphere, made once for a
+//! rig: a yaw of the environment then only shifts columns.
 //!
 //! | kind | energy | a small sun that turns | sums of environments |
 //! |---|---|---|---|
@@ -26,15 +26,15 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 pub use turned::rotation;
 
-/// Which [`Partition`] gives an environment to the lamps.
+/// Which [`Partition`] distributes an environment over the lamps.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Weighting {
-    /// All from a direction to the nearest lamp.
+    /// All light from a direction to the nearest lamp.
     Cells,
-    /// To the three lamps around a direction.
+    /// Light from a direction to the three lamps around it.
     Smooth,
     /// The sum of lamps that is nearest to the environment. Projects and scripts of older versions may ask for
     /// `soft`, which was removed: they get this.
@@ -57,8 +57,8 @@ pub struct LightWeights {
 pub struct Partition {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// The nodes that share each texel's energy, texel after texel: shares are not negative and, but for
-    /// a fit, add up to 1 for each.
+    /// The nodes that share each texel's energy, texel after texel. Shares are not negative and, except in a fit,
+    /// add up to 1.
     shares: Vec<(u16, f32)>,
     /// Where each texel's part of `shares` ends.
     ends: Vec<u32>,
@@ -67,17 +67,17 @@ pub struct Partition {
     pub(super) division: Arc<LampDivision>,
 }
 
-/// From what the nodes were given to the weights of the lamps.
+/// Distributes the nodes' energies over the lamps.
 pub(super) struct LampDivision {
-    /// Per node the lamps that its energy goes to; shares add up to 1.
+    /// Per node, the lamps that get its energy; shares add up to 1.
     nodes: Vec<Vec<(usize, f64)>>,
-    /// Where it is there, what a node was given is not its energy but how well its footprint agrees with
-    /// the environment, and energies are solved for.
+    /// If present, a node's value is not its energy but how well its footprint agrees with the environment, and the
+    /// energies are solved for.
     fit: Option<Fit>,
     lamp_energy: Vec<[f32; 3]>,
 }
 
-/// What a panorama gives to the nodes of a partition.
+/// What the nodes of a partition get from a panorama.
 pub(super) struct NodeEnergies {
     /// Per node Σ share · energy.
     pub nodes: Vec<[f64; 3]>,
@@ -127,10 +127,10 @@ impl Partition {
         })
     }
 
-    /// The default. Non-negative least squares of the environment by the lamps' footprints, per channel, both blurred
-    /// to the rig's spacing, among the solutions that keep the environment's energy: so a light in a gap
-    /// of the rig is not lost. A footprint is a round blur of the lamp's spread about its direction. Unlike
-    /// the other kinds it is not linear in the environment, only in its brightness.
+    /// The default. A non-negative least-squares fit of the lamps' footprints to the environment, per channel, both
+    /// blurred to the rig's spacing. The environment's energy is kept, so a light in a gap of the rig is not lost.
+    /// A footprint is a round blur with the lamp's spread around its direction. Unlike the other kinds it is not
+    /// linear in the environment, only in its brightness.
     pub fn fit(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         let fit = Fit::of(rig, &nodes);
@@ -190,9 +190,9 @@ impl Partition {
         }
     }
 
-    /// The weights of an environment turned by `yaw_deg`; positive moves its content towards larger u.
-    /// An environment of another size than the partition is brought to it first: for a live turn do that
-    /// once, with [`Environment::reduced`] to [`Self::WIDTH`], or keep a [`super::YawTable`].
+    /// The weights of an environment turned by `yaw_deg`; positive moves its content towards larger u. An
+    /// environment of another size than the partition is resized first: for a live turn do that once, with
+    /// [`Environment::reduced`] to [`Self::WIDTH`], or keep a [`super::YawTable`].
     pub fn weights(&self, environment: &Environment, yaw_deg: f32) -> LightWeights {
         if environment.radiance.size() != (self.width, self.height) {
             return self.weights(&environment.reduced(self.width), yaw_deg);
@@ -242,7 +242,7 @@ impl Partition {
         gathered
     }
 
-    /// The nodes that share the texel's energy; none without lamps.
+    /// The nodes that share the texel's energy; empty without lamps.
     pub(super) fn texel(&self, x: usize, y: usize) -> &[(u16, f32)] {
         let texel = y * self.width + x;
         let Some(&end) = self.ends.get(texel) else {
@@ -264,7 +264,7 @@ impl LampDivision {
         self.nodes.len()
     }
 
-    /// The lamps' weights for what the nodes were given.
+    /// The lamps' weights for the nodes' energies.
     pub fn weights(&self, gathered: &NodeEnergies) -> LightWeights {
         let solved = self
             .fit
@@ -299,8 +299,8 @@ impl LampDivision {
     }
 }
 
-/// A yaw as whole columns of a panorama `width` wide and the part of a column that is left. A yaw that is
-/// not a number turns nothing.
+/// A yaw as whole columns of a panorama `width` wide and the part of a column that is left. A yaw that is NaN or
+/// infinite turns nothing.
 pub(super) fn columns(yaw_deg: f32, width: usize) -> (usize, f64) {
     let turn = f64::from(yaw_deg).rem_euclid(360.0) / 360.0 * width as f64;
     let turn = if turn.is_finite() { turn } else { 0.0 };

@@ -1,4 +1,4 @@
-//! PNG, JPEG and TIFF as light: linearised from sRGB, with a word about what is clipped.
+//! PNG, JPEG and TIFF as light: linearised from sRGB, with a note about what is clipped.
 
 use super::canvas::Canvas;
 use super::reader::PanoramaReader;
@@ -15,14 +15,14 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
         return Err(Error::unexpected(
             panorama.path.display(),
             "a panorama as Radiance HDR, OpenEXR, PNG, JPEG or TIFF",
-            "a file of another kind",
+            "an unknown format",
             "Convert it to OpenEXR",
         ));
     }
     reader.no_limits();
     let picture = reader.decode().map_err(|e| panorama.broken(e))?;
     match picture {
-        // Floating point is light already.
+        // Floating point is linear already.
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
             let rgb = picture.into_rgb32f();
             paint(panorama, rgb.dimensions(), rgb.as_raw(), |v| v, None)
@@ -55,7 +55,8 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
     }
 }
 
-/// Paints rows of RGB samples. `white` is the bits of a sample and its highest code where samples have one.
+/// Paints rows of RGB samples. `white` is the number of bits of a sample and its highest code value; `None` for
+/// floating point.
 fn paint<T: Copy + PartialEq>(
     panorama: &mut PanoramaReader,
     (width, height): (u32, u32),
@@ -77,8 +78,8 @@ fn paint<T: Copy + PartialEq>(
     }
     if let Some((bits, _)) = white {
         panorama.notes.push(format!(
-            "{bits} bits a channel hold no lights: it was linearised from sRGB, and {:.1} % of its pixels are \
-             clipped. Suns and lamps are darker than they were; place lights by hand where they are.",
+            "{bits} bits per channel cannot hold bright lights: the file was linearised from sRGB, and {:.1} % of \
+             its pixels are clipped. Its suns and lamps are too dark; place lights by hand there.",
             100.0 * clipped as f64 / (width * height) as f64
         ));
     }

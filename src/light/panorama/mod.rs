@@ -1,8 +1,8 @@
-//! Panorama files of every kind as environments: read once, line by line, into a size to work with.
+//! Reads panorama files of every kind as environments: once, line by line, at a working size.
 //!
-//! A Radiance or OpenEXR panorama of 16384 × 8192 texels is 1.6 GB of light. It is averaged by solid angle
-//! while it is read, so that its energy stays and a few hundred megabytes suffice. What was guessed,
-//! repaired, clipped or left out is said in sentences.
+//! A Radiance or OpenEXR panorama of 16384 × 8192 texels is 1.6 GB of light. It is averaged by solid angle while it
+//! is read, which keeps its energy and needs only a few hundred megabytes. What was guessed, repaired, clipped or
+//! left out is reported in sentences.
 
 mod canvas;
 mod encoded;
@@ -20,11 +20,11 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-/// Reads a panorama: Radiance HDR (RGBE or XYZE, any orientation), OpenEXR (any flat layer of RGB or grey), or
-/// PNG, JPEG and TIFF, which are linearised from sRGB. Files are told apart by what is in them, not by name.
+/// Reads a panorama: Radiance HDR (RGBE or XYZE, any orientation), OpenEXR (any flat layer of RGB or grey), or PNG,
+/// JPEG and TIFF, which are linearised from sRGB. The content decides the format, not the file's name.
 ///
 /// # Errors
-/// When the file cannot be read, is of no known kind, or is a square or a shape that the wanted mapping
+/// When the file cannot be read, has an unknown format, or is a square or has a shape that the wanted mapping
 /// cannot have.
 pub fn read(path: &Path, settings: &ReadSettings) -> Result<Panorama> {
     let fail = |e: std::io::Error| Error::file("read", path, e, COMPLETE);

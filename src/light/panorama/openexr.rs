@@ -33,7 +33,7 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
         overlap(offset.y(), size(data).1, size(window).1),
     );
     if inside_x == 0 || inside_y == 0 {
-        return Err(panorama.broken("its data window lies outside of its display window"));
+        return Err(panorama.broken("its data window is outside its display window"));
     }
     if (inside_x, inside_y) != size(window) {
         panorama.notes.push(format!(
@@ -53,13 +53,12 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
             .any(|(p, x, y)| (p.x() - x).abs() + (p.y() - y).abs() > 0.02)
     }) {
         panorama.notes.push(
-            "The file names other primaries than Rec. 709; its values are taken as they are, and colours \
-             may be paler than they were."
+            "The file declares other primaries than Rec. 709. Its values are used unchanged, so colours may look paler."
                 .into(),
         );
     }
     let (mut canvas, top) = panorama.canvas(size(window))?;
-    // What the file leaves out is black, not more of its edge.
+    // What the file leaves out is black, not a continuation of its edge.
     canvas.extend &= (inside_x, inside_y) == size(window);
     let chunks = reader
         .filter_chunks(false, |_, _, block| {
@@ -228,7 +227,7 @@ fn choose(panorama: &mut PanoramaReader, headers: &[Header]) -> Result<LayerChoi
         if let Some(channel) = grey {
             panorama
                 .notes
-                .push("The file has no colours: it was read as grey.".into());
+                .push("The file has no colour channels, so it was read as grey.".into());
             return Ok(LayerChoice {
                 header: *header,
                 channels: [channel; 3],

@@ -84,7 +84,7 @@ impl Layout {
 struct Header {
     layout: Layout,
     xyz: bool,
-    /// What values are multiplied by: the reciprocal of what the file says it has been multiplied by.
+    /// The factor for values: the reciprocal of the exposure and colour correction in the header.
     gain: [f32; 3],
 }
 
@@ -160,7 +160,7 @@ impl Header {
     }
 }
 
-/// A line of the header without its end. Lines are short; what goes on without end is no header.
+/// A line of the header without its line end. Header lines are short, so a very long one is not a header.
 fn header_line(panorama: &PanoramaReader, file: &mut impl BufRead) -> Result<String> {
     const LONGEST: u64 = 1 << 16;
     let mut line = Vec::new();
@@ -169,7 +169,7 @@ fn header_line(panorama: &PanoramaReader, file: &mut impl BufRead) -> Result<Str
         .read_until(b'\n', &mut line)
         .map_err(|e| panorama.broken(e))?;
     if count == 0 || line.pop() != Some(b'\n') {
-        return Err(panorama.broken("the file ends within its header"));
+        return Err(panorama.broken("the file ends inside its header"));
     }
     Ok(String::from_utf8_lossy(&line).trim_end().to_string())
 }

@@ -6,19 +6,19 @@ use crate::mapping::{self, Mapping};
 use base::error::{Error, Result};
 use std::path::Path;
 
-/// How a file is to be read.
+/// How to read a panorama file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadSettings {
-    /// Columns to work with: a wider panorama is averaged down to them, at least 2.
+    /// The most columns, at least 2: a wider panorama is averaged down to them.
     pub width: usize,
-    /// What the picture is. Without it a picture of about 2:1 or wider is a lat-long, a square is refused,
-    /// and anything else is stretched over the sphere with a word about it.
+    /// The picture's mapping. With `None`, a picture of about 2:1 or wider is a lat-long, a square is refused, and
+    /// anything else is stretched over the sphere, with a note.
     pub mapping: Option<Mapping>,
 }
 
 impl Default for ReadSettings {
-    /// 4096 columns, 100 MB of light: 0.09° a texel, sharper than any lamp's shadow and enough for a
-    /// background out of focus.
+    /// 4096 columns, 100 MB of light: 0.09° a texel, sharper than any lamp's shadow, and enough for a background
+    /// out of focus.
     fn default() -> Self {
         Self {
             width: 4096,
@@ -27,19 +27,18 @@ impl Default for ReadSettings {
     }
 }
 
-/// An environment and what is to be known about how it was read.
+/// An environment, and notes about how it was read.
 #[derive(Clone, Debug)]
 pub struct Panorama {
     pub environment: Environment,
     /// Columns and rows of the file.
     pub file_size: (usize, usize),
-    /// Sentences for the person: guesses, repairs, what is clipped or left out. None for an ordinary
-    /// panorama.
+    /// Sentences about guesses, repairs, and what is clipped or left out; empty for an ordinary panorama.
     pub notes: Vec<String>,
 }
 
 /// What to do about a file that ends early or is damaged.
-pub(super) const COMPLETE: &str = "Check that the file is there and is a complete picture";
+pub(super) const COMPLETE: &str = "Check that the file exists and is a complete picture";
 
 /// A file that is being read.
 pub(super) struct PanoramaReader<'a> {
@@ -65,7 +64,7 @@ impl<'a> PanoramaReader<'a> {
         Error::file("read", self.path, cause, COMPLETE)
     }
 
-    /// What light of the picture is painted on, and how many rows of the sphere are above it.
+    /// The canvas for the picture's light, and how many rows of the sphere are above the picture.
     pub fn canvas(&mut self, size: (usize, usize)) -> Result<(Canvas, usize)> {
         let (width, height) = size;
         self.size = size;
@@ -73,9 +72,9 @@ impl<'a> PanoramaReader<'a> {
         if texels == 0 || texels > 1 << 32 || width.max(height) > 1 << 20 {
             return Err(Error::unexpected(
                 self.path.display(),
-                "a picture of at most a million pixels a side and 65536 × 65536 in all",
+                "a picture of at most a million pixels a side, and 65536 × 65536 in total",
                 format!("{width}×{height}"),
-                "Check the file, or make a smaller one",
+                "Check the file, or make it smaller",
             ));
         }
         let whole = Canvas::whole(size);
@@ -92,19 +91,19 @@ impl<'a> PanoramaReader<'a> {
                 self.path.display(),
                 "a panorama twice as wide as high",
                 format!("a square of {width}×{height} pixels"),
-                "Say whether it is a mirror ball or an angular map (light probe), or convert it to a lat-long",
+                "Choose mirror ball or angular map (light probe) as its mapping, or convert it to a lat-long",
             ));
         }
         let other = match (3 * width == 4 * height, width == 6 * height) {
-            (true, _) => " If it is a cube's cross, say so.",
-            (_, true) => " If it is the six faces of a cube side by side, say so.",
+            (true, _) => " If it is a cube cross, choose that mapping.",
+            (_, true) => " If it is a cube strip (six faces side by side), choose that mapping.",
             _ => "",
         };
         if width > 2 * height {
             let full = (width, width / 2);
             self.notes.push(format!(
-                "{width}×{height} pixels are wider than 2:1: they are taken for all around and {:.0}° in \
-                 height about the horizon. Above and below, the colour of the edge goes on.{other}",
+                "{width}×{height} pixels are wider than 2:1, so they are taken for a strip around the horizon, \
+                 {:.0}° in height. Above and below it the edge's mean colour continues.{other}",
                 360.0 * height as f64 / width as f64
             ));
             let mut canvas = self.lat_long(full);
@@ -112,7 +111,7 @@ impl<'a> PanoramaReader<'a> {
             return Ok((canvas, (full.1 - height) / 2));
         }
         self.notes.push(format!(
-            "{width}×{height} pixels are not 2:1: they are stretched over the whole sphere.{other}"
+            "{width}×{height} pixels are not 2:1, so they are stretched over the whole sphere.{other}"
         ));
         Ok((self.lat_long(size), 0))
     }
@@ -132,7 +131,7 @@ impl<'a> PanoramaReader<'a> {
         }
         if environment.repaired_texels > 0 {
             self.notes.push(format!(
-                "{} pixels were not light (negative, infinite or not a number) and have been repaired.",
+                "{} pixels were NaN, infinite or negative and have been repaired.",
                 environment.repaired_texels
             ));
         }

@@ -180,8 +180,8 @@ fn broken_files_say_what_is_wrong() {
             b"#?RADIANCE\nFORMAT=32-bit_other\n\n-Y 1 +X 2\n".to_vec(),
             "32-bit_other",
         ),
-        (b"no picture at all".to_vec(), "another kind"),
-        (Vec::new(), "another kind"),
+        (b"no picture at all".to_vec(), "unknown format"),
+        (Vec::new(), "unknown format"),
         (b"\x76\x2f\x31\x01 nor this".to_vec(), "sphere.hdr"),
     ] {
         let path = folder.write("sphere.hdr", &bytes);
