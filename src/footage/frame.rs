@@ -26,10 +26,10 @@ impl Frame {
         let frames = project.settings.shoot.frames.len();
         if index >= frames {
             return Err(Error::unexpected(
-                "the frame range",
+                "the frame number",
                 format!("frames from 0 to {}", frames.saturating_sub(1)),
                 index.to_string(),
-                "Ask for frames that the interview has",
+                "Choose frames of the interview",
             ));
         }
         Ok(Self {

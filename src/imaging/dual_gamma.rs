@@ -1,4 +1,4 @@
-//! The camera's response: I' = (1 − I)·I^γ1 + I·I^γ2 (the paper's dual gamma, section 3.1).
+//! The dual gamma: I' = (1 − I)·I^γ1 + I·I^γ2 (the paper's section 3.1).
 
 use super::color::unit;
 use super::raster::{Encoded, Image, Raster};
@@ -11,23 +11,23 @@ use std::ops::RangeInclusive;
 /// its slope is 0 at black (1 when γ1 = 1) and γ2 at white.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DualGamma {
-    /// Exponent that rules dark pixels.
+    /// Exponent of the dark tones.
     pub gamma1: f32,
-    /// Exponent that rules bright pixels.
+    /// Exponent of the bright tones.
     pub gamma2: f32,
 }
 
 impl DualGamma {
-    /// Exponents that a camera can have: from none to far beyond any video standard.
+    /// The exponents that a camera can have: from linear to far beyond any video standard.
     pub const BOUNDS: RangeInclusive<f32> = 1.0..=4.0;
 
     /// A curve of two exponents.
     ///
     /// # Errors
-    /// When an exponent is not a number within [`Self::BOUNDS`], or the curve falls anywhere.
+    /// When an exponent is NaN or outside [`Self::BOUNDS`], or the curve falls anywhere.
     pub fn new(gamma1: f32, gamma2: f32) -> Result<Self> {
         let curve = Self { gamma1, gamma2 };
-        // NaN lies in no range, so it is refused here too.
+        // NaN is in no range, so it is refused here too.
         if [gamma1, gamma2].iter().all(|g| Self::BOUNDS.contains(g)) && curve.is_monotone() {
             return Ok(curve);
         }
@@ -43,7 +43,7 @@ impl DualGamma {
         ))
     }
 
-    /// Whether a brighter code never means less light, checked at 1025 places.
+    /// Whether the curve never falls, checked at 1025 places.
     pub fn is_monotone(&self) -> bool {
         (0..=1024).all(|i| self.value_and_slope(f64::from(i) / 1024.0).1 >= 0.0)
     }
@@ -114,8 +114,7 @@ impl DualGamma {
     }
 }
 
-/// A picture through a decoding curve. Pictures of 8 bits hold 256 values: those come from a table,
-/// any other is computed.
+/// Decodes a picture by a curve. The 256 values of 8-bit pictures come from a table, all others are computed.
 pub(super) fn decode_with(picture: &Encoded, decode: impl Fn(f32) -> f32 + Sync) -> Image {
     let codes: [f32; 256] = std::array::from_fn(|code| code as f32 / 255.0);
     let table = codes.map(&decode);

@@ -49,8 +49,8 @@ pub fn read_encoded(path: &Path) -> Result<Encoded> {
     Ok(Encoded(raster_from_rgb(decode(path)?.into_rgb32f())))
 }
 
-/// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on as they are,
-/// NaN and infinities included: whoever uses them decides.
+/// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on unchanged, NaN and infinities
+/// included.
 pub fn read_linear(path: &Path) -> Result<Image> {
     Ok(raster_from_rgb(decode(path)?.into_rgb32f()))
 }
@@ -104,7 +104,7 @@ pub fn png_bytes(picture: &Encoded) -> Result<Vec<u8>> {
         .map_err(|e| {
             let found = format!("{width} × {height}: {e}");
             let remedy = "Check the size of the picture";
-            Error::unexpected("a picture", "pixels that PNG can hold", found, remedy)
+            Error::unexpected("a picture", "a size that PNG can hold", found, remedy)
         })?;
     Ok(bytes)
 }
@@ -175,7 +175,7 @@ pub fn write_beside<E: ToString>(
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path
         .file_name()
-        .ok_or_else(|| fail("it names no file".into()))?;
+        .ok_or_else(|| fail("the path has no file name".into()))?;
     let beside = folder.join(format!(
         ".{}.{}",
         name.to_string_lossy(),
@@ -191,7 +191,7 @@ pub fn write_beside<E: ToString>(
         std::fs::rename(&beside, path).map_err(|e| fail(e.to_string()))
     })();
     if written.is_err() {
-        // The half-written file is ours alone; that it may not exist is the expected case.
+        // Removes the half-written file, which usually does not exist.
         let _ = std::fs::remove_file(&beside);
     }
     written

@@ -1,4 +1,4 @@
-//! Pixels without a domain: rasters, colour, resampling and picture files.
+//! Pictures without a subject: rasters, colour, resampling, picture files and camera responses.
 
 pub mod color;
 mod dual_gamma;

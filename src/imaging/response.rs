@@ -1,4 +1,4 @@
-//! The responses that a camera may be said to have, beside the dual gamma that is fitted.
+//! Camera responses: the dual gamma that is fitted, a plain power, and standard curves.
 
 use super::color::unit;
 use super::dual_gamma::{DualGamma, decode_with, map_values};
@@ -22,7 +22,7 @@ pub enum Response {
     /// The inverse of the camera curve of ITU-R BT.709, with the constants of BT.2020, which are the
     /// same curve without a gap between its two parts.
     Rec709,
-    /// Encoded values are light.
+    /// Encoded values are linear already.
     Linear,
 }
 
@@ -31,7 +31,7 @@ const ALPHA: f64 = 1.099_296_826_809_443;
 const BETA: f64 = 0.018_053_968_510_807_81;
 
 impl Response {
-    /// What people call the curve.
+    /// The curve's name in sentences and in the window.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Dual(_) => "dual gamma",
@@ -42,7 +42,7 @@ impl Response {
         }
     }
 
-    /// γ1 and γ2 of the dual gamma that the curve is; `None` where it is none.
+    /// γ1 and γ2 if the curve is a dual gamma or a plain power, else `None`.
     pub fn exponents(&self) -> Option<[f32; 2]> {
         match *self {
             Self::Dual(DualGamma { gamma1, gamma2 }) => Some([gamma1, gamma2]),
@@ -81,8 +81,7 @@ impl Response {
         code as f32
     }
 
-    /// d linear / d encoded at an encoded value; finite everywhere, and 0 at black where the curve
-    /// starts flat.
+    /// d linear / d encoded at an encoded value; finite everywhere, and 0 at black if the curve starts flat.
     pub fn slope(&self, encoded: f32) -> f32 {
         let x = f64::from(unit(encoded));
         let slope = match self {
@@ -114,7 +113,7 @@ impl From<DualGamma> for Response {
     }
 }
 
-/// The curve with its exponents, as a sentence holds it.
+/// The curve with its exponents, for sentences.
 impl fmt::Display for Response {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
@@ -125,8 +124,7 @@ impl fmt::Display for Response {
     }
 }
 
-/// A response in a file: a standard curve by name, else a dual gamma by its exponents, of which those of
-/// a power are equal.
+/// A response in a file: a standard curve by name, or a dual gamma by its exponents, which are equal for a power.
 #[derive(Serialize, Deserialize)]
 struct Stored {
     #[serde(default, skip_serializing_if = "Option::is_none")]
