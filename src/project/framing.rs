@@ -68,7 +68,7 @@ impl Framing {
     /// The square moved and resized so that [`Self::check`] passes; the source stays.
     pub fn bounded(self) -> Self {
         let [width, height] = self.source.map(|length| length.max(1));
-        let side = self.side.clamp(1, MOST_SIDES * width.max(height));
+        let side = self.side.clamp(1, MAX_SIDES * width.max(height));
         let within = |at: i32, length: usize| at.clamp(1 - side as i32, length as i32 - 1);
         Self {
             x: within(self.x, width),
@@ -91,7 +91,7 @@ impl Framing {
             "the framing",
             format!(
                 "a square that shows some of a picture of {width} × {height} pixels, at most \
-                 {MOST_SIDES} times as large"
+                 {MAX_SIDES} times as large"
             ),
             format!("{} pixels from {}, {}", self.side, self.x, self.y),
             "Correct `framing` in project.toml, or remove it to use the largest square in the middle",
@@ -100,7 +100,7 @@ impl Framing {
 }
 
 /// The largest side of a square, in longer sides of the pictures.
-const MOST_SIDES: usize = 4;
+const MAX_SIDES: usize = 4;
 
 /// The framings of a project: at most one for each size of pictures.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
