@@ -127,7 +127,7 @@ fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
     const SAMPLES: usize = 200_000;
     for (name, rig) in rigs() {
         let nodes = Nodes::of(&rig);
-        // Which lamps share a direction is the rig's affair; how large the cells are is counted anew.
+        // Which lamps share a direction is the rig's affair; how large the cells are is counted separately.
         let mut counts = vec![0usize; nodes.lamps.len()];
         for sample in lattice(SAMPLES) {
             let nearness = |i: &usize| nodes.directions[*i].as_vec3().dot(sample);
