@@ -210,7 +210,7 @@ fn without_dark() -> SmallShoot {
     }
 }
 
-fn fitted(making: &SmallShoot, wanted: Option<Comparison>) -> GammaFit {
+fn fitted(settings: &SmallShoot, wanted: Option<Comparison>) -> GammaFit {
     let (subject, probes) = settings.load();
     fit(&subject, &probes, wanted, &Progress::silent())
         .unwrap()
