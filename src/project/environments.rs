@@ -135,11 +135,12 @@ impl Project {
             return Err(unknown(&known, wanted));
         };
         let Some(added) = place.checked_sub(self.settings.shoot.environments.len()) else {
-            return Err(Error::unexpected(
-                format!("the environment {}", wanted.display()),
-                "one that was added",
-                "one of the shoot's",
-                "Only added environments can be removed; the shoot's stay in the list",
+            return Err(Error::invalid(
+                format!(
+                    "the environment {} is the shoot's and stays in the list",
+                    wanted.display()
+                ),
+                "Remove only environments that were added",
             ));
         };
         self.settings.environments.remove(added);
@@ -153,7 +154,10 @@ impl Project {
     pub fn apply(&mut self, change: &EnvironmentChange) -> Result<()> {
         for file in &change.add {
             if !file.is_file() {
-                return Err(Error::file("add", file, "no such file", "Check the path"));
+                return Err(Error::missing(
+                    format!("there is no file {}", file.display()),
+                    "Check the path",
+                ));
             }
             self.add_environment(file, change.front);
         }
@@ -225,10 +229,12 @@ fn resolved(file: &Path) -> PathBuf {
 
 fn unknown(known: &[KnownEnvironment], wanted: &Path) -> Error {
     let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).collect();
-    Error::unexpected(
-        format!("the environment {}", wanted.display()),
-        format!("one of the project's ({})", names.join(", ")),
-        "another name",
+    Error::missing(
+        format!(
+            "the project has no environment {}, only {}",
+            wanted.display(),
+            names.join(", ")
+        ),
         "Check the name, or add the file first",
     )
 }

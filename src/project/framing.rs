@@ -87,13 +87,12 @@ impl Framing {
             return Ok(());
         }
         let [width, height] = self.source;
-        Err(Error::unexpected(
-            "the framing",
+        Err(Error::invalid(
             format!(
-                "a square that shows some of a picture of {width} × {height} pixels, at most \
-                 {MAX_SIDES} times as large"
+                "the framing, {} pixels from {}, {}, does not fit a picture of {width} × {height} pixels: it must show \
+                 some of it and be at most {MAX_SIDES} times as large",
+                self.side, self.x, self.y
             ),
-            format!("{} pixels from {}, {}", self.side, self.x, self.y),
             "Correct `framing` in project.toml, or remove it to use the largest square in the middle",
         ))
     }

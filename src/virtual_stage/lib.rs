@@ -68,10 +68,12 @@ impl StageSettings {
             if range.contains(&value) {
                 return Ok(());
             }
-            Err(Error::unexpected(
-                format!("the virtual stage's number of {what}"),
-                format!("a number from {} to {}", range.start(), range.end()),
-                value.to_string(),
+            Err(Error::invalid(
+                format!(
+                    "the virtual stage cannot have {value} {what}: expected {} to {}",
+                    range.start(),
+                    range.end()
+                ),
                 "Choose a number in that range",
             ))
         };
