@@ -41,7 +41,7 @@ use gpu::DeviceChoice;
 use project::{Lock, Project};
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{Blocked, Event, Export, Latest, Relit, Source, Worker};
+use worker::{Blocked, Event, Export, Latest, PreviewPicture, Source, Worker};
 
 /// The window's contents.
 pub struct StudioApp {
@@ -52,7 +52,7 @@ pub struct StudioApp {
     shelf: Shelf,
     state: State,
     news: News,
-    relit: Option<Arc<Relit>>,
+    relit: Option<Arc<PreviewPicture>>,
     /// What the worker was asked for last, and whether something was being dragged.
     asked: Option<(Wanted, bool)>,
     inspected: Inspected,
@@ -193,7 +193,7 @@ impl StudioApp {
     }
 
     /// The newest picture.
-    pub fn relit(&self) -> Option<&Arc<Relit>> {
+    pub fn relit(&self) -> Option<&Arc<PreviewPicture>> {
         self.relit.as_ref()
     }
 

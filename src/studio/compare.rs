@@ -6,7 +6,7 @@ use light::Environment;
 use light::conventions::Front;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{Origin, Rival, Second};
+use worker::{Comparison, ComparisonSource, Origin};
 
 /// What stands beside the relit picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,7 +81,7 @@ impl State {
     pub fn compared(
         &self,
         environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
-    ) -> [Option<Second>; 2] {
+    ) -> [Option<Comparison>; 2] {
         if !self.compare.on {
             return [None, None];
         }
@@ -93,18 +93,20 @@ impl State {
         &self,
         with: &With,
         environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
-    ) -> Option<Second> {
+    ) -> Option<Comparison> {
         Some(match with {
-            With::Plate => Second::Plate,
+            With::Plate => Comparison::Plate,
             With::Environment(origin) => {
                 let mut list = self.look.environments.iter();
                 let listed = list.find(|listed| listed.origin == *origin);
                 let front = listed.map_or(Front::default(), Listed::front);
-                Second::Light(environment(origin)?, front.turned(self.look.yaw_deg))
+                Comparison::Light(environment(origin)?, front.turned(self.look.yaw_deg))
             }
-            With::Exemplar(pose) => Second::Rival(Rival::Exemplar(*pose)),
-            With::Truth(folder) => Second::Rival(Rival::Truth(folder.clone())),
-            With::Checkpoint(folder) => Second::Rival(Rival::Checkpoint(folder.clone())),
+            With::Exemplar(pose) => Comparison::Olats(ComparisonSource::Exemplar(*pose)),
+            With::Truth(folder) => Comparison::Olats(ComparisonSource::Truth(folder.clone())),
+            With::Checkpoint(folder) => {
+                Comparison::Olats(ComparisonSource::Checkpoint(folder.clone()))
+            }
         })
     }
 }
@@ -143,11 +145,14 @@ mod tests {
         let grey = Image::filled(2, 1, [0.5; 3]);
         let grey = std::sync::Arc::new(Environment::from_radiance("grey", grey));
         let compared = state.compared(|_| Some(grey.clone()));
-        assert_eq!(compared, [None, Some(Second::Light(grey.clone(), -10.0))]);
+        assert_eq!(
+            compared,
+            [None, Some(Comparison::Light(grey.clone(), -10.0))]
+        );
         state.compare.first = Some(With::Plate);
         assert_eq!(
             state.compared(|_| None),
-            [Some(Second::Plate), None],
+            [Some(Comparison::Plate), None],
             "it was not read"
         );
         assert_eq!(state.scene().yaw_deg, 100.0);

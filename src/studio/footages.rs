@@ -8,7 +8,7 @@ use imaging::{Encoded, Image, Mask, file};
 use project::Project;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use worker::{Clerk, Codes};
+use worker::{Lookup, SrgbPicture};
 
 /// Longer sides of a picture and of a thumbnail in pixels: sharp on screens of two pixels a point.
 const PICTURE_PX: usize = 2560;
@@ -54,20 +54,20 @@ pub struct Shown {
 }
 
 /// A picture and its file's size.
-type Read = Result<(Codes, (usize, usize))>;
+type Read = Result<(SrgbPicture, (usize, usize))>;
 
 /// The pictures, and the threads that read them.
 #[derive(Default)]
 pub struct Footages {
     picture: Option<std::result::Result<Shown, String>>,
     asked: Option<Wanted>,
-    pictures: Option<Clerk<Wanted, (Wanted, Read)>>,
+    pictures: Option<Lookup<Wanted, (Wanted, Read)>>,
     thumbnails: BTreeMap<usize, Option<TextureHandle>>,
     /// Frames whose thumbnails the panel has room for.
     wanted: Vec<usize>,
     /// The thumbnail that is being read.
     reading: Option<usize>,
-    small: Option<Clerk<(usize, PathBuf), (usize, Read)>>,
+    small: Option<Lookup<(usize, PathBuf), (usize, Read)>>,
 }
 
 impl Footages {
@@ -95,7 +95,7 @@ impl Footages {
 
     /// Takes in what was read. Called in every frame of the window.
     pub fn hear(&mut self, ctx: &Context) {
-        if let Some((wanted, read)) = self.pictures.iter().flat_map(Clerk::answers).last() {
+        if let Some((wanted, read)) = self.pictures.iter().flat_map(Lookup::answers).last() {
             self.picture = Some(match read {
                 Ok((codes, size)) => Ok(Shown {
                     size,
@@ -105,7 +105,7 @@ impl Footages {
                 Err(e) => Err(e.to_string()),
             });
         }
-        for (frame, read) in self.small.iter().flat_map(Clerk::answers) {
+        for (frame, read) in self.small.iter().flat_map(Lookup::answers) {
             self.reading = None;
             if self.wanted.contains(&frame) {
                 // What cannot be read stays dark: the large picture says why.
@@ -145,7 +145,7 @@ impl Footages {
         };
         if self.asked.as_ref() != Some(&wanted) {
             let clerk = self.pictures.get_or_insert_with(|| {
-                Clerk::start(wake.clone(), |wanted: Wanted| {
+                Lookup::start(wake.clone(), |wanted: Wanted| {
                     let read = wanted.read();
                     (wanted, read)
                 })
@@ -159,7 +159,7 @@ impl Footages {
             .find(|frame| !self.thumbnails.contains_key(frame));
         if let (Some(frame), None) = (next, self.reading) {
             let clerk = self.small.get_or_insert_with(|| {
-                Clerk::start(wake, |(frame, path): (usize, PathBuf)| {
+                Lookup::start(wake, |(frame, path): (usize, PathBuf)| {
                     (frame, thumbnail(&path))
                 })
             });
@@ -202,7 +202,7 @@ impl Wanted {
                         pixel[c] += 0.5 * coverage * (RED[c] - pixel[c]);
                     }
                 }
-                Ok((Codes::of(&Encoded(over)), picture.size()))
+                Ok((SrgbPicture::of(&Encoded(over)), picture.size()))
             }
         }
     }
@@ -215,8 +215,8 @@ fn thumbnail(path: &Path) -> Read {
 }
 
 /// To look at, averages of encoded values are near enough.
-fn codes(picture: &Image, (width, height): (usize, usize)) -> Codes {
-    Codes::of(&Encoded(resize_area(picture, width, height)))
+fn codes(picture: &Image, (width, height): (usize, usize)) -> SrgbPicture {
+    SrgbPicture::of(&Encoded(resize_area(picture, width, height)))
 }
 
 /// The size at which the longer side has at most `most` pixels.
@@ -230,7 +230,7 @@ fn reduced((width, height): (usize, usize), most: usize) -> (usize, usize) {
     }
 }
 
-fn texture(ctx: &Context, name: &str, codes: &Codes) -> TextureHandle {
+fn texture(ctx: &Context, name: &str, codes: &SrgbPicture) -> TextureHandle {
     let picture = ColorImage::from_rgb([codes.width, codes.height], &codes.rgb);
     ctx.load_texture(name, picture, TextureOptions::LINEAR)
 }

@@ -3,7 +3,7 @@
 
 use super::layout::Pane;
 use std::sync::Arc;
-use worker::{Clerk, PredictedFrame};
+use worker::{Lookup, PredictedFrame};
 
 /// A pixel of a frame: column and row.
 #[derive(Clone)]
@@ -18,7 +18,7 @@ type Texel = Option<Vec<[f32; 3]>>;
 /// The newest that was found, and who finds it.
 #[derive(Default)]
 pub struct Inspected {
-    clerk: Option<Clerk<Ask, Texel>>,
+    clerk: Option<Lookup<Ask, Texel>>,
     asked: Option<Ask>,
     found: Texel,
 }
@@ -27,7 +27,7 @@ impl Inspected {
     /// Takes in what was found.
     pub fn hear(&mut self) {
         // The newest question is answered last, and others may not be.
-        if let Some(found) = self.clerk.iter().flat_map(Clerk::answers).last() {
+        if let Some(found) = self.clerk.iter().flat_map(Lookup::answers).last() {
             self.found = found;
         }
     }
@@ -49,7 +49,9 @@ impl Inspected {
             pixel,
         };
         let answer = |Ask { of, pixel: [x, y] }: Ask| of.field.texel(x, y);
-        let clerk = self.clerk.get_or_insert_with(|| Clerk::start(wake, answer));
+        let clerk = self
+            .clerk
+            .get_or_insert_with(|| Lookup::start(wake, answer));
         clerk.ask(ask.clone());
         self.asked = Some(ask);
     }

@@ -3,7 +3,7 @@
 use base::progress::Report;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
-use worker::{Blocked, Event, Standing};
+use worker::{Blocked, Event, ExportStatus};
 
 /// What the window can do now.
 #[derive(Clone, Debug, PartialEq)]
@@ -161,7 +161,7 @@ impl News {
             }
             Event::Exported(standing) => {
                 let kind = match standing {
-                    Standing::Failed(_) => Kind::Failed,
+                    ExportStatus::Failed(_) => Kind::Failed,
                     _ => Kind::Said,
                 };
                 self.work = None;
@@ -339,8 +339,11 @@ mod tests {
         });
         let mut news = News::new(blocked.clone());
         for (standing, kind) in [
-            (Standing::Failed("disk full".into()), Kind::Failed),
-            (Standing::Cancelled("2 frames are kept".into()), Kind::Said),
+            (ExportStatus::Failed("disk full".into()), Kind::Failed),
+            (
+                ExportStatus::Cancelled("2 frames are kept".into()),
+                Kind::Said,
+            ),
         ] {
             news.hear(Event::Started { what: "exporting" });
             assert!(news.work.is_some());

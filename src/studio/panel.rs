@@ -13,7 +13,7 @@ use super::training::Training;
 use super::wizard::Wizard;
 use project::Project;
 use std::sync::Arc;
-use worker::{Export, GammaView, Panorama, ProbeStudy, Relit};
+use worker::{Export, GammaView, Panorama, PreviewPicture, ProbeView};
 
 /// Everything that can be shown.
 #[derive(Clone, Copy)]
@@ -25,7 +25,7 @@ pub struct Sight<'a> {
     /// The panes that are to be seen.
     pub shown: &'a [Pane],
     /// The newest picture.
-    pub relit: Option<&'a Arc<Relit>>,
+    pub relit: Option<&'a Arc<PreviewPicture>>,
     /// The light of the probed pixel under each lamp at full power.
     pub texel: Option<&'a [[f32; 3]]>,
     /// The line of exports.
@@ -33,7 +33,7 @@ pub struct Sight<'a> {
     /// Which files of the next export are there already.
     pub taken: Option<&'a Taken>,
     /// What the mirror balls show, or why they cannot be read.
-    pub probe: Option<&'a Result<Arc<ProbeStudy>, String>>,
+    pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
     /// How the tried response does, or why that cannot be told.
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
     /// The shown frame under every lamp, and how near the network is to the truth.

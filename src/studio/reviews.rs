@@ -4,7 +4,7 @@ use evaluation::review::{MarkedOlat, Marks};
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{KeptReview, LampSheet, PredictedFrame, Relit, ReviewDesk};
+use worker::{LampSheet, PredictedFrame, PreviewPicture, ReviewThread, SavedReview};
 
 /// The answers, and the thread once it was needed.
 #[derive(Default)]
@@ -12,12 +12,12 @@ pub struct Reviews {
     /// The shown frame under every lamp, or why it cannot be drawn.
     pub sheet: Option<Result<Arc<LampSheet>, String>>,
     /// What the project keeps, or why that cannot be read.
-    pub kept: Option<Result<Arc<KeptReview>, String>>,
+    pub kept: Option<Result<Arc<SavedReview>, String>>,
     /// The marks as they are now; they may not be written yet.
     pub marks: Marks,
     /// Why the marks could not be written.
     pub failure: Option<String>,
-    thread: Option<ReviewDesk>,
+    thread: Option<ReviewThread>,
     /// The field whose sheet was asked for last.
     drawn: Option<Arc<PredictedFrame>>,
     /// Whether what is kept was asked for since it may have changed.
@@ -53,10 +53,10 @@ impl Reviews {
     pub fn ask(
         &mut self,
         project: &Project,
-        relit: Option<&Arc<Relit>>,
+        relit: Option<&Arc<PreviewPicture>>,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) {
-        let start = || ReviewDesk::start(project.root.clone(), wake);
+        let start = || ReviewThread::start(project.root.clone(), wake);
         let thread = self.thread.get_or_insert_with(start);
         if !self.asked {
             thread.read();

@@ -7,17 +7,17 @@ use egui::Context;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
-use worker::{Keeper, Library};
+use worker::{EnvironmentListWriter, PanoramaLoader};
 
 /// The panoramas of the list, in its order.
 pub struct Shelf {
     ctx: Context,
-    library: Library,
+    library: PanoramaLoader,
     entries: Vec<Entry>,
     list: Arc<Vec<Listed>>,
     /// The open project's folder, and the thread that writes there.
     root: Option<PathBuf>,
-    keeper: Option<Keeper>,
+    keeper: Option<EnvironmentListWriter>,
 }
 
 impl Shelf {
@@ -26,7 +26,7 @@ impl Shelf {
         let woken = ctx.clone();
         Self {
             ctx: ctx.clone(),
-            library: Library::start(move || woken.request_repaint()),
+            library: PanoramaLoader::start(move || woken.request_repaint()),
             entries: Vec::new(),
             list: Arc::default(),
             root: None,
@@ -42,11 +42,15 @@ impl Shelf {
         read
     }
 
-    fn start(&self) -> Option<Keeper> {
+    fn start(&self) -> Option<EnvironmentListWriter> {
         let woken = self.ctx.clone();
         let wake = move || woken.request_repaint();
         let root = self.root.clone()?;
-        Some(Keeper::start(root, listed::kept(&self.list), wake))
+        Some(EnvironmentListWriter::start(
+            root,
+            listed::kept(&self.list),
+            wake,
+        ))
     }
 
     /// The list of a project that was just opened, into which it is `kept` as it changes. Files that are not

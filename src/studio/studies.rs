@@ -5,18 +5,18 @@ use super::state::State;
 use calibration::{Circle, Trial};
 use project::Project;
 use std::sync::Arc;
-use worker::{GammaView, ProbeStudy, Study, StudyAsk};
+use worker::{CalibrationRequest, CalibrationThread, GammaView, ProbeView};
 
 /// The answers, and the thread once it was needed.
 #[derive(Default)]
 pub struct Studies {
     /// What the mirror balls show, or why they cannot be read.
-    pub probe: Option<Result<Arc<ProbeStudy>, String>>,
+    pub probe: Option<Result<Arc<ProbeView>, String>>,
     /// How the tried response does, or why that cannot be told.
     pub gamma: Option<Result<Arc<GammaView>, String>>,
-    thread: Option<Study>,
+    thread: Option<CalibrationThread>,
     /// What was asked last.
-    asked: Option<StudyAsk>,
+    asked: Option<CalibrationRequest>,
     /// How often the calibration may have changed.
     calibrations: u64,
 }
@@ -50,12 +50,12 @@ impl Studies {
             .filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
         let in_hand = studied.clone().find(|&&pane| pane == state.active);
         let wanted = match in_hand.or(studied.next()) {
-            Some(Pane::Probe) => StudyAsk::Probe {
+            Some(Pane::Probe) => CalibrationRequest::Probe {
                 calibrations,
                 photograph: state.photograph,
                 circle: state.look.circle,
             },
-            Some(Pane::Gamma) => StudyAsk::Gamma {
+            Some(Pane::Gamma) => CalibrationRequest::Gamma {
                 calibrations,
                 frame: state.frame,
                 pose: state.pose,
@@ -65,7 +65,7 @@ impl Studies {
         };
         if self.asked.as_ref() != Some(&wanted) {
             self.thread
-                .get_or_insert_with(|| Study::start(project.root.clone(), wake))
+                .get_or_insert_with(|| CalibrationThread::start(project.root.clone(), wake))
                 .ask(wanted.clone());
             self.asked = Some(wanted);
         }

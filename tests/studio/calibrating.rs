@@ -9,7 +9,7 @@ use afterlight::progress::Progress;
 use afterlight::project::Project;
 use afterlight::studio::StudioApp;
 use afterlight::virtual_stage::{StageSettings, write_shoot};
-use afterlight::worker::{GammaView, ProbeStudy};
+use afterlight::worker::{GammaView, ProbeView};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -43,7 +43,7 @@ fn opened(project: &Project) -> Window {
     window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu))
 }
 
-fn study(window: &Window) -> Arc<ProbeStudy> {
+fn study(window: &Window) -> Arc<ProbeView> {
     window.state().studies().probe.clone().unwrap().unwrap()
 }
 
@@ -126,7 +126,7 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
         "{moved:?}"
     );
     // A circle beside the ball shows other lamps, and no rim.
-    let turned = |study: &ProbeStudy, other: &ProbeStudy| {
+    let turned = |study: &ProbeView, other: &ProbeView| {
         let pairs = study.lamps.iter().zip(&other.lamps);
         pairs
             .map(|(a, b)| a.lamp.direction.angle_between(b.lamp.direction))

@@ -142,7 +142,7 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
     until(&mut window, "the plate", |app| {
         let relit = app.relit().unwrap();
         let first = relit.first.as_ref().map(|(of, _)| of);
-        first == Some(&afterlight::worker::Second::Plate) && relit.second.is_some()
+        first == Some(&afterlight::worker::Comparison::Plate) && relit.second.is_some()
     });
     choose(&mut window, &["First: interview frame", "Relit picture"]);
     until(&mut window, "the relit picture", |app| {

@@ -4,14 +4,14 @@ use super::StudioApp;
 use crate::panel::Reading;
 use scene::Scene;
 use std::time::Duration;
-use worker::{Ask, Origin, Second};
+use worker::{Comparison, Origin, PreviewRequest};
 
 /// A picture that the state asks for.
 #[derive(PartialEq)]
 pub struct Wanted {
     scene: Scene,
     environment: Origin,
-    compared: [Option<Second>; 2],
+    compared: [Option<Comparison>; 2],
     solo: Vec<usize>,
 }
 
@@ -52,7 +52,7 @@ impl StudioApp {
         }
         if !asked || dragged != while_dragged {
             let [first, second] = wanted.compared.clone();
-            worker.show(Ask {
+            worker.show(PreviewRequest {
                 scene: wanted.scene.clone(),
                 environment: panorama.environment.clone(),
                 first,

@@ -8,7 +8,7 @@ use crate::panel::Reading;
 use export::Destination;
 use export::relight::relight;
 use std::path::Path;
-use worker::{Export, Standing, Written};
+use worker::{Export, ExportStatus, WrittenExport};
 
 impl StudioApp {
     pub(super) fn apply_to_exports(&mut self, command: Command) {
@@ -22,7 +22,7 @@ impl StudioApp {
             Command::Export => self.export(),
             Command::Withdraw(id) => {
                 let is_it =
-                    |export: &Export| export.id == id && export.standing == Standing::Running;
+                    |export: &Export| export.id == id && export.status == ExportStatus::Running;
                 if self.exports.iter().any(is_it) {
                     self.apply(Command::StopJob);
                 } else if let Some(worker) = &self.worker {
@@ -69,7 +69,7 @@ impl StudioApp {
                 .files(first, last)
                 .next();
             let file = file.unwrap_or_default();
-            Ok(Written {
+            Ok(WrittenExport {
                 name: name(&report.output),
                 folder: file.parent().unwrap_or(&project.root).to_path_buf(),
                 sentence: report.sentence(),
@@ -97,7 +97,7 @@ impl StudioApp {
 
     /// Another project is opened: what was in line is not written any more, and that is said.
     pub(super) fn leave_exports(&mut self) {
-        let unfinished = |export: &&Export| export.standing.sentence().is_none();
+        let unfinished = |export: &&Export| export.status.sentence().is_none();
         let left: Vec<String> = (self.exports.iter().filter(unfinished))
             .map(|export| export.name.clone())
             .collect();
@@ -117,7 +117,7 @@ impl StudioApp {
             return;
         };
         if self.shown.contains(&Pane::Export) {
-            let over = (self.exports.iter()).filter(|e| e.standing.sentence().is_some());
+            let over = (self.exports.iter()).filter(|e| e.status.sentence().is_some());
             self.lookout.look(Wanted {
                 to: self.state.order.to(&project.root),
                 range: self.state.order.range(self.state.frames),

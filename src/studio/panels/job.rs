@@ -8,7 +8,7 @@ use crate::panel::Sight;
 use crate::theme::{self, GAP};
 use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
 use std::time::{Duration, Instant};
-use worker::Standing;
+use worker::ExportStatus;
 
 /// Widths in points, so that nothing moves as figures change: "Stopping", "100 %", "99 h 59 min left".
 const BUTTON_WIDTH: f32 = 100.0;
@@ -28,9 +28,9 @@ impl JobPanel {
         let viewport = sight.shown.contains(&Pane::Picture) && !sight.is_live();
         let said = sight.news.said.as_deref();
         let line = sight.shown.contains(&Pane::Export)
-            && sight.exports.iter().any(|export| match &export.standing {
-                Standing::Waiting => false,
-                Standing::Running => true,
+            && sight.exports.iter().any(|export| match &export.status {
+                ExportStatus::Waiting => false,
+                ExportStatus::Running => true,
                 over => sight.news.work.is_none() && over.sentence() == said,
             });
         let elsewhere = viewport || line || sight.job_has_pane();

@@ -6,7 +6,7 @@ use crate::theme::{self, GAP};
 use egui::{Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use imaging::color::luminance;
 use std::sync::Arc;
-use worker::Relit;
+use worker::PreviewPicture;
 
 /// Columns of the waveform, and levels that it tells apart.
 const WAVEFORM: [usize; 2] = [128, 64];
@@ -19,7 +19,7 @@ const COLORS: [Color32; 3] = [
 /// The panel, with what it found in the newest picture.
 #[derive(Default)]
 pub struct ScopesPanel {
-    found: Option<(Arc<Relit>, Histogram, TextureHandle)>,
+    found: Option<(Arc<PreviewPicture>, Histogram, TextureHandle)>,
 }
 
 /// How many pixels have each code, per channel.
@@ -107,7 +107,7 @@ fn histogram_ui(ui: &mut Ui, histogram: &Histogram) {
     }
 }
 
-fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
+fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &PreviewPicture, out: &mut Vec<Command>) {
     ui.add_space(GAP);
     let Some([x, y]) = sight.state.probed else {
         let hint = "Put the cursor on the picture to see a pixel";
@@ -136,7 +136,13 @@ fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
 }
 
 /// What each lamp gives to the pixel, as bars; a click shows the lamp alone.
-fn lamps_ui(ui: &mut Ui, texel: &[[f32; 3]], sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
+fn lamps_ui(
+    ui: &mut Ui,
+    texel: &[[f32; 3]],
+    sight: &Sight,
+    relit: &PreviewPicture,
+    out: &mut Vec<Command>,
+) {
     let light: Vec<[f32; 3]> = texel
         .iter()
         .zip(&relit.weights)

@@ -9,7 +9,7 @@ use crate::theme::{self, GAP};
 use egui::{
     Align, Button, Frame, Label, Layout, Margin, ProgressBar, RichText, ScrollArea, Ui, vec2,
 };
-use worker::{Export, Standing, Written};
+use worker::{Export, ExportStatus, WrittenExport};
 
 pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
@@ -18,7 +18,7 @@ pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             let over = sight
                 .exports
                 .iter()
-                .filter(|e| e.standing.sentence().is_some());
+                .filter(|e| e.status.sentence().is_some());
             let over: Vec<u64> = over.map(|export| export.id).collect();
             if !over.is_empty() && ui.button("Clear finished").clicked() {
                 out.extend(over.into_iter().map(Command::Withdraw));
@@ -51,13 +51,13 @@ pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
 }
 
 fn export_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<Command>) {
-    let work = work.filter(|_| export.standing == Standing::Running);
-    let (state, color) = match &export.standing {
-        Standing::Waiting => ("waiting".to_owned(), theme::QUIET),
-        Standing::Running => (work.map_or(String::new(), job::state), theme::QUIET),
-        Standing::Done(_) => ("done".to_owned(), theme::TEXT),
-        Standing::Failed(_) => ("failed".to_owned(), theme::ACCENT),
-        Standing::Cancelled(_) => ("cancelled".to_owned(), theme::QUIET),
+    let work = work.filter(|_| export.status == ExportStatus::Running);
+    let (state, color) = match &export.status {
+        ExportStatus::Waiting => ("waiting".to_owned(), theme::QUIET),
+        ExportStatus::Running => (work.map_or(String::new(), job::state), theme::QUIET),
+        ExportStatus::Done(_) => ("done".to_owned(), theme::TEXT),
+        ExportStatus::Failed(_) => ("failed".to_owned(), theme::ACCENT),
+        ExportStatus::Cancelled(_) => ("cancelled".to_owned(), theme::QUIET),
     };
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -80,16 +80,16 @@ fn export_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<Co
             .text(RichText::new(text).size(13.0).color(theme::TEXT));
         ui.add(bar).on_hover_text(&work.note);
     }
-    match &export.standing {
-        Standing::Failed(sentence) | Standing::Cancelled(sentence) => {
+    match &export.status {
+        ExportStatus::Failed(sentence) | ExportStatus::Cancelled(sentence) => {
             let sentence = RichText::new(sentence).size(13.0).color(color);
             ui.add(Label::new(sentence).wrap().selectable(true));
         }
-        Standing::Done(Written { sentence, .. }) => {
+        ExportStatus::Done(WrittenExport { sentence, .. }) => {
             let quiet = RichText::new(sentence).size(13.0).color(theme::QUIET);
             ui.add(Label::new(quiet).wrap().selectable(true));
         }
-        Standing::Waiting | Standing::Running => {}
+        ExportStatus::Waiting | ExportStatus::Running => {}
     }
     ui.horizontal(|ui| buttons_ui(ui, export, work, out));
 }
@@ -108,8 +108,8 @@ fn buttons_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<C
             }
         };
     let remove = Command::Withdraw(export.id);
-    match &export.standing {
-        Standing::Running => {
+    match &export.status {
+        ExportStatus::Running => {
             let Some(work) = work else { return };
             let (icon, pause) = job::pause_name(work);
             let hint =
@@ -120,18 +120,18 @@ fn buttons_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<C
                 "Stops after the frame in hand. Stills that are finished are kept, a movie is not";
             button(ui, !work.stopping, icons::STOP, cancel, hint, remove);
         }
-        Standing::Waiting => {
+        ExportStatus::Waiting => {
             let hint = "Takes it out of the line";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
-        Standing::Done(Written { folder, .. }) => {
+        ExportStatus::Done(WrittenExport { folder, .. }) => {
             let hint = folder.display().to_string();
             let open = Command::OpenFolder(folder.clone());
             button(ui, true, icons::FOLDER, "Open folder", &hint, open);
             let hint = "Takes it out of the list; the files stay";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
-        Standing::Failed(_) | Standing::Cancelled(_) => {
+        ExportStatus::Failed(_) | ExportStatus::Cancelled(_) => {
             let hint = "Takes it out of the list; what was written stays";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }

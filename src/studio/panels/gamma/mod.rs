@@ -158,7 +158,7 @@ impl GammaPanel {
             ui.ctx()
                 .load_texture(name, picture, egui::TextureOptions::LINEAR)
         };
-        let texture = |name: &str, picture: &worker::Thumbnail| {
+        let texture = |name: &str, picture: &worker::SrgbPicture| {
             load(
                 name,
                 egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb),

@@ -12,7 +12,7 @@ use calibration::silhouette::Silhouette;
 use egui::{Button, Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use photograph::Photograph;
 use std::sync::Arc;
-use worker::{ProbeStudy, SeenLamp};
+use worker::{ProbeView, SeenLamp};
 
 /// Side of the dome in points.
 const DOME_SIDE: f32 = 168.0;
@@ -23,7 +23,7 @@ const COLUMNS: [f32; 5] = [0.28, 0.43, 0.61, 0.77, 1.0];
 
 /// The textures of the study that is shown.
 struct Shown {
-    study: Arc<ProbeStudy>,
+    study: Arc<ProbeView>,
     picture: TextureHandle,
     panorama: TextureHandle,
 }
@@ -92,13 +92,7 @@ impl ProbePanel {
     }
 
     /// The silhouette in numbers, and the ways to set it.
-    fn circle_ui(
-        &mut self,
-        ui: &mut Ui,
-        sight: &Sight,
-        study: &ProbeStudy,
-        out: &mut Vec<Command>,
-    ) {
+    fn circle_ui(&mut self, ui: &mut Ui, sight: &Sight, study: &ProbeView, out: &mut Vec<Command>) {
         let circle = sight.state.look.circle.unwrap_or(study.circle);
         let mut changed = circle;
         let reset = || Command::Circle(None);
@@ -168,7 +162,7 @@ impl ProbePanel {
         {
             return;
         }
-        let texture = |name: &str, picture: &worker::Thumbnail| {
+        let texture = |name: &str, picture: &worker::SrgbPicture| {
             let picture = egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
             ui.ctx()
                 .load_texture(name, picture, egui::TextureOptions::LINEAR)
@@ -181,7 +175,7 @@ impl ProbePanel {
     }
 }
 
-fn marks(study: &ProbeStudy, chosen: Option<usize>) -> Vec<Mark> {
+fn marks(study: &ProbeView, chosen: Option<usize>) -> Vec<Mark> {
     let mark = |(number, seen): (usize, &SeenLamp)| Mark {
         number,
         direction: seen.lamp.direction,
@@ -192,7 +186,7 @@ fn marks(study: &ProbeStudy, chosen: Option<usize>) -> Vec<Mark> {
 }
 
 /// Which photograph is shown.
-fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy, out: &mut Vec<Command>) {
+fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeView, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let name = |lamp: Option<usize>| {
             let lamp = lamp.and_then(|lamp| study.lamps.get(lamp));
@@ -222,7 +216,7 @@ fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy, out: &mut Vec<
     });
 }
 
-fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy) {
+fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeView) {
     ui.spacing_mut().interact_size.y = 0.0;
     let rim = match (&study.rim, sight.state.look.circle) {
         (Ok(rim), _) if rim.rim_share > 0.0 => {
@@ -278,7 +272,7 @@ fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy) {
 }
 
 /// What is wrong with the lamps, where anything is.
-fn findings_ui(ui: &mut Ui, study: &ProbeStudy) {
+fn findings_ui(ui: &mut Ui, study: &ProbeView) {
     /// Three lines; more can be scrolled to.
     const HEIGHT: f32 = 50.0;
     if study.findings.is_empty() {
@@ -296,7 +290,7 @@ fn findings_ui(ui: &mut Ui, study: &ProbeStudy) {
 }
 
 /// The lamps as a table; the one that was clicked.
-fn lamps_ui(ui: &mut Ui, study: &ProbeStudy, chosen: Option<usize>) -> Option<usize> {
+fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usize> {
     let mut hit = None;
     row_ui(
         ui,

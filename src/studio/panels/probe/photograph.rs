@@ -9,7 +9,7 @@ use egui::{
     Color32, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2,
     pos2, vec2,
 };
-use worker::ProbeStudy;
+use worker::ProbeView;
 
 /// A handle is taken within this many points.
 const REACH: f32 = 9.0;
@@ -68,7 +68,7 @@ impl Photograph {
         &mut self,
         ui: &mut Ui,
         sight: &Sight,
-        study: &ProbeStudy,
+        study: &ProbeView,
         picture: TextureId,
         marks: &[Mark],
         out: &mut Vec<Command>,

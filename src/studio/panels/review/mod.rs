@@ -14,7 +14,7 @@ use crate::theme::{self, GAP};
 use chosen::ChosenUi;
 use egui::{Button, Color32, RichText, ScrollArea, Ui};
 use evaluation::review::{Case, Means, Metric, Review};
-use worker::{Blocked, KeptReview};
+use worker::{Blocked, SavedReview};
 
 /// Cells in the list of the worst.
 const WORST: usize = 12;
@@ -111,7 +111,7 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
 }
 
 /// Why there are no figures, and what brings them.
-fn empty_ui(ui: &mut Ui, sight: &Sight, kept: &KeptReview, out: &mut Vec<Command>) {
+fn empty_ui(ui: &mut Ui, sight: &Sight, kept: &SavedReview, out: &mut Vec<Command>) {
     if let Phase::Blocked(Blocked { sentence, .. }) = &sight.news.phase {
         ui.label("There is no network to compare with the truth yet.");
         return quiet_ui(ui, sentence);
@@ -136,7 +136,7 @@ fn empty_ui(ui: &mut Ui, sight: &Sight, kept: &KeptReview, out: &mut Vec<Command
     buttons_ui(ui, sight, Some(kept), out);
 }
 
-fn buttons_ui(ui: &mut Ui, sight: &Sight, kept: Option<&KeptReview>, out: &mut Vec<Command>) {
+fn buttons_ui(ui: &mut Ui, sight: &Sight, kept: Option<&SavedReview>, out: &mut Vec<Command>) {
     let idle = sight.news.work.is_none();
     let able = idle && sight.is_live();
     let why = match (idle, sight.is_live()) {

@@ -10,7 +10,7 @@ use egui::{
 use evaluation::review::{Mark, place_by_direction};
 use glam::Vec3;
 use std::sync::Arc;
-use worker::{LampSheet, Relit, Thumbnail};
+use worker::{LampSheet, PreviewPicture, SrgbPicture};
 
 /// The panel, and the texture that holds all pictures of the sheet that is shown.
 #[derive(Default)]
@@ -42,7 +42,7 @@ impl LampSheetPanel {
         ui: &mut Ui,
         sight: &Sight,
         sheet: &Arc<LampSheet>,
-        relit: &Relit,
+        relit: &PreviewPicture,
         out: &mut Vec<Command>,
     ) {
         let solo = &sight.state.solo;
@@ -163,7 +163,7 @@ struct Atlas {
 }
 
 impl Atlas {
-    fn new(ctx: &egui::Context, pictures: &[Thumbnail]) -> Self {
+    fn new(ctx: &egui::Context, pictures: &[SrgbPicture]) -> Self {
         let columns = (pictures.len() as f32).sqrt().ceil().max(1.0) as usize;
         let rows = pictures.len().div_ceil(columns).max(1);
         let (width, height) = pictures.first().map_or((1, 1), |p| (p.width, p.height));

@@ -15,7 +15,7 @@ use egui::{
     vec2,
 };
 use std::sync::Arc;
-use worker::Relit;
+use worker::PreviewPicture;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.
 const DEGREES_PER_POINT: f32 = 0.4;
@@ -31,7 +31,7 @@ pub struct ViewportPanel {
 }
 
 struct Shown {
-    relit: Arc<Relit>,
+    relit: Arc<PreviewPicture>,
     first: TextureHandle,
     second: Option<TextureHandle>,
 }
@@ -67,7 +67,7 @@ impl ViewportPanel {
         ui.advance_cursor_after_rect(rect);
     }
 
-    fn upload(&mut self, ctx: &egui::Context, relit: Option<&Arc<Relit>>) {
+    fn upload(&mut self, ctx: &egui::Context, relit: Option<&Arc<PreviewPicture>>) {
         let Some(relit) = relit else {
             self.shown = None;
             return;
@@ -241,7 +241,14 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
 }
 
 /// Tells which pixel is under the cursor.
-fn probe(ui: &Ui, rect: Rect, place: Rect, relit: &Relit, sight: &Sight, out: &mut Vec<Command>) {
+fn probe(
+    ui: &Ui,
+    rect: Rect,
+    place: Rect,
+    relit: &PreviewPicture,
+    sight: &Sight,
+    out: &mut Vec<Command>,
+) {
     let at = ui.input(|i| i.pointer.latest_pos());
     let over = at.filter(|_| ui.rect_contains_pointer(rect));
     let pixel = over.and_then(|at| {
@@ -285,7 +292,7 @@ fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
 }
 
 /// A sentence to be read over the picture: why it is not the one that was asked for.
-fn overlay(sight: &Sight, relit: &Relit) -> Option<String> {
+fn overlay(sight: &Sight, relit: &PreviewPicture) -> Option<String> {
     if let Some(failure) = &sight.news.failure {
         return Some(failure.clone());
     }

@@ -1,10 +1,10 @@
 //! The second picture: what the relit one is compared with, made under the same view settings.
 
 use super::PredictedFrame;
+use super::srgb_picture::SrgbPicture;
 use base::error::Result;
 use compositor::reference::scale;
 use compositor::{CameraView, Extra, Ingredients, Levels, Upstream, compose, difference, view};
-use imaging::color::byte_from_unit;
 use imaging::{Encoded, Image};
 use light::{Environment, LightWeights};
 use scene::{Inspection, Scene};
@@ -13,16 +13,16 @@ use std::sync::Arc;
 
 /// What the relit picture is compared with.
 #[derive(Clone, Debug)]
-pub enum Second {
+pub enum Comparison {
     /// The interview's frame as it was filmed.
     Plate,
     /// The same frame under another environment, turned by a yaw in degrees.
     Light(Arc<Environment>, f32),
     /// Other OLATs under the same light.
-    Rival(Rival),
+    Olats(ComparisonSource),
 }
 
-impl PartialEq for Second {
+impl PartialEq for Comparison {
     /// Environments are equal where they are one and the same.
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
@@ -30,7 +30,7 @@ impl PartialEq for Second {
             (Self::Light(one, yaw), Self::Light(other, turned)) => {
                 Arc::ptr_eq(one, other) && yaw == turned
             }
-            (Self::Rival(one), Self::Rival(other)) => one == other,
+            (Self::Olats(one), Self::Olats(other)) => one == other,
             _ => false,
         }
     }
@@ -38,34 +38,13 @@ impl PartialEq for Second {
 
 /// OLATs that were not predicted by the network at hand.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum Rival {
+pub enum ComparisonSource {
     /// Those that were photographed in this pose.
     Exemplar(usize),
     /// The true ones of the shown frame, in a folder as [`evaluation::Truth`] reads it.
     Truth(PathBuf),
     /// Those that a network in this folder predicts.
     Checkpoint(PathBuf),
-}
-
-/// A picture as a texture takes it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Codes {
-    pub width: usize,
-    pub height: usize,
-    /// sRGB codes, three bytes a pixel, row by row.
-    pub rgb: Vec<u8>,
-}
-
-impl Codes {
-    /// Those of an encoded picture.
-    pub fn of(picture: &Encoded) -> Self {
-        let codes = picture.0.pixels.iter().flatten();
-        Self {
-            width: picture.0.width,
-            height: picture.0.height,
-            rgb: codes.map(|&code| byte_from_unit(code)).collect(),
-        }
-    }
 }
 
 /// The interview's frame under the exposure and the view transform of a scene.
@@ -107,10 +86,10 @@ pub(super) fn rival(
 /// # Errors
 /// When the pictures differ in size.
 pub(super) fn differing(
-    first: Option<(Second, Encoded)>,
-    second: Option<&(Second, Encoded)>,
+    first: Option<(Comparison, Encoded)>,
+    second: Option<&(Comparison, Encoded)>,
     scene: &Scene,
-) -> Result<Option<(Second, Codes)>> {
+) -> Result<Option<(Comparison, SrgbPicture)>> {
     let Some((of, mut picture)) = first else {
         return Ok(None);
     };
@@ -118,7 +97,7 @@ pub(super) fn differing(
     {
         difference(&mut picture, second, gain)?;
     }
-    Ok(Some((of, Codes::of(&picture))))
+    Ok(Some((of, SrgbPicture::of(&picture))))
 }
 
 /// A scene as the second picture has it: nothing is inspected in it that needs a second one.
@@ -142,7 +121,7 @@ mod tests {
                 exposure_stops: stops,
                 ..Scene::default()
             };
-            Codes::of(&plate(&grey, &scene)).rgb[0]
+            SrgbPicture::of(&plate(&grey, &scene)).rgb[0]
         };
         // sRGB of 1/4 and 1/2.
         assert_eq!((code(0.0), code(1.0)), (137, 188));

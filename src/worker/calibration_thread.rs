@@ -2,7 +2,7 @@
 //! the exemplars look under a response. The newest question is answered; older ones are dropped.
 
 use super::latest::{Latest, doorbell};
-use super::library::Thumbnail;
+use super::srgb_picture::SrgbPicture;
 use base::error::{Error, Result};
 use base::progress::{Control, Progress};
 use calibration::gamma::{CurveFit, GammaStudy, Histogram, Surface};
@@ -11,8 +11,6 @@ use calibration::probe::Probes;
 use calibration::silhouette::{self, Circle, Photographs, Silhouette};
 use calibration::{Calibration, PROVISIONAL, Trial};
 use footage;
-use imaging::color::byte_from_unit;
-use imaging::resample::resize_area;
 use imaging::{Encoded, file};
 use light::Lamp;
 use project::Project;
@@ -28,7 +26,7 @@ const PANORAMA_PX: (usize, usize) = (384, 192);
 const SURFACE_STEPS: usize = 25;
 /// A question. `calibrations` counts how often the project may have changed since it was opened.
 #[derive(Clone, Debug, PartialEq)]
-pub enum StudyAsk {
+pub enum CalibrationRequest {
     /// The mirror ball under a lamp, or under the interview's light, within a circle, or the project's own.
     Probe {
         calibrations: u64,
@@ -46,11 +44,11 @@ pub enum StudyAsk {
 
 /// What the mirror balls show.
 #[derive(Clone, Debug)]
-pub struct ProbeStudy {
+pub struct ProbeView {
     /// Which photograph: under this lamp, or the interview's light.
     pub photograph: Option<usize>,
     /// It, reduced, in the camera's codes.
-    pub picture: Thumbnail,
+    pub picture: SrgbPicture,
     /// Width and height of the photograph itself.
     pub size: (usize, usize),
     /// The silhouette that all of this is by, and the project's own.
@@ -62,7 +60,7 @@ pub struct ProbeStudy {
     /// What the calibration found wrong with the lamps, a sentence each.
     pub findings: Vec<String>,
     /// The photograph's light as a lat-long panorama, as bright as the photograph.
-    pub panorama: Thumbnail,
+    pub panorama: SrgbPicture,
     /// Ball pixels with a clipped channel: how many, and where their centres are in the photograph.
     pub clipped_pixels: usize,
     pub clipped_at: Vec<[f32; 2]>,
@@ -95,8 +93,8 @@ pub struct GammaView {
     pub poses: Vec<String>,
     pub pose: usize,
     /// The frame and the relit pose, in the camera's codes.
-    pub interview: Thumbnail,
-    pub relit: Thumbnail,
+    pub interview: SrgbPicture,
+    pub relit: SrgbPicture,
     /// Levels of the interview's frames and of the relit poses inside the subject; the latter also under a
     /// plain power of 2.2.
     pub interview_histogram: Histogram,
@@ -111,16 +109,16 @@ pub struct GammaView {
 }
 
 /// The thread. Dropping it stops it after the answer in hand.
-pub struct Study {
-    asks: Arc<Latest<StudyAsk>>,
-    probe: Arc<Latest<std::result::Result<Arc<ProbeStudy>, String>>>,
+pub struct CalibrationThread {
+    asks: Arc<Latest<CalibrationRequest>>,
+    probe: Arc<Latest<std::result::Result<Arc<ProbeView>, String>>>,
     gamma: Arc<Latest<std::result::Result<Arc<GammaView>, String>>>,
     ring: Box<dyn Fn() + Send>,
     stop: Control,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Study {
+impl CalibrationThread {
     /// Starts on the project in `root`; `wake` is called after each answer.
     pub fn start(root: PathBuf, wake: impl Fn() + Clone + Send + Sync + 'static) -> Self {
         let (ring, rung) = doorbell();
@@ -129,28 +127,28 @@ impl Study {
         let gamma = Arc::new(Latest::new(wake));
         let stop = Control::default();
         let (questions, to_probe, to_gamma) = (asks.clone(), probe.clone(), gamma.clone());
-        let mut desk = Desk::new(root, stop.clone());
+        let mut study = CalibrationStudy::new(root, stop.clone());
         let stopped = stop.clone();
         let thread = std::thread::spawn(move || {
             while !stopped.stopped() {
                 match questions.take() {
-                    Some(StudyAsk::Probe {
+                    Some(CalibrationRequest::Probe {
                         calibrations,
                         photograph,
                         circle,
                     }) => {
-                        desk.renew(calibrations);
-                        let answer = desk.probe(photograph, circle);
+                        study.renew(calibrations);
+                        let answer = study.probe(photograph, circle);
                         to_probe.put(answer.map(Arc::new).map_err(|e| e.to_string()));
                     }
-                    Some(StudyAsk::Gamma {
+                    Some(CalibrationRequest::Gamma {
                         calibrations,
                         frame,
                         pose,
                         trial,
                     }) => {
-                        desk.renew(calibrations);
-                        let answer = desk.gamma(frame, pose, trial);
+                        study.renew(calibrations);
+                        let answer = study.gamma(frame, pose, trial);
                         to_gamma.put(answer.map(Arc::new).map_err(|e| e.to_string()));
                     }
                     None if rung.recv().is_err() => break,
@@ -169,12 +167,12 @@ impl Study {
     }
 
     /// Asks in place of whatever was asked before and is not begun.
-    pub fn ask(&self, ask: StudyAsk) {
+    pub fn ask(&self, ask: CalibrationRequest) {
         self.asks.put(ask);
     }
 
     /// The newest answers, once.
-    pub fn probe(&self) -> Option<std::result::Result<Arc<ProbeStudy>, String>> {
+    pub fn probe(&self) -> Option<std::result::Result<Arc<ProbeView>, String>> {
         self.probe.take()
     }
 
@@ -183,7 +181,7 @@ impl Study {
     }
 }
 
-impl Drop for Study {
+impl Drop for CalibrationThread {
     fn drop(&mut self) {
         self.stop.stop();
         (self.ring)();
@@ -194,7 +192,7 @@ impl Drop for Study {
 }
 
 /// What lies before the thread: what was read and need not be read again.
-struct Desk {
+struct CalibrationStudy {
     root: PathBuf,
     stop: Control,
     calibrations: Option<u64>,
@@ -205,7 +203,7 @@ struct Desk {
     lamps: Option<(Circle, Vec<Lamp>)>,
     exemplars: Option<Exemplars>,
     /// The interview's frame that was read last.
-    frame: Option<(usize, Thumbnail)>,
+    frame: Option<(usize, SrgbPicture)>,
 }
 
 /// What trials of a response go by.
@@ -220,7 +218,7 @@ struct Exemplars {
     curves: Arc<Vec<CurveFit>>,
 }
 
-impl Desk {
+impl CalibrationStudy {
     fn new(root: PathBuf, stop: Control) -> Self {
         Self {
             root,
@@ -247,7 +245,7 @@ impl Desk {
         }
     }
 
-    fn probe(&mut self, photograph: Option<usize>, circle: Option<Circle>) -> Result<ProbeStudy> {
+    fn probe(&mut self, photograph: Option<usize>, circle: Option<Circle>) -> Result<ProbeView> {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let mut project = Project::open(&self.root)?;
@@ -298,9 +296,9 @@ impl Desk {
             .filter(|[x, y]| (f64::from(*x) - cx).hypot(f64::from(*y) - cy) <= circle.radius_px)
             .collect();
         let on_ball = |lamp: &Lamp| view.place(lamp.direction, size);
-        Ok(ProbeStudy {
+        Ok(ProbeView {
             photograph,
-            picture: shown(encoded),
+            picture: SrgbPicture::reduced(encoded, PICTURE_PX),
             size,
             circle,
             kept,
@@ -315,7 +313,7 @@ impl Desk {
                 .map(|(_, found)| *found)
                 .map_err(Clone::clone),
             findings: calibration.map_or_else(Vec::new, |c| c.rig_findings),
-            panorama: Thumbnail::as_exposed(&probe.panorama),
+            panorama: SrgbPicture::as_exposed(&probe.panorama),
             clipped_pixels: probe.clipped_pixels,
             clipped_at,
             blind_share: probe.blind_share,
@@ -330,7 +328,7 @@ impl Desk {
     }
 }
 
-impl Desk {
+impl CalibrationStudy {
     fn gamma(&mut self, frame: usize, pose: usize, trial: Option<Trial>) -> Result<GammaView> {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
@@ -344,7 +342,7 @@ impl Desk {
         if self.frame.as_ref().is_none_or(|(read, _)| *read != frame) {
             let path = project.frame_path(frame);
             let encoded = footage::read_encoded(&path, &project.settings.framing)?;
-            self.frame = Some((frame, shown(&encoded)));
+            self.frame = Some((frame, SrgbPicture::reduced(&encoded, PICTURE_PX)));
         }
         let exemplars = self.exemplars.insert(exemplars);
         let pose = pose.min(project.settings.shoot.poses.len() - 1);
@@ -372,7 +370,10 @@ impl Desk {
             interview: (self.frame.as_ref())
                 .map(|(_, shown)| shown.clone())
                 .unwrap_or_default(),
-            relit: shown(&study.relit(&response, trial.exposure, &weights)),
+            relit: SrgbPicture::reduced(
+                &study.relit(&response, trial.exposure, &weights),
+                PICTURE_PX,
+            ),
             interview_histogram: *study.interview_histogram(),
             relit_histogram: study.relit_histogram(&response, trial.exposure, &weights),
             before_histogram: exemplars.before,
@@ -418,19 +419,4 @@ fn find_circle(project: &Project, progress: &Progress) -> Result<(Photographs, S
     let photographs = Photographs::read(&project.probe_paths(), progress)?;
     let found = silhouette::find(&photographs)?;
     Ok((photographs, found))
-}
-
-/// An encoded picture, reduced to what a panel shows.
-fn shown(encoded: &Encoded) -> Thumbnail {
-    let (width, height) = encoded.0.size();
-    let longer = width.max(height).max(1);
-    let reduce = |side: usize| (side * PICTURE_PX.min(longer) / longer).max(1);
-    let (width, height) = (reduce(width), reduce(height));
-    let small = resize_area(&encoded.0, width, height);
-    let rgb = small
-        .pixels
-        .iter()
-        .flat_map(|p| p.map(byte_from_unit))
-        .collect();
-    Thumbnail { width, height, rgb }
 }

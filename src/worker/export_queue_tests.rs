@@ -22,7 +22,7 @@ fn told_export(worker: &Worker, name: &str) -> (u64, Sender<()>) {
                     ));
                 }
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Ok(Written {
+                    return Ok(WrittenExport {
                         name: format!("{said}, written"),
                         folder: PathBuf::from(&said),
                         sentence: format!("{frames} frames"),
@@ -35,16 +35,16 @@ fn told_export(worker: &Worker, name: &str) -> (u64, Sender<()>) {
     (id, tell)
 }
 
-fn standing(worker: &Worker, id: u64) -> Option<Standing> {
+fn status(worker: &Worker, id: u64) -> Option<ExportStatus> {
     let exports = worker.exports().into_iter();
     exports
-        .map(|e| (e.id, e.standing))
+        .map(|e| (e.id, e.status))
         .find(|(i, _)| *i == id)
         .map(|(_, s)| s)
 }
 
-fn wait_until(worker: &Worker, id: u64, wanted: impl Fn(&Standing) -> bool) -> Standing {
-    wait_for(|| standing(worker, id).filter(|s| wanted(s)))
+fn wait_until(worker: &Worker, id: u64, wanted: impl Fn(&ExportStatus) -> bool) -> ExportStatus {
+    wait_for(|| status(worker, id).filter(|s| wanted(s)))
 }
 
 #[test]
@@ -60,24 +60,24 @@ fn exports_are_written_one_after_the_other_and_behind_the_job_in_hand() {
         worker
             .exports()
             .iter()
-            .all(|e| e.standing == Standing::Waiting)
+            .all(|e| e.status == ExportStatus::Waiting)
     );
     drop(job);
-    wait_until(&worker, first, |s| *s == Standing::Running);
+    wait_until(&worker, first, |s| *s == ExportStatus::Running);
     assert!(
         !worker.work("another", |_| Ok(String::new())),
         "an export is in hand"
     );
-    assert_eq!(standing(&worker, second), Some(Standing::Waiting));
+    assert_eq!(status(&worker, second), Some(ExportStatus::Waiting));
     for _ in 0..3 {
         tell_first.send(()).unwrap();
     }
     drop(tell_first);
-    let done = wait_until(&worker, second, |s| matches!(s, Standing::Done(_)));
+    let done = wait_until(&worker, second, |s| matches!(s, ExportStatus::Done(_)));
     assert_eq!(done.sentence(), Some("0 frames"));
     let names: Vec<String> = worker.exports().into_iter().map(|e| e.name).collect();
     assert_eq!(names, ["first, written", "second, written"]);
-    let first = wait_until(&worker, first, |s| matches!(s, Standing::Done(_)));
+    let first = wait_until(&worker, first, |s| matches!(s, ExportStatus::Done(_)));
     assert_eq!(first.sentence(), Some("3 frames"));
 }
 
@@ -88,7 +88,7 @@ fn a_cancelled_export_says_what_is_kept_and_the_next_one_is_written() {
     let (full, tell_full) = told_export(&worker, "full");
     let (gone, tell_gone) = told_export(&worker, "gone");
     drop((tell_full, tell_gone));
-    wait_until(&worker, first, |s| *s == Standing::Running);
+    wait_until(&worker, first, |s| *s == ExportStatus::Running);
     tell_first.send(()).unwrap();
     let one = |e: &Event| {
         matches!(
@@ -99,22 +99,22 @@ fn a_cancelled_export_says_what_is_kept_and_the_next_one_is_written() {
     wait_for_event(&worker, one);
     worker.withdraw(first);
     assert_eq!(
-        standing(&worker, first),
-        Some(Standing::Running),
+        status(&worker, first),
+        Some(ExportStatus::Running),
         "it is in hand"
     );
     worker.withdraw(gone);
     worker.cancel();
-    let said = wait_until(&worker, first, |s| matches!(s, Standing::Cancelled(_)));
+    let said = wait_until(&worker, first, |s| matches!(s, ExportStatus::Cancelled(_)));
     assert!(
         said.sentence().unwrap().contains("1 frames are kept"),
         "{said:?}"
     );
-    let said = wait_until(&worker, full, |s| matches!(s, Standing::Failed(_)));
+    let said = wait_until(&worker, full, |s| matches!(s, ExportStatus::Failed(_)));
     assert!(said.sentence().unwrap().contains("Make room"), "{said:?}");
-    assert_eq!(standing(&worker, gone), None);
+    assert_eq!(status(&worker, gone), None);
     worker.withdraw(first);
-    assert_eq!(standing(&worker, first), None);
+    assert_eq!(status(&worker, first), None);
     // The network stays as it is: nothing that was predicted is predicted again.
     let light = from_the_left();
     worker.show(ask(0, 0.0, &light));
@@ -127,15 +127,15 @@ fn a_paused_export_goes_on_and_a_dropped_worker_ends_the_line() {
     let (worker, _begun) = fading_worker(|_| false);
     let (id, tell) = told_export(&worker, "first");
     let (_, tell_next) = told_export(&worker, "next");
-    wait_until(&worker, id, |s| *s == Standing::Running);
+    wait_until(&worker, id, |s| *s == ExportStatus::Running);
     worker.pause(true);
     // Time to see the wish, and for one that does not wait to end.
     std::thread::sleep(Duration::from_millis(50));
     drop(tell);
     std::thread::sleep(Duration::from_millis(50));
-    assert_eq!(standing(&worker, id), Some(Standing::Running));
+    assert_eq!(status(&worker, id), Some(ExportStatus::Running));
     worker.pause(false);
-    wait_until(&worker, id, |s| matches!(s, Standing::Done(_)));
+    wait_until(&worker, id, |s| matches!(s, ExportStatus::Done(_)));
     drop(worker);
     assert!(tell_next.send(()).is_err(), "nobody listens any more");
 }

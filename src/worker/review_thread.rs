@@ -3,12 +3,11 @@
 
 use super::PredictedFrame;
 use super::latest::{Latest, doorbell};
-use super::library::Thumbnail;
+use super::srgb_picture::{SrgbPicture, reduced_size};
 use base::error::Result;
 use base::progress::Control;
 use evaluation::review::{Fingerprint, Marks, Review, own_truth};
 use evaluation::{display_gain, display_picture};
-use imaging::color::byte_from_unit;
 use imaging::resample::resize_area;
 use imaging::{Image, Mask};
 use project::Project;
@@ -23,12 +22,12 @@ const THUMBNAIL_PX: usize = 96;
 #[derive(Clone, Debug)]
 pub struct LampSheet {
     pub frame: usize,
-    pub lamps: Vec<Thumbnail>,
+    pub lamps: Vec<SrgbPicture>,
 }
 
 /// What a project keeps of its review.
 #[derive(Clone, Debug)]
-pub struct KeptReview {
+pub struct SavedReview {
     /// The figures, where there are any.
     pub review: Option<Arc<Review>>,
     /// What has changed since they were measured, as the subject of a sentence.
@@ -42,19 +41,19 @@ pub struct KeptReview {
 type Answer<T> = std::result::Result<Arc<T>, String>;
 
 /// The thread. Dropping it stops it after the answer in hand; marks that wait are written first.
-pub struct ReviewDesk {
+pub struct ReviewThread {
     fields: Arc<Latest<Arc<PredictedFrame>>>,
     reads: Arc<Latest<()>>,
     marks: Arc<Latest<Marks>>,
     sheet: Arc<Latest<Answer<LampSheet>>>,
-    kept: Arc<Latest<Answer<KeptReview>>>,
+    kept: Arc<Latest<Answer<SavedReview>>>,
     written: Arc<Latest<std::result::Result<(), String>>>,
     ring: Box<dyn Fn() + Send>,
     stop: Control,
     thread: Option<JoinHandle<()>>,
 }
 
-impl ReviewDesk {
+impl ReviewThread {
     /// Starts on the project in `root`; `wake` is called after each answer.
     pub fn start(root: PathBuf, wake: impl Fn() + Clone + Send + Sync + 'static) -> Self {
         let (ring, rung) = doorbell();
@@ -65,7 +64,7 @@ impl ReviewDesk {
         let kept = Arc::new(Latest::new(wake.clone()));
         let written = Arc::new(Latest::new(wake));
         let stop = Control::default();
-        let mut desk = Self {
+        let mut thread = Self {
             fields: fields.clone(),
             reads: reads.clone(),
             marks: marks.clone(),
@@ -93,8 +92,8 @@ impl ReviewDesk {
                 }
             }
         };
-        desk.thread = Some(std::thread::spawn(work));
-        desk
+        thread.thread = Some(std::thread::spawn(work));
+        thread
     }
 
     /// Asks for a frame's sheet.
@@ -117,7 +116,7 @@ impl ReviewDesk {
         self.sheet.take()
     }
 
-    pub fn kept(&self) -> Option<Answer<KeptReview>> {
+    pub fn kept(&self) -> Option<Answer<SavedReview>> {
         self.kept.take()
     }
 
@@ -126,7 +125,7 @@ impl ReviewDesk {
     }
 }
 
-impl Drop for ReviewDesk {
+impl Drop for ReviewThread {
     fn drop(&mut self) {
         self.stop.stop();
         (self.ring)();
@@ -136,7 +135,7 @@ impl Drop for ReviewDesk {
     }
 }
 
-fn read(root: &std::path::Path) -> Result<KeptReview> {
+fn read(root: &std::path::Path) -> Result<SavedReview> {
     let project = Project::open(root)?;
     let review = Review::load(&project)?;
     let outdated = review.as_ref().and_then(|review| {
@@ -145,7 +144,7 @@ fn read(root: &std::path::Path) -> Result<KeptReview> {
         review.basis.difference(&now)
     });
     let last = review.as_ref().and_then(|review| review.truth.clone());
-    Ok(KeptReview {
+    Ok(SavedReview {
         outdated,
         marks: Marks::load(&project)?,
         truth: last.or_else(|| own_truth(&project)),
@@ -164,10 +163,7 @@ impl LampSheet {
     /// When the device fails, or a stop was asked for.
     fn draw(predicted: &PredictedFrame, stop: &Control) -> Result<Self> {
         let field = &predicted.field;
-        let (width, height) = field.size();
-        let longer = width.max(height).max(1);
-        let reduce = |side: usize| (side * THUMBNAIL_PX.min(longer) / longer).max(1);
-        let (width, height) = (reduce(width), reduce(height));
+        let (width, height) = reduced_size(field.size(), THUMBNAIL_PX);
         let mask: Mask = resize_area(&predicted.frame.mask, width, height);
         let mut olats: Vec<Image> = Vec::with_capacity(field.lamps());
         let mut weights = vec![[0f32; 3]; field.lamps()];
@@ -182,14 +178,7 @@ impl LampSheet {
             weights[lamp] = [0.0; 3];
         }
         let gain = display_gain(olats.iter(), &mask);
-        let thumbnail = |olat: &Image| {
-            let codes = display_picture(olat, &mask, gain).0.pixels;
-            Thumbnail {
-                width,
-                height,
-                rgb: codes.iter().flatten().map(|&v| byte_from_unit(v)).collect(),
-            }
-        };
+        let thumbnail = |olat: &Image| SrgbPicture::of(&display_picture(olat, &mask, gain));
         Ok(Self {
             frame: predicted.frame.index,
             lamps: olats.iter().map(thumbnail).collect(),
@@ -230,7 +219,7 @@ mod tests {
         let sheet = LampSheet::draw(&predicted(), &Control::default()).unwrap();
         assert_eq!((sheet.frame, sheet.lamps.len()), (7, 3));
         let at = |lamp: usize, x: usize| {
-            let Thumbnail { width, height, rgb } = &sheet.lamps[lamp];
+            let SrgbPicture { width, height, rgb } = &sheet.lamps[lamp];
             assert_eq!((*width, *height), (96, 48));
             rgb[(20 * width + x) * 3]
         };
@@ -254,27 +243,27 @@ mod tests {
             Some(Mark::Bad),
             "edge",
         ));
-        let desk = ReviewDesk::start(folder.path().to_path_buf(), || {});
-        desk.write(marks.clone());
-        drop(desk);
+        let thread = ReviewThread::start(folder.path().to_path_buf(), || {});
+        thread.write(marks.clone());
+        drop(thread);
         assert_eq!(Marks::load(&project).unwrap(), marks);
 
         let (wake, woken) = channel();
-        let desk = ReviewDesk::start(folder.path().to_path_buf(), move || {
+        let thread = ReviewThread::start(folder.path().to_path_buf(), move || {
             let _ = wake.send(());
         });
-        desk.read();
+        thread.read();
         woken.recv().unwrap();
-        let kept = desk.kept().unwrap().unwrap();
+        let kept = thread.kept().unwrap().unwrap();
         assert_eq!(kept.marks, marks);
         assert!(kept.review.is_none() && kept.outdated.is_none() && kept.truth.is_none());
         std::fs::write(project.marks_path(), "format = 9").unwrap();
-        desk.read();
+        thread.read();
         woken.recv().unwrap();
-        let refused = desk.kept().unwrap().unwrap_err();
+        let refused = thread.kept().unwrap().unwrap_err();
         assert!(refused.contains("review.toml"), "{refused}");
-        desk.draw(Arc::new(predicted()));
+        thread.draw(Arc::new(predicted()));
         woken.recv().unwrap();
-        assert_eq!(desk.sheet().unwrap().unwrap().lamps.len(), 3);
+        assert_eq!(thread.sheet().unwrap().unwrap().lamps.len(), 3);
     }
 }

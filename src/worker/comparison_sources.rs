@@ -1,6 +1,6 @@
 //! Where a frame's OLATs can be had besides the network in use: photographs, a truth, another network.
 
-use super::second::Rival;
+use super::comparison::ComparisonSource;
 use base::error::Result;
 use calibration::Calibration;
 use compositor::Field;
@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 /// What is needed to find them.
-pub(super) struct Rivals {
+pub(super) struct ComparisonReader {
     project: Project,
     response: Response,
     compute: ComputeDevice,
@@ -22,7 +22,7 @@ pub(super) struct Rivals {
     networks: VecDeque<(PathBuf, Predictor)>,
 }
 
-impl Rivals {
+impl ComparisonReader {
     pub fn new(project: &Project, calibration: &Calibration, compute: &ComputeDevice) -> Self {
         Self {
             project: project.clone(),
@@ -33,11 +33,11 @@ impl Rivals {
     }
 
     /// As a source has it.
-    pub fn find(mut self) -> impl FnMut(&Rival, usize) -> Result<(Frame, Field)> {
+    pub fn find(mut self) -> impl FnMut(&ComparisonSource, usize) -> Result<(Frame, Field)> {
         move |rival, index| match rival {
-            Rival::Exemplar(pose) => self.exemplar(*pose, index),
-            Rival::Truth(folder) => self.truth(folder, index),
-            Rival::Checkpoint(folder) => self.checkpoint(folder, index),
+            ComparisonSource::Exemplar(pose) => self.exemplar(*pose, index),
+            ComparisonSource::Truth(folder) => self.truth(folder, index),
+            ComparisonSource::Checkpoint(folder) => self.checkpoint(folder, index),
         }
     }
 

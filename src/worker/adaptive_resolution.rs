@@ -12,14 +12,14 @@ pub const WINDOW_FRAME_MS: f64 = 1000.0 / 60.0;
 const FACTORS: [usize; 3] = [1, 2, 4];
 
 /// Decides it, by what pictures took.
-pub struct Haste {
+pub struct AdaptiveResolution {
     budget_ms: f64,
     factor: usize,
-    small: Option<Small>,
+    small: Option<ReducedFrame>,
 }
 
 /// A frame at less than its size.
-pub struct Small {
+pub struct ReducedFrame {
     of: Arc<PredictedFrame>,
     factor: usize,
     pub field: Field,
@@ -27,7 +27,7 @@ pub struct Small {
     pub reuse: Reuse,
 }
 
-impl Haste {
+impl AdaptiveResolution {
     /// Pictures may take so many milliseconds.
     pub fn within(budget_ms: f64) -> Self {
         Self {
@@ -55,11 +55,11 @@ impl Haste {
     }
 
     /// The frame by this factor, made once; none where it is quick to light at its full size.
-    pub fn small(&mut self, of: &Arc<PredictedFrame>, factor: usize) -> Option<&mut Small> {
-        let known = |small: &Small| small.factor == factor && Arc::ptr_eq(&small.of, of);
+    pub fn small(&mut self, of: &Arc<PredictedFrame>, factor: usize) -> Option<&mut ReducedFrame> {
+        let known = |small: &ReducedFrame| small.factor == factor && Arc::ptr_eq(&small.of, of);
         if !self.small.as_ref().is_some_and(known) {
             let (field, mask) = of.field.shrunk(&of.frame.mask, factor)?;
-            self.small = Some(Small {
+            self.small = Some(ReducedFrame {
                 of: of.clone(),
                 factor,
                 field,
@@ -77,35 +77,35 @@ mod tests {
 
     #[test]
     fn pictures_are_smaller_only_where_the_full_size_takes_longer_than_a_frame() {
-        let mut haste = Haste::within(WINDOW_FRAME_MS);
+        let mut resolution = AdaptiveResolution::within(WINDOW_FRAME_MS);
         // 128 pixels, and a few at 512.
         for ms in [3.0, 16.0, 3.0] {
-            haste.took(1, ms);
-            assert_eq!(haste.factor(), 1);
+            resolution.took(1, ms);
+            assert_eq!(resolution.factor(), 1);
         }
-        haste.took(1, 45.0);
-        assert_eq!(haste.factor(), 2);
+        resolution.took(1, 45.0);
+        assert_eq!(resolution.factor(), 2);
         // Half the size still takes what it takes for a quarter of the pixels, and something besides.
-        haste.took(2, 12.5);
-        assert_eq!(haste.factor(), 2);
-        haste.took(2, 40.0);
-        assert_eq!(haste.factor(), 4);
-        haste.took(4, 900.0);
-        assert_eq!(haste.factor(), 4, "there is nothing smaller");
+        resolution.took(2, 12.5);
+        assert_eq!(resolution.factor(), 2);
+        resolution.took(2, 40.0);
+        assert_eq!(resolution.factor(), 4);
+        resolution.took(4, 900.0);
+        assert_eq!(resolution.factor(), 4, "there is nothing smaller");
         // One slow picture, such as the first, is made good by the next.
-        haste.took(4, 0.2);
-        assert_eq!(haste.factor(), 1);
+        resolution.took(4, 0.2);
+        assert_eq!(resolution.factor(), 1);
     }
 
     #[test]
     fn the_size_does_not_go_to_and_fro() {
-        let mut haste = Haste::within(10.0);
-        haste.took(1, 11.0);
+        let mut resolution = AdaptiveResolution::within(10.0);
+        resolution.took(1, 11.0);
         for _ in 0..9 {
-            assert_eq!(haste.factor(), 2);
-            haste.took(2, 9.0 / 4.0);
+            assert_eq!(resolution.factor(), 2);
+            resolution.took(2, 9.0 / 4.0);
         }
-        haste.took(2, 4.0 / 4.0);
-        assert_eq!(haste.factor(), 1);
+        resolution.took(2, 4.0 / 4.0);
+        assert_eq!(resolution.factor(), 1);
     }
 }

@@ -12,17 +12,17 @@ pub struct Export {
     pub id: u64,
     /// What people call it: the files' name, once they are written as they were named then.
     pub name: String,
-    pub standing: Standing,
+    pub status: ExportStatus,
 }
 
 /// What became of an export so far.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Standing {
+pub enum ExportStatus {
     Waiting,
     /// It is in hand; how far it is, the job's reports say.
     Running,
     /// Where it was written, and a sentence about it.
-    Done(Written),
+    Done(WrittenExport),
     /// Why it could not be written, what is kept, and what to do.
     Failed(String),
     /// It was asked to stop; what is kept.
@@ -31,7 +31,7 @@ pub enum Standing {
 
 /// What an export wrote.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Written {
+pub struct WrittenExport {
     /// The files' name.
     pub name: String,
     /// The folder that holds them.
@@ -40,7 +40,7 @@ pub struct Written {
 }
 
 /// Writes, and says what.
-pub(super) type Write = Box<dyn FnOnce(&Progress) -> Result<Written, Error> + Send>;
+pub(super) type Write = Box<dyn FnOnce(&Progress) -> Result<WrittenExport, Error> + Send>;
 
 #[derive(Default)]
 struct Line {
@@ -53,9 +53,9 @@ struct Line {
 
 /// The line. Clones share it.
 #[derive(Clone, Default)]
-pub(super) struct Queue(Arc<Mutex<Line>>);
+pub(super) struct ExportQueue(Arc<Mutex<Line>>);
 
-impl Queue {
+impl ExportQueue {
     /// A list is whole at any time, even where a thread panicked with the lock in hand.
     fn line(&self) -> std::sync::MutexGuard<'_, Line> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
@@ -69,7 +69,7 @@ impl Queue {
         line.exports.push(Export {
             id,
             name,
-            standing: Standing::Waiting,
+            status: ExportStatus::Waiting,
         });
         line.waiting.push((id, write));
         id
@@ -84,7 +84,7 @@ impl Queue {
         let mut line = self.line();
         line.waiting.retain(|(waiting, _)| *waiting != id);
         line.exports
-            .retain(|export| export.id != id || export.standing == Standing::Running);
+            .retain(|export| export.id != id || export.status == ExportStatus::Running);
     }
 
     pub fn waits(&self) -> bool {
@@ -98,39 +98,39 @@ impl Queue {
             return None;
         }
         let (id, write) = line.waiting.remove(0);
-        line.set(id, Standing::Running);
+        line.set(id, ExportStatus::Running);
         Some((id, write))
     }
 
     /// Notes what came of the export in hand.
-    pub fn end(&self, id: u64, done: Result<Written, Error>) -> Standing {
-        let standing = match done {
-            Ok(written) => Standing::Done(written),
-            Err(Error::Cancelled { kept }) => Standing::Cancelled(format!("Cancelled: {kept}")),
-            Err(e) => Standing::Failed(e.to_string()),
+    pub fn end(&self, id: u64, done: Result<WrittenExport, Error>) -> ExportStatus {
+        let status = match done {
+            Ok(written) => ExportStatus::Done(written),
+            Err(Error::Cancelled { kept }) => ExportStatus::Cancelled(format!("Cancelled: {kept}")),
+            Err(e) => ExportStatus::Failed(e.to_string()),
         };
-        self.line().set(id, standing.clone());
-        standing
+        self.line().set(id, status.clone());
+        status
     }
 }
 
 impl Line {
-    fn set(&mut self, id: u64, standing: Standing) {
+    fn set(&mut self, id: u64, status: ExportStatus) {
         if let Some(export) = self.exports.iter_mut().find(|export| export.id == id) {
-            if let Standing::Done(written) = &standing {
+            if let ExportStatus::Done(written) = &status {
                 export.name.clone_from(&written.name);
             }
-            export.standing = standing;
+            export.status = status;
         }
     }
 }
 
-impl Standing {
+impl ExportStatus {
     /// What there is to say of it once it is over.
     pub fn sentence(&self) -> Option<&str> {
         match self {
             Self::Waiting | Self::Running => None,
-            Self::Done(Written { sentence, .. })
+            Self::Done(WrittenExport { sentence, .. })
             | Self::Failed(sentence)
             | Self::Cancelled(sentence) => Some(sentence),
         }

@@ -7,13 +7,13 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
 /// The writing thread of an open project. Dropping it waits until the newest list has been written.
-pub struct Keeper {
+pub struct EnvironmentListWriter {
     lists: Option<Sender<Vec<NamedEnvironment>>>,
     failures: Receiver<String>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Keeper {
+impl EnvironmentListWriter {
     /// Starts the thread for the project in folder `root`. `list` is what the window has read there;
     /// `wake` is called when something could not be written.
     pub fn start(
@@ -60,7 +60,7 @@ impl Keeper {
     }
 }
 
-impl Drop for Keeper {
+impl Drop for EnvironmentListWriter {
     fn drop(&mut self) {
         self.lists = None;
         if let Some(thread) = self.thread.take() {

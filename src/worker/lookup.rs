@@ -4,12 +4,12 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 /// The thread. The newest question counts; older ones are not answered. Dropping it never waits: the thread
 /// ends after the answer in hand.
-pub struct Clerk<Ask, Answer> {
+pub struct Lookup<Ask, Answer> {
     asks: Sender<Ask>,
     answers: Receiver<Answer>,
 }
 
-impl<Ask: Send + 'static, Answer: Send + 'static> Clerk<Ask, Answer> {
+impl<Ask: Send + 'static, Answer: Send + 'static> Lookup<Ask, Answer> {
     /// Starts the thread; `wake` is called after each answer.
     pub fn start(
         wake: impl Fn() + Send + 'static,
@@ -51,19 +51,19 @@ mod tests {
     fn the_newest_question_is_answered() {
         let (let_go, held) = channel::<()>();
         let (woke, rung) = channel();
-        let clerk = Clerk::start(
+        let lookup = Lookup::start(
             move || woke.send(()).unwrap(),
             move |n: u32| {
                 held.recv().unwrap();
                 2 * n
             },
         );
-        (1..=100).for_each(|n| clerk.ask(n));
+        (1..=100).for_each(|n| lookup.ask(n));
         let mut answers = Vec::new();
         while answers.last() != Some(&200) {
             let_go.send(()).unwrap();
             rung.recv().unwrap();
-            answers.extend(clerk.answers());
+            answers.extend(lookup.answers());
         }
         // The first may have been begun while the others came.
         assert!(answers.len() <= 2, "{answers:?}");

@@ -5,7 +5,7 @@ use gpu;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Does something; a panic is an error.
-pub(super) fn caught<T>(act: impl FnOnce() -> Result<T>) -> Result<T> {
+pub(super) fn catch_panic<T>(act: impl FnOnce() -> Result<T>) -> Result<T> {
     catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|panic| {
         if gpu::is_lost() {
             return Err(Error::GpuLost);

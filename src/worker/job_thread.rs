@@ -1,10 +1,10 @@
 //! The thread that works: it runs long actions one after the other, beside the network's thread, which
 //! is told of each checkpoint that can be read. Where no job was asked for it writes the exports in line.
 
-use super::caught::caught;
+use super::catch_panic::catch_panic;
 use super::event::Event;
+use super::export_queue::ExportQueue;
 use super::latest::Latest;
-use super::queue::Queue;
 use base::error::Result;
 use base::progress::{Control, Progress, Report, TrainingPictures};
 use std::sync::mpsc::Receiver;
@@ -22,9 +22,9 @@ pub(super) type Action = Box<dyn FnOnce(&Progress) -> Result<String> + Send>;
 
 /// The wishes for the task that was asked for or runs; none where there is no such task.
 #[derive(Clone, Default)]
-pub(super) struct InHand(Arc<Mutex<Option<Control>>>);
+pub(super) struct CurrentJob(Arc<Mutex<Option<Control>>>);
 
-impl InHand {
+impl CurrentJob {
     /// Takes a task in hand; none while another is.
     pub fn begin(&self) -> Option<Control> {
         let mut control = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -47,10 +47,10 @@ impl InHand {
 }
 
 /// The thread's ends of what connects it.
-pub(super) struct Labour<Tell> {
+pub(super) struct JobThread<Tell> {
     pub tasks: Arc<Latest<Task>>,
-    pub in_hand: InHand,
-    pub queue: Queue,
+    pub current_job: CurrentJob,
+    pub queue: ExportQueue,
     /// Asks the network's thread to open its source again.
     pub renew: Arc<Latest<()>>,
     /// What a network in training makes of a pose.
@@ -59,14 +59,14 @@ pub(super) struct Labour<Tell> {
     pub stop: Control,
 }
 
-impl<Tell: Fn(Event) + Sync> Labour<Tell> {
+impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
     /// Works until it is stopped.
     pub fn run(self, bell: &Receiver<()>) {
         while !self.stop.stopped() {
             if let Some(task) = self.tasks.take() {
                 self.work(task);
             } else if self.queue.waits()
-                && let Some(control) = self.in_hand.begin()
+                && let Some(control) = self.current_job.begin()
             {
                 self.export(control);
             } else if bell.recv().is_err() {
@@ -87,9 +87,9 @@ impl<Tell: Fn(Event) + Sync> Labour<Tell> {
         let progress = Progress::new(&report, task.control)
             .with_pictures(&show)
             .attended();
-        let done = caught(|| (task.action)(&progress));
+        let done = catch_panic(|| (task.action)(&progress));
         let sentence = done.unwrap_or_else(|e| e.to_string());
-        self.in_hand.end();
+        self.current_job.end();
         // In this order: what the network's thread says next is about the time after the job.
         (self.tell)(Event::Finished { sentence });
         self.renew.put(());
@@ -100,13 +100,13 @@ impl<Tell: Fn(Event) + Sync> Labour<Tell> {
     fn export(&self, control: Control) {
         // Whatever waited may have been taken out of the line in the meantime.
         let Some((id, write)) = self.queue.begin() else {
-            return self.in_hand.end();
+            return self.current_job.end();
         };
         (self.tell)(Event::Started { what: "exporting" });
         let report = |report: Report| (self.tell)(Event::Report(report));
-        let done = caught(|| write(&Progress::new(&report, control)));
-        let standing = self.queue.end(id, done);
-        self.in_hand.end();
-        (self.tell)(Event::Exported(standing));
+        let done = catch_panic(|| write(&Progress::new(&report, control)));
+        let status = self.queue.end(id, done);
+        self.current_job.end();
+        (self.tell)(Event::Exported(status));
     }
 }
