@@ -1,5 +1,5 @@
 //! What the kinds of weights do to the true OLATs of the shared head scan: on its truth frames, under a slow
-//! turn of a sunny park, and under every panorama that is at hand.
+//! turn of a sunny park, and under every available panorama.
 
 use super::{Method, Truth, score};
 use base::progress::Progress;
@@ -29,7 +29,7 @@ fn shared(inside: &str) -> PathBuf {
         .join(inside)
 }
 
-/// The shoot; none where it is not here.
+/// The shoot; None if it is not available.
 fn shoot() -> Option<&'static Shoot> {
     static SHOOT: OnceLock<Option<Shoot>> = OnceLock::new();
     let shoot = SHOOT.get_or_init(|| {

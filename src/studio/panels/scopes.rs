@@ -1,7 +1,7 @@
 //! Histogram, waveform, and the pixel under the cursor: its values, and what each lamp gives to it.
 
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{Command, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use imaging::color::luminance;
@@ -26,8 +26,8 @@ pub struct ScopesPanel {
 type Histogram = [[u32; 256]; 3];
 
 impl ScopesPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let Some(relit) = sight.relit else {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let Some(relit) = context.relit else {
             ui.label(RichText::new("There is no picture yet").color(theme::QUIET));
             return;
         };
@@ -51,7 +51,7 @@ impl ScopesPanel {
             ui.painter()
                 .image(waveform.id(), rect, whole, Color32::WHITE);
         }
-        pixel_ui(ui, sight, relit, out);
+        pixel_ui(ui, context, relit, out);
     }
 }
 
@@ -107,9 +107,9 @@ fn histogram_ui(ui: &mut Ui, histogram: &Histogram) {
     }
 }
 
-fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &PreviewPicture, out: &mut Vec<Command>) {
+fn pixel_ui(ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, out: &mut Vec<Command>) {
     ui.add_space(GAP);
-    let Some([x, y]) = sight.state.probed else {
+    let Some([x, y]) = context.state.probed else {
         let hint = "Put the cursor on the picture to see a pixel";
         ui.label(RichText::new(hint).color(theme::QUIET));
         return;
@@ -130,8 +130,8 @@ fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &PreviewPicture, out: &mut Vec<Co
     if let Some([r, g, b]) = linear {
         row(ui, "Linear", format!("{r:.4} {g:.4} {b:.4}"));
     }
-    if let Some(texel) = sight.texel {
-        lamps_ui(ui, texel, sight, relit, out);
+    if let Some(texel) = context.texel {
+        lamps_ui(ui, texel, context, relit, out);
     }
 }
 
@@ -139,7 +139,7 @@ fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &PreviewPicture, out: &mut Vec<Co
 fn lamps_ui(
     ui: &mut Ui,
     texel: &[[f32; 3]],
-    sight: &Sight,
+    context: &PanelContext,
     relit: &PreviewPicture,
     out: &mut Vec<Command>,
 ) {
@@ -163,7 +163,7 @@ fn lamps_ui(
             pos2(left, rect.bottom() - height),
             pos2(left + (step - 1.0).max(1.0), rect.bottom()),
         );
-        let chosen = sight.state.solo.contains(&lamp) || under == Some(lamp);
+        let chosen = context.state.solo.contains(&lamp) || under == Some(lamp);
         let color = if chosen { theme::ACCENT } else { theme::QUIET };
         ui.painter().rect_filled(bar, 0.0, color);
     }
@@ -171,9 +171,9 @@ fn lamps_ui(
         return;
     };
     if response.clicked() {
-        out.push(Command::Solo(Some(lamp)));
+        out.push(Command::View(ViewCommand::Solo(Some(lamp))));
     }
-    let names = sight.project.map(|project| &project.settings.shoot.lamps);
+    let names = context.project.map(|project| &project.settings.shoot.lamps);
     let name = names.and_then(|names| names.get(lamp));
     let share = luminance(light[lamp]) / light.iter().map(|&l| luminance(l)).sum::<f32>();
     response.on_hover_text(format!(
