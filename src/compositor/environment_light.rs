@@ -6,7 +6,7 @@ use super::levels::Levels;
 use super::picture::{Extra, Ingredients, Upstream};
 use base::error::Result;
 use imaging::Mask;
-use light::lighting::Lit;
+use light::lighting::EnvironmentWeights;
 use light::{Environment, LightWeights, Lighting, Rig};
 use scene::Scene;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use std::time::Instant;
 /// An environment before a rig, and its weights under the scene that was asked for last.
 pub struct EnvironmentLight {
     environment: Arc<Environment>,
-    lit: Lit,
+    lit: EnvironmentWeights,
     levels: Levels,
     /// What `weights` are of.
     lighting: Lighting,
@@ -56,7 +56,7 @@ impl EnvironmentLight {
             other => {
                 let mut lit = match other {
                     Some(other) => other.lit.environment(environment),
-                    None => Lit::new(environment, rig, lighting.weighting),
+                    None => EnvironmentWeights::new(environment, rig, lighting.weighting),
                 };
                 let levels = Levels::balanced(environment, &lit.even(), field, mask)?;
                 Self {

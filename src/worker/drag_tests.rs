@@ -25,7 +25,7 @@ fn worker(budget_ms: f64) -> Worker {
             comparison: Box::new(|_, index| Ok(ball(index))),
         })
     };
-    Worker::within(budget_ms, open, || {})
+    Worker::within(budget_ms, relighter::STILL, open, || {})
 }
 
 fn shown(worker: &Worker, yaw_deg: f32, coarse: impl Fn(usize) -> bool) -> Arc<PreviewPicture> {

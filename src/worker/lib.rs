@@ -67,9 +67,7 @@ use network::Network;
 use project::Project;
 use relighter::Relighter;
 use std::sync::Arc;
-
-/// Memory for reflectance fields: about 130 frames of 41 lamps at 128 pixels, or 8 at 512.
-const FIELD_BUDGET_BYTES: usize = 1 << 30;
+use std::time::Duration;
 
 /// A frame with its reflectance field.
 #[derive(Clone, Debug)]
@@ -122,12 +120,19 @@ impl Worker {
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        Self::within(adaptive_resolution::WINDOW_FRAME_MS, open, wake)
+        Self::within(
+            adaptive_resolution::WINDOW_FRAME_MS,
+            relighter::STILL,
+            open,
+            wake,
+        )
     }
 
-    /// [`Self::over`], with what a picture may take in milliseconds while something is dragged.
+    /// [`Self::over`], with what a picture may take in milliseconds while something is dragged, and how long a drag
+    /// has to rest before the picture is made at its full size.
     fn within(
         budget_ms: f64,
+        rest: Duration,
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
@@ -152,7 +157,7 @@ impl Worker {
             relit.clone(),
             tell.clone(),
             budget_ms,
-            FIELD_BUDGET_BYTES,
+            rest,
         );
         let current_job = job_thread::CurrentJob::default();
         let queue = export_queue::ExportQueue::default();

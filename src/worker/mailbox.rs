@@ -76,7 +76,10 @@ impl<R: Request> Mailbox<R> {
     /// Waits for the next request. Where none comes within the time that `rest` names, it is that of `rest`. None
     /// once the mailbox is closed and empty.
     pub fn next(&self, rest: Option<(Duration, R)>) -> Option<R> {
-        let until = rest.as_ref().map(|(wait, _)| Instant::now() + *wait);
+        // A time too long to be told is as long as it takes.
+        let until = rest
+            .as_ref()
+            .and_then(|(wait, _)| Instant::now().checked_add(*wait));
         let mut waiting = self.waiting.lock();
         loop {
             if let Some(request) = waiting.requests.pop_front() {

@@ -21,7 +21,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A picture that is smaller than it could be is made again at full size when nothing else was asked for so long.
-const STILL: Duration = Duration::from_millis(120);
+pub(super) const STILL: Duration = Duration::from_millis(120);
+
+/// Memory for reflectance fields: about 130 frames of 41 lamps at 128 pixels, or 8 at 512.
+const FIELD_BUDGET_BYTES: usize = 1 << 30;
 
 /// What the thread knows, and its ends of what connects it.
 pub(super) struct Relighter<Tell> {
@@ -30,6 +33,8 @@ pub(super) struct Relighter<Tell> {
     tell: Tell,
     /// What a picture may take in milliseconds while something is dragged.
     budget_ms: f64,
+    /// How long a drag has to rest, see [`STILL`].
+    still: Duration,
     cache: FieldCache,
     /// Which opening of the source is current.
     generation: u64,
@@ -57,21 +62,22 @@ struct AskedOlats {
 }
 
 impl<Tell> Relighter<Tell> {
-    /// One that knows nothing yet. Pictures may take `budget_ms` milliseconds while something is dragged, and frames
-    /// may take `budget_bytes` of memory.
+    /// One that knows nothing yet. Pictures may take `budget_ms` milliseconds while something is dragged; a coarse one
+    /// is made again at full size when nothing was asked for since `still`.
     pub fn new(
         network: Arc<Mailbox<NetworkRequest>>,
         pictures: Arc<Latest<Arc<PreviewPicture>>>,
         tell: Tell,
         budget_ms: f64,
-        budget_bytes: usize,
+        still: Duration,
     ) -> Self {
         Self {
             network,
             pictures,
             tell,
             budget_ms,
-            cache: FieldCache::new(budget_bytes),
+            still,
+            cache: FieldCache::new(FIELD_BUDGET_BYTES),
             generation: 0,
             maker: None,
             request: None,
@@ -254,7 +260,7 @@ impl<Tell: Fn(Event)> Handler for Relighter<Tell> {
         let coarse = self.made.as_ref().is_some_and(|made| made.coarse > 1);
         match (self.changed, coarse) {
             (true, _) => Some((Duration::ZERO, RelighterRequest::Relight { rested: false })),
-            (false, true) => Some((STILL, RelighterRequest::Relight { rested: true })),
+            (false, true) => Some((self.still, RelighterRequest::Relight { rested: true })),
             (false, false) => None,
         }
     }

@@ -26,13 +26,7 @@ impl Bench {
         let events = told.clone();
         let tell: Tell = Box::new(move |event| events.lock().unwrap().push(event));
         let mut bench = Self {
-            relighter: Relighter::new(
-                network.clone(),
-                pictures.clone(),
-                tell,
-                budget_ms,
-                crate::FIELD_BUDGET_BYTES,
-            ),
+            relighter: Relighter::new(network.clone(), pictures.clone(), tell, budget_ms, STILL),
             network,
             pictures,
             told,

@@ -96,7 +96,7 @@ fn effects_and_log_look_as_they_did() {
     let mut window = clay_window(folder.path());
     window.get_by_label("Log").click();
     window.run_steps(2);
-    window.get_by_label("Nothing has happened yet");
+    window.get_by_label("No messages yet");
     snapshot(&mut window, "studio_log_empty");
 
     // Room for the log.
@@ -119,7 +119,7 @@ fn effects_and_log_look_as_they_did() {
     // After a job there may be another network.
     until(&mut window, "new prediction", |app| {
         let predicted = app.relit().is_some_and(|relit| relit.passes[0].ran);
-        predicted && app.news().work.is_none()
+        predicted && app.status().job.is_none()
     });
     window.get_by_label("Close").click();
     force(&mut window, "dither", LEAVE_OUT);
@@ -154,7 +154,7 @@ fn without_a_picture_the_panels_beside_it_say_so() {
     };
     let mut window = window(|ctx| StudioApp::over(ctx, project, source));
     until(&mut window, "reason", |app| {
-        matches!(app.news().phase, Phase::Blocked(_))
+        matches!(app.status().phase, Phase::Blocked(_))
             && app.environments().iter().all(|e| e.panorama.is_done())
     });
     window.get_by_label("Effects").click();
@@ -163,6 +163,6 @@ fn without_a_picture_the_panels_beside_it_say_so() {
     snapshot(&mut window, "studio_effects_empty");
     window.get_by_label("Scopes").click();
     window.run_steps(2);
-    window.get_by_label("There is no picture yet");
+    window.get_by_label("No picture yet");
     snapshot(&mut window, "studio_scopes_empty");
 }

@@ -147,7 +147,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     retype(&mut window, "1");
     window.key_press(Key::Enter);
     window.run_steps(2);
-    assert_eq!(window.state().state().order.frames, Some((0, 1)));
+    assert_eq!(window.state().state().export_options.frames, Some((0, 1)));
     window.get_by_label_contains("2 frames: mouse.0000.png … mouse.0001.png");
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 1);
@@ -163,7 +163,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     // The same again takes another name, unless it is to replace what is there.
     let bytes = |name: &str| std::fs::read(root.join("exports").join(name)).unwrap();
     let before = bytes(first[0]);
-    until_said(&mut window, "2 files of this name are there already");
+    until_said(&mut window, "2 files with this name already exist");
     window.get_by_label_contains("mouse_2.0000.png");
     window.key_press(Key::E);
     window.run_steps(2);
@@ -173,8 +173,8 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     assert_eq!(files(&root, "mouse").len(), 4);
     assert_eq!(bytes(first[0]), before);
     assert_ne!(bytes("mouse_2.0000.png"), before);
-    until_said(&mut window, "2 files of this name are there already");
-    window.get_by_label("replace what is there").click();
+    until_said(&mut window, "2 files with this name already exist");
+    window.get_by_label("replace existing files").click();
     window.run_steps(2);
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 3);
@@ -232,7 +232,7 @@ fn keys_alone_lead_through_an_export() {
     press(&mut window, Key::Space);
     tab_to(&mut window, Role::TextInput, "Name");
     retype(&mut window, "exports/keys");
-    let order = window.state().state().order.clone();
+    let order = window.state().state().export_options.clone();
     assert_eq!((order.frames, order.size), (Some((1, 2)), Some(24)));
     assert_eq!(order.background, Some(Background::None));
     assert!(window.state().state().panels && !window.state().state().playing);
@@ -265,7 +265,7 @@ fn keys_alone_lead_through_an_export() {
     press(&mut window, Key::I);
     press(&mut window, Key::ArrowRight);
     press(&mut window, Key::O);
-    assert_eq!(window.state().state().order.frames, Some((1, 2)));
+    assert_eq!(window.state().state().export_options.frames, Some((1, 2)));
     tab_to(&mut window, Role::SpinButton, "In");
 }
 
@@ -418,8 +418,8 @@ fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
 /// Waits until the export in hand has written so much.
 fn until_share(window: &mut Window, share: f32) {
     until(window, "share of the export", |app| {
-        app.news()
-            .work
+        app.status()
+            .job
             .as_ref()
             .is_some_and(|work| work.share == share)
     });
@@ -443,7 +443,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     window.get_by_label("Pause clay.%04d.png").click();
     window.run_steps(3);
     window.get_by_label("paused");
-    window.get_by_label("Go on clay.%04d.png").click();
+    window.get_by_label("Resume clay.%04d.png").click();
     window.run_steps(3);
     window.get_by_label("Cancel clay.%04d.png").click();
     until(&mut window, "end of the export", |app| {
@@ -460,7 +460,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     until_exported(&mut window, 2);
     let log: Vec<_> = window
         .state()
-        .news()
+        .status()
         .log
         .iter()
         .map(ToString::to_string)
@@ -538,7 +538,7 @@ fn an_export_that_failed_looks_as_it_did() {
         ))
     });
     until_exported(&mut window, 1);
-    until_said(&mut window, "2 files of this name are there already");
+    until_said(&mut window, "2 files with this name already exist");
     snapshot(&mut window, "studio_export_error");
     window.get_by_label("Remove clay.%04d.png").click();
     window.run_steps(3);

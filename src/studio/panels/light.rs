@@ -1,24 +1,25 @@
-//! The light: how the environment is turned and graded, its brightest areas, and the lights placed by hand.
+//! The light: the environment's rotation and grade, its brightest areas, and the lights placed by hand.
 
 use super::front;
 use super::number_ui;
 use super::panorama::Preview;
-use super::rows::{FIELD, Row, choice_ui};
+use super::rows::{FIELD, NAME, Row, choice_ui};
 use super::timeline::diamond;
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
+use crate::environment_library::EnvironmentEntry;
+use crate::environment_list::ListedEnvironment;
 use crate::icons;
-use crate::listed::Listed;
-use crate::panel::{Entry, Sight};
-use crate::state::Keyed;
+use crate::keyframed::Keyframed;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
-use egui::{DragValue, Grid, Rect, RichText, Sense, Ui, vec2};
+use egui::{Align, DragValue, Grid, Layout, Rect, RichText, Sense, Ui, vec2};
 use light::conventions::Tool;
 use light::weights::Weighting;
 use light::{Lighting, PlacedLight, placed, white};
 use std::ops::RangeInclusive;
 use worker::Origin;
 
-/// The picture of the panorama, and the environment of which the person wants to say anew which way is front.
+/// The panorama's picture, and the environment whose front the person wants to pick again.
 #[derive(Default)]
 pub struct LightPanel {
     preview: Preview,
@@ -26,26 +27,26 @@ pub struct LightPanel {
 }
 
 impl LightPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let listed = sight.environment().map(|entry| &entry.listed);
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let listed = context.environment().map(|entry| &entry.listed);
         let again = listed.is_some_and(|listed| self.asked.as_ref() == Some(&listed.origin));
-        let asked = again || listed.is_some_and(Listed::asks);
+        let asked = again || listed.is_some_and(ListedEnvironment::asks);
         let before = out.len();
-        self.preview.ui(ui, sight, asked, out);
+        self.preview.ui(ui, context, asked, out);
         if asked {
-            front::question_ui(ui, sight, out);
+            front::question_ui(ui, context, out);
         }
         ui.add_space(GAP);
-        if turn_ui(ui, sight, out) {
+        if turn_ui(ui, context, out) {
             self.asked = listed.map(|listed| listed.origin.clone());
         }
         if out[before..]
             .iter()
-            .any(|c| matches!(c, Command::Front(..)))
+            .any(|c| matches!(c, Command::Look(LookCommand::Front(..))))
         {
             self.asked = None;
         }
-        placed_ui(ui, &sight.state.look.lighting, out);
+        placed_ui(ui, &context.state.look.lighting, out);
     }
 }
 
@@ -96,7 +97,7 @@ const ROWS: [Row<Lighting>; 6] = [
         hint: "",
     },
     Row {
-        name: "Backdrop yaw",
+        name: "Background yaw",
         of: |lighting| &mut lighting.background_yaw_deg,
         speed: 0.5,
         range: -180.0..=180.0,
@@ -106,17 +107,17 @@ const ROWS: [Row<Lighting>; 6] = [
     },
 ];
 
-/// The environment's numbers; tells whether the person wants to say anew which way is front.
-fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
-    let look = &sight.state.look;
+/// The environment's settings. Returns whether the person wants to pick the front again.
+fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
+    let look = &context.state.look;
     let mut asks = false;
     Grid::new("light")
         .num_columns(2)
-        .min_col_width(96.0)
+        .min_col_width(NAME)
         .show(ui, |ui| {
-            let is_file = |entry: &Entry| matches!(entry.listed.origin, Origin::File(_));
-            if sight.environment().is_some_and(is_file) {
-                asks = front::answer_ui(ui, sight, out);
+            let is_file = |entry: &EnvironmentEntry| matches!(entry.listed.origin, Origin::File(_));
+            if context.environment().is_some_and(is_file) {
+                asks = front::answer_ui(ui, context, out);
                 ui.end_row();
             }
             let mut yaw = look.yaw_deg;
@@ -124,29 +125,30 @@ fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
                 .speed(0.5)
                 .fixed_decimals(1)
                 .suffix("°");
-            let field = number_ui(ui, "Yaw", field, FIELD, out, || Command::Yaw(0.0));
+            let field = number_ui(ui, "Yaw", field, FIELD, out, || {
+                Command::Look(LookCommand::Yaw(0.0))
+            });
             if yaw != look.yaw_deg {
-                out.push(Command::Yaw(yaw));
+                out.push(Command::Look(LookCommand::Yaw(yaw)));
             }
-            key_ui(ui, sight, Keyed::Yaw, field.rect, out);
+            key_ui(ui, context, Keyframed::Yaw, field.rect, out);
             ui.end_row();
-            let command = |lighting| Command::Lighting(Box::new(lighting));
+            let command = |lighting| Command::Look(LookCommand::Lighting(Box::new(lighting)));
             for row in &ROWS {
                 let field = row.ui(ui, &look.lighting, out, command);
-                if row.name == Keyed::Intensity.name() {
-                    key_ui(ui, sight, Keyed::Intensity, field.rect, out);
+                if row.name == Keyframed::Intensity.name() {
+                    key_ui(ui, context, Keyframed::Intensity, field.rect, out);
                 }
                 ui.end_row();
             }
             let kinds = [
                 (Weighting::Fit, "best fit"),
-                (Weighting::Soft, "soft cells"),
                 (Weighting::Smooth, "smooth"),
                 (Weighting::Cells, "cells"),
             ];
             let mut weighting = look.lighting.weighting;
-            choice_ui(ui, "Lamps by", &kinds, &mut weighting).on_hover_text(
-                "How the environment is given to the lamps. Best fit is nearest to the truth.",
+            choice_ui(ui, "Lamp weights", &kinds, &mut weighting).on_hover_text(
+                "How the environment is split among the lamps. Best fit is the most accurate.",
             );
             if weighting != look.lighting.weighting {
                 out.push(command(Lighting {
@@ -156,12 +158,12 @@ fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
             }
             ui.end_row();
         });
-    for of in Keyed::ALL {
+    for of in Keyframed::ALL {
         if look.is_keyed(of) {
             let sentence = format!(
-                "{} has keys: a change sets one at frame {}.",
+                "{} is keyed: a change sets a key at frame {}.",
                 of.name(),
-                sight.state.frame
+                context.state.frame
             );
             ui.label(RichText::new(sentence).small().color(theme::QUIET));
         }
@@ -170,10 +172,10 @@ fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
     asks
 }
 
-/// The diamond beside the field of what can have keys: filled where the shown frame has one. A click sets it
-/// or takes it away.
-fn key_ui(ui: &Ui, sight: &Sight, of: Keyed, field: Rect, out: &mut Vec<Command>) {
-    let (look, frame) = (&sight.state.look, sight.state.frame);
+/// The diamond beside a field that can be keyed, filled if the current frame has a key. A click sets or
+/// removes it.
+fn key_ui(ui: &Ui, context: &PanelContext, of: Keyframed, field: Rect, out: &mut Vec<Command>) {
+    let (look, frame) = (&context.state.look, context.state.frame);
     let is_here = look.key_at(of, frame).is_some();
     let corner = field.right_top() + vec2(GAP, 0.0);
     let rect = Rect::from_min_size(corner, vec2(20.0, field.height()));
@@ -187,11 +189,11 @@ fn key_ui(ui: &Ui, sight: &Sight, of: Keyed, field: Rect, out: &mut Vec<Command>
     };
     diamond(ui.painter(), rect.center(), is_here, color);
     let key = match of {
-        Keyed::Yaw => "K",
-        Keyed::Intensity => "Shift+K",
+        Keyframed::Yaw => "K",
+        Keyframed::Intensity => "Shift+K",
     };
     let does = if is_here {
-        "Takes the key at this frame away"
+        "Removes the key at this frame"
     } else {
         "Sets a key at this frame"
     };
@@ -199,13 +201,13 @@ fn key_ui(ui: &Ui, sight: &Sight, of: Keyed, field: Rect, out: &mut Vec<Command>
         .on_hover_text(format!("{does}. Key: {key}"))
         .clicked()
     {
-        out.push(Command::ToggleKey(of));
+        out.push(Command::Look(LookCommand::ToggleKey(of)));
     }
 }
 
-/// The turn in other tools' terms.
+/// The rotation as other tools write it.
 fn tools_ui(ui: &mut Ui, yaw_deg: f32) {
-    egui::CollapsingHeader::new("The turn in other tools")
+    egui::CollapsingHeader::new("Rotation in other tools")
         .id_salt("tools")
         .show(ui, |ui| {
             Grid::new("tools").num_columns(2).show(ui, |ui| {
@@ -220,99 +222,103 @@ fn tools_ui(ui: &mut Ui, yaw_deg: f32) {
         });
 }
 
-/// The lights placed by hand, and a way to add one.
+/// The lights placed by hand, and the button that adds one.
 fn placed_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
     ui.add_space(GAP);
-    let mut wanted = lighting.clone();
+    let mut changed = lighting.clone();
     ui.horizontal(|ui| {
         ui.strong("Lights");
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let hint =
-                "Adds a softbox beside the environment. It stays where it stands when that turns.";
+                "Adds a softbox to the environment. It stays in place when the environment is turned.";
             if icons::worded_ui(ui, icons::ADD, "Add light")
                 .on_hover_text(hint)
                 .clicked()
             {
-                wanted.placed.push(PlacedLight::default());
+                changed.placed.push(PlacedLight::default());
             }
         });
     });
     let mut removed = None;
-    for (i, light) in wanted.placed.iter_mut().enumerate() {
+    for (i, light) in changed.placed.iter_mut().enumerate() {
         ui.push_id(i, |ui| {
-            ui.horizontal(|ui| {
-                ui.checkbox(
-                    &mut light.enabled,
-                    RichText::new(format!("Light {}", i + 1)),
-                );
-                ui.color_edit_button_rgb(&mut light.color);
-                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    let name = format!("Remove light {}", i + 1);
-                    if icons::named_ui(ui, true, icons::alone(icons::REMOVE), &name)
-                        .on_hover_text(&name)
-                        .clicked()
-                    {
-                        removed = Some(i);
-                    }
-                    let kinds = [
-                        (placed::Kind::Area, "box"),
-                        (placed::Kind::Disc, "disc"),
-                        (placed::Kind::Point, "point"),
-                    ];
-                    let now = kinds.iter().find(|(kind, _)| *kind == light.kind);
-                    egui::ComboBox::from_id_salt("kind")
-                        .selected_text(now.map_or("", |(_, name)| name))
-                        .width(56.0)
-                        .show_ui(ui, |ui| {
-                            for (kind, name) in kinds {
-                                ui.selectable_value(&mut light.kind, kind, name);
-                            }
-                        });
-                });
-            });
-            let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {
-                DragValue::new(value)
-                    .speed(speed)
-                    .range(range)
-                    .prefix(prefix)
-                    .max_decimals(1)
-            };
-            let rows = [
-                [
-                    (
-                        field(&mut light.yaw_deg, 0.5, -180.0..=180.0, "azimuth "),
-                        "Azimuth in degrees: −90 is camera-left, 180 the camera",
-                    ),
-                    (
-                        field(&mut light.pitch_deg, 0.5, -90.0..=90.0, "elevation "),
-                        "Elevation in degrees",
-                    ),
-                ],
-                [
-                    (
-                        field(&mut light.radius_deg, 0.2, 0.0..=85.0, "radius "),
-                        "Radius in degrees, as the subject sees it",
-                    ),
-                    (
-                        field(&mut light.intensity, 0.05, 0.0..=1e4, "intensity "),
-                        "3.14 lights white that faces it to white",
-                    ),
-                ],
-            ];
-            for row in rows {
-                ui.horizontal(|ui| {
-                    let width = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
-                    for (number, hint) in row {
-                        ui.add_sized(vec2(width, 22.0), number).on_hover_text(hint);
-                    }
-                });
+            if light_ui(ui, i + 1, light) {
+                removed = Some(i);
             }
         });
     }
     if let Some(removed) = removed {
-        wanted.placed.remove(removed);
+        changed.placed.remove(removed);
     }
-    if wanted != *lighting {
-        out.push(Command::Lighting(Box::new(wanted)));
+    if changed != *lighting {
+        out.push(Command::Look(LookCommand::Lighting(Box::new(changed))));
     }
+}
+
+/// One placed light, edited in place; returns whether it is to be removed.
+fn light_ui(ui: &mut Ui, number: usize, light: &mut PlacedLight) -> bool {
+    let mut removed = false;
+    ui.horizontal(|ui| {
+        let name = RichText::new(format!("Light {number}"));
+        ui.checkbox(&mut light.enabled, name);
+        ui.color_edit_button_rgb(&mut light.color);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let name = format!("Remove light {number}");
+            removed = icons::named_ui(ui, true, icons::alone(icons::REMOVE), &name)
+                .on_hover_text(&name)
+                .clicked();
+            let kinds = [
+                (placed::Kind::Area, "box"),
+                (placed::Kind::Disc, "disc"),
+                (placed::Kind::Point, "point"),
+            ];
+            let now = kinds.iter().find(|(kind, _)| *kind == light.kind);
+            egui::ComboBox::from_id_salt("kind")
+                .selected_text(now.map_or("", |(_, name)| name))
+                .width(56.0)
+                .show_ui(ui, |ui| {
+                    for (kind, name) in kinds {
+                        ui.selectable_value(&mut light.kind, kind, name);
+                    }
+                });
+        });
+    });
+    let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {
+        DragValue::new(value)
+            .speed(speed)
+            .range(range)
+            .prefix(prefix)
+            .max_decimals(1)
+    };
+    let rows = [
+        [
+            (
+                field(&mut light.yaw_deg, 0.5, -180.0..=180.0, "azimuth "),
+                "Azimuth in degrees: 0 is behind the subject, −90 camera left, 180 at the camera",
+            ),
+            (
+                field(&mut light.pitch_deg, 0.5, -90.0..=90.0, "elevation "),
+                "Elevation in degrees",
+            ),
+        ],
+        [
+            (
+                field(&mut light.radius_deg, 0.2, 0.0..=85.0, "radius "),
+                "Radius in degrees, as seen from the subject",
+            ),
+            (
+                field(&mut light.intensity, 0.05, 0.0..=1e4, "intensity "),
+                "At 3.14, a white surface that faces the light is rendered white",
+            ),
+        ],
+    ];
+    for row in rows {
+        ui.horizontal(|ui| {
+            let width = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
+            for (number, hint) in row {
+                ui.add_sized(vec2(width, 22.0), number).on_hover_text(hint);
+            }
+        });
+    }
+    removed
 }

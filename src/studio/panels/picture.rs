@@ -1,29 +1,41 @@
-//! The picture: exposure, what is behind the subject, the view transform, and the effects.
+//! The picture: exposure, background, view transform and effects.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
 use crate::icons;
-use crate::panel::Sight;
+use crate::look::EXPOSURE_STOPS;
+use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
-use crate::panels::rows::{FIELD, Row, choice_ui};
-use crate::state::EXPOSURE_STOPS;
+use crate::panels::rows::{FIELD, NAME, Row, choice_ui};
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
 use scene::{Background, Channel, Effects, Inspection, ViewTransform};
 
-/// The panel keeps nothing.
+/// The panel has no state of its own.
 #[derive(Default)]
 pub struct PicturePanel;
 
 impl PicturePanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.add_space(GAP);
         ui.horizontal(|ui| {
             ui.strong("Picture");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let (undo, redo) = (sight.state.can_undo(), sight.state.can_redo());
+                let (undo, redo) = (context.state.can_undo(), context.state.can_redo());
                 for (icon, name, can, key, command) in [
-                    (icons::REDO, "Redo", redo, "Ctrl+Shift+Z", Command::Redo),
-                    (icons::UNDO, "Undo", undo, "Ctrl+Z", Command::Undo),
+                    (
+                        icons::REDO,
+                        "Redo",
+                        redo,
+                        "Ctrl+Shift+Z",
+                        Command::Look(LookCommand::Redo),
+                    ),
+                    (
+                        icons::UNDO,
+                        "Undo",
+                        undo,
+                        "Ctrl+Z",
+                        Command::Look(LookCommand::Undo),
+                    ),
                 ] {
                     if icons::named_ui(ui, can, icons::alone(icon), name)
                         .on_hover_text(format!("{name}. Key: {key}"))
@@ -36,40 +48,42 @@ impl PicturePanel {
         });
         Grid::new("picture")
             .num_columns(2)
-            .min_col_width(96.0)
+            .min_col_width(NAME)
             .show(ui, |ui| {
-                exposure_ui(ui, sight, out);
-                effects_ui(ui, sight, out);
+                exposure_ui(ui, context, out);
+                effects_ui(ui, context, out);
             });
     }
 }
 
-fn exposure_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let look = &sight.state.look;
+fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let look = &context.state.look;
     let mut stops = look.exposure_stops;
     let field = DragValue::new(&mut stops)
         .speed(0.02)
         .range(EXPOSURE_STOPS)
         .fixed_decimals(2)
         .suffix(" stops");
-    number_ui(ui, "Exposure", field, FIELD, out, || Command::Exposure(0.0));
+    number_ui(ui, "Exposure", field, FIELD, out, || {
+        Command::Look(LookCommand::Exposure(0.0))
+    });
     if stops != look.exposure_stops {
-        out.push(Command::Exposure(stops));
+        out.push(Command::Look(LookCommand::Exposure(stops)));
     }
     ui.end_row();
     ui.label("Background");
     let mut shown = look.background == Background::Environment;
     if ui.checkbox(&mut shown, "environment").changed() {
-        out.push(Command::Background(if shown {
+        out.push(Command::Look(LookCommand::Background(if shown {
             Background::Environment
         } else {
             Background::None
-        }));
+        })));
     }
     ui.end_row();
 }
 
-/// A strength among the effects: a row from 0 to `most`, which 200 points of a drag go through.
+/// An effect's strength from 0 to `most`; a drag of 200 points covers the range.
 const fn strength(
     name: &'static str,
     of: fn(&mut Effects) -> &mut f32,
@@ -89,44 +103,44 @@ const fn strength(
 
 const ROWS: [Row<Effects>; 6] = [
     strength(
-        "Defocus",
+        "Background blur",
         |effects| &mut effects.background_blur,
         0.25,
-        "Puts the background out of focus: radius as a share of the picture's height",
+        "Puts the background out of focus; radius as a share of the picture's height",
     ),
     strength(
         "Light wrap",
         |effects| &mut effects.light_wrap,
         1.0,
-        "Lets the background's light wrap around the subject's rim",
+        "Wraps the background's light around the subject's edge",
     ),
     strength(
         "Despill",
         |effects| &mut effects.despill,
         1.0,
-        "Takes the green or blue of a screen out of the subject's rim",
+        "Removes green- or blue-screen spill from the subject's edge",
     ),
     strength(
         "Glare",
         |effects| &mut effects.glare,
         1.0,
-        "Scatters light above white as a lens does",
+        "Scatters light above white, as a lens does",
     ),
     strength(
         "Grain",
         |effects| &mut effects.grain,
         4.0,
-        "Gives the picture the plate's grain; 1 is as grainy",
+        "Adds the plate's grain; 1 matches the plate",
     ),
     strength(
-        "Steadiness",
+        "Smoothing",
         |effects| &mut effects.smoothing,
         1.0,
-        "Holds back jumps in brightness from frame to frame",
+        "Evens out jumps in brightness between frames",
     ),
 ];
 
-/// What can be looked at, what it is called, and its key.
+/// What the picture can show: the setting, its name and its key.
 pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::Picture, "picture", "C"),
     (Inspection::Channel(Channel::Red), "red", "R"),
@@ -137,24 +151,26 @@ pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::FalseColor, "false colour", ""),
 ];
 
-fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let effects = sight.state.look.effects;
-    let mut wanted = effects;
+fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let effects = context.state.look.effects;
+    let mut changed = effects;
     let views = [
         (ViewTransform::Srgb, "sRGB"),
         (ViewTransform::Filmic, "filmic"),
         (ViewTransform::Aces, "ACES"),
     ];
-    choice_ui(ui, "View", &views, &mut wanted.view);
+    choice_ui(ui, "View", &views, &mut changed.view);
     ui.end_row();
     let shown = SHOWN.map(|(inspection, name, _)| (inspection, name));
-    choice_ui(ui, "Show", &shown, &mut wanted.inspection);
+    choice_ui(ui, "Show", &shown, &mut changed.inspection);
     ui.end_row();
-    if wanted != effects {
-        out.push(Command::Effects(wanted));
+    if changed != effects {
+        out.push(Command::Look(LookCommand::Effects(changed)));
     }
     for row in &ROWS {
-        row.ui(ui, &effects, out, Command::Effects);
+        row.ui(ui, &effects, out, |wanted| {
+            Command::Look(LookCommand::Effects(wanted))
+        });
         ui.end_row();
     }
 }

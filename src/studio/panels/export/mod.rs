@@ -1,11 +1,11 @@
-//! What is to be written: frames, format, size, background, layers and where; and the line of exports.
+//! What to export: frames, format, size, background, layers and file name; and the export queue.
 
-mod line;
+mod queue;
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, ExportCommand};
+use crate::export_options::ExportOptions;
 use crate::icons;
-use crate::order::Order;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::theme::{self, GAP};
 use egui::{
@@ -19,59 +19,64 @@ use std::path::Path;
 /// Width of a number's field in points.
 const FIELD: f32 = 56.0;
 
-/// The panel knows whether the focus is to come to its first control.
+/// Holds whether the first control is to take the keyboard focus.
 #[derive(Default)]
 pub struct ExportPanel {
     focus: bool,
 }
 
 impl ExportPanel {
-    /// Gives the focus to the first control, from where the tab key goes on.
+    /// Moves the keyboard focus to the first control.
     pub fn focus(&mut self) {
         self.focus = true;
     }
 
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let Some(project) = sight.project else {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let Some(project) = context.project else {
             return;
         };
-        let mut order = sight.state.order.clone();
+        let mut options = context.state.export_options.clone();
         ui.add_space(GAP);
         let rows = Grid::new("order").num_columns(2).spacing([GAP, 8.0]);
         rows.show(ui, |ui| {
-            let first = frames_ui(ui, &mut order, sight.state.frames, out);
+            let first = frames_ui(ui, &mut options, context.state.frames, out);
             if std::mem::take(&mut self.focus) {
                 first.request_focus();
             }
-            format_ui(ui, &mut order);
-            size_ui(ui, &mut order, project.settings.size, out);
-            background_ui(ui, &mut order);
-            layers_ui(ui, &mut order);
-            name_ui(ui, &mut order, out);
+            format_ui(ui, &mut options);
+            size_ui(ui, &mut options, project.settings.size, out);
+            background_ui(ui, &mut options);
+            layers_ui(ui, &mut options);
+            name_ui(ui, &mut options, out);
         });
-        files_ui(ui, sight, &mut order, &project.root);
-        add_ui(ui, sight, out);
-        if order != sight.state.order {
-            out.push(Command::Order(Box::new(order)));
+        files_ui(ui, context, &mut options, &project.root);
+        add_ui(ui, context, out);
+        if options != context.state.export_options {
+            out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         ui.add_space(GAP);
-        line::ui(ui, sight, out);
+        queue::ui(ui, context, out);
     }
 }
 
-/// The first control is what is returned.
-fn frames_ui(ui: &mut Ui, order: &mut Order, frames: usize, out: &mut Vec<Command>) -> Response {
+/// Returns the first control.
+fn frames_ui(
+    ui: &mut Ui,
+    options: &mut ExportOptions,
+    frames: usize,
+    out: &mut Vec<Command>,
+) -> Response {
     let most = frames.saturating_sub(1);
-    let (first, last) = order.range(frames);
+    let (first, last) = options.range(frames);
     let (mut from, mut to) = (first, last);
-    let plain = order.clone();
+    let plain = options.clone();
     let reset = |frames| {
         let frames = Some(frames);
-        let order = Order {
+        let options = ExportOptions {
             frames,
             ..plain.clone()
         };
-        Command::Order(Box::new(order))
+        Command::Export(ExportCommand::Options(Box::new(options)))
     };
     ui.label("Frames");
     let response = ui.horizontal(|ui| {
@@ -84,12 +89,11 @@ fn frames_ui(ui: &mut Ui, order: &mut Order, frames: usize, out: &mut Vec<Comman
             to = to.max(from);
         }
         from = from.min(to);
-        let hint =
-            "All frames of the interview. The keys I and O set the ends to the frame that is shown";
-        if choice_ui(ui, "Frames", "all", hint, order.frames.is_none()) {
-            order.frames = None;
+        let hint = "All frames of the interview. Keys I and O set In and Out to the current frame.";
+        if choice_ui(ui, "Frames", "all", hint, options.frames.is_none()) {
+            options.frames = None;
         } else if (from, to) != (first, last) {
-            order.frames = Some((from, to));
+            options.frames = Some((from, to));
         }
         response
     });
@@ -97,8 +101,7 @@ fn frames_ui(ui: &mut Ui, order: &mut Order, frames: usize, out: &mut Vec<Comman
     response.inner
 }
 
-/// One of a few that exclude each other; tells whether it was chosen now. `of` says to a screen reader what
-/// it is one of.
+/// One option of a group; returns whether it was clicked. `of` names the group to screen readers.
 fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> bool {
     let response = ui.add(Button::selectable(chosen, name));
     response.widget_info(|| {
@@ -107,60 +110,60 @@ fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> boo
     response.on_hover_text(hint).clicked()
 }
 
-fn format_ui(ui: &mut Ui, order: &mut Order) {
+fn format_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Format");
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 6.0;
         for format in Format::ALL {
             let (name, hint) = (format.name(), format.describe());
-            if choice_ui(ui, "Format", name, hint, order.format == format) {
-                order.format = format;
+            if choice_ui(ui, "Format", name, hint, options.format == format) {
+                options.format = format;
             }
         }
     });
     ui.end_row();
 }
 
-fn size_ui(ui: &mut Ui, order: &mut Order, working: usize, out: &mut Vec<Command>) {
+fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut Vec<Command>) {
     let label = ui.label("Size");
     ui.horizontal(|ui| {
-        let before = order.size.unwrap_or(working);
+        let before = options.size.unwrap_or(working);
         let mut size = before;
         let field = DragValue::new(&mut size)
             .range(Files::SIZES)
             .suffix(" px")
-            // What is typed is not brought into the range before it is complete.
+            // The range is applied once typing has ended.
             .update_while_editing(false);
         let response = ui.add_sized(vec2(FIELD + 2.0 * GAP, 24.0), field);
         let response = response.labelled_by(label.id).on_hover_text(
-            "Width and height. Smaller pictures are averaged, larger ones interpolated, in linear light",
+            "Width and height. Pictures are averaged down or interpolated up, in linear light.",
         );
         if response.double_clicked() {
             ui.memory_mut(|memory| memory.surrender_focus(response.id));
-            let order = Order {
+            let options = ExportOptions {
                 size: None,
-                ..order.clone()
+                ..options.clone()
             };
-            out.push(Command::Order(Box::new(order)));
+            out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
-        let hint = format!("{working} pixels, as the network works");
-        if choice_ui(ui, "Size", "working size", &hint, order.size.is_none()) {
-            order.size = None;
+        let hint = format!("{working} pixels, the size that the network predicts");
+        if choice_ui(ui, "Size", "working size", &hint, options.size.is_none()) {
+            options.size = None;
         } else if size != before {
-            order.size = Some(size);
+            options.size = Some(size);
         }
     });
     ui.end_row();
 }
 
-fn background_ui(ui: &mut Ui, order: &mut Order) {
+fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Background");
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 6.0;
         for (background, name, hint) in [
-            (None, "as shown", "What the picture has behind the subject"),
+            (None, "as shown", "The same background as in the picture"),
             (
                 Some(Background::Environment),
                 "environment",
@@ -169,63 +172,69 @@ fn background_ui(ui: &mut Ui, order: &mut Order) {
             (
                 Some(Background::None),
                 "none",
-                "Nothing: the files have alpha, but H.264 is black there",
+                "No background: transparent; black in H.264",
             ),
         ] {
-            if choice_ui(ui, "Background", name, hint, order.background == background) {
-                order.background = background;
+            if choice_ui(
+                ui,
+                "Background",
+                name,
+                hint,
+                options.background == background,
+            ) {
+                options.background = background;
             }
         }
     });
     ui.end_row();
 }
 
-fn layers_ui(ui: &mut Ui, order: &mut Order) {
+fn layers_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Layers");
-    let has_room = order.format == Format::Exr;
-    let mut layers = order.layers && has_room;
+    let has_room = options.format == Format::Exr;
+    let mut layers = options.layers && has_room;
     let response = ui
         .add_enabled(
             has_room,
             egui::Checkbox::new(&mut layers, "one for each lamp"),
         )
         .on_hover_text(
-            "light_00.R … beside the picture, with the lamps' weights in the header. That they add up to the \
-             relit subject is checked in each file",
+            "light_00.R … beside the picture, with the lamps' weights in the header. Each file is checked: the \
+             layers add up to the relit subject.",
         )
-        .on_disabled_hover_text("Only an EXR has room for them");
+        .on_disabled_hover_text("Only EXR files can hold layers");
     if response.changed() {
-        order.layers = layers;
+        options.layers = layers;
     }
     ui.end_row();
 }
 
-fn name_ui(ui: &mut Ui, order: &mut Order, out: &mut Vec<Command>) {
+fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
     let label = ui.label("Name");
     ui.horizontal(|ui| {
         let choose = 34.0;
-        let field = TextEdit::singleline(&mut order.name)
+        let field = TextEdit::singleline(&mut options.name)
             .desired_width(ui.available_width() - choose - 2.0 * GAP);
         ui.add(field).labelled_by(label.id).on_hover_text(
-            "Below the project's folder, or a whole path; number and ending come from the format",
+            "Relative to the project's folder, or a full path. The format adds frame number and extension.",
         );
         let button = ui.add(Button::new("…").min_size(vec2(choose, 24.0)));
-        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the name"));
-        if button.on_hover_text("Choose it in a dialog").clicked() {
-            out.push(Command::ChooseDestination);
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the file name"));
+        if button.on_hover_text("Choose the file name in a dialog").clicked() {
+            out.push(Command::Dialog(Dialog::Destination));
         }
     });
     ui.end_row();
 }
 
-/// Which files there will be, and what becomes of those that are there.
-fn files_ui(ui: &mut Ui, sight: &Sight, order: &mut Order, root: &Path) {
-    let (first, last) = order.range(sight.state.frames);
-    let to = order.to(root);
-    let taken = sight.taken.filter(|taken| taken.wanted.to == to);
+/// The files that will be written, and whether existing ones are replaced.
+fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, root: &Path) {
+    let (first, last) = options.range(context.state.frames);
+    let to = options.to(root);
+    let taken = context.existing_files.filter(|taken| taken.query.to == to);
     let taken = taken.filter(|taken| taken.files > 0);
     let written = match taken {
-        Some(taken) if !order.replace => &taken.free,
+        Some(taken) if !options.replace => &taken.free,
         _ => &to,
     };
     let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
@@ -250,20 +259,23 @@ fn files_ui(ui: &mut Ui, sight: &Sight, order: &mut Order, root: &Path) {
     }
     if let Some(taken) = taken {
         let there = match taken.files {
-            1 => "1 file of this name is there already".to_owned(),
-            files => format!("{files} files of this name are there already"),
+            1 => "1 file with this name already exists".to_owned(),
+            files => format!("{files} files with this name already exist"),
         };
         ui.label(RichText::new(there).size(13.0).color(theme::ACCENT));
-        ui.checkbox(&mut order.replace, "replace what is there")
-            .on_hover_text("Else it stays, and a number is put behind the name");
+        ui.checkbox(&mut options.replace, "replace existing files")
+            .on_hover_text("If off, existing files are kept and a number is appended");
     } else {
-        order.replace = false;
+        options.replace = false;
     }
 }
 
-fn add_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let environment = sight.environment().map(|entry| &entry.panorama);
-    let obstacle = sight.state.order.obstacle(&sight.news.phase, environment);
+fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let environment = context.environment().map(|entry| &entry.panorama);
+    let obstacle = context
+        .state
+        .export_options
+        .obstacle(&context.status.phase, environment);
     ui.add_space(2.0);
     let add = Button::new((icons::QUEUE, "Add to queue")).fill(theme::ACCENT_DIM);
     let size = vec2(ui.available_width(), 28.0);
@@ -272,9 +284,10 @@ fn add_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         .add_enabled_ui(enabled, |ui| ui.add_sized(size, add))
         .inner;
     response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, "Add to queue"));
-    let response = response.on_hover_text("Exports the picture as it is set now. Key: Ctrl+Enter");
+    let response =
+        response.on_hover_text("Exports the picture with its current settings. Key: Ctrl+Enter");
     if response.clicked() {
-        out.push(Command::Export);
+        out.push(Command::Export(ExportCommand::Add));
     }
     if let Some(obstacle) = obstacle {
         let down = Layout::top_down(Align::Min);

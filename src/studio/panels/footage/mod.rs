@@ -1,15 +1,15 @@
-//! The footage: the interview's frames and the exemplars as they were filmed, their mattes, and the square
-//! that is worked with.
+//! The footage: the interview's frames and the exemplars as filmed, their mattes, and the framing: the
+//! square that is cut out of them.
 
 mod square;
 mod strip;
 
-use super::notice_ui;
-use crate::command::Command;
-use crate::footages::{FootageView, MatteView, Shown};
-use crate::news::Phase;
-use crate::order::Order;
-use crate::panel::Sight;
+use super::{missing, notice_ui};
+use crate::command::{Command, ExportCommand, ProjectCommand, ViewCommand};
+use crate::export_options::ExportOptions;
+use crate::footage_reader::{FootagePicture, FootageView, MatteView};
+use crate::panel_context::PanelContext;
+use crate::status::Phase;
 use crate::theme::{self, GAP};
 use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
 use project::{Framing, Padding, Project};
@@ -20,23 +20,31 @@ use worker::Need;
 const COLUMN: f32 = 272.0;
 const STRIP: f32 = 70.0;
 
-/// The panel keeps a framing that is not used yet.
+/// Holds the framing that is being edited.
 #[derive(Default)]
 pub struct FootagePanel {
     draft: Option<Framing>,
-    /// It was asked for, though what is computed has to be made again then.
+    /// Whether the person is asked to confirm it, since calibration and network have to be made again.
     asking: bool,
     square: Square,
 }
 
 impl FootagePanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let Some(project) = sight.project else { return };
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let Some(project) = context.project else {
+            return;
+        };
         if let Err(e) = project.check_parts() {
             return notice_ui(ui, |ui| {
                 ui.heading("There is no footage");
                 ui.add_space(GAP);
                 ui.label(e.to_string());
+                missing::button_ui(
+                    ui,
+                    "New project…",
+                    Command::Project(ProjectCommand::New(None)),
+                    out,
+                );
             });
         }
         let ground = || {
@@ -47,17 +55,17 @@ impl FootagePanel {
         Panel::bottom("footage strip")
             .exact_size(STRIP)
             .frame(ground())
-            .show(ui, |ui| strip::strip_ui(ui, sight, out));
-        let picture = sight.footages.picture();
+            .show(ui, |ui| strip::strip_ui(ui, context, out));
+        let picture = context.footage.picture();
         Panel::right("framing")
             .exact_size(COLUMN)
             .frame(ground())
             .show(ui, |ui| {
                 ui.add_space(GAP);
-                view_ui(ui, sight, project, out);
+                view_ui(ui, context, project, out);
                 if let Some(Ok(shown)) = picture {
                     ui.add_space(2.0 * GAP);
-                    self.framing_ui(ui, sight, project, shown, out);
+                    self.framing_ui(ui, context, project, shown, out);
                 }
             });
         let rect = ui.available_rect_before_wrap();
@@ -73,14 +81,7 @@ impl FootagePanel {
                 ui.heading("This picture cannot be read");
                 ui.add_space(GAP);
                 ui.label(sentence);
-                let lost =
-                    matches!(&sight.news.phase, Phase::Blocked(b) if b.need == Some(Need::Shoot));
-                if lost {
-                    ui.add_space(GAP);
-                    if ui.button("Locate…").clicked() {
-                        out.push(Command::ChooseLocation);
-                    }
-                }
+                missing::locate_ui(ui, context, out);
             }),
             None => notice_ui(ui, |ui| {
                 ui.heading("Reading the footage");
@@ -88,7 +89,7 @@ impl FootagePanel {
         }
     }
 
-    /// The framing that is drawn: the one in hand, or the project's.
+    /// The framing that is drawn: the edited one, or the project's.
     fn framing(&self, kept: Framing) -> Framing {
         let draft = self.draft.filter(|draft| draft.source == kept.source);
         draft.unwrap_or(kept)
@@ -97,9 +98,9 @@ impl FootagePanel {
     fn framing_ui(
         &mut self,
         ui: &mut Ui,
-        sight: &Sight,
+        context: &PanelContext,
         project: &Project,
-        shown: &Shown,
+        shown: &FootagePicture,
         out: &mut Vec<Command>,
     ) {
         let kept = project.settings.framing.of(shown.size);
@@ -108,7 +109,7 @@ impl FootagePanel {
         ui.strong("Framing");
         quiet_ui(
             ui,
-            &format!("A square of pictures of {width} × {height} pixels is worked with."),
+            &format!("Only this square of the {width} × {height} pictures is used."),
         );
         let speed = width.max(height) as f32 / 500.0;
         egui::Grid::new("square")
@@ -116,20 +117,16 @@ impl FootagePanel {
             .spacing([GAP, 5.0])
             .show(ui, |ui| {
                 let most = 4 * width.max(height);
-                field_ui(ui, "Left edge", DragValue::new(&mut framing.x).speed(speed));
+                field_ui(ui, "Left", DragValue::new(&mut framing.x).speed(speed));
+                field_ui(ui, "Top", DragValue::new(&mut framing.y).speed(speed));
                 field_ui(
                     ui,
-                    "Upper edge",
-                    DragValue::new(&mut framing.y).speed(speed),
-                );
-                field_ui(
-                    ui,
-                    "Side",
+                    "Size",
                     DragValue::new(&mut framing.side)
                         .speed(speed)
                         .range(1..=most),
                 );
-                ui.label("Beyond the edge");
+                ui.label("Outside");
                 ui.horizontal(|ui| {
                     for padding in Padding::ALL {
                         let chosen = framing.padding == padding;
@@ -145,12 +142,12 @@ impl FootagePanel {
             for (name, hint, square) in [
                 (
                     "Largest",
-                    "The largest square in the middle",
+                    "The largest square inside the picture",
                     Framing::largest(shown.size),
                 ),
                 (
                     "Whole",
-                    "The smallest square about all of the picture",
+                    "The smallest square around the whole picture",
                     Framing::whole(shown.size),
                 ),
             ] {
@@ -163,7 +160,7 @@ impl FootagePanel {
         if framing.side < size {
             quiet_ui(
                 ui,
-                &format!("It has fewer pixels than the {size} that are worked with."),
+                &format!("Smaller than the working size of {size} pixels."),
             );
         }
         framing = framing.bounded();
@@ -171,46 +168,52 @@ impl FootagePanel {
         self.asking &= self.draft.is_some();
         if self.draft.is_some() {
             ui.add_space(GAP);
-            self.decide_ui(ui, sight, framing, out);
+            self.decide_ui(ui, context, framing, out);
         }
     }
 
-    /// Uses the framing that is drawn, or puts it back.
-    fn decide_ui(&mut self, ui: &mut Ui, sight: &Sight, framing: Framing, out: &mut Vec<Command>) {
-        if let Some(why) = sight.read_only {
+    /// Buttons that use the edited framing or discard it.
+    fn decide_ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        framing: Framing,
+        out: &mut Vec<Command>,
+    ) {
+        if let Some(why) = context.read_only {
             ui.colored_label(theme::ACCENT, why);
         }
         if self.asking {
             ui.colored_label(
                 theme::ACCENT,
-                "The calibration and the network were made under the framing of before. They are put aside in \
-                 the project's folder, and have to be made again.",
+                "The calibration and the network belong to the old framing. They are set aside in the project's \
+                 folder and have to be made again.",
             );
         }
-        let computed = match &sight.news.phase {
+        let computed = match &context.status.phase {
             Phase::Blocked(blocked) => blocked.need != Some(Need::Calibration),
             _ => true,
         };
         ui.horizontal(|ui| {
             let name = if self.asking {
-                "Change it all the same"
+                "Change framing anyway"
             } else {
                 "Use this framing"
             };
-            let free = sight.read_only.is_none() && sight.news.work.is_none();
+            let free = context.read_only.is_none() && context.status.job.is_none();
             let response = ui.add_enabled(free, Button::new(name));
             if response
-                .on_disabled_hover_text("Not while a job runs, nor read-only")
+                .on_disabled_hover_text("Not while a job is running or the project is read-only")
                 .clicked()
             {
                 if computed && !self.asking {
                     self.asking = true;
                 } else {
                     self.asking = false;
-                    out.push(Command::Reframe(framing));
+                    out.push(Command::Project(ProjectCommand::Reframe(framing)));
                 }
             }
-            if ui.button("Put back").clicked() {
+            if ui.button("Revert").clicked() {
                 (self.draft, self.asking) = (None, false);
             }
         });
@@ -227,47 +230,47 @@ fn field_ui(ui: &mut Ui, name: &str, field: DragValue) {
     ui.end_row();
 }
 
-/// The frames that are played and exported.
-fn range_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let order = &sight.state.order;
-    let (first, last) = order.range(sight.state.frames);
+/// The in and out points for playback and export.
+fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let options = &context.state.export_options;
+    let (first, last) = options.range(context.state.frames);
     ui.horizontal(|ui| {
         for (name, hint, command) in [
             (
                 "In",
-                "Play and export from this frame on. Key: I",
-                Command::MarkIn,
+                "Play and export from this frame. Key: I",
+                Command::View(ViewCommand::MarkIn),
             ),
             (
                 "Out",
-                "Play and export up to this frame. Key: O",
-                Command::MarkOut,
+                "Play and export to this frame. Key: O",
+                Command::View(ViewCommand::MarkOut),
             ),
         ] {
             if ui.button(name).on_hover_text(hint).clicked() {
                 out.push(command);
             }
         }
-        let all = Order {
+        let all = ExportOptions {
             frames: None,
-            ..order.clone()
+            ..options.clone()
         };
         if ui
-            .add_enabled(order.frames.is_some(), Button::new("All"))
+            .add_enabled(options.frames.is_some(), Button::new("All"))
             .clicked()
         {
-            out.push(Command::Order(Box::new(all)));
+            out.push(Command::Export(ExportCommand::Options(Box::new(all))));
         }
         quiet_ui(ui, &format!("frames {first} to {last}"));
     });
 }
 
-/// Which picture is shown, and how its matte.
-fn view_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-    let view = sight.state.footage;
+/// Which picture is shown, and how its matte is.
+fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
+    let view = context.state.footage;
     let mut choice = |ui: &mut Ui, name: &str, wanted: FootageView| {
         if ui.add(Button::selectable(view == wanted, name)).clicked() && view != wanted {
-            out.push(Command::Footage(wanted));
+            out.push(Command::View(ViewCommand::Footage(wanted)));
         }
     };
     ui.horizontal(|ui| {
@@ -278,7 +281,7 @@ fn view_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>
     ui.horizontal(|ui| {
         for (name, matte) in [
             ("Picture", MatteView::Off),
-            ("Matte over it", MatteView::Over),
+            ("Matte overlay", MatteView::Over),
             ("Matte", MatteView::Alone),
         ] {
             choice(ui, name, FootageView { matte, ..view });
@@ -288,20 +291,24 @@ fn view_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>
     if view.exemplars {
         ui.horizontal(|ui| {
             let last = shoot.poses.len() - 1;
-            let mut pose = sight.state.pose.min(last);
+            let mut pose = context.state.pose.min(last);
             let label = ui.label("Pose");
             let field = DragValue::new(&mut pose).range(0..=last).speed(0.1);
             if ui.add(field).labelled_by(label.id).changed() {
-                out.push(Command::Pose(pose));
+                out.push(Command::View(ViewCommand::Pose(pose)));
             }
             quiet_ui(ui, &format!("of {last}, under {}", shoot.lamp(0)));
         });
     } else {
-        range_ui(ui, sight, out);
-        let frame = sight.state.frame.min(shoot.frames.len() - 1);
+        range_ui(ui, context, out);
+        let frame = context.state.frame.min(shoot.frames.len() - 1);
         quiet_ui(
             ui,
-            &format!("{} of {} frames", shoot.frames[frame], shoot.frames.len()),
+            &format!(
+                "{}, {} frames in all",
+                shoot.frames[frame],
+                shoot.frames.len()
+            ),
         );
     }
 }

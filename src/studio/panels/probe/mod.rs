@@ -1,10 +1,10 @@
-//! The mirror ball: its photograph with the silhouette, the light that it shows, and the lamps.
+//! The mirror ball: its photograph with the circle, the light in it, and the lamps.
 
 mod photograph;
 
 use super::sphere::{self, DomeView, Mark};
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::theme::{self, GAP};
 use calibration::Circle;
@@ -18,41 +18,43 @@ use worker::{ProbeView, SeenLamp};
 const DOME_SIDE: f32 = 168.0;
 /// Height of a lamp's row.
 const ROW: f32 = 20.0;
-/// The table's columns end at these shares of its width.
+/// Right edges of the table's columns, as shares of its width.
 const COLUMNS: [f32; 5] = [0.28, 0.43, 0.61, 0.77, 1.0];
 
 /// The textures of the study that is shown.
-struct Shown {
+struct ProbeTextures {
     study: Arc<ProbeView>,
     picture: TextureHandle,
     panorama: TextureHandle,
 }
 
-/// The panel keeps textures, and how the dome is turned.
+/// Holds textures, and how far the dome is turned.
 #[derive(Default)]
 pub struct ProbePanel {
-    shown: Option<Shown>,
+    shown: Option<ProbeTextures>,
     photograph: Photograph,
     dome: DomeView,
 }
 
 impl ProbePanel {
     /// The photograph, in the middle of the window.
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
-        self.upload(ui, sight);
+        self.upload(ui, context);
         match &self.shown {
             Some(shown) => {
-                let marks = marks(&shown.study, sight.state.photograph);
+                let marks = marks(&shown.study, context.state.photograph);
                 let (study, picture) = (shown.study.clone(), shown.picture.id());
-                self.photograph.ui(ui, sight, &study, picture, &marks, out);
+                self.photograph
+                    .ui(ui, context, &study, picture, &marks, out);
             }
-            None => super::notice_ui(ui, |ui| match sight.probe {
+            None => super::notice_ui(ui, |ui| match context.probe {
                 Some(Err(sentence)) => {
                     ui.heading("The mirror ball cannot be shown");
                     ui.add_space(GAP);
                     ui.label(sentence);
+                    super::missing::locate_ui(ui, context, out);
                 }
                 _ => {
                     ui.heading("Reading the mirror balls");
@@ -61,41 +63,47 @@ impl ProbePanel {
         }
     }
 
-    /// What the ball shows, and what can be done.
-    pub fn side_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        self.upload(ui, sight);
+    /// The light in the ball, the lamps, and the circle's settings.
+    pub fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        self.upload(ui, context);
         let Some(shown) = &self.shown else {
             return;
         };
         let (study, panorama) = (shown.study.clone(), shown.panorama.id());
-        let marks = marks(&study, sight.state.photograph);
+        let marks = marks(&study, context.state.photograph);
         ui.add_space(GAP);
-        photographs_ui(ui, sight, &study, out);
+        photographs_ui(ui, context, &study, out);
         let width = ui.available_width();
         let (rect, response) = ui.allocate_exact_size(vec2(width, 0.5 * width), Sense::click());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Light probe"));
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         ui.painter().image(panorama, rect, whole, Color32::WHITE);
         let mut chosen = sphere::latlong_ui(ui, rect, &response, &marks);
-        response.on_hover_text("The light that the ball shows, as a lat-long panorama: the middle is what the camera sees behind the subject.");
+        response.on_hover_text("The light in the mirror ball as a lat-long panorama. Its centre is the direction behind the subject.");
         ui.add_space(4.0);
         ui.horizontal_top(|ui| {
             chosen = chosen.or(sphere::dome_ui(ui, DOME_SIDE, &mut self.dome, &marks));
-            ui.vertical(|ui| figures_ui(ui, sight, &study));
+            ui.vertical(|ui| figures_ui(ui, context, &study));
         });
-        self.circle_ui(ui, sight, &study, out);
+        self.circle_ui(ui, context, &study, out);
         findings_ui(ui, &study);
-        chosen = chosen.or(lamps_ui(ui, &study, sight.state.photograph));
+        chosen = chosen.or(lamps_ui(ui, &study, context.state.photograph));
         if let Some(lamp) = chosen {
-            out.push(Command::Photograph(Some(lamp)));
+            out.push(Command::View(ViewCommand::Photograph(Some(lamp))));
         }
     }
 
-    /// The silhouette in numbers, and the ways to set it.
-    fn circle_ui(&mut self, ui: &mut Ui, sight: &Sight, study: &ProbeView, out: &mut Vec<Command>) {
-        let circle = sight.state.look.circle.unwrap_or(study.circle);
+    /// The circle in numbers, and the ways to set it.
+    fn circle_ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        study: &ProbeView,
+        out: &mut Vec<Command>,
+    ) {
+        let circle = context.state.look.circle.unwrap_or(study.circle);
         let mut changed = circle;
-        let reset = || Command::Circle(None);
+        let reset = || Command::Look(LookCommand::Circle(None));
         ui.horizontal(|ui| {
             let [x, y] = &mut changed.center_px;
             for (name, value) in [("x", x), ("y", y), ("radius", &mut changed.radius_px)] {
@@ -106,42 +114,42 @@ impl ProbePanel {
         if changed != circle
             && let Ok(circle) = Circle::new(changed.center_px, changed.radius_px)
         {
-            out.push(Command::Circle(Some(circle)));
+            out.push(Command::Look(LookCommand::Circle(Some(circle))));
         }
         ui.horizontal(|ui| {
             let find = ui.add_enabled(study.found.is_ok(), Button::new("Find"));
             let hint = match &study.found {
                 Ok(found) => format!(
-                    "Takes the circle that the photographs show: radius {:.1} pixels, rim within {:.2} pixels. Key: C",
+                    "Uses the circle found in the photographs: radius {:.1} pixels, rim within {:.2} pixels. Key: C",
                     found.circle.radius_px, found.residual_px
                 ),
                 Err(sentence) => sentence.clone(),
             };
             if find.on_hover_text(&hint).on_disabled_hover_text(hint).clicked() {
-                out.push(Command::FindCircle);
+                out.push(Command::Calibration(CalibrationCommand::FindCircle));
             }
             let mut by_points = self.photograph.points.is_some();
             let text = match &self.photograph.points {
                 Some(points) => format!("Click point {} of 3", points.len() + 1),
                 None => "Three points".to_owned(),
             };
-            let hint = "Click three points of the rim, far apart";
+            let hint = "Click three points on the rim, far apart";
             if ui.toggle_value(&mut by_points, text).on_hover_text(hint).clicked() {
                 self.photograph.points = by_points.then(Vec::new);
                 self.photograph.refused = None;
             }
-            let by_hand = sight.state.look.circle.is_some();
-            if ui.add_enabled(by_hand, Button::new("Reset")).on_hover_text("Goes back to the project's circle").clicked() {
+            let by_hand = context.state.look.circle.is_some();
+            if ui.add_enabled(by_hand, Button::new("Reset")).on_hover_text("Returns to the project's circle").clicked() {
                 out.push(reset());
             }
-            let idle = sight.news.work.is_none();
+            let idle = context.status.job.is_none();
             let calibrate = Button::new("Calibrate").fill(theme::ACCENT_DIM);
             if ui
                 .add_enabled(idle, calibrate)
-                .on_hover_text("Keeps this circle in the project and calibrates anew. Key: Ctrl+Enter")
+                .on_hover_text("Saves this circle in the project and calibrates again. Key: Ctrl+Enter")
                 .clicked()
             {
-                out.push(Command::Calibrate);
+                out.push(Command::Calibration(CalibrationCommand::Start));
             }
         });
         let doubt = study.rim.as_ref().ok().and_then(Silhouette::warning);
@@ -150,8 +158,8 @@ impl ProbePanel {
         }
     }
 
-    fn upload(&mut self, ui: &Ui, sight: &Sight) {
-        let Some(Ok(study)) = sight.probe else {
+    fn upload(&mut self, ui: &Ui, context: &PanelContext) {
+        let Some(Ok(study)) = context.probe else {
             self.shown = None;
             return;
         };
@@ -167,7 +175,7 @@ impl ProbePanel {
             ui.ctx()
                 .load_texture(name, picture, egui::TextureOptions::LINEAR)
         };
-        self.shown = Some(Shown {
+        self.shown = Some(ProbeTextures {
             study: study.clone(),
             picture: texture("ball", &study.picture),
             panorama: texture("probe", &study.panorama),
@@ -186,21 +194,21 @@ fn marks(study: &ProbeView, chosen: Option<usize>) -> Vec<Mark> {
 }
 
 /// Which photograph is shown.
-fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeView, out: &mut Vec<Command>) {
+fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let name = |lamp: Option<usize>| {
             let lamp = lamp.and_then(|lamp| study.lamps.get(lamp));
             lamp.map_or("interview", |seen| seen.lamp.name.as_str())
         };
         let label = ui.label("Photograph");
-        let shown = sight.state.photograph;
+        let shown = context.state.photograph;
         let list = egui::ComboBox::from_id_salt("photograph")
             .selected_text(name(shown))
             .width(120.0)
             .show_ui(ui, |ui| {
                 for lamp in std::iter::once(None).chain((0..study.lamps.len()).map(Some)) {
                     if ui.selectable_label(lamp == shown, name(lamp)).clicked() {
-                        out.push(Command::Photograph(lamp));
+                        out.push(Command::View(ViewCommand::Photograph(lamp)));
                     }
                 }
             });
@@ -210,50 +218,50 @@ fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeView, out: &mut Vec<C
             ("Next", 1, "Key: Page Down"),
         ] {
             if ui.button(text).on_hover_text(hint).clicked() {
-                out.push(Command::StepPhotograph(step));
+                out.push(Command::View(ViewCommand::StepPhotograph(step)));
             }
         }
     });
 }
 
-fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeView) {
+fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
     ui.spacing_mut().interact_size.y = 0.0;
-    let rim = match (&study.rim, sight.state.look.circle) {
+    let rim = match (&study.rim, context.state.look.circle) {
         (Ok(rim), _) if rim.rim_share > 0.0 => {
             format!(
-                "{:.2} px, {:.0} % seen",
+                "{:.2} px, {:.0} % visible",
                 rim.residual_px,
                 100.0 * rim.rim_share
             )
         }
-        (Ok(_), _) => "no rim there".to_owned(),
+        (Ok(_), _) => "no rim found".to_owned(),
         (Err(_), _) => "not measured".to_owned(),
     };
     let rows = [
         (
-            "Rim's residual",
+            "Rim error",
             rim,
-            "Root-mean-square distance of the rim from the circle, and how much of it was seen",
+            "Root-mean-square distance of the rim from the circle, and how much of the rim is visible",
         ),
         (
-            "Clipped here",
+            "Clipped",
             format!("{} pixels", study.clipped_pixels),
-            "Their light is only known to be at least so much; marked in magenta",
+            "Brighter than the photograph can record; marked in magenta",
         ),
         (
-            "Not shown",
+            "Not visible",
             format!("{:.1} % of the sphere", 100.0 * study.blind_share),
-            "Behind the ball, and beyond the photograph",
+            "Behind the ball, or outside the photograph",
         ),
         (
             "Filled in",
             format!("{:.1} % of the light", 100.0 * study.filled_share),
-            "Energy that was put where the ball shows nothing",
+            "Light filled in behind the ball",
         ),
         (
             "Lamps",
             study.lamps.len().to_string(),
-            "Numbered as their files are",
+            "Numbered in the order of their files",
         ),
     ];
     egui::Grid::new("figures")
@@ -271,7 +279,7 @@ fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeView) {
         });
 }
 
-/// What is wrong with the lamps, where anything is.
+/// Problems found with the lamps.
 fn findings_ui(ui: &mut Ui, study: &ProbeView) {
     /// Three lines; more can be scrolled to.
     const HEIGHT: f32 = 50.0;
@@ -289,7 +297,7 @@ fn findings_ui(ui: &mut Ui, study: &ProbeView) {
         });
 }
 
-/// The lamps as a table; the one that was clicked.
+/// The lamps as a table. Returns the clicked one's number.
 fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usize> {
     let mut hit = None;
     row_ui(

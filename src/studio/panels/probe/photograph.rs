@@ -1,8 +1,8 @@
-//! The mirror ball's photograph with its silhouette to be dragged, the rim magnified and the lamps marked.
+//! The mirror ball's photograph: the circle can be dragged, the rim is magnified, the lamps are marked.
 
 use super::super::sphere::{self, Mark};
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use calibration::Circle;
 use egui::{
@@ -11,36 +11,36 @@ use egui::{
 };
 use worker::ProbeView;
 
-/// A handle is taken within this many points.
+/// Points from a handle within which it can be grabbed.
 const REACH: f32 = 9.0;
-/// Side of the magnified rim in points, and how often it is magnified.
+/// Size of the magnifier in points, and its magnification.
 const LOUPE_SIDE: f32 = 156.0;
 const LOUPE_ZOOM: f32 = 6.0;
-/// More clipped pixels than this are not marked one by one.
+/// Beyond this many, clipped pixels are not marked.
 const MOST_MARKED: usize = 4000;
 
-/// What a drag holds.
+/// What a drag moves.
 #[derive(Clone, Copy, PartialEq)]
-enum Held {
+enum DragTarget {
     Center,
-    /// The rim, at an angle in radians.
+    /// The rim at an angle in radians: changes the radius.
     Rim(f32),
     Picture,
 }
 
-/// What the drawing remembers between frames.
+/// What is remembered from frame to frame.
 #[derive(Default)]
 pub struct Photograph {
-    held: Option<Held>,
-    /// Points of the rim that were clicked, in pixels; none where clicks mean lamps.
+    dragged: Option<DragTarget>,
+    /// Points of the rim clicked so far, in pixels; `None` while clicks choose lamps.
     pub points: Option<Vec<[f64; 2]>>,
-    /// Why the clicked points make no circle.
+    /// Why no circle goes through the clicked points.
     pub refused: Option<String>,
-    /// Where the rim is magnified, as an angle in radians.
+    /// The angle in radians at which the rim is magnified.
     looked_at: f32,
 }
 
-/// From pixels of the photograph to points of the window.
+/// Converts pixels of the photograph to points of the window.
 #[derive(Clone, Copy)]
 struct Placement {
     rect: Rect,
@@ -63,11 +63,11 @@ impl Placement {
 }
 
 impl Photograph {
-    /// Draws the photograph into what is left of the window, with what was done to it as commands.
+    /// Draws the photograph into what is left of the window.
     pub fn ui(
         &mut self,
         ui: &mut Ui,
-        sight: &Sight,
+        context: &PanelContext,
         study: &ProbeView,
         picture: TextureId,
         marks: &[Mark],
@@ -77,7 +77,7 @@ impl Photograph {
         let (width, height) = study.size;
         let size = vec2(width as f32, height as f32);
         let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
-        let view = sight.state.view;
+        let view = context.state.view;
         let points_per_pixel = (room / size).min_elem() * view.zoom;
         let center = rect.center() + Vec2::from(view.pan);
         let placement = Placement {
@@ -95,7 +95,7 @@ impl Photograph {
                 painter.rect_filled(pixel, 0.0, Color32::from_rgb(255, 0, 220));
             }
         }
-        let circle = sight.state.look.circle.unwrap_or(study.circle);
+        let circle = context.state.look.circle.unwrap_or(study.circle);
         let response = ui.interact(
             rect,
             ui.scope_id().with("photograph"),
@@ -116,7 +116,7 @@ impl Photograph {
         if self.points.is_none()
             && let Some(number) = sphere::clicked(&response, marks, &places)
         {
-            out.push(Command::Photograph(Some(number)));
+            out.push(Command::View(ViewCommand::Photograph(Some(number))));
         }
         circle_ui(&painter, placement, circle);
         for point in self.points.iter().flatten() {
@@ -139,19 +139,19 @@ impl Photograph {
             let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
             if factor != 1.0 {
                 let about = (at - rect.center()).into();
-                out.push(Command::Zoom { factor, about });
+                out.push(Command::View(ViewCommand::Zoom { factor, about }));
             }
             let from_center = at - placement.point(circle.center_px);
-            if self.held.is_none() && from_center.length() > 4.0 {
+            if self.dragged.is_none() && from_center.length() > 4.0 {
                 self.looked_at = from_center.angle();
             }
             if self.points.is_some() {
                 ui.set_cursor_icon(CursorIcon::Crosshair);
             } else {
-                match self.held.unwrap_or_else(|| grip(placement, circle, at)) {
-                    Held::Center => ui.set_cursor_icon(CursorIcon::Move),
-                    Held::Rim(_) => ui.set_cursor_icon(CursorIcon::ResizeNwSe),
-                    Held::Picture => {}
+                match self.dragged.unwrap_or_else(|| grip(placement, circle, at)) {
+                    DragTarget::Center => ui.set_cursor_icon(CursorIcon::Move),
+                    DragTarget::Rim(_) => ui.set_cursor_icon(CursorIcon::ResizeNwSe),
+                    DragTarget::Picture => {}
                 }
             }
         }
@@ -163,7 +163,7 @@ impl Photograph {
             points.push(placement.pixel(at));
             if let [a, b, c] = points[..] {
                 match Circle::through([a, b, c]) {
-                    Ok(circle) => out.push(Command::Circle(Some(circle))),
+                    Ok(circle) => out.push(Command::Look(LookCommand::Circle(Some(circle)))),
                     Err(e) => self.refused = Some(e.to_string()),
                 }
                 self.points = None;
@@ -172,10 +172,12 @@ impl Photograph {
         if response.drag_started_by(PointerButton::Primary)
             && let Some(at) = ui.input(|i| i.pointer.press_origin())
         {
-            self.held = Some(grip(placement, circle, at));
+            self.dragged = Some(grip(placement, circle, at));
         }
         if response.dragged_by(PointerButton::Middle) {
-            out.push(Command::Pan(response.drag_delta().into()));
+            out.push(Command::View(ViewCommand::Pan(
+                response.drag_delta().into(),
+            )));
         }
         if response.dragged_by(PointerButton::Primary) {
             let fine = if ui.input(|i| i.modifiers.shift) {
@@ -183,31 +185,37 @@ impl Photograph {
             } else {
                 1.0
             };
-            // A drag is known for one only after some points, which count too.
+            // A drag is recognised only after some points, which count too.
             let whole = response
                 .total_drag_delta()
                 .filter(|_| response.drag_started());
             let delta = whole.unwrap_or(response.drag_delta());
             let pixels = |points: f32| f64::from(fine * points / placement.points_per_pixel);
-            match self.held {
-                Some(Held::Center) => out.push(Command::NudgeCircle {
-                    by: [pixels(delta.x), pixels(delta.y)],
-                    radius: 0.0,
-                }),
-                Some(Held::Rim(angle)) => out.push(Command::NudgeCircle {
-                    by: [0.0; 2],
-                    radius: pixels(delta.dot(Vec2::angled(angle))),
-                }),
-                Some(Held::Picture) => out.push(Command::Pan(delta.into())),
+            match self.dragged {
+                Some(DragTarget::Center) => {
+                    out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
+                        by: [pixels(delta.x), pixels(delta.y)],
+                        radius: 0.0,
+                    }))
+                }
+                Some(DragTarget::Rim(angle)) => {
+                    out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
+                        by: [0.0; 2],
+                        radius: pixels(delta.dot(Vec2::angled(angle))),
+                    }))
+                }
+                Some(DragTarget::Picture) => {
+                    out.push(Command::View(ViewCommand::Pan(delta.into())))
+                }
                 None => {}
             }
         }
         if response.drag_stopped() {
-            self.held = None;
+            self.dragged = None;
         }
     }
 
-    /// The rim where the pointer is, magnified in a corner.
+    /// The rim near the pointer, magnified in a corner.
     fn loupe_ui(
         &self,
         ui: &Ui,
@@ -224,7 +232,7 @@ impl Photograph {
         painter.rect_filled(loupe, 0.0, Color32::BLACK);
         let rim = Vec2::angled(self.looked_at) * circle.radius_px as f32
             + vec2(circle.center_px[0] as f32, circle.center_px[1] as f32);
-        // At least six times what the picture shows, and never less than three points a pixel.
+        // Six times the picture's scale, and at least three points per pixel.
         let scale = (LOUPE_ZOOM * placement.points_per_pixel).max(3.0);
         let shown = Rect::from_center_size(rim.to_pos2(), Vec2::splat(side / scale));
         let part = shown.intersect(Rect::from_min_size(Pos2::ZERO, size));
@@ -239,7 +247,7 @@ impl Photograph {
                 Color32::WHITE,
             );
         }
-        // A circle of this size would be drawn with corners: an arc of it is drawn by points instead.
+        // egui draws a circle this large with visible corners, so the arc is drawn point by point.
         let radius = circle.radius_px as f32 * scale;
         let center = loupe.center() - Vec2::angled(self.looked_at) * radius;
         let reach = (side / radius).min(std::f32::consts::PI);
@@ -264,15 +272,15 @@ impl Photograph {
     }
 }
 
-/// What a drag that begins here would hold.
-fn grip(placement: Placement, circle: Circle, at: Pos2) -> Held {
+/// What a drag that starts at `at` moves.
+fn grip(placement: Placement, circle: Circle, at: Pos2) -> DragTarget {
     let from_center = at - placement.point(circle.center_px);
     if (from_center.length() - placement.length(circle.radius_px)).abs() <= REACH {
-        Held::Rim(from_center.angle())
+        DragTarget::Rim(from_center.angle())
     } else if from_center.length() <= REACH {
-        Held::Center
+        DragTarget::Center
     } else {
-        Held::Picture
+        DragTarget::Picture
     }
 }
 

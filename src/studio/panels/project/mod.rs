@@ -1,11 +1,11 @@
-//! The project: what is open, what was open lately, and the way to a new one.
+//! The project: the open one, recent ones, and the way to a new one.
 
 mod wizard;
 
 use super::TEXT_WIDTH;
-use crate::command::Command;
+use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::recents::Recent;
 use crate::theme::{self, GAP};
 use crate::wizard::typed;
@@ -13,7 +13,7 @@ use egui::{Button, Color32, Label, RichText, ScrollArea, Sense, TextEdit, Ui, ve
 use footage::scan::counted;
 use project::Project;
 
-/// The panel keeps where the demo shall be.
+/// Holds the folder typed for the demo.
 pub struct ProjectPanel {
     demo: String,
 }
@@ -27,7 +27,7 @@ impl Default for ProjectPanel {
 }
 
 impl ProjectPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::PANEL);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -38,36 +38,36 @@ impl ProjectPanel {
                 ui.vertical(|ui| {
                     ui.set_width(width);
                     ui.add_space(3.0 * GAP);
-                    self.column_ui(ui, sight, out);
+                    self.column_ui(ui, context, out);
                     ui.add_space(2.0 * GAP);
                 });
             });
         });
     }
 
-    fn column_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        if let Some(refusal) = &sight.news.refusal {
+    fn column_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        if let Some(refusal) = &context.status.refusal {
             super::refusal_ui(ui, refusal, out);
             ui.add_space(GAP);
         }
-        // A window with a project shows its job in a line of its own.
-        if let (Some(work), None) = (&sight.news.work, sight.project) {
-            return super::work_ui(ui, work, out);
+        // With a project open, the window shows the job in a line of its own.
+        if let (Some(job), None) = (&context.status.job, context.project) {
+            return super::job_ui(ui, job, out);
         }
-        if let (Some(said), None) = (&sight.news.said, sight.project) {
+        if let (Some(said), None) = (&context.status.message, context.project) {
             ui.label(said);
             ui.add_space(GAP);
         }
-        if let Some(plan) = sight.wizard.plan() {
-            return wizard::plan_ui(ui, sight, plan, out);
+        if let Some(plan) = context.wizard.plan() {
+            return wizard::plan_ui(ui, context, plan, out);
         }
-        match sight.project {
-            Some(project) => open_ui(ui, sight, project),
+        match context.project {
+            Some(project) => open_ui(ui, context, project),
             None => {
                 ui.heading("No project is open");
                 quiet_ui(
                     ui,
-                    "A project is a folder that points at a shoot: the interview, a few poses under every lamp, \
+                    "A project is a folder that refers to a shoot: the interview, a few poses under every lamp, \
                      and the mirror balls. The shoot itself is never changed or copied.",
                 );
             }
@@ -75,19 +75,27 @@ impl ProjectPanel {
         ui.add_space(GAP);
         ui.horizontal(|ui| {
             for (icon, words, command) in [
-                (icons::ADD, "New project…", Command::NewProject(None)),
-                (icons::FOLDER, "Open project…", Command::ChooseProject),
+                (
+                    icons::ADD,
+                    "New project…",
+                    Command::Project(ProjectCommand::New(None)),
+                ),
+                (
+                    icons::FOLDER,
+                    "Open project…",
+                    Command::Dialog(Dialog::Project),
+                ),
             ] {
                 let button = Button::new((icon, words)).min_size(vec2(132.0, 28.0));
                 if icons::named_ui(ui, true, button, words).clicked() {
                     out.push(command);
                 }
             }
-            quiet_ui(ui, "or drop the folder of a shoot or a project anywhere");
+            quiet_ui(ui, "or drop a shoot's or a project's folder anywhere");
         });
         ui.add_space(2.0 * GAP);
-        recent_ui(ui, sight, out);
-        if sight.project.is_none() {
+        recent_ui(ui, context, out);
+        if context.project.is_none() {
             ui.add_space(2.0 * GAP);
             self.demo_ui(ui, out);
         }
@@ -97,17 +105,17 @@ impl ProjectPanel {
         ui.strong("Demo");
         quiet_ui(
             ui,
-            "Without a shoot of your own: a virtual light stage makes one, and the project opens with its \
-             network ready. This takes a few minutes and 20 MB.",
+            "No shoot of your own? A virtual light stage makes one, and the project opens with a trained \
+             network. This takes a few minutes and 20 MB.",
         );
         ui.horizontal(|ui| {
-            let label = ui.label("In folder");
+            let label = ui.label("Folder");
             let field = TextEdit::singleline(&mut self.demo).desired_width(360.0);
             ui.add(field).labelled_by(label.id);
             let folder = typed(&self.demo);
             let make = ui.add_enabled(folder.is_some(), Button::new("Make the demo"));
             if let (true, Some(folder)) = (make.clicked(), folder) {
-                out.push(Command::MakeDemo(folder));
+                out.push(Command::Project(ProjectCommand::MakeDemo(folder)));
             }
         });
     }
@@ -117,13 +125,13 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
     ui.label(RichText::new(sentence).color(theme::QUIET));
 }
 
-/// The project that is open.
-fn open_ui(ui: &mut Ui, sight: &Sight, project: &Project) {
+/// The open project.
+fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     let (settings, shoot) = (&project.settings, &project.settings.shoot);
     ui.heading(&settings.name);
     quiet_ui(ui, &project.root.display().to_string());
     ui.label(format!(
-        "{} at {} a second, {} × {}, worked with at {} pixels",
+        "{} at {} fps, {} × {}, working size {} pixels",
         counted(shoot.frames.len(), "frame"),
         shoot.frame_rate,
         counted(shoot.poses.len(), "pose"),
@@ -133,22 +141,22 @@ fn open_ui(ui: &mut Ui, sight: &Sight, project: &Project) {
     quiet_ui(ui, &format!("Shoot: {}", project.shoot_path("").display()));
     quiet_ui(
         ui,
-        match sight.read_only {
-            Some(_) => "Nothing is saved here: somebody else writes into this project",
+        match context.read_only {
+            Some(_) => "Nothing is saved: this project is open for writing elsewhere",
             None => "Everything is saved as you work",
         },
     );
 }
 
-fn recent_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+fn recent_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.strong("Recent");
-    let open = sight.project.map(|project| &project.root);
-    let others = sight.recents.iter();
+    let open = context.project.map(|project| &project.root);
+    let others = context.recents.iter();
     let mut others = others
         .filter(|recent| Some(&recent.folder) != open)
         .peekable();
     if others.peek().is_none() {
-        quiet_ui(ui, "No other project was opened lately");
+        quiet_ui(ui, "No other recent projects");
     }
     for recent in others {
         row_ui(ui, recent, out);
@@ -183,11 +191,15 @@ fn row_ui(ui: &mut Ui, recent: &Recent, out: &mut Vec<Command>) {
                 response
             };
             if button(ui, "Open", recent.trouble.is_none()).clicked() {
-                out.push(Command::OpenProject(recent.folder.clone()));
+                out.push(Command::Project(ProjectCommand::Open(
+                    recent.folder.clone(),
+                )));
             }
-            let hint = "Takes it out of this list. Nothing on the disk is changed.";
+            let hint = "Removes it from this list. Nothing on disk changes.";
             if button(ui, "Remove", true).on_hover_text(hint).clicked() {
-                out.push(Command::ForgetProject(recent.folder.clone()));
+                out.push(Command::Project(ProjectCommand::Forget(
+                    recent.folder.clone(),
+                )));
             }
         });
     });

@@ -1,9 +1,9 @@
-//! A new project on one page: the shoot, what was found in it, and what is chosen.
+//! A new project on one page: the shoot, what was found in it, and the settings.
 
 use super::quiet_ui;
-use crate::command::Command;
+use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use crate::wizard::{Plan, cost};
 use egui::{Button, ComboBox, DragValue, Grid, Id, RichText, TextEdit, Ui, vec2};
@@ -15,9 +15,9 @@ const SIZES: [usize; 5] = [64, 128, 256, 512, 1024];
 const NAMES: f32 = 110.0;
 
 /// The page.
-pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) {
+pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<Command>) {
     let mut changed = plan.clone();
-    let scan = sight.wizard.scan();
+    let scan = context.wizard.scan();
     ui.heading("New project");
     ui.add_space(GAP);
     row_ui(ui, "Shoot", |ui, name| {
@@ -29,7 +29,7 @@ pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) 
             hint,
             "Choose the shoot's folder",
         ) {
-            out.push(Command::ChooseShoot);
+            out.push(Command::Dialog(Dialog::Shoot));
         }
     });
     ui.add_space(GAP);
@@ -37,11 +37,11 @@ pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) 
         Some(scan) => found_ui(ui, scan),
         None if plan.shoot.trim().is_empty() => quiet_ui(
             ui,
-            "A shoot's folder holds the frames of the interview, each pose under each lamp alone, their mattes, \
-             the mirror balls, and manifest.json, which says how camera and ball stood. Choose it, type its path, \
+            "A shoot's folder holds the interview's frames, each pose under each single lamp, their mattes, the \
+             mirror balls, and manifest.json, which says where camera and ball stood. Choose it, type its path, \
              or drop it here.",
         ),
-        None => quiet_ui(ui, "Looking at the folder"),
+        None => quiet_ui(ui, "Reading the folder"),
     }
     ui.add_space(GAP);
     if let Some(scan) = scan {
@@ -49,30 +49,32 @@ pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) 
         ui.add_space(GAP);
     }
     ui.horizontal(|ui| {
-        let obstacle = match sight.news.work {
-            Some(_) => Some("Something else is being made: wait until it is done, or stop it"),
-            None => sight.wizard.job().err(),
+        let obstacle = match context.status.job {
+            Some(_) => Some("Another job is running: wait until it ends, or stop it"),
+            None => context.wizard.job().err(),
         };
         let make = Button::new("Make project").min_size(vec2(120.0, 28.0));
         if ui.add_enabled(obstacle.is_none(), make).clicked() {
-            out.push(Command::MakeProject);
+            out.push(Command::Project(ProjectCommand::Make));
         }
         if ui
             .add(Button::new("Cancel").min_size(vec2(84.0, 28.0)))
             .clicked()
         {
-            out.push(Command::Plan(None));
+            out.push(Command::Project(ProjectCommand::Plan(None)));
         }
         if let Some(obstacle) = obstacle {
             quiet_ui(ui, obstacle);
         }
     });
     if changed != *plan {
-        out.push(Command::Plan(Some(Box::new(changed))));
+        out.push(Command::Project(ProjectCommand::Plan(Some(Box::new(
+            changed,
+        )))));
     }
 }
 
-/// A named row; its contents get the name's id.
+/// A row with a name; its contents get the name's id.
 fn row_ui(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui, Id)) {
     ui.horizontal(|ui| {
         let left = egui::Layout::left_to_right(egui::Align::Center);
@@ -85,7 +87,7 @@ fn row_ui(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui, Id)) {
     });
 }
 
-/// A path to type, with a button for a dialog; tells whether that was clicked.
+/// A path to type, with a button for a dialog; returns whether the button was clicked.
 fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -> bool {
     let width = ui.available_width() - 96.0;
     let field = TextEdit::singleline(path)
@@ -97,7 +99,7 @@ fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -
     button.clicked()
 }
 
-/// What the folder holds, a line for each part.
+/// What the folder contains, one line for each part.
 fn found_ui(ui: &mut Ui, scan: &Scan) {
     egui::Frame::new()
         .fill(theme::WELL)
@@ -153,7 +155,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
         {
             quiet_ui(
                 ui,
-                &format!("The frames have {width} × {height} pixels: more cannot be seen"),
+                &format!("The frames are {width} × {height}: a larger size adds no detail"),
             );
         }
     });
@@ -170,10 +172,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
             let most = scan.lamps.saturating_sub(1).max(1);
             ui.add(DragValue::new(count).range(1..=most))
                 .labelled_by(name);
-            quiet_ui(
-                ui,
-                "spread evenly; the others go on to serve the calibration",
-            );
+            quiet_ui(ui, "spread evenly; calibration still uses the others");
         }
     });
     row_ui(ui, "Name", |ui, name| {
@@ -195,7 +194,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
             &hint,
             "Choose the project's folder",
         ) {
-            out.push(Command::ChooseProjectFolder);
+            out.push(Command::Dialog(Dialog::ProjectFolder));
         }
     });
 }

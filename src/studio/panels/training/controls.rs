@@ -1,8 +1,8 @@
-//! What to train, what it will cost, and the buttons that begin, hold and end a run.
+//! The training preset, its cost, and the buttons that start, pause and stop a run.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand, TrainingCommand};
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::job;
 use crate::theme;
 use crate::training::TrainChoice;
@@ -10,14 +10,16 @@ use egui::{Button, DragValue, RichText, Sense, Ui, WidgetInfo, vec2};
 use project::Project;
 use training::{Preset, RunCost};
 
-/// Most minutes that can be asked for: a week.
+/// Longest run in minutes: a week.
 const MOST_MINUTES: f64 = 7.0 * 24.0 * 60.0;
 const BUTTON: egui::Vec2 = vec2(84.0, 24.0);
 
-/// The presets as a list, each with what it will cost.
-pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-    let choice = sight.training.choice(sight.state, project);
-    let pace = sight.training.pace();
+/// The presets as a list, each with its cost.
+pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
+    let choice = context
+        .training
+        .choice(context.state.look.training, project);
+    let pace = context.training.pace();
     for preset in Preset::ALL {
         let chosen = preset == choice.preset;
         let wanted = TrainChoice { preset, ..choice };
@@ -27,7 +29,7 @@ pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<C
         let network = config.network(project).cost();
         let size = vec2(ui.available_width(), 38.0);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-        let enabled = !sight.training.running;
+        let enabled = !context.training.running;
         response.widget_info(|| {
             let name = format!("Preset {}", preset.name());
             WidgetInfo::selected(egui::Role::RadioButton, enabled, chosen, name)
@@ -67,20 +69,20 @@ pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<C
             quiet,
         );
         let known = match (pace, cost.timed) {
-            (None, _) => "How long a step takes is known after the first steps.",
-            (Some(_), true) => "By the steps that were timed on this machine.",
+            (None, _) => "The time is known after the first steps.",
+            (Some(_), true) => "Estimated from steps timed on this machine.",
             (Some(_), false) => {
-                "By the steps that were timed with another network, after its multiplications."
+                "Estimated from another network's steps on this machine, scaled by the number of multiplications."
             }
         };
         let response = response.on_hover_text(format!("{}: {network}. {known}", preset.purpose()));
         if response.clicked() && enabled && !chosen {
-            out.push(Command::Train(wanted));
+            out.push(Command::Look(LookCommand::Training(wanted)));
         }
     }
 }
 
-/// Minutes and hours of a run; those that `limited` it are exact.
+/// The duration of a run, exact if the run is `limited` by time.
 fn time(cost: &RunCost, limited: bool) -> String {
     match cost.seconds {
         None => "known after the first steps".to_owned(),
@@ -91,13 +93,13 @@ fn time(cost: &RunCost, limited: bool) -> String {
 
 fn steps(cost: &RunCost, limited: bool) -> String {
     match cost.steps {
-        None => "steps by its time".to_owned(),
+        None => "limited by time".to_owned(),
         Some(steps) if limited && !cost.timed => format!("about {steps} steps"),
         Some(steps) => format!("{steps} steps"),
     }
 }
 
-/// Seconds as a person says them.
+/// A duration as people write it.
 pub fn duration(seconds: f64) -> String {
     let minutes = (seconds / 60.0).round() as u64;
     match minutes {
@@ -108,11 +110,13 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// The pose that judges, and the minutes.
-pub fn settings_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-    let choice = sight.training.choice(sight.state, project);
+/// The held-out pose, and the minutes.
+pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
+    let choice = context
+        .training
+        .choice(context.state.look.training, project);
     let poses = &project.settings.shoot.poses;
-    ui.add_enabled_ui(!sight.training.running, |ui| {
+    ui.add_enabled_ui(!context.training.running, |ui| {
         ui.horizontal(|ui| {
             let label = ui.label(RichText::new("Hold out").size(13.0));
             let name = |pose: Option<usize>| {
@@ -123,21 +127,20 @@ pub fn settings_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<
                 .selected_text(name(choice.hold_out))
                 .width(76.0)
                 .show_ui(ui, |ui| {
-                    // A pose has to be left to learn from.
+                    // At least one pose is needed to train on.
                     let others = if poses.len() > 1 { poses.len() } else { 0 };
                     for pose in std::iter::once(None).chain((0..others).map(Some)) {
                         let chosen = pose == choice.hold_out;
                         if ui.selectable_label(chosen, name(pose)).clicked() {
-                            out.push(Command::Train(TrainChoice {
+                            out.push(Command::Look(LookCommand::Training(TrainChoice {
                                 hold_out: pose,
                                 ..choice
-                            }));
+                            })));
                         }
                     }
                 });
             list.response.labelled_by(label.id).on_hover_text(
-                "A pose that training does not see and that judges it: the network that does best there is the \
-                 one that predicts",
+                "A pose kept out of training for testing. The network that does best on it is the one that is used.",
             );
             if let Some(preset) = choice.preset.config().minutes {
                 let label = ui.label(RichText::new("Minutes").size(13.0));
@@ -148,78 +151,86 @@ pub fn settings_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<
                     .max_decimals(1);
                 let response = ui.add_sized(vec2(52.0, 24.0), field).labelled_by(label.id);
                 if response.changed() {
-                    out.push(Command::Train(TrainChoice {
+                    out.push(Command::Look(LookCommand::Training(TrainChoice {
                         minutes: Some(minutes),
                         ..choice
-                    }));
+                    })));
                 }
                 response.on_hover_text(
-                    "Of training, earlier sittings counted in. The learning rate falls towards the end",
+                    "Training time, including earlier runs. The learning rate falls towards the end.",
                 );
             }
         });
     });
 }
 
-/// The buttons. A run is begun from here, and held and ended while it goes.
+/// The buttons that start a run, and pause and stop it while it runs.
 #[derive(Default)]
 pub struct Buttons {
-    /// Whether it was asked if a run shall begin anew.
+    /// Whether the person is asked to confirm starting over.
     confirming: bool,
 }
 
 impl Buttons {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-        if let Some(work) = sight.news.work.as_ref() {
+    pub fn ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        project: &Project,
+        out: &mut Vec<Command>,
+    ) {
+        if let Some(job) = context.status.job.as_ref() {
             self.confirming = false;
-            if sight.training.running {
-                ui.horizontal(|ui| job::buttons_ui(ui, work, out));
+            if context.training.running {
+                ui.horizontal(|ui| job::buttons_ui(ui, job, out));
             } else {
-                let text = format!("{} is in hand", job::capitalized(work.what));
+                let text = format!("Wait for the running job: {}", job.what);
                 ui.label(RichText::new(text).size(13.0).color(theme::QUIET));
             }
             return;
         }
-        let records = sight.training.records.as_deref();
+        let records = context.training.records.as_deref();
         let Some(present) = records.and_then(|records| records.present.as_ref()) else {
-            // A checkpoint that is there and cannot be read is put aside by a run that begins anew.
+            // Starting over sets a checkpoint that cannot be read aside.
             let broken = records.is_some_and(|records| records.failure.is_some());
             ui.horizontal(|ui| start_ui(ui, broken, out));
             return;
         };
         if self.confirming {
             ui.label(RichText::new(format!(
-                "The network after step {} goes into the list below, with its curves, and another is begun.",
+                "The network of step {} moves to the list below with its curves, and a new one is started.",
                 present.step
             ))
             .size(13.0));
             ui.horizontal(|ui| {
-                let yes = Button::new("Begin anew").fill(theme::ACCENT_DIM);
+                let yes = Button::new("Start over").fill(theme::ACCENT_DIM);
                 if ui.add(yes).clicked() {
-                    out.push(Command::StartTraining { fresh: true });
+                    out.push(Command::Training(TrainingCommand::Start { fresh: true }));
                     self.confirming = false;
                 }
                 self.confirming &= !ui.button("Cancel").clicked();
             });
             return;
         }
-        let choice = sight.training.choice(sight.state, project);
-        let refusal = sight.training.refusal(&choice, project);
+        let choice = context
+            .training
+            .choice(context.state.look.training, project);
+        let refusal = context.training.refusal(&choice, project);
         ui.horizontal(|ui| {
             let resume = Button::new((icons::PLAY, "Resume"))
                 .fill(theme::ACCENT_DIM)
                 .min_size(BUTTON);
-            let hint = format!("Goes on from step {}. Key: Ctrl+Enter", present.step);
+            let hint = format!("Continues from step {}. Key: Ctrl+Enter", present.step);
             if icons::named_ui(ui, refusal.is_none(), resume, "Resume")
                 .on_hover_text(hint)
                 .on_disabled_hover_text(refusal.clone().unwrap_or_default())
                 .clicked()
             {
-                out.push(Command::StartTraining { fresh: false });
+                out.push(Command::Training(TrainingCommand::Start { fresh: false }));
             }
             let over = Button::new((icons::OVER, "Start over…")).min_size(BUTTON);
             if icons::named_ui(ui, true, over, "Start over…")
-                .on_hover_text("Begins with a new network")
+                .on_hover_text("Starts with a new network")
                 .clicked()
             {
                 self.confirming = true;
@@ -227,7 +238,7 @@ impl Buttons {
         });
         let over = (choice.config().minutes).filter(|minutes| 60.0 * minutes <= present.seconds);
         let complete = over.map(|minutes| {
-            format!("Its {minutes:.0} minutes are over: give it more minutes to go on")
+            format!("The {minutes:.0} minutes are used up: raise Minutes to continue")
         });
         for sentence in refusal.into_iter().chain(complete) {
             ui.label(RichText::new(sentence).size(12.0).color(theme::QUIET));
@@ -235,7 +246,7 @@ impl Buttons {
     }
 }
 
-/// The button that begins the first run.
+/// The button that starts the first run.
 pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
     let start = Button::new((icons::PLAY, "Start"))
         .fill(theme::ACCENT_DIM)
@@ -245,7 +256,7 @@ pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
         .on_hover_text(hint)
         .clicked()
     {
-        out.push(Command::StartTraining { fresh });
+        out.push(Command::Training(TrainingCommand::Start { fresh }));
     }
 }
 
@@ -276,7 +287,7 @@ mod tests {
             (
                 cost(Some(600.0), None, false),
                 true,
-                ["10 min", "steps by its time"],
+                ["10 min", "limited by time"],
             ),
             (
                 cost(Some(600.0), Some(9), false),

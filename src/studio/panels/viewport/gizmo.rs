@@ -1,16 +1,18 @@
-//! A compass over the picture: seen from above, camera below, it turns the environment.
+//! A compass over the picture that turns the environment: a view from above, with the camera at the bottom.
 
-use crate::command::Command;
-use crate::panel::{Reading, Sight};
+use crate::command::{Command, LookCommand};
+use crate::environment_library::PanoramaState;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Color32, CursorIcon, FontId, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 
 /// Radius of the ring in points.
 const RADIUS: f32 = 30.0;
 
-/// The compass in the lower right corner: a drag around it sets the yaw.
-pub fn gizmo_ui(ui: &Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>) {
-    let Some(Reading::Done { .. }) = sight.environment().map(|entry| &entry.panorama) else {
+/// The compass in the lower right corner; a drag around it sets the yaw.
+pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
+    let Some(PanoramaState::Done { .. }) = context.environment().map(|entry| &entry.panorama)
+    else {
         return;
     };
     let center = rect.right_bottom() - Vec2::splat(RADIUS + 2.5 * GAP);
@@ -19,7 +21,7 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>) {
         return;
     }
     let response = ui.interact(area, ui.scope_id().with("compass"), Sense::click_and_drag());
-    let yaw = sight.state.look.yaw_deg;
+    let yaw = context.state.look.yaw_deg;
     response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(yaw), "Compass"));
     let lively = response.hovered() || response.dragged();
     let painter = ui.painter().with_clip_rect(rect);
@@ -27,7 +29,7 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>) {
     painter.circle_filled(center, RADIUS + GAP, dark);
     let ring = if lively { theme::TEXT } else { theme::QUIET };
     painter.circle_stroke(center, RADIUS, Stroke::new(1.5, ring));
-    // The camera, below, looks up.
+    // The camera at the bottom looks up.
     let camera = center + vec2(0.0, RADIUS);
     let lens = [vec2(-5.0, 4.0), vec2(5.0, 4.0), vec2(0.0, -4.0)].map(|corner| camera + corner);
     painter.add(egui::Shape::convex_polygon(lens.into(), ring, Stroke::NONE));
@@ -40,15 +42,15 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>) {
     }
     if let Some(at) = response.interact_pointer_pos() {
         if response.double_clicked() {
-            out.push(Command::Yaw(0.0));
+            out.push(Command::Look(LookCommand::Yaw(0.0)));
         } else if response.dragged() {
-            out.push(Command::Yaw(angle(at - center)));
+            out.push(Command::Look(LookCommand::Yaw(angle(at - center))));
         }
     }
-    response.on_hover_text("The environment from above, the camera below. Drag to turn it; a double-click puts it back.");
+    response.on_hover_text("The environment from above, with the camera at the bottom. Drag to turn, double-click to reset.");
 }
 
-/// Where the middle of the panorama is, which at no yaw is behind the subject: above.
+/// The panorama's centre on the ring: at yaw 0 it is at the top, behind the subject.
 fn on_ring(center: Pos2, yaw_deg: f32) -> Pos2 {
     let (sin, cos) = yaw_deg.to_radians().sin_cos();
     center + RADIUS * vec2(sin, -cos)

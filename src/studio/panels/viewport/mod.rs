@@ -1,14 +1,15 @@
-//! The picture, alone or beside another; where there is none, what is needed to make one.
+//! The picture, alone or compared with another; if there is none, what is needed to make one.
 
 mod gizmo;
 mod instead;
 mod toolbar;
 
-use crate::command::Command;
-use crate::compare::How;
+use crate::command::{Command, LookCommand, ViewCommand};
+use crate::comparison::CompareMode;
+use crate::environment_library::PanoramaState;
 use crate::icons;
-use crate::panel::{Reading, Sight};
-use crate::panels::{TEXT_WIDTH, notice_ui, put_away_ui};
+use crate::panel_context::PanelContext;
+use crate::panels::{TEXT_WIDTH, dismiss_ui, notice_ui};
 use crate::theme::{self, GAP};
 use egui::{
     Align2, Color32, CursorIcon, FontId, PointerButton, Rect, Sense, TextureHandle, Ui, Vec2, pos2,
@@ -19,50 +20,50 @@ use worker::PreviewPicture;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.
 const DEGREES_PER_POINT: f32 = 0.4;
-/// Half of the width in points by which a line can be taken hold of.
+/// Points to either side of the wipe line within which it can be grabbed.
 const HOLD: f32 = 6.0;
 
 /// The viewport, and the textures that it shows.
 #[derive(Default)]
 pub struct ViewportPanel {
-    shown: Option<Shown>,
-    /// Points that a pixel of the fitted picture takes.
+    shown: Option<ViewportTextures>,
+    /// Points per pixel of the fitted picture.
     fit: f32,
 }
 
-struct Shown {
+struct ViewportTextures {
     relit: Arc<PreviewPicture>,
     first: TextureHandle,
     second: Option<TextureHandle>,
 }
 
 impl ViewportPanel {
-    /// Points that a pixel of the fitted picture takes; 0 before there was one.
+    /// Points per pixel of the fitted picture; 0 before the first picture.
     pub fn fit(&self) -> f32 {
         self.fit
     }
 
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let mut rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
-        self.upload(ui.ctx(), sight.relit);
+        self.upload(ui.ctx(), context.relit);
         match &self.shown {
-            Some(shown) if sight.is_live() => {
+            Some(shown) if context.is_live() => {
                 let bar = Rect::from_min_size(rect.min, vec2(rect.width(), toolbar::HEIGHT));
-                toolbar::toolbar_ui(ui, bar, sight, out);
+                toolbar::toolbar_ui(ui, bar, context, out);
                 rect.min.y = bar.bottom();
                 gestures(ui, rect, out);
-                self.fit = pictures_ui(ui, rect, shown, sight, out);
-                gizmo::gizmo_ui(ui, rect, sight, out);
+                self.fit = pictures_ui(ui, rect, shown, context, out);
+                gizmo::gizmo_ui(ui, rect, context, out);
                 let mut below = rect;
-                if let Some(sentence) = overlay(sight, &shown.relit) {
+                if let Some(sentence) = overlay(context, &shown.relit) {
                     below.max.y = note_ui(ui, rect, &sentence, false, out).top() + GAP;
                 }
-                if let Some(refusal) = &sight.news.refusal {
+                if let Some(refusal) = &context.status.refusal {
                     note_ui(ui, below, refusal, true, out);
                 }
             }
-            _ => notice_ui(ui, |ui| instead::instead_ui(ui, sight, out)),
+            _ => notice_ui(ui, |ui| instead::instead_ui(ui, context, out)),
         }
         ui.advance_cursor_after_rect(rect);
     }
@@ -74,7 +75,7 @@ impl ViewportPanel {
         };
         let old = self.shown.take();
         if let Some(old) = old.as_ref().filter(|old| Arc::ptr_eq(&old.relit, relit)) {
-            self.shown = Some(Shown {
+            self.shown = Some(ViewportTextures {
                 relit: relit.clone(),
                 first: old.first.clone(),
                 second: old.second.clone(),
@@ -91,7 +92,7 @@ impl ViewportPanel {
             .first
             .as_ref()
             .map_or(&relit.rgb, |(_, codes)| &codes.rgb);
-        self.shown = Some(Shown {
+        self.shown = Some(ViewportTextures {
             relit: relit.clone(),
             first: texture(ctx, "relit", first, size, first_rgb),
             second: codes.map(|codes| {
@@ -119,33 +120,39 @@ fn texture(
     }
 }
 
-/// Where a picture is: fitted with a margin, then zoomed and moved. And points per pixel when fitted.
-fn placed(rect: Rect, size: Vec2, sight: &Sight) -> (Rect, f32) {
+/// The picture's rectangle: fitted with a margin, then zoomed and panned. Also the points per pixel when fitted.
+fn placed(rect: Rect, size: Vec2, context: &PanelContext) -> (Rect, f32) {
     let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
     let fit = (room / size).min_elem();
-    let view = sight.state.view;
+    let view = context.state.view;
     let placed =
         Rect::from_center_size(rect.center() + Vec2::from(view.pan), size * fit * view.zoom);
     (placed, fit)
 }
 
-/// The picture, and what it is compared with; tells how many points a pixel of the fitted one takes.
-fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<Command>) -> f32 {
+/// The picture and what it is compared with. Returns the points per pixel when fitted.
+fn pictures_ui(
+    ui: &Ui,
+    rect: Rect,
+    shown: &ViewportTextures,
+    context: &PanelContext,
+    out: &mut Vec<Command>,
+) -> f32 {
     let relit = &shown.relit;
     let size = vec2(relit.width as f32, relit.height as f32);
-    let compare = &sight.state.compare;
+    let compare = &context.state.compare;
     let second = shown.second.as_ref().filter(|_| compare.on);
     let peeks = ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down());
-    let name = || toolbar::name(&compare.with, sight);
+    let name = || toolbar::name(&compare.reference, context);
     let first = || match (&compare.first, &relit.first) {
-        (Some(with), Some(_)) => toolbar::name(with, sight),
+        (Some(with), Some(_)) => toolbar::name(with, context),
         _ => "relit".to_owned(),
     };
-    let (place, fit) = match (second, compare.how) {
-        (Some(second), How::Side) => {
+    let (place, fit) = match (second, compare.mode) {
+        (Some(second), CompareMode::Side) => {
             let (left, right) = rect.split_left_right_at_fraction(0.5);
-            let (place, fit) = placed(left, size, sight);
-            let (other, _) = placed(right, size, sight);
+            let (place, fit) = placed(left, size, context);
+            let (other, _) = placed(right, size, context);
             paint(ui, left, &shown.first, place, (0.0, 1.0));
             paint(ui, right, second, other, (0.0, 1.0));
             label(ui, left, Align2::LEFT_TOP, &first());
@@ -153,14 +160,14 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             (place, fit)
         }
         (Some(second), _) if peeks => {
-            let (place, fit) = placed(rect, size, sight);
+            let (place, fit) = placed(rect, size, context);
             paint(ui, rect, second, place, (0.0, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &name());
             (place, fit)
         }
-        (Some(second), How::Wipe) => {
-            let (place, fit) = placed(rect, size, sight);
-            let wipe = sight.state.wipe.clamp(0.0, 1.0);
+        (Some(second), CompareMode::Wipe) => {
+            let (place, fit) = placed(rect, size, context);
+            let wipe = context.state.wipe.clamp(0.0, 1.0);
             paint(ui, rect, &shown.first, place, (0.0, wipe));
             paint(ui, rect, second, place, (wipe, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &first());
@@ -168,8 +175,8 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             wipe_ui(ui, rect, place, wipe, out);
             (place, fit)
         }
-        (Some(second), How::Toggle) => {
-            let (place, fit) = placed(rect, size, sight);
+        (Some(second), CompareMode::Toggle) => {
+            let (place, fit) = placed(rect, size, context);
             let (texture, name) = if compare.second {
                 (second, name())
             } else {
@@ -180,7 +187,7 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             (place, fit)
         }
         (second, _) => {
-            let (place, fit) = placed(rect, size, sight);
+            let (place, fit) = placed(rect, size, context);
             paint(ui, rect, &shown.first, place, (0.0, 1.0));
             if second.is_some() {
                 let gain = crate::state::GAIN;
@@ -190,11 +197,11 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             (place, fit)
         }
     };
-    probe(ui, rect, place, relit, sight, out);
+    probe(ui, rect, place, relit, context, out);
     fit
 }
 
-/// The part of a texture between two shares of its width, in its place.
+/// Draws the part of a texture between two shares of its width, where it belongs in `place`.
 fn paint(ui: &Ui, clip: Rect, texture: &TextureHandle, place: Rect, (from, to): (f32, f32)) {
     let x = |share: f32| place.left() + share * place.width();
     let part = Rect::from_min_max(pos2(x(from), place.top()), pos2(x(to), place.bottom()));
@@ -203,7 +210,7 @@ fn paint(ui: &Ui, clip: Rect, texture: &TextureHandle, place: Rect, (from, to): 
     painter.image(texture.id(), part, uv, Color32::WHITE);
 }
 
-/// A word over a corner of the picture.
+/// A name over a corner of the picture.
 fn label(ui: &Ui, rect: Rect, corner: Align2, text: &str) {
     let painter = ui.painter().with_clip_rect(rect);
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(13.0), theme::TEXT);
@@ -212,7 +219,7 @@ fn label(ui: &Ui, rect: Rect, corner: Align2, text: &str) {
     painter.galley(back.min + vec2(6.0, 3.0), galley, theme::TEXT);
 }
 
-/// The line between the two pictures, which can be dragged.
+/// The line between the two pictures; it can be dragged.
 fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) {
     let x = place.left() + wipe * place.width();
     let line = Rect::from_x_y_ranges(x - HOLD..=x + HOLD, place.y_range()).intersect(rect);
@@ -236,17 +243,19 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
         .interact_pointer_pos()
         .filter(|_| response.dragged())
     {
-        out.push(Command::Wipe((at.x - place.left()) / place.width()));
+        out.push(Command::View(ViewCommand::Wipe(
+            (at.x - place.left()) / place.width(),
+        )));
     }
 }
 
-/// Tells which pixel is under the cursor.
+/// Reports the pixel under the cursor.
 fn probe(
     ui: &Ui,
     rect: Rect,
     place: Rect,
     relit: &PreviewPicture,
-    sight: &Sight,
+    context: &PanelContext,
     out: &mut Vec<Command>,
 ) {
     let at = ui.input(|i| i.pointer.latest_pos());
@@ -260,9 +269,9 @@ fn probe(
         let at = |share: f32, length: usize| (share * length as f32) as usize;
         inside.then_some([at(u, relit.width), at(v, relit.height)])
     });
-    // The last pixel stays when the cursor goes to the panel that shows it.
-    if pixel.is_some() && pixel != sight.state.probed {
-        out.push(Command::Probe(pixel));
+    // The last pixel is kept while the cursor moves to the panel that shows it.
+    if pixel.is_some() && pixel != context.state.probed {
+        out.push(Command::View(ViewCommand::Pixel(pixel)));
     }
 }
 
@@ -272,43 +281,45 @@ fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
     let shift = ui.input(|i| i.modifiers.shift);
     let delta = response.drag_delta();
     if response.dragged_by(PointerButton::Primary) {
-        out.push(Command::Turn(
+        out.push(Command::Look(LookCommand::Turn(
             delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 },
-        ));
+        )));
     } else if response.dragged_by(PointerButton::Secondary) && shift {
-        out.push(Command::Turn(delta.x * DEGREES_PER_POINT));
+        out.push(Command::Look(LookCommand::Turn(
+            delta.x * DEGREES_PER_POINT,
+        )));
     } else if response.dragged_by(PointerButton::Middle) {
-        out.push(Command::Pan(delta.into()));
+        out.push(Command::View(ViewCommand::Pan(delta.into())));
     }
     if let Some(at) = response.hover_pos() {
         let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
         if factor != 1.0 {
-            out.push(Command::Zoom {
+            out.push(Command::View(ViewCommand::Zoom {
                 factor,
                 about: (at - rect.center()).into(),
-            });
+            }));
         }
     }
 }
 
-/// A sentence to be read over the picture: why it is not the one that was asked for.
-fn overlay(sight: &Sight, relit: &PreviewPicture) -> Option<String> {
-    if let Some(failure) = &sight.news.failure {
+/// A message over the picture: why it is not yet the one that was asked for.
+fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
+    if let Some(failure) = &context.status.failure {
         return Some(failure.clone());
     }
-    match sight.environment().map(|e| &e.panorama) {
+    match context.environment().map(|e| &e.panorama) {
         None => Some("Add an environment: a lat-long panorama, .exr or .hdr".to_owned()),
-        Some(Reading::Waiting) => Some("Reading the environment".to_owned()),
-        Some(Reading::Failed(sentence)) => Some(sentence.clone()),
-        Some(Reading::Done { .. }) if relit.scene.frame != sight.state.frame => {
-            Some(format!("Predicting frame {}", sight.state.frame))
+        Some(PanoramaState::Waiting) => Some("Reading the environment".to_owned()),
+        Some(PanoramaState::Failed(sentence)) => Some(sentence.clone()),
+        Some(PanoramaState::Done { .. }) if relit.scene.frame != context.state.frame => {
+            Some(format!("Predicting frame {}", context.state.frame))
         }
-        Some(Reading::Done { .. }) => None,
+        Some(PanoramaState::Done { .. }) => None,
     }
 }
 
-/// A sentence in the lower left corner, which is where it is returned. One that says why something could not
-/// be done stays until it is put away.
+/// A message in the lower left corner; returns its rectangle. A `refusal` says why something could not be done
+/// and stays until it is dismissed.
 fn note_ui(ui: &mut Ui, rect: Rect, sentence: &str, refusal: bool, out: &mut Vec<Command>) -> Rect {
     let sides = if refusal { [26.0, 34.0] } else { [0.0; 2] };
     let width = TEXT_WIDTH.min(rect.width() - 6.0 * GAP - sides[0] - sides[1]);
@@ -329,7 +340,7 @@ fn note_ui(ui: &mut Ui, rect: Rect, sentence: &str, refusal: bool, out: &mut Vec
     if refusal {
         let at = Rect::from_min_size(back.right_top() + vec2(-32.0, 4.0), vec2(28.0, 24.0));
         ui.scope_builder(egui::UiBuilder::new().max_rect(at), |ui| {
-            put_away_ui(ui, out);
+            dismiss_ui(ui, out);
         });
     }
     back

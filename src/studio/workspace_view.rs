@@ -1,8 +1,8 @@
-//! The panels in their places: hands each pane of the layout what it sees, and hears what was done.
+//! One workspace while a frame of the window is drawn: each pane of the layout shows its panel.
 
-use super::command::Command;
+use super::command::{Command, WindowCommand};
 use super::layout::{BORDER, Pane, TABS_HEIGHT};
-use super::panel::Sight;
+use super::panel_context::PanelContext;
 use super::panels::{
     EffectsPanel, EnvironmentsPanel, ExportPanel, FootagePanel, GammaPanel, LampSheetPanel,
     LightPanel, LogPanel, PicturePanel, ProbePanel, ProjectPanel, ReviewPanel, ScopesPanel,
@@ -16,7 +16,7 @@ use egui_tiles::{
 
 /// The panels, which keep what only their drawing needs.
 #[derive(Default)]
-pub struct Panes {
+pub struct Panels {
     project: ProjectPanel,
     footage: FootagePanel,
     viewport: ViewportPanel,
@@ -35,7 +35,7 @@ pub struct Panes {
     scopes: ScopesPanel,
 }
 
-impl Panes {
+impl Panels {
     /// Points that a pixel of the fitted picture takes; 0 before there was one.
     pub fn fit(&self) -> f32 {
         self.viewport.fit()
@@ -50,9 +50,9 @@ impl Panes {
 }
 
 /// The panels while one frame of the window is drawn.
-pub struct Shown<'a> {
-    pub panes: &'a mut Panes,
-    pub sight: Sight<'a>,
+pub struct WorkspaceView<'a> {
+    pub panels: &'a mut Panels,
+    pub context: PanelContext<'a>,
     pub out: &'a mut Vec<Command>,
     /// Those that were drawn.
     pub drawn: Vec<Pane>,
@@ -60,7 +60,7 @@ pub struct Shown<'a> {
     pub edited: bool,
 }
 
-impl Shown<'_> {
+impl WorkspaceView<'_> {
     fn side_ui(&mut self, ui: &mut Ui, pane: Pane, width: f32) {
         let frame = Frame::new()
             .fill(theme::PANEL)
@@ -69,8 +69,8 @@ impl Shown<'_> {
             .exact_size(width)
             .frame(frame)
             .show(ui, |ui| match pane {
-                Pane::Probe => self.panes.probe.side_ui(ui, &self.sight, self.out),
-                _ => self.panes.gamma.side_ui(ui, &self.sight, self.out),
+                Pane::Probe => self.panels.probe.side_ui(ui, &self.context, self.out),
+                _ => self.panels.gamma.side_ui(ui, &self.context, self.out),
             });
     }
 
@@ -81,44 +81,44 @@ impl Shown<'_> {
     }
 
     fn contents_ui(&mut self, ui: &mut Ui, pane: Pane) {
-        let (panes, sight) = (&mut *self.panes, &self.sight);
+        let (panels, context) = (&mut *self.panels, &self.context);
         let out = &mut *self.out;
         match pane {
             Pane::Probe => {
                 // Where there is nothing to show, the reason has all of the room.
-                if !matches!(sight.probe, Some(Err(_))) {
+                if !matches!(context.probe, Some(Err(_))) {
                     self.side_ui(ui, pane, 392.0);
                 }
-                self.panes.probe.ui(ui, &self.sight, self.out);
+                self.panels.probe.ui(ui, &self.context, self.out);
             }
             Pane::Gamma => {
-                if !matches!(sight.gamma, Some(Err(_))) {
+                if !matches!(context.gamma, Some(Err(_))) {
                     self.side_ui(ui, pane, 408.0);
                 }
-                self.panes.gamma.ui(ui, &self.sight, self.out);
+                self.panels.gamma.ui(ui, &self.context, self.out);
             }
-            Pane::Training => panes.training.ui(ui, sight, out),
-            Pane::Project => panes.project.ui(ui, sight, out),
-            Pane::Footage => panes.footage.ui(ui, sight, out),
-            Pane::Picture => panes.viewport.ui(ui, sight, out),
-            Pane::Timeline => padded(ui, |ui| panes.timeline.ui(ui, sight, out)),
-            Pane::Environments => padded(ui, |ui| panes.environments.ui(ui, sight, out)),
+            Pane::Training => panels.training.ui(ui, context, out),
+            Pane::Project => panels.project.ui(ui, context, out),
+            Pane::Footage => panels.footage.ui(ui, context, out),
+            Pane::Picture => panels.viewport.ui(ui, context, out),
+            Pane::Timeline => padded(ui, |ui| panels.timeline.ui(ui, context, out)),
+            Pane::Environments => padded(ui, |ui| panels.environments.ui(ui, context, out)),
             Pane::Light => padded(ui, |ui| {
                 scrolled(ui, |ui| {
-                    panes.light.ui(ui, sight, out);
-                    panes.picture.ui(ui, sight, out);
+                    panels.light.ui(ui, context, out);
+                    panels.picture.ui(ui, context, out);
                 });
             }),
             Pane::Effects => padded(ui, |ui| {
-                scrolled(ui, |ui| panes.effects.ui(ui, sight, out));
+                scrolled(ui, |ui| panels.effects.ui(ui, context, out));
             }),
             Pane::Scopes => padded(ui, |ui| {
-                scrolled(ui, |ui| panes.scopes.ui(ui, sight, out));
+                scrolled(ui, |ui| panels.scopes.ui(ui, context, out));
             }),
-            Pane::Lamps => padded(ui, |ui| panes.lamps.ui(ui, sight, out)),
-            Pane::Review => padded(ui, |ui| panes.review.ui(ui, sight, out)),
-            Pane::Export => padded(ui, |ui| panes.export.ui(ui, sight, out)),
-            Pane::Log => padded(ui, |ui| panes.log.ui(ui, sight, out)),
+            Pane::Lamps => padded(ui, |ui| panels.lamps.ui(ui, context, out)),
+            Pane::Review => padded(ui, |ui| panels.review.ui(ui, context, out)),
+            Pane::Export => padded(ui, |ui| panels.export.ui(ui, context, out)),
+            Pane::Log => padded(ui, |ui| panels.log.ui(ui, context, out)),
         }
     }
 }
@@ -138,7 +138,7 @@ fn scrolled(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     });
 }
 
-impl Behavior<Pane> for Shown<'_> {
+impl Behavior<Pane> for WorkspaceView<'_> {
     fn pane_ui(&mut self, ui: &mut Ui, _: TileId, pane: &mut Pane) -> UiResponse {
         let rect = ui.max_rect();
         ui.painter().rect_filled(rect, 0.0, theme::PANEL);
@@ -146,8 +146,9 @@ impl Behavior<Pane> for Shown<'_> {
         self.drawn.push(*pane);
         // Not where something that lies over the pane is meant, as a menu.
         let pressed = ui.input(|i| i.pointer.any_pressed()) && ui.rect_contains_pointer(rect);
-        if pressed && self.sight.state.active != *pane {
-            self.out.push(Command::Activate(*pane));
+        if pressed && self.context.state.active != *pane {
+            self.out
+                .push(Command::Window(WindowCommand::Activate(*pane)));
         }
         self.contents_ui(ui, *pane);
         UiResponse::None

@@ -1,6 +1,5 @@
 //! The interview's and the exemplars' pictures as they were filmed, read when the pane shows them.
 
-use super::state::State;
 use base::error::Result;
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use imaging::resample::resize_area;
@@ -39,18 +38,18 @@ pub enum MatteView {
 
 /// A picture that is wanted, and how.
 #[derive(Clone, Debug, PartialEq)]
-struct Wanted {
+struct FootageRequest {
     picture: PathBuf,
     matte: PathBuf,
     view: MatteView,
 }
 
 /// A picture of the shoot.
-pub struct Shown {
+pub struct FootagePicture {
     /// Columns and rows of the file.
     pub size: (usize, usize),
     pub texture: TextureHandle,
-    wanted: Wanted,
+    request: FootageRequest,
 }
 
 /// A picture and its file's size.
@@ -58,10 +57,10 @@ type Read = Result<(SrgbPicture, (usize, usize))>;
 
 /// The pictures, and the threads that read them.
 #[derive(Default)]
-pub struct Footages {
-    picture: Option<std::result::Result<Shown, String>>,
-    asked: Option<Wanted>,
-    pictures: Option<Lookup<Wanted, (Wanted, Read)>>,
+pub struct FootageReader {
+    picture: Option<std::result::Result<FootagePicture, String>>,
+    asked: Option<FootageRequest>,
+    pictures: Option<Lookup<FootageRequest, (FootageRequest, Read)>>,
     thumbnails: BTreeMap<usize, Option<TextureHandle>>,
     /// Frames whose thumbnails the panel has room for.
     wanted: Vec<usize>,
@@ -70,9 +69,9 @@ pub struct Footages {
     small: Option<Lookup<(usize, PathBuf), (usize, Read)>>,
 }
 
-impl Footages {
+impl FootageReader {
     /// The picture that is shown, or why it cannot be; none until the first was read.
-    pub fn picture(&self) -> Option<&std::result::Result<Shown, String>> {
+    pub fn picture(&self) -> Option<&std::result::Result<FootagePicture, String>> {
         self.picture.as_ref()
     }
 
@@ -94,13 +93,13 @@ impl Footages {
     }
 
     /// Takes in what was read. Called in every frame of the window.
-    pub fn hear(&mut self, ctx: &Context) {
-        if let Some((wanted, read)) = self.pictures.iter().flat_map(Lookup::answers).last() {
+    pub fn receive(&mut self, ctx: &Context) {
+        if let Some((request, read)) = self.pictures.iter().flat_map(Lookup::answers).last() {
             self.picture = Some(match read {
-                Ok((codes, size)) => Ok(Shown {
+                Ok((codes, size)) => Ok(FootagePicture {
                     size,
                     texture: texture(ctx, "footage", &codes),
-                    wanted,
+                    request,
                 }),
                 Err(e) => Err(e.to_string()),
             });
@@ -120,38 +119,43 @@ impl Footages {
     pub fn ask(
         &mut self,
         project: &Project,
-        state: &State,
+        frame: usize,
+        pose: usize,
+        view: FootageView,
         wake: impl Fn() + Clone + Send + 'static,
     ) {
         let shoot = &project.settings.shoot;
         if shoot.frames.is_empty() || shoot.poses.is_empty() || shoot.lamps.is_empty() {
             return;
         }
-        let frame = state.frame.min(shoot.frames.len() - 1);
-        let view = state.footage.matte;
-        let wanted = if state.footage.exemplars {
-            let pose = state.pose.min(shoot.poses.len() - 1);
-            Wanted {
+        let FootageView {
+            matte: view,
+            exemplars,
+        } = view;
+        let request = if exemplars {
+            let pose = pose.min(shoot.poses.len() - 1);
+            FootageRequest {
                 picture: project.olat_path(pose, 0),
                 matte: project.exemplar_mask_path(pose),
                 view,
             }
         } else {
-            Wanted {
+            let frame = frame.min(shoot.frames.len() - 1);
+            FootageRequest {
                 picture: project.frame_path(frame),
                 matte: project.frame_mask_path(frame),
                 view,
             }
         };
-        if self.asked.as_ref() != Some(&wanted) {
+        if self.asked.as_ref() != Some(&request) {
             let clerk = self.pictures.get_or_insert_with(|| {
-                Lookup::start(wake.clone(), |wanted: Wanted| {
-                    let read = wanted.read();
-                    (wanted, read)
+                Lookup::start(wake.clone(), |request: FootageRequest| {
+                    let read = request.read();
+                    (request, read)
                 })
             });
-            clerk.ask(wanted.clone());
-            self.asked = Some(wanted);
+            clerk.ask(request.clone());
+            self.asked = Some(request);
         }
         let missing = self.wanted.iter().copied();
         let next = missing
@@ -169,17 +173,17 @@ impl Footages {
     }
 }
 
-impl Shown {
+impl FootagePicture {
     /// The file that is shown.
     pub fn file(&self) -> &Path {
-        match self.wanted.view {
-            MatteView::Alone => &self.wanted.matte,
-            _ => &self.wanted.picture,
+        match self.request.view {
+            MatteView::Alone => &self.request.matte,
+            _ => &self.request.picture,
         }
     }
 }
 
-impl Wanted {
+impl FootageRequest {
     fn read(&self) -> Read {
         let reduced = |size| reduced(size, PICTURE_PX);
         match self.view {

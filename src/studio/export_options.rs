@@ -1,8 +1,9 @@
 //! What the next export is to be.
 
-use super::news::Phase;
-use super::panel::Reading;
-use super::state::{Keyed, Look};
+use super::environment_library::PanoramaState;
+use super::keyframed::Keyframed;
+use super::look::LookSettings;
+use super::status::Phase;
 use compositor::Storage;
 use export::relight::RelightSettings;
 use export::{Existing, Files, Format};
@@ -15,7 +16,7 @@ use std::sync::Arc;
 
 /// What a person chose.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Order {
+pub struct ExportOptions {
     /// First and last frame; none is all.
     pub frames: Option<(usize, usize)>,
     pub format: Format,
@@ -31,7 +32,7 @@ pub struct Order {
     pub replace: bool,
 }
 
-impl Order {
+impl ExportOptions {
     /// All frames of a project as they are shown, for a display.
     pub fn of(project: &Project) -> Self {
         let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
@@ -73,7 +74,11 @@ impl Order {
     }
 
     /// Why nothing can be exported now, and what to do; none where it can.
-    pub fn obstacle(&self, phase: &Phase, environment: Option<&Reading>) -> Option<&'static str> {
+    pub fn obstacle(
+        &self,
+        phase: &Phase,
+        environment: Option<&PanoramaState>,
+    ) -> Option<&'static str> {
         let name = self.stem();
         let named =
             !name.ends_with(std::path::is_separator) && Path::new(name).file_name().is_some();
@@ -84,8 +89,8 @@ impl Order {
                 Some("The interview cannot be relit yet: the picture's pane says what is missing")
             }
             (_, None) => Some("Choose an environment first"),
-            (_, Some(Reading::Waiting)) => Some("The environment is still being read"),
-            (_, Some(Reading::Failed(_))) => {
+            (_, Some(PanoramaState::Waiting)) => Some("The environment is still being read"),
+            (_, Some(PanoramaState::Failed(_))) => {
                 Some("This environment cannot be read: choose another one")
             }
             _ if !named => Some("Give the files a name"),
@@ -97,7 +102,7 @@ impl Order {
     pub fn settings(
         &self,
         project: &Project,
-        look: &Look,
+        look: &LookSettings,
         environment: Arc<Environment>,
         device: DeviceChoice,
     ) -> RelightSettings {
@@ -108,11 +113,11 @@ impl Order {
             read: Some(environment),
             front: Some(look.front()),
             mapping: None,
-            yaw_deg: free(Keyed::Yaw, look.yaw_deg),
+            yaw_deg: free(Keyframed::Yaw, look.yaw_deg),
             turntable: false,
             yaw_keys: look.yaw_keys.clone(),
             lighting: Lighting {
-                intensity_stops: free(Keyed::Intensity, look.lighting.intensity_stops),
+                intensity_stops: free(Keyframed::Intensity, look.lighting.intensity_stops),
                 ..look.lighting.clone()
             },
             intensity_keys: look.intensity_keys.clone(),
@@ -142,7 +147,7 @@ impl Order {
     }
 }
 
-impl Default for Order {
+impl Default for ExportOptions {
     fn default() -> Self {
         Self {
             frames: None,
@@ -160,11 +165,11 @@ impl Default for Order {
 mod tests {
     use super::*;
 
-    fn named(name: &str, format: Format) -> Order {
-        Order {
+    fn named(name: &str, format: Format) -> ExportOptions {
+        ExportOptions {
             name: name.to_owned(),
             format,
-            ..Order::default()
+            ..ExportOptions::default()
         }
     }
 
@@ -175,9 +180,9 @@ mod tests {
         assert_eq!(to(" a.mov ", Format::H264), "/film/a.mp4");
         assert_eq!(to("/else/v1.2", Format::ProRes), "/else/v1.2.mov");
         assert_eq!(to("100%", Format::Exr), "/film/100%%.%04d.exr");
-        let mut order = Order::default();
-        order.choose(Path::new("/film/b/c.png"), Path::new("/film"));
-        assert_eq!(order.to(Path::new("/film")), "/film/b/c.%04d.png");
+        let mut options = ExportOptions::default();
+        options.choose(Path::new("/film/b/c.png"), Path::new("/film"));
+        assert_eq!(options.to(Path::new("/film")), "/film/b/c.%04d.png");
     }
 
     #[test]
@@ -185,19 +190,20 @@ mod tests {
         let ready = Phase::Ready {
             device: "CPU".into(),
         };
-        let says = |order: &Order, phase| order.obstacle(phase, Some(&Reading::Waiting));
+        let says =
+            |options: &ExportOptions, phase| options.obstacle(phase, Some(&PanoramaState::Waiting));
         assert!(
-            says(&Order::default(), &Phase::Opening)
+            says(&ExportOptions::default(), &Phase::Opening)
                 .unwrap()
                 .contains("network")
         );
         assert!(
-            says(&Order::default(), &ready)
+            says(&ExportOptions::default(), &ready)
                 .unwrap()
                 .contains("environment")
         );
         assert!(
-            Order::default()
+            ExportOptions::default()
                 .obstacle(&ready, None)
                 .unwrap()
                 .contains("Choose")
@@ -206,10 +212,10 @@ mod tests {
 
     #[test]
     fn a_range_lies_within_the_interview() {
-        let mut order = Order::default();
-        assert_eq!(order.range(8), (0, 7));
-        order.frames = Some((5, 99));
-        assert_eq!(order.range(8), (5, 7));
-        assert_eq!(order.range(0), (0, 0));
+        let mut options = ExportOptions::default();
+        assert_eq!(options.range(8), (0, 7));
+        options.frames = Some((5, 99));
+        assert_eq!(options.range(8), (5, 7));
+        assert_eq!(options.range(0), (0, 0));
     }
 }

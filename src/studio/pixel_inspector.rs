@@ -17,15 +17,15 @@ type Texel = Option<Vec<[f32; 3]>>;
 
 /// The newest that was found, and who finds it.
 #[derive(Default)]
-pub struct Inspected {
+pub struct PixelInspector {
     clerk: Option<Lookup<Ask, Texel>>,
     asked: Option<Ask>,
     found: Texel,
 }
 
-impl Inspected {
+impl PixelInspector {
     /// Takes in what was found.
-    pub fn hear(&mut self) {
+    pub fn receive(&mut self) {
         // The newest question is answered last, and others may not be.
         if let Some(found) = self.clerk.iter().flat_map(Lookup::answers).last() {
             self.found = found;

@@ -1,27 +1,28 @@
-//! What panels see. A panel is a struct with `ui(&mut self, ui, &Sight, &mut Vec<Command>)`: it keeps
+//! What panels see. A panel is a struct with `ui(&mut self, ui, &PanelContext, &mut Vec<Command>)`: it keeps
 //! what only the drawing needs, reads the rest here, and changes nothing but by commands.
 
-use super::footages::Footages;
+use super::destination_check::ExistingFiles;
+use super::environment_library::EnvironmentEntry;
+use super::environment_list::ListedEnvironment;
+use super::footage_reader::FootageReader;
 use super::layout::Pane;
-use super::listed::Listed;
-use super::lookout::Taken;
-use super::news::{News, Phase};
+use super::network_review::NetworkReview;
 use super::recents::Recent;
-use super::reviews::Reviews;
 use super::state::State;
+use super::status::{Phase, Status};
 use super::training::Training;
 use super::wizard::Wizard;
 use project::Project;
 use std::sync::Arc;
-use worker::{Export, GammaView, Panorama, PreviewPicture, ProbeView};
+use worker::{Export, GammaView, PreviewPicture, ProbeView};
 
 /// Everything that can be shown.
 #[derive(Clone, Copy)]
-pub struct Sight<'a> {
+pub struct PanelContext<'a> {
     pub project: Option<&'a Project>,
     pub state: &'a State,
-    pub news: &'a News,
-    pub environments: &'a [Entry],
+    pub status: &'a Status,
+    pub environments: &'a [EnvironmentEntry],
     /// The panes that are to be seen.
     pub shown: &'a [Pane],
     /// The newest picture.
@@ -31,13 +32,13 @@ pub struct Sight<'a> {
     /// The line of exports.
     pub exports: &'a [Export],
     /// Which files of the next export are there already.
-    pub taken: Option<&'a Taken>,
+    pub existing_files: Option<&'a ExistingFiles>,
     /// What the mirror balls show, or why they cannot be read.
     pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
     /// How the tried response does, or why that cannot be told.
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
     /// The shown frame under every lamp, and how near the network is to the truth.
-    pub reviews: &'a Reviews,
+    pub review: &'a NetworkReview,
     /// The network's training.
     pub training: &'a Training,
     /// Why nothing can be written into the project, where somebody else writes there.
@@ -47,42 +48,13 @@ pub struct Sight<'a> {
     /// The project that is being made.
     pub wizard: &'a Wizard,
     /// The pictures as they were filmed.
-    pub footages: &'a Footages,
+    pub footage: &'a FootageReader,
 }
 
-/// An environment in the list.
-pub struct Entry {
-    pub listed: Listed,
-    pub panorama: Reading,
-}
-
-/// How far the reading of a panorama is.
-pub enum Reading {
-    Waiting,
-    Done {
-        panorama: Panorama,
-        thumbnail: egui::TextureHandle,
-    },
-    /// Why it cannot be used.
-    Failed(String),
-}
-
-impl Reading {
-    /// Whether it is not known yet.
-    pub fn is_waiting(&self) -> bool {
-        matches!(self, Self::Waiting)
-    }
-
-    /// Whether the panorama can light a subject.
-    pub fn is_done(&self) -> bool {
-        matches!(self, Self::Done { .. })
-    }
-}
-
-impl Sight<'_> {
+impl PanelContext<'_> {
     /// Whether pictures can be made. Where they cannot, the viewport says why, or what is being done.
     pub fn is_live(&self) -> bool {
-        matches!(self.news.phase, Phase::Ready { .. })
+        matches!(self.status.phase, Phase::Ready { .. })
     }
 
     /// Whether the running job is shown with its buttons in a pane of its own.
@@ -90,9 +62,14 @@ impl Sight<'_> {
         self.training.running && self.shown.contains(&Pane::Training)
     }
 
+    /// Whether a pane that is shown says why something could not be done.
+    pub fn refusal_has_pane(&self) -> bool {
+        self.shown.contains(&Pane::Picture) || self.shown.contains(&Pane::Project)
+    }
+
     /// What an environment is called: with whose it is, where another has the same name.
-    pub fn title(&self, entry: &Entry) -> String {
-        let Listed { name, owner, .. } = &entry.listed;
+    pub fn title(&self, entry: &EnvironmentEntry) -> String {
+        let ListedEnvironment { name, owner, .. } = &entry.listed;
         match entry.listed.is_ambiguous(&self.state.look.environments) {
             true => format!("{name}, {}", owner.says()),
             false => name.clone(),
@@ -100,7 +77,7 @@ impl Sight<'_> {
     }
 
     /// The entry that lights the subject, if there is any.
-    pub fn environment(&self) -> Option<&Entry> {
+    pub fn environment(&self) -> Option<&EnvironmentEntry> {
         self.environments.get(self.state.look.environment)
     }
 }

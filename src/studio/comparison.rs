@@ -1,7 +1,7 @@
 //! What the picture is compared with, and how both are shown.
 
-use super::listed::Listed;
-use super::state::State;
+use super::environment_list::ListedEnvironment;
+use super::look::LookSettings;
 use light::Environment;
 use light::conventions::Front;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use worker::{Comparison, ComparisonSource, Origin};
 
 /// What stands beside the relit picture.
 #[derive(Clone, Debug, PartialEq)]
-pub enum With {
+pub enum Reference {
     /// The interview's frame.
     Plate,
     /// The same frame under another environment of the list.
@@ -25,7 +25,7 @@ pub enum With {
 
 /// How two pictures are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum How {
+pub enum CompareMode {
     /// The first to the left of a line that can be dragged, the second to its right.
     Wipe,
     /// One beside the other.
@@ -38,73 +38,73 @@ pub enum How {
 
 /// The comparison.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Compare {
+pub struct CompareSettings {
     pub on: bool,
     /// The first picture; none is the relit one.
-    pub first: Option<With>,
+    pub first: Option<Reference>,
     /// The second picture.
-    pub with: With,
-    pub how: How,
+    pub reference: Reference,
+    pub mode: CompareMode,
     /// Where one is shown at a time: whether it is the second.
     pub second: bool,
 }
 
-impl Default for Compare {
+impl Default for CompareSettings {
     fn default() -> Self {
         Self {
             on: false,
             first: None,
-            with: With::Plate,
-            how: How::Wipe,
+            reference: Reference::Plate,
+            mode: CompareMode::Wipe,
             second: false,
         }
     }
 }
 
-impl Compare {
+impl CompareSettings {
     /// Wipes, or no longer does.
     pub fn toggle_wipe(&mut self) {
-        self.on = !(self.on && self.how == How::Wipe);
-        self.how = How::Wipe;
+        self.on = !(self.on && self.mode == CompareMode::Wipe);
+        self.mode = CompareMode::Wipe;
     }
 
     /// Shows the other of the two alone.
     pub fn toggle_second(&mut self) {
-        self.second = !(self.on && self.how == How::Toggle && self.second);
-        (self.on, self.how) = (true, How::Toggle);
+        self.second = !(self.on && self.mode == CompareMode::Toggle && self.second);
+        (self.on, self.mode) = (true, CompareMode::Toggle);
+    }
+
+    /// The pictures that these settings ask for besides the relit one, the first and the second; None for an
+    /// environment that is not loaded. `environment` gives those that are.
+    pub fn pictures(
+        &self,
+        look: &LookSettings,
+        environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
+    ) -> [Option<Comparison>; 2] {
+        if !self.on {
+            return [None, None];
+        }
+        [self.first.as_ref(), Some(&self.reference)].map(|shown| shown?.picture(look, &environment))
     }
 }
 
-impl State {
-    /// The pictures besides the relit one that this state asks for, the first and the second; none where it is
-    /// of an environment that has not been read.
-    pub fn compared(
+impl Reference {
+    fn picture(
         &self,
-        environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
-    ) -> [Option<Comparison>; 2] {
-        if !self.compare.on {
-            return [None, None];
-        }
-        let Compare { first, with, .. } = &self.compare;
-        [first.as_ref(), Some(with)].map(|with| self.beside(with?, &environment))
-    }
-
-    fn beside(
-        &self,
-        with: &With,
+        look: &LookSettings,
         environment: impl Fn(&Origin) -> Option<Arc<Environment>>,
     ) -> Option<Comparison> {
-        Some(match with {
-            With::Plate => Comparison::Plate,
-            With::Environment(origin) => {
-                let mut list = self.look.environments.iter();
+        Some(match self {
+            Self::Plate => Comparison::Plate,
+            Self::Environment(origin) => {
+                let mut list = look.environments.iter();
                 let listed = list.find(|listed| listed.origin == *origin);
-                let front = listed.map_or(Front::default(), Listed::front);
-                Comparison::Light(environment(origin)?, front.turned(self.look.yaw_deg))
+                let front = listed.map_or(Front::default(), ListedEnvironment::front);
+                Comparison::Light(environment(origin)?, front.turned(look.yaw_deg))
             }
-            With::Exemplar(pose) => Comparison::Olats(ComparisonSource::Exemplar(*pose)),
-            With::Truth(folder) => Comparison::Olats(ComparisonSource::Truth(folder.clone())),
-            With::Checkpoint(folder) => {
+            Self::Exemplar(pose) => Comparison::Olats(ComparisonSource::Exemplar(*pose)),
+            Self::Truth(folder) => Comparison::Olats(ComparisonSource::Truth(folder.clone())),
+            Self::Checkpoint(folder) => {
                 Comparison::Olats(ComparisonSource::Checkpoint(folder.clone()))
             }
         })
@@ -113,21 +113,22 @@ impl State {
 
 #[cfg(test)]
 mod tests {
-    use super::super::command::Command;
+    use super::super::command::LookCommand;
+    use super::super::state::State;
     use super::*;
     use imaging::Image;
 
     #[test]
     fn w_wipes_and_q_changes_sides() {
-        let mut compare = Compare::default();
+        let mut compare = CompareSettings::default();
         compare.toggle_wipe();
-        assert!(compare.on && compare.how == How::Wipe);
+        assert!(compare.on && compare.mode == CompareMode::Wipe);
         compare.toggle_second();
-        assert!(compare.on && compare.how == How::Toggle && compare.second);
+        assert!(compare.on && compare.mode == CompareMode::Toggle && compare.second);
         compare.toggle_second();
         assert!(compare.on && !compare.second);
         compare.toggle_wipe();
-        assert!(compare.on && compare.how == How::Wipe);
+        assert!(compare.on && compare.mode == CompareMode::Wipe);
         compare.toggle_wipe();
         assert!(!compare.on);
     }
@@ -136,22 +137,22 @@ mod tests {
     fn the_other_environment_is_turned_by_its_own_front() {
         let mut state = State::new(1, 24.0);
         let files = ["/a.hdr", "/b.hdr"].map(PathBuf::from);
-        state.apply(&Command::AddEnvironments(files.clone().into()));
-        state.apply(&Command::Yaw(10.0));
-        state.apply(&Command::Front(0, Some(Front::new(90.0))));
-        state.apply(&Command::Front(1, Some(Front::new(-20.0))));
+        state.change(LookCommand::AddEnvironments(files.clone().into()));
+        state.change(LookCommand::Yaw(10.0));
+        state.change(LookCommand::Front(0, Some(Front::new(90.0))));
+        state.change(LookCommand::Front(1, Some(Front::new(-20.0))));
         state.compare.on = true;
-        state.compare.with = With::Environment(Origin::File(files[1].clone()));
+        state.compare.reference = Reference::Environment(Origin::File(files[1].clone()));
         let grey = Image::filled(2, 1, [0.5; 3]);
         let grey = std::sync::Arc::new(Environment::from_radiance("grey", grey));
-        let compared = state.compared(|_| Some(grey.clone()));
+        let compared = state.compare.pictures(&state.look, |_| Some(grey.clone()));
         assert_eq!(
             compared,
             [None, Some(Comparison::Light(grey.clone(), -10.0))]
         );
-        state.compare.first = Some(With::Plate);
+        state.compare.first = Some(Reference::Plate);
         assert_eq!(
-            state.compared(|_| None),
+            state.compare.pictures(&state.look, |_| None),
             [Some(Comparison::Plate), None],
             "it was not read"
         );

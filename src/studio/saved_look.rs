@@ -1,6 +1,6 @@
 //! The look of a project between two sessions: `look.json` beside `project.toml`, written by itself.
 
-use super::state::{EXPOSURE_STOPS, Look};
+use super::look::LookSettings;
 use base::error::{Error, Result};
 use light::Lighting;
 use light::keyframes::Keyframes;
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// What of a look is kept. What a file leaves out is as in a new window.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct KeptLook {
+pub struct SavedLook {
     /// The environment's name in the list.
     environment: String,
     yaw_deg: f32,
@@ -24,14 +24,14 @@ pub struct KeptLook {
     background: Background,
 }
 
-impl KeptLook {
+impl SavedLook {
     /// Where a project's is.
     pub fn path(project: &Project) -> PathBuf {
         project.root.join("look.json")
     }
 
     /// That of a look.
-    pub fn of(look: &Look) -> Self {
+    pub fn of(look: &LookSettings) -> Self {
         let shown = look.environments.get(look.environment);
         Self {
             environment: shown.map_or(String::new(), |listed| listed.name.clone()),
@@ -67,14 +67,13 @@ impl KeptLook {
     }
 
     /// Gives it to the look of a window whose list of environments is there and whose first frame is shown.
-    pub fn apply(self, look: &mut Look) {
+    pub fn apply(self, look: &mut LookSettings) {
         let place = (look.environments.iter()).position(|listed| listed.name == self.environment);
         look.environment = place.unwrap_or(look.environment);
         look.yaw_keys = self.yaw_keys;
         look.intensity_keys = self.intensity_keys;
         look.turn_to(self.yaw_deg);
-        let stops = (*EXPOSURE_STOPS.start(), *EXPOSURE_STOPS.end());
-        look.exposure_stops = self.exposure_stops.clamp(stops.0, stops.1);
+        look.expose(self.exposure_stops);
         look.lighting = self.lighting;
         look.effects = self.effects.bounded();
         look.background = self.background;
@@ -89,40 +88,41 @@ impl KeptLook {
 
 #[cfg(test)]
 mod tests {
-    use super::super::command::Command;
-    use super::super::state::{Keyed, State};
+    use super::super::command::{LookCommand, ViewCommand};
+    use super::super::keyframed::Keyframed;
+    use super::super::state::State;
     use super::*;
 
     #[test]
     fn a_look_comes_back_and_a_broken_file_is_put_aside() {
         let folder = tempfile::tempdir().unwrap();
         let project = project::Project::without_shoot(folder.path());
-        assert_eq!(KeptLook::load(&project).unwrap(), None);
+        assert_eq!(SavedLook::load(&project).unwrap(), None);
         let mut state = State::new(10, 24.0);
-        state.apply(&Command::Yaw(40.0));
-        state.apply(&Command::Exposure(-1.5));
-        state.apply(&Command::Background(Background::None));
-        let kept = KeptLook::of(&state.look);
-        std::fs::write(KeptLook::path(&project), kept.text()).unwrap();
+        state.change(LookCommand::Yaw(40.0));
+        state.change(LookCommand::Exposure(-1.5));
+        state.change(LookCommand::Background(Background::None));
+        let kept = SavedLook::of(&state.look);
+        std::fs::write(SavedLook::path(&project), kept.text()).unwrap();
         let mut other = State::new(10, 24.0);
-        let read = KeptLook::load(&project).unwrap().unwrap();
+        let read = SavedLook::load(&project).unwrap().unwrap();
         read.apply(&mut other.look);
         assert_eq!(other.look, state.look);
 
         // What has keys was kept at the last frame and is shown at the first.
-        state.apply(&Command::ToggleKey(Keyed::Yaw));
-        state.apply(&Command::LastFrame);
-        state.apply(&Command::Yaw(90.0));
-        KeptLook::of(&state.look).apply(&mut other.look);
+        state.change(LookCommand::ToggleKey(Keyframed::Yaw));
+        state.show(ViewCommand::LastFrame);
+        state.change(LookCommand::Yaw(90.0));
+        SavedLook::of(&state.look).apply(&mut other.look);
         assert_eq!(other.look.yaw_deg, 40.0);
 
-        std::fs::write(KeptLook::path(&project), "{\"exposure_stops\": 99}").unwrap();
-        let read = KeptLook::load(&project).unwrap().unwrap();
+        std::fs::write(SavedLook::path(&project), "{\"exposure_stops\": 99}").unwrap();
+        let read = SavedLook::load(&project).unwrap().unwrap();
         read.apply(&mut other.look);
         assert_eq!((other.look.exposure_stops, other.look.yaw_deg), (10.0, 0.0));
 
-        std::fs::write(KeptLook::path(&project), "half a f").unwrap();
-        let said = KeptLook::load(&project).unwrap_err().to_string();
+        std::fs::write(SavedLook::path(&project), "half a f").unwrap();
+        let said = SavedLook::load(&project).unwrap_err().to_string();
         assert!(said.contains("look.json.old"), "{said}");
         let aside = folder.path().join("look.json.old");
         assert_eq!(std::fs::read_to_string(aside).unwrap(), "half a f");

@@ -9,7 +9,7 @@ use worker::{CalibrationRequest, CalibrationThread, GammaView, ProbeView};
 
 /// The answers, and the thread once it was needed.
 #[derive(Default)]
-pub struct Studies {
+pub struct CalibrationAnalysis {
     /// What the mirror balls show, or why they cannot be read.
     pub probe: Option<Result<Arc<ProbeView>, String>>,
     /// How the tried response does, or why that cannot be told.
@@ -21,14 +21,14 @@ pub struct Studies {
     calibrations: u64,
 }
 
-impl Studies {
+impl CalibrationAnalysis {
     /// The calibration may be another from now on.
     pub fn renew(&mut self) {
         self.calibrations += 1;
     }
 
     /// Takes in the newest answers.
-    pub fn hear(&mut self) {
+    pub fn receive(&mut self) {
         if let Some(thread) = &self.thread {
             self.probe = thread.probe().or(self.probe.take());
             self.gamma = thread.gamma().or(self.gamma.take());
@@ -71,26 +71,51 @@ impl Studies {
         }
     }
 
-    /// The silhouette that is shown, set by hand or the project's.
-    pub fn circle(&self, state: &State) -> Option<Circle> {
-        let kept = || Some(self.probe.as_ref()?.as_ref().ok()?.kept);
-        state.look.circle.or_else(kept)
+    /// The mirror ball's outline that is shown, set by hand or the project's.
+    ///
+    /// # Errors
+    /// Why it is not known.
+    pub fn circle(&self, state: &State) -> Result<Circle, String> {
+        match state.look.circle {
+            Some(circle) => Ok(circle),
+            None => Ok(known(&self.probe, "mirror balls")?.kept),
+        }
     }
 
     /// The response that is shown, set by hand or the calibration's.
-    pub fn trial(&self, state: &State) -> Option<Trial> {
-        let calibrated = || Some(self.gamma.as_ref()?.as_ref().ok()?.calibrated);
-        state.look.trial.or_else(calibrated)
+    ///
+    /// # Errors
+    /// Why it is not known.
+    pub fn trial(&self, state: &State) -> Result<Trial, String> {
+        match state.look.trial {
+            Some(trial) => Ok(trial),
+            None => Ok(known(&self.gamma, "exemplars and the interview")?.calibrated),
+        }
     }
 
-    /// The silhouette that the photographs show.
-    pub fn found(&self) -> Option<Circle> {
-        let study = self.probe.as_ref()?.as_ref().ok()?;
-        Some(study.found.as_ref().ok()?.circle)
+    /// The outline that was found in the photographs.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn found(&self) -> Result<Circle, String> {
+        let found = &known(&self.probe, "mirror balls")?.found;
+        found
+            .as_ref()
+            .map(|found| found.circle)
+            .map_err(Clone::clone)
     }
 }
 
-impl Drop for Studies {
+/// An answer, or why there is none.
+fn known<'a, T>(answer: &'a Option<Result<Arc<T>, String>>, what: &str) -> Result<&'a T, String> {
+    match answer {
+        Some(Ok(answer)) => Ok(answer),
+        Some(Err(sentence)) => Err(sentence.clone()),
+        None => Err(format!("The {what} are still being read")),
+    }
+}
+
+impl Drop for CalibrationAnalysis {
     /// The thread is joined beside the window: it may be amid a fit.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {

@@ -1,6 +1,6 @@
 //! The list of environments as a setting: which there are, whose they are, and which way is front in them.
 
-use super::state::Look;
+use super::look::LookSettings;
 use light::built_in;
 use light::conventions::Front;
 use project::{NamedEnvironment, Project, free_name};
@@ -10,7 +10,7 @@ use worker::Origin;
 
 /// An environment of the list.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Listed {
+pub struct ListedEnvironment {
     pub name: String,
     pub origin: Origin,
     /// Which way is front in its file, once the person has said so.
@@ -38,7 +38,7 @@ impl Owner {
     }
 }
 
-impl Listed {
+impl ListedEnvironment {
     /// Whether another of a list has the same name but for capitals.
     pub fn is_ambiguous(&self, list: &[Self]) -> bool {
         let name = self.name.to_lowercase();
@@ -65,18 +65,18 @@ impl Listed {
 }
 
 /// The list of a project that was just opened: the shoot's, those that are built in, and what was added.
-pub fn of_project(project: &Project) -> Vec<Listed> {
+pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
     let (added, shoots): (Vec<_>, Vec<_>) =
         project.environments().into_iter().partition(|e| e.added);
     let of_file = |owner| {
-        move |known: project::KnownEnvironment| Listed {
+        move |known: project::KnownEnvironment| ListedEnvironment {
             name: known.name,
             origin: Origin::File(known.file),
             front: known.front,
             owner,
         }
     };
-    let built_in = built_in::all().into_iter().map(|own| Listed {
+    let built_in = built_in::all().into_iter().map(|own| ListedEnvironment {
         name: own.title.to_owned(),
         origin: Origin::BuiltIn(own),
         front: None,
@@ -88,7 +88,7 @@ pub fn of_project(project: &Project) -> Vec<Listed> {
 }
 
 /// What of a list is kept in the project.
-pub fn kept(list: &[Listed]) -> Vec<NamedEnvironment> {
+pub fn saved(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
     let files = list.iter().filter_map(|listed| {
         Some(NamedEnvironment {
             name: listed.name.clone(),
@@ -99,7 +99,7 @@ pub fn kept(list: &[Listed]) -> Vec<NamedEnvironment> {
     files.collect()
 }
 
-impl Look {
+impl LookSettings {
     /// Adds panoramas at the end of the list, and shows the first of them. One that is there already is not
     /// added again.
     pub(super) fn add(&mut self, files: &[PathBuf]) {
@@ -107,10 +107,10 @@ impl Look {
         let mut first = None;
         for file in files {
             let file = std::path::absolute(file).unwrap_or_else(|_| file.clone());
-            let same = |listed: &Listed| listed.file() == Some(&file);
+            let same = |listed: &ListedEnvironment| listed.file() == Some(&file);
             let place = list.iter().position(same).unwrap_or_else(|| {
                 let names = list.iter().map(|listed| listed.name.as_str());
-                list.push(Listed {
+                list.push(ListedEnvironment {
                     name: free_name(&file, names),
                     origin: Origin::File(file),
                     front: None,
@@ -152,13 +152,13 @@ impl Look {
     /// Which way is front in the environment that is shown.
     pub fn front(&self) -> Front {
         let shown = self.environments.get(self.environment);
-        shown.map_or(Front::default(), Listed::front)
+        shown.map_or(Front::default(), ListedEnvironment::front)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::command::Command;
+    use super::super::command::LookCommand;
     use super::super::state::State;
     use super::*;
     use light::conventions::Tool;
@@ -166,7 +166,7 @@ mod tests {
     /// A window on a list of two that are the shoot's.
     fn state() -> State {
         let mut state = State::new(1, 24.0);
-        let shoots = ["sky", "night"].map(|name| Listed {
+        let shoots = ["sky", "night"].map(|name| ListedEnvironment {
             name: name.to_owned(),
             origin: Origin::File(PathBuf::from("/shoot").join(name)),
             front: None,
@@ -176,8 +176,8 @@ mod tests {
         state
     }
 
-    fn apply(state: &mut State, command: Command) {
-        state.apply(&command);
+    fn apply(state: &mut State, command: LookCommand) {
+        state.change(command);
         state.release();
     }
 
@@ -189,20 +189,20 @@ mod tests {
     #[test]
     fn the_picture_of_a_front_is_the_picture_of_the_yaw_that_it_stands_for() {
         let mut s = state();
-        apply(&mut s, Command::Yaw(25.0));
+        apply(&mut s, LookCommand::Yaw(25.0));
         for tool in Tool::ALL {
             let front = Front::of(tool);
             let mut turned = s.clone();
-            apply(&mut turned, Command::Yaw(25.0 + front.yaw_deg()));
-            apply(&mut s, Command::Front(0, Some(front)));
+            apply(&mut turned, LookCommand::Yaw(25.0 + front.yaw_deg()));
+            apply(&mut s, LookCommand::Front(0, Some(front)));
             let off = s.scene().yaw_deg - turned.scene().yaw_deg;
             assert!(off.rem_euclid(360.0) < 1e-3, "{tool:?}: {off}");
             assert_eq!(s.look.yaw_deg, 25.0);
-            apply(&mut s, Command::Front(0, None));
+            apply(&mut s, LookCommand::Front(0, None));
         }
         // It belongs to the file: another environment stays as it is.
-        apply(&mut s, Command::Front(0, Some(Front::new(90.0))));
-        apply(&mut s, Command::Environment(1));
+        apply(&mut s, LookCommand::Front(0, Some(Front::new(90.0))));
+        apply(&mut s, LookCommand::Environment(1));
         assert_eq!(s.scene().yaw_deg, 25.0);
     }
 
@@ -210,11 +210,11 @@ mod tests {
     fn what_is_added_comes_last_and_is_shown_once_and_undone() {
         let mut s = state();
         let files = ["/a/sky.hdr", "/b/yard.hdr", "/a/sky.hdr"].map(PathBuf::from);
-        apply(&mut s, Command::AddEnvironments(files.into()));
+        apply(&mut s, LookCommand::AddEnvironments(files.into()));
         assert_eq!(names(&s), ["sky", "night", "sky 2", "yard"]);
         assert_eq!(s.look.environment, 2);
         assert!(s.look.environments[2].asks() && !s.look.environments[0].asks());
-        apply(&mut s, Command::Undo);
+        apply(&mut s, LookCommand::Undo);
         assert_eq!((names(&s), s.look.environment), (vec!["sky", "night"], 0));
     }
 
@@ -222,8 +222,8 @@ mod tests {
     fn only_what_was_added_is_removed_and_the_one_that_is_shown_stays() {
         let mut s = state();
         let files = ["/a", "/b", "/c"].map(PathBuf::from);
-        apply(&mut s, Command::AddEnvironments(files.into()));
-        apply(&mut s, Command::Environment(4));
+        apply(&mut s, LookCommand::AddEnvironments(files.into()));
+        apply(&mut s, LookCommand::Environment(4));
         for (removed, left, shown) in [
             (0, vec!["sky", "night", "a", "b", "c"], "c"),
             (99, vec!["sky", "night", "a", "b", "c"], "c"),
@@ -231,12 +231,12 @@ mod tests {
             (3, vec!["sky", "night", "b"], "b"),
             (2, vec!["sky", "night"], "night"),
         ] {
-            apply(&mut s, Command::RemoveEnvironment(removed));
+            apply(&mut s, LookCommand::RemoveEnvironment(removed));
             assert_eq!(names(&s), left);
             assert_eq!(names(&s)[s.look.environment], shown);
         }
         for _ in 0..3 {
-            apply(&mut s, Command::Undo);
+            apply(&mut s, LookCommand::Undo);
         }
         assert_eq!(names(&s)[s.look.environment], "c");
     }

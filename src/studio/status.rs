@@ -20,7 +20,7 @@ pub enum Phase {
 
 /// A running job.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Work {
+pub struct RunningJob {
     pub what: &'static str,
     pub stage: &'static str,
     /// Finished share of the stage, from 0 to 1.
@@ -39,9 +39,9 @@ pub struct Work {
 
 /// Whether a sentence is good news.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    Said,
-    Failed,
+pub enum Severity {
+    Info,
+    Error,
 }
 
 /// A sentence that was said, and when.
@@ -49,7 +49,7 @@ pub enum Kind {
 pub struct LogLine {
     /// Minutes and seconds since the window was opened.
     pub time: String,
-    pub kind: Kind,
+    pub severity: Severity,
     pub sentence: String,
 }
 
@@ -64,32 +64,32 @@ const LOG_LINES: usize = 1000;
 
 /// The state of affairs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct News {
+pub struct Status {
     pub phase: Phase,
     /// The job that runs beside whatever can be done.
-    pub work: Option<Work>,
+    pub job: Option<RunningJob>,
     /// Why the picture that was asked for last could not be made.
     pub failure: Option<String>,
     /// Why something that a person did could not be done. It stays until it is put away, or until something
     /// that is done later answers it.
     pub refusal: Option<String>,
     /// The last sentence of a job.
-    pub said: Option<String>,
+    pub message: Option<String>,
     /// All sentences, the newest last.
     pub log: VecDeque<LogLine>,
     /// When the window was opened.
     opened: Instant,
 }
 
-impl News {
+impl Status {
     /// Before anything happened.
     pub fn new(phase: Phase) -> Self {
         Self {
             phase,
-            work: None,
+            job: None,
             failure: None,
             refusal: None,
-            said: None,
+            message: None,
             log: VecDeque::new(),
             opened: Instant::now(),
         }
@@ -106,26 +106,26 @@ impl News {
 
     /// Something that a person did, or that was to be written, could not be done.
     pub fn refuse(&mut self, sentence: String) {
-        self.note(Kind::Failed, &sentence);
+        self.note(Severity::Error, &sentence);
         self.refusal = Some(sentence);
     }
 
     /// Something is to be known.
     pub fn say(&mut self, sentence: String) {
-        self.note(Kind::Said, &sentence);
-        self.said = Some(sentence);
+        self.note(Severity::Info, &sentence);
+        self.message = Some(sentence);
     }
 
-    fn note(&mut self, kind: Kind, sentence: &str) {
+    fn note(&mut self, severity: Severity, sentence: &str) {
         let seconds = self.opened.elapsed().as_secs();
         let line = LogLine {
             time: format!("{}:{:02}", seconds / 60, seconds % 60),
-            kind,
+            severity,
             sentence: sentence.to_owned(),
         };
         // The same again and again says nothing new: a failing picture is asked for at every turn.
         let last = self.log.back();
-        if last.is_none_or(|last| (last.kind, &last.sentence) != (kind, &line.sentence)) {
+        if last.is_none_or(|last| (last.severity, &last.sentence) != (severity, &line.sentence)) {
             self.log.push_back(line);
             if self.log.len() > LOG_LINES {
                 self.log.pop_front();
@@ -134,48 +134,48 @@ impl News {
     }
 
     /// Takes an event in.
-    pub fn hear(&mut self, event: Event) {
+    pub fn on_event(&mut self, event: Event) {
         match event {
             Event::Opening => self.phase = Phase::Opening,
             Event::Ready { device } => self.phase = Phase::Ready { device },
             Event::Blocked(why) => {
-                self.note(Kind::Failed, &why.sentence);
+                self.note(Severity::Error, &why.sentence);
                 self.phase = Phase::Blocked(why);
             }
             Event::Failed { sentence } => {
-                self.note(Kind::Failed, &sentence);
+                self.note(Severity::Error, &sentence);
                 self.failure = Some(sentence);
             }
             Event::Started { what } => {
-                (self.failure, self.refusal, self.said) = (None, None, None);
-                self.work = Some(Work::new(what));
+                (self.failure, self.refusal, self.message) = (None, None, None);
+                self.job = Some(RunningJob::new(what));
             }
             Event::Report(Report::Say(sentence)) => self.say(sentence),
             Event::Finished { sentence } => {
                 self.say(sentence);
-                self.work = None;
+                self.job = None;
                 if matches!(self.phase, Phase::Blocked(_)) {
                     // The job may have brought what was missing: the worker looks now.
                     self.phase = Phase::Opening;
                 }
             }
             Event::Exported(standing) => {
-                let kind = match standing {
-                    ExportStatus::Failed(_) => Kind::Failed,
-                    _ => Kind::Said,
+                let severity = match standing {
+                    ExportStatus::Failed(_) => Severity::Error,
+                    _ => Severity::Info,
                 };
-                self.work = None;
+                self.job = None;
                 if let Some(sentence) = standing.sentence() {
-                    self.note(kind, sentence);
-                    self.said = Some(sentence.to_owned());
+                    self.note(severity, sentence);
+                    self.message = Some(sentence.to_owned());
                 }
             }
             Event::Report(Report::Blocked(sentence)) => {
-                if let Some(work) = &mut self.work {
-                    work.pause(true, Instant::now());
-                    work.held = Some(sentence.clone());
+                if let Some(job) = &mut self.job {
+                    job.pause(true, Instant::now());
+                    job.held = Some(sentence.clone());
                 }
-                self.note(Kind::Failed, &sentence);
+                self.note(Severity::Error, &sentence);
             }
             Event::Report(Report::Saved | Report::Training(_)) => {}
             Event::Report(Report::Step {
@@ -184,16 +184,16 @@ impl News {
                 total,
                 note,
             }) => {
-                if let Some(work) = &mut self.work {
+                if let Some(job) = &mut self.job {
                     let share = (done as f32 / total.max(1) as f32).clamp(0.0, 1.0);
-                    work.step(stage, share, note, Instant::now());
+                    job.step(stage, share, note, Instant::now());
                 }
             }
         }
     }
 }
 
-impl Work {
+impl RunningJob {
     fn new(what: &'static str) -> Self {
         Self {
             what,
@@ -265,70 +265,70 @@ mod tests {
 
     #[test]
     fn a_job_shows_its_share_and_its_end() {
-        let mut news = News::new(Phase::Opening);
+        let mut status = Status::new(Phase::Opening);
         let blocked = Blocked {
             sentence: "no network".into(),
             need: Some(Need::Network),
         };
-        news.hear(Event::Blocked(blocked.clone()));
-        news.hear(Event::Started {
+        status.on_event(Event::Blocked(blocked.clone()));
+        status.on_event(Event::Started {
             what: "training the network",
         });
-        news.hear(step("reading", 4));
-        news.hear(step("training", 0));
-        news.hear(step("training", 1));
-        let work = news.work.as_ref().unwrap();
-        assert_eq!((work.stage, work.share), ("training", 0.25));
-        assert_eq!(news.phase, Phase::Blocked(blocked));
-        news.hear(Event::Finished {
+        status.on_event(step("reading", 4));
+        status.on_event(step("training", 0));
+        status.on_event(step("training", 1));
+        let job = status.job.as_ref().unwrap();
+        assert_eq!((job.stage, job.share), ("training", 0.25));
+        assert_eq!(status.phase, Phase::Blocked(blocked));
+        status.on_event(Event::Finished {
             sentence: "trained".into(),
         });
         assert_eq!(
-            news.phase,
+            status.phase,
             Phase::Opening,
             "what it brought is not asked for again"
         );
-        news.hear(Event::Opening);
-        news.hear(Event::Ready {
+        status.on_event(Event::Opening);
+        status.on_event(Event::Ready {
             device: "CPU".into(),
         });
-        assert_eq!((&news.phase, &news.work), (&ready(), &None));
-        assert_eq!(news.said.as_deref(), Some("trained"));
+        assert_eq!((&status.phase, &status.job), (&ready(), &None));
+        assert_eq!(status.message.as_deref(), Some("trained"));
     }
 
     #[test]
     fn a_job_leaves_the_window_as_ready_as_it_was() {
-        let mut news = News::new(ready());
-        news.hear(Event::Started { what: "measuring" });
-        news.hear(step("measuring", 1));
-        news.hear(Event::Report(Report::Saved));
-        assert_eq!(news.phase, ready());
-        news.hear(Event::Finished {
+        let mut status = Status::new(ready());
+        status.on_event(Event::Started { what: "measuring" });
+        status.on_event(step("measuring", 1));
+        status.on_event(Event::Report(Report::Saved));
+        assert_eq!(status.phase, ready());
+        status.on_event(Event::Finished {
             sentence: "measured".into(),
         });
-        assert_eq!(news.phase, ready());
+        assert_eq!(status.phase, ready());
     }
 
     #[test]
     fn what_was_said_stays_in_the_log_of_the_next_project_and_is_bounded() {
-        let mut news = News::new(ready());
-        news.hear(Event::Failed {
+        let mut status = Status::new(ready());
+        status.on_event(Event::Failed {
             sentence: "no such file".into(),
         });
-        news.refuse("no such file".into());
-        news.hear(Event::Finished {
+        status.refuse("no such file".into());
+        status.on_event(Event::Finished {
             sentence: "trained".into(),
         });
-        news.begin(Phase::Opening);
-        let kinds: Vec<Kind> = news.log.iter().map(|line| line.kind).collect();
-        assert_eq!(kinds, [Kind::Failed, Kind::Said]);
+        status.begin(Phase::Opening);
+        let kinds: Vec<Severity> = status.log.iter().map(|line| line.severity).collect();
+        assert_eq!(kinds, [Severity::Error, Severity::Info]);
         assert_eq!(
-            (&news.failure, &news.refusal, &news.said),
+            (&status.failure, &status.refusal, &status.message),
             (&None, &None, &None)
         );
-        (0..2 * LOG_LINES).for_each(|i| news.refuse(i.to_string()));
-        assert_eq!(news.log.len(), LOG_LINES);
-        assert!(news.log[LOG_LINES - 1].to_string().ends_with("1999"));
+        (0..2 * LOG_LINES).for_each(|i| status.refuse(i.to_string()));
+        assert_eq!(status.log.len(), LOG_LINES);
+        assert!(status.log[LOG_LINES - 1].to_string().ends_with("1999"));
     }
 
     #[test]
@@ -337,54 +337,54 @@ mod tests {
             sentence: "no network".into(),
             need: None,
         });
-        let mut news = News::new(blocked.clone());
-        for (standing, kind) in [
-            (ExportStatus::Failed("disk full".into()), Kind::Failed),
+        let mut status = Status::new(blocked.clone());
+        for (standing, severity) in [
+            (ExportStatus::Failed("disk full".into()), Severity::Error),
             (
                 ExportStatus::Cancelled("2 frames are kept".into()),
-                Kind::Said,
+                Severity::Info,
             ),
         ] {
-            news.hear(Event::Started { what: "exporting" });
-            assert!(news.work.is_some());
-            news.hear(Event::Exported(standing.clone()));
-            assert_eq!((&news.work, &news.phase), (&None, &blocked));
-            assert_eq!(news.said.as_deref(), standing.sentence());
-            assert_eq!(news.log.back().unwrap().kind, kind);
+            status.on_event(Event::Started { what: "exporting" });
+            assert!(status.job.is_some());
+            status.on_event(Event::Exported(standing.clone()));
+            assert_eq!((&status.job, &status.phase), (&None, &blocked));
+            assert_eq!(status.message.as_deref(), standing.sentence());
+            assert_eq!(status.log.back().unwrap().severity, severity);
         }
     }
 
     #[test]
     fn work_that_waits_for_a_person_is_paused_and_says_why() {
-        let mut news = News::new(ready());
-        news.hear(Event::Started { what: "training" });
-        news.hear(Event::Report(Report::Blocked("no space left".into())));
-        let work = news.work.as_mut().unwrap();
-        assert!(work.is_paused());
-        assert_eq!(work.held.as_deref(), Some("no space left"));
-        work.pause(false, Instant::now());
-        assert_eq!(work.held, None);
-        assert_eq!(news.log.back().unwrap().kind, Kind::Failed);
+        let mut status = Status::new(ready());
+        status.on_event(Event::Started { what: "training" });
+        status.on_event(Event::Report(Report::Blocked("no space left".into())));
+        let job = status.job.as_mut().unwrap();
+        assert!(job.is_paused());
+        assert_eq!(job.held.as_deref(), Some("no space left"));
+        job.pause(false, Instant::now());
+        assert_eq!(job.held, None);
+        assert_eq!(status.log.back().unwrap().severity, Severity::Error);
     }
 
     #[test]
     fn a_late_report_does_not_bring_a_job_back() {
-        let mut news = News::new(ready());
-        news.hear(step("training", 1));
-        assert_eq!((&news.phase, &news.work), (&ready(), &None));
+        let mut status = Status::new(ready());
+        status.on_event(step("training", 1));
+        assert_eq!((&status.phase, &status.job), (&ready(), &None));
     }
 
     #[test]
     fn time_left_counts_neither_pauses_nor_what_was_finished_before() {
         let start = Instant::now();
         let at = |seconds| start + Duration::from_secs(seconds);
-        let mut work = Work::new("training");
-        work.step("epochs", 0.5, String::new(), start);
-        assert_eq!(work.left(at(10)), None, "nothing to go by yet");
-        work.pause(true, at(10));
-        assert_eq!(work.left(at(500)), None);
-        work.pause(false, at(1010));
-        work.step("epochs", 0.75, String::new(), at(1030));
-        assert_eq!(work.left(at(1030)), Some(Duration::from_secs(30)));
+        let mut job = RunningJob::new("training");
+        job.step("epochs", 0.5, String::new(), start);
+        assert_eq!(job.left(at(10)), None, "nothing to go by yet");
+        job.pause(true, at(10));
+        assert_eq!(job.left(at(500)), None);
+        job.pause(false, at(1010));
+        job.step("epochs", 0.75, String::new(), at(1030));
+        assert_eq!(job.left(at(1030)), Some(Duration::from_secs(30)));
     }
 }

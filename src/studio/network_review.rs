@@ -8,7 +8,7 @@ use worker::{LampSheet, PredictedFrame, PreviewPicture, ReviewThread, SavedRevie
 
 /// The answers, and the thread once it was needed.
 #[derive(Default)]
-pub struct Reviews {
+pub struct NetworkReview {
     /// The shown frame under every lamp, or why it cannot be drawn.
     pub sheet: Option<Result<Arc<LampSheet>, String>>,
     /// What the project keeps, or why that cannot be read.
@@ -26,14 +26,14 @@ pub struct Reviews {
     edited: bool,
 }
 
-impl Reviews {
+impl NetworkReview {
     /// A job may have changed what is kept.
     pub fn renew(&mut self) {
         self.asked = false;
     }
 
     /// Takes in the newest answers.
-    pub fn hear(&mut self) {
+    pub fn receive(&mut self) {
         let Some(thread) = &self.thread else { return };
         self.sheet = thread.sheet().or(self.sheet.take());
         if let Some(written) = thread.written() {
@@ -71,13 +71,21 @@ impl Reviews {
         }
     }
 
-    /// Sets and keeps a verdict or a note, unless those that are there could not be read.
-    pub fn mark(&mut self, marked: MarkedOlat) {
-        if let (Some(thread), Some(Ok(_))) = (&self.thread, &self.kept) {
-            self.marks.set(marked);
-            self.edited = true;
-            thread.write(self.marks.clone());
+    /// Sets and saves a verdict or a note.
+    ///
+    /// # Errors
+    /// When the saved ones are not read yet, or cannot be read: they would be lost.
+    pub fn mark(&mut self, marked: MarkedOlat) -> Result<(), String> {
+        let (Some(thread), Some(saved)) = (&self.thread, &self.kept) else {
+            return Err("The review is still being read".to_owned());
+        };
+        if let Err(sentence) = saved {
+            return Err(sentence.clone());
         }
+        self.marks.set(marked);
+        self.edited = true;
+        thread.write(self.marks.clone());
+        Ok(())
     }
 
     /// The truth that a new measurement goes by.
@@ -86,7 +94,7 @@ impl Reviews {
     }
 }
 
-impl Drop for Reviews {
+impl Drop for NetworkReview {
     /// The thread is joined beside the window: it may be amid a sheet.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
