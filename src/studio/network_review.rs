@@ -39,7 +39,7 @@ impl NetworkReview {
         if let Some(written) = thread.written() {
             self.failure = written.err();
         }
-        if let Some(kept) = thread.kept() {
+        if let Some(kept) = thread.saved() {
             // What was marked here is newer than any file that was read meanwhile.
             if let (Ok(kept), false) = (&kept, self.edited) {
                 self.marks = kept.marks.clone();

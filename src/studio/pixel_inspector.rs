@@ -18,18 +18,27 @@ type Texel = Option<Vec<[f32; 3]>>;
 /// The newest that was found, and who finds it.
 #[derive(Default)]
 pub struct PixelInspector {
-    clerk: Option<Lookup<Ask, Texel>>,
+    lookup: Option<Lookup<Ask, Texel>>,
     asked: Option<Ask>,
     found: Texel,
+    failure: Option<String>,
 }
 
 impl PixelInspector {
     /// Takes in what was found.
     pub fn receive(&mut self) {
         // The newest question is answered last, and others may not be.
-        if let Some(found) = self.clerk.iter().flat_map(Lookup::answers).last() {
-            self.found = found;
+        if let Some((_, found)) = self.lookup.iter().flat_map(Lookup::answers).last() {
+            (self.found, self.failure) = match found {
+                Ok(found) => (found, None),
+                Err(e) => (None, Some(e.to_string())),
+            };
         }
+    }
+
+    /// Why the newest was not found, once.
+    pub fn failure(&mut self) -> Option<String> {
+        self.failure.take()
     }
 
     /// Asks for a pixel of a frame where the panes `shown` show it.
@@ -48,11 +57,9 @@ impl PixelInspector {
             of: of.clone(),
             pixel,
         };
-        let answer = |Ask { of, pixel: [x, y] }: Ask| of.field.texel(x, y);
-        let clerk = self
-            .clerk
-            .get_or_insert_with(|| Lookup::start(wake, answer));
-        clerk.ask(ask.clone());
+        let find = |ask: &Ask| Ok(ask.of.field.texel(ask.pixel[0], ask.pixel[1]));
+        let lookup = self.lookup.get_or_insert_with(|| Lookup::start(wake, find));
+        lookup.ask(ask.clone());
         self.asked = Some(ask);
     }
 

@@ -563,3 +563,6 @@ mod drag_tests;
 
 #[path = "lost_tests.rs"]
 mod lost_tests;
+
+#[path = "panic_tests.rs"]
+mod panic_tests;
