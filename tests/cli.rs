@@ -3,6 +3,7 @@
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
+use test_support::Need;
 
 /// Runs the program in a folder, which is its cache too; what burn does is written beside.
 fn afterlight(folder: &Path, arguments: &[&str]) -> Output {
@@ -238,7 +239,7 @@ fn a_small_shoot_goes_all_the_way() {
     );
     assert!(refused.contains("%04d.exr"), "{refused}");
 
-    if Command::new("ffmpeg").arg("-version").output().is_ok() {
+    if test_support::ffmpeg() {
         let to_clip = [
             "relight",
             "film",
@@ -251,8 +252,6 @@ fn a_small_shoot_goes_all_the_way() {
         ];
         assert_eq!(succeed(at, &to_clip)["frames"], 8);
         assert!(at.join("clip.mp4").metadata().unwrap().len() > 500);
-    } else {
-        println!("skipped the movie: there is no ffmpeg here");
     }
 
     // More training on all frames makes the truth's frames known to the network.
@@ -296,8 +295,7 @@ fn kernels_are_timed_once(at: &Path) {
     let _ = std::fs::remove_file(&log);
     for anew in [true, false] {
         let said = relit(at, &["--device", "gpu"]);
-        if !said.contains("GPU (wgpu)") {
-            eprintln!("skipped: no GPU, not even a software one: {said}");
+        if !test_support::require(Need::Gpu, said.contains("GPU (wgpu)"), &said) {
             return;
         }
         let timed = std::fs::read_to_string(&log).unwrap();

@@ -43,6 +43,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
+use test_support::PATIENCE;
 
 /// How far a pixel of a snapshot may differ (YIQ distance), and how many may differ more: drivers
 /// round the edges of text differently.
@@ -81,12 +82,12 @@ fn clay_window(folder: &Path) -> Window {
     window
 }
 
-/// Steps the window until `seen`, as a person would wait; a minute is far beyond any of it.
+/// Steps the window until `seen`, as a person would wait.
 fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
     let started = Instant::now();
     while !seen(window.state()) {
         assert!(
-            started.elapsed() < Duration::from_secs(60),
+            started.elapsed() < PATIENCE,
             "no {what}: {:?}",
             window.state().news()
         );
@@ -232,7 +233,7 @@ fn play_goes_through_the_frames_and_around() {
     let mut shown = std::collections::BTreeSet::new();
     let started = Instant::now();
     while shown.len() < clay::FRAMES || window.state().state().frame > 1 {
-        assert!(started.elapsed() < Duration::from_secs(60), "{shown:?}");
+        assert!(started.elapsed() < PATIENCE, "{shown:?}");
         std::thread::sleep(Duration::from_millis(2));
         window.step();
         shown.extend(window.state().relit().map(|r| r.scene.frame));
@@ -714,8 +715,8 @@ fn lines_with(window: &Window, word: &str, left: f32, right: f32) -> Vec<egui::R
 
 /// The same without what is in `places`.
 fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
-    if !vulkan_adapter() {
-        println!("skipped: no Vulkan adapter to draw with; install mesa-vulkan-drivers");
+    let need = test_support::Need::Gpu;
+    if !test_support::require(need, vulkan_adapter(), "no Vulkan adapter to draw with") {
         return;
     }
     window.run();

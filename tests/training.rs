@@ -92,12 +92,10 @@ fn a_resumed_run_equals_an_unstopped_one_bit_for_bit() {
 /// The true features that a resumed run has not met yet are those that an unstopped one remembers.
 #[test]
 fn so_it_does_with_features_from_a_file_and_sampled_lamps() {
-    let weights = "../shared/data/weights/squeezenet1_1_lpips_v0_1.safetensors";
-    let weights = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join(weights);
-    if !weights.exists() {
-        eprintln!("skipped: no {}", weights.display());
+    let weights = "data/weights/squeezenet1_1_lpips_v0_1.safetensors";
+    let Some(weights) = test_support::shared(weights) else {
         return;
-    }
+    };
     for shift in [0.0, 0.05] {
         a_resumed_run_equals_an_unstopped_one(TrainingConfig {
             features: Some(weights.clone()),

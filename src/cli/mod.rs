@@ -186,6 +186,9 @@ struct DemoArgs {
     /// Make the project only, for the studio to open.
     #[arg(long)]
     prepare: bool,
+    /// End after this many minutes of training, including earlier runs.
+    #[arg(long, default_value_t = worker::demo::MINUTES, value_parser = parse::parse_minutes)]
+    minutes: f64,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -325,6 +328,7 @@ impl Cli {
                 let DemoArgs {
                     dir,
                     prepare,
+                    minutes,
                     device,
                     output,
                 } = args;
@@ -332,6 +336,7 @@ impl Cli {
                     Ok(Job::Demo {
                         folder: dir,
                         prepare,
+                        minutes,
                         device: device.device,
                     })
                 })

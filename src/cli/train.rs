@@ -1,6 +1,6 @@
 //! `afterlight train`.
 
-use super::parse::parse_count;
+use super::parse::{parse_count, parse_minutes};
 use super::{DeviceArgs, OutputArgs};
 use base::error::Result;
 use clap::Args;
@@ -26,7 +26,7 @@ pub struct TrainArgs {
     #[arg(long, value_enum)]
     precision: Option<Precision>,
     /// End after this many minutes of training, earlier runs counted in.
-    #[arg(long, conflicts_with = "epochs")]
+    #[arg(long, conflicts_with = "epochs", value_parser = parse_minutes)]
     minutes: Option<f64>,
     /// End after this many epochs, earlier runs counted in.
     #[arg(long)]

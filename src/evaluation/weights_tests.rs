@@ -12,8 +12,8 @@ use light::weights::{Partition, Weighting};
 use light::{Environment, YawTable};
 use project::Project;
 use reflectance::ReflectanceField;
-use std::path::PathBuf;
 use std::sync::OnceLock;
+use test_support::shared;
 
 /// The shoot, calibrated from its own photographs, at 256 × 256.
 struct Shoot {
@@ -23,35 +23,23 @@ struct Shoot {
     _folder: tempfile::TempDir,
 }
 
-fn shared(inside: &str) -> PathBuf {
-    PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").unwrap())
-        .join("../shared/data")
-        .join(inside)
-}
-
-/// The shoot; none where it is not here.
+/// The shoot; None if it is missing, and the test returns.
 fn shoot() -> Option<&'static Shoot> {
-    static SHOOT: OnceLock<Option<Shoot>> = OnceLock::new();
+    static SHOOT: OnceLock<Shoot> = OnceLock::new();
+    let stage = shared("data/stage")?;
     let shoot = SHOOT.get_or_init(|| {
-        let stage = shared("stage");
-        if !stage.is_dir() || !shared("hdri").is_dir() {
-            return None;
-        }
         let folder = tempfile::tempdir().unwrap();
         let (settings, silent) = (ImportSettings { size: 256, seed: 0 }, Progress::silent());
         let mut project = import(folder.path(), &stage, &settings, &silent).unwrap();
         let settings = CalibrateSettings::default();
-        Some(Shoot {
+        Shoot {
             calibration: calibrate(&mut project, &settings, &silent).unwrap(),
             truth: Truth::open(&project, &stage).unwrap(),
             project,
             _folder: folder,
-        })
+        }
     });
-    if shoot.is_none() {
-        println!("skipped: {} is not here", shared("").display());
-    }
-    shoot.as_ref()
+    Some(shoot)
 }
 
 const KINDS: [Weighting; 3] = [Weighting::Cells, Weighting::Smooth, Weighting::Fit];
@@ -183,13 +171,15 @@ fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells(
 
 #[test]
 fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
-    let Some(shoot) = shoot() else { return };
+    let (Some(shoot), Some(folder)) = (shoot(), shared("data/hdri")) else {
+        return;
+    };
     let rig = &shoot.calibration.rig;
     let partition = Partition::of(Weighting::default(), rig);
     let olats = shoot.truth.olats(shoot.truth.frames[0]).unwrap();
     let field = ReflectanceField::from_olats(&olats);
     let mut panoramas = 0;
-    for file in std::fs::read_dir(shared("hdri")).unwrap() {
+    for file in std::fs::read_dir(folder).unwrap() {
         let path = file.unwrap().path();
         if !["hdr", "exr"]
             .iter()

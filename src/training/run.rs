@@ -25,8 +25,8 @@ const MOST_BAD_STEPS: u32 = 3;
 /// What cannot be written, as on a full disk, is waited for where a person is there ([`Progress::insist`]).
 ///
 /// # Errors
-/// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, or three steps in a row are not
-/// finite: then the last good checkpoint stays.
+/// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, or three steps in a row or the
+/// weights are not finite: then the last good checkpoint stays.
 pub fn train(
     project: &Project,
     calibration: &Calibration,
@@ -77,6 +77,7 @@ fn learn(
             break;
         }
         if progress.paused() {
+            trainer.check_weights()?;
             progress.insist(|| trainer.save(project))?;
             progress.insist(|| logs.flush())?;
             progress.say(format!("Paused after step {}", trainer.info.step));
@@ -165,6 +166,7 @@ fn learn(
 
 /// Writes the checkpoint and keeps it in the list.
 fn save(project: &Project, trainer: &Trainer, logs: &mut Logs, progress: &Progress) -> Result<()> {
+    trainer.check_weights()?;
     progress.insist(|| trainer.save(project))?;
     progress.insist(|| logs.flush())?;
     if let Err(e) = kept::keep(project, Why::Passing) {

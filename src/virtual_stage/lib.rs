@@ -46,7 +46,7 @@ pub struct StageSettings {
     pub size: usize,
     /// Camera response, noise and movements follow from this; the same seed gives the same files.
     pub seed: u64,
-    /// Banks of lamps, that is OLATs per pose, from 4.
+    /// Banks of lamps, that is OLATs per pose, from 4 to 931, where each lamp is a bank of its own.
     pub lamps: usize,
 }
 
@@ -77,7 +77,7 @@ impl StageSettings {
         };
         within("pixels across (size)", self.size, 16..=1024)?;
         within("interview frames", self.frames, 1..=999)?;
-        within("lamps", self.lamps, 4..=400)
+        within("lamps", self.lamps, 4..=dome::MOST_LAMPS)
     }
 }
 

@@ -53,6 +53,7 @@ use gpu::{ComputeDevice, DeviceChoice};
 use project::Project;
 use std::sync::Arc;
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// Memory for reflectance fields: about 130 frames of 41 lamps at 128 pixels, or 8 at 512.
 const FIELD_BUDGET_BYTES: usize = 1 << 30;
@@ -111,12 +112,14 @@ impl Worker {
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        Self::within(haste::WINDOW_FRAME_MS, open, wake)
+        Self::within(haste::WINDOW_FRAME_MS, relighter::STILL, open, wake)
     }
 
-    /// [`Self::over`], with what a picture may take in milliseconds while something is dragged.
+    /// [`Self::over`], with what a picture may take in milliseconds while something is dragged, and how long a drag
+    /// has to rest before the picture is made at its full size.
     fn within(
         budget_ms: f64,
+        rest: Duration,
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
@@ -166,6 +169,7 @@ impl Worker {
             cache: cache::FieldCache::new(FIELD_BUDGET_BYTES),
             renew: renew.clone(),
             budget_ms,
+            rest,
         };
         let in_hand = labour::InHand::default();
         let queue = queue::Queue::default();

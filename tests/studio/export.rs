@@ -188,7 +188,10 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
 fn until_said(window: &mut Window, text: &str) {
     let started = std::time::Instant::now();
     while window.query_by_label_contains(text).is_none() {
-        assert!(started.elapsed().as_secs() < 60, "nobody says {text}");
+        assert!(
+            started.elapsed() < test_support::PATIENCE,
+            "nobody says {text}"
+        );
         std::thread::sleep(std::time::Duration::from_millis(5));
         window.step();
     }
@@ -327,6 +330,9 @@ fn settings(to: String) -> RelightSettings {
 fn a_stop_in_the_middle_keeps_the_stills_that_are_finished_and_no_movie() {
     let (_folder, project) = trained();
     for (name, ending, kept) in [("stopped", ".%04d.png", 2), ("stopped clip", ".mp4", 0)] {
+        if kept == 0 && !test_support::ffmpeg() {
+            return;
+        }
         let to = project
             .root
             .join("exports")
@@ -342,13 +348,7 @@ fn a_stop_in_the_middle_keeps_the_stills_that_are_finished_and_no_movie() {
             }
         };
         let stopped = relight(&project, &settings(to), &Progress::new(&sink, control));
-        let error = match stopped {
-            Err(e) if e.to_string().contains("install") => {
-                println!("skipped: {e}");
-                continue;
-            }
-            stopped => stopped.unwrap_err(),
-        };
+        let error = stopped.unwrap_err();
         let Error::Cancelled { kept: said } = &error else {
             panic!("{error}");
         };

@@ -372,12 +372,9 @@ fn a_fit_of_lamps_gives_the_lamps_back() {
 
 #[test]
 fn a_slow_turn_of_a_sunny_park_is_smooth() {
-    let path = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
-        .join("../shared/data/hdri/polyhaven_sunny_vondelpark_1k.hdr");
-    if !path.exists() {
-        eprintln!("skipped: {} is not here", path.display());
+    let Some(path) = test_support::shared("data/hdri/polyhaven_sunny_vondelpark_1k.hdr") else {
         return;
-    }
+    };
     let park = Environment::load(&path).unwrap().reduced(256);
     let rig = rig(&lattice(41));
     let total = luminance(park.energy());
@@ -435,12 +432,9 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
 
 #[test]
 fn a_fit_relights_a_ball_better_than_cells_do() {
-    let folder = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
-        .join("../shared/data/hdri");
-    if !folder.exists() {
-        eprintln!("skipped: {} is not here", folder.display());
+    let Some(folder) = test_support::shared("data/hdri") else {
         return;
-    }
+    };
     let rig = Rig {
         lamps: (rig(&lattice(41)).lamps.into_iter())
             .map(|lamp| Lamp {
