@@ -123,7 +123,7 @@ pub fn calibrate(
         settings.circle
     };
     if let Some(circle) = circle {
-        within.settings.shoot.ball.set_circle(&circle);
+        circle.apply_to(&mut within.settings.shoot.ball);
     }
     let calibration = calibrate_within(&within, settings, progress)?;
     *project = within;

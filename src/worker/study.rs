@@ -251,9 +251,9 @@ impl Desk {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let mut project = Project::open(&self.root)?;
-        let kept = project.settings.shoot.ball.circle();
+        let kept = Circle::of(&project.settings.shoot.ball);
         let circle = circle.unwrap_or(kept);
-        project.settings.shoot.ball.set_circle(&circle);
+        circle.apply_to(&mut project.settings.shoot.ball);
         let shoot = &project.settings.shoot;
         let calibration = Calibration::load(&project).ok();
         let response = calibration.as_ref().map_or(PROVISIONAL, |c| c.response);

@@ -180,19 +180,19 @@ impl Circle {
     }
 }
 
-impl Ball {
-    /// The ball's silhouette.
-    pub fn circle(&self) -> Circle {
-        Circle {
-            center_px: self.center_px.map(f64::from),
-            radius_px: f64::from(self.radius_px),
+impl Circle {
+    /// The silhouette of `ball`.
+    pub fn of(ball: &Ball) -> Self {
+        Self {
+            center_px: ball.center_px.map(f64::from),
+            radius_px: f64::from(ball.radius_px),
         }
     }
 
-    /// Puts the silhouette elsewhere.
-    pub fn set_circle(&mut self, circle: &Circle) {
-        self.center_px = circle.center_px.map(|c| c as f32);
-        self.radius_px = circle.radius_px as f32;
+    /// Makes this the silhouette of `ball`.
+    pub fn apply_to(&self, ball: &mut Ball) {
+        ball.center_px = self.center_px.map(|c| c as f32);
+        ball.radius_px = self.radius_px as f32;
     }
 }
 

@@ -6,7 +6,7 @@
 
 mod courtyard;
 mod nave;
-pub(crate) mod pattern;
+pub mod pattern;
 mod sky;
 mod studio;
 

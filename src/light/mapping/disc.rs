@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// A disc in a picture, in pixels. Its direction at the angle ψ from the axis is
 /// (sin ψ·right, sin ψ·up, `facing`·cos ψ).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Disc {
+pub struct Disc {
     /// The middle, from the picture's top left corner.
     pub centre: [f64; 2],
     /// Where the disc ends.
@@ -19,7 +19,7 @@ pub(crate) struct Disc {
 
 /// The angle ψ from the axis that a distance from the middle shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Profile {
+pub enum Profile {
     /// ψ = π · distance / radius.
     Angular,
     /// A mirror ball of radius 1 whose camera is 1/`camera` away from its centre, and what it reflects

@@ -28,9 +28,9 @@ mod resample;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use disc::{Disc, Profile};
-pub(crate) use projection::{Kind, Projection};
-pub(crate) use resample::resample;
+pub use disc::{Disc, Profile};
+pub use projection::{Kind, Projection};
+pub use resample::resample;
 
 use super::Environment;
 use base::error::{Error, Result};
@@ -132,7 +132,7 @@ impl Mapping {
     }
 
     /// Checks a size and gives the geometry of such a picture.
-    pub(crate) fn projection(self, (width, height): (usize, usize)) -> Result<Projection> {
+    pub fn projection(self, (width, height): (usize, usize)) -> Result<Projection> {
         let (fits, expected) = match self {
             Self::LatLong => (width > 0 && height > 0, "at least one pixel"),
             Self::Angular | Self::MirrorBall => (width > 0 && width == height, "a square picture"),

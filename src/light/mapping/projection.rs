@@ -7,14 +7,14 @@ use std::f64::consts::{PI, TAU};
 
 /// A picture of the sphere of `width × height` pixels; places count from its top left corner.
 #[derive(Clone, Debug)]
-pub(crate) struct Projection {
+pub struct Projection {
     pub width: usize,
     pub height: usize,
     pub kind: Kind,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
+pub enum Kind {
     LatLong,
     /// The faces of a cube, of `edge × edge` pixels.
     Cube(&'static [Face; 6], usize),
@@ -23,7 +23,7 @@ pub(crate) enum Kind {
 
 /// One face of an unfolded cube.
 #[derive(Debug)]
-pub(crate) struct Face {
+pub struct Face {
     /// Column and row of its cell.
     cell: (u8, u8),
     /// What its middle shows.

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 const ROUNDS: usize = 2;
 
 /// What [`resample`] makes.
-pub(crate) struct Resampled {
+pub struct Resampled {
     /// Mean radiance of what each pixel shows of the source; 0 where it shows nothing of it.
     pub image: Image,
     /// Share of each target pixel's part of the sphere that the source shows.
@@ -40,7 +40,7 @@ struct Sample {
 /// Resamples a picture whose values are finite. `usable` is the share of each source pixel's area that
 /// belongs to the picture: pixels of 0 are left out, and what only they show counts as not shown.
 /// A direction ω of the source is `turn`·ω in the target.
-pub(crate) fn resample(
+pub fn resample(
     picture: &Image,
     source: &Projection,
     usable: &[f32],

@@ -1,4 +1,3 @@
-use super::super::tests::empty;
 use super::*;
 use light::conventions::Tool;
 
