@@ -29,12 +29,10 @@ mod training;
 
 use afterlight::Error;
 use afterlight::compositor::Field;
-use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
 use afterlight::progress::Progress;
 use afterlight::scene::{Background, ViewTransform};
 use afterlight::studio::{Phase, StudioApp};
-use afterlight::virtual_stage::{StageSettings, write_shoot};
 use afterlight::worker::{Blocked, Need};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -43,6 +41,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
+use test_shoot::TestShoot;
 use test_support::PATIENCE;
 
 /// How far a pixel of a snapshot may differ (YIQ distance), and how many may differ more: drivers
@@ -598,16 +597,7 @@ fn a_frame_that_cannot_be_read_is_named_over_the_picture() {
 #[test]
 fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
     let folder = crate::temporary();
-    let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-    let stage = StageSettings {
-        frames: 3,
-        size: 32,
-        lamps: 6,
-        ..StageSettings::default()
-    };
-    write_shoot(&shoot, &stage, &silent).unwrap();
-    let settings = ImportSettings { size: 32, seed: 5 };
-    let project = import(&folder.path().join("project"), &shoot, &settings, &silent).unwrap();
+    let project = TestShoot::default().import(folder.path(), "project");
 
     let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
     let needs = |need| move |app: &StudioApp| matches!(&app.news().phase, Phase::Blocked(b) if b.need == Some(need));

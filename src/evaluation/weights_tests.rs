@@ -125,8 +125,11 @@ fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f
 #[test]
 fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells() {
     const SIZE: usize = 64;
-    let Some(shoot) = shoot() else { return };
-    let park = Environment::load(&shared("hdri/polyhaven_sunny_vondelpark_1k.hdr")).unwrap();
+    let park = shared("data/hdri/polyhaven_sunny_vondelpark_1k.hdr");
+    let (Some(shoot), Some(park)) = (shoot(), park) else {
+        return;
+    };
+    let park = Environment::load(&park).unwrap();
     let index = shoot.truth.frames[0];
     let olats = shoot.truth.olats(index).unwrap();
     let olats: Vec<Image> = olats.iter().map(|o| resize_area(o, SIZE, SIZE)).collect();

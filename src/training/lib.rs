@@ -18,6 +18,8 @@ pub mod kept;
 mod log;
 pub mod loss;
 #[cfg(test)]
+mod nan_tests;
+#[cfg(test)]
 mod parity_tests;
 mod records;
 mod run;

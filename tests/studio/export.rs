@@ -2,11 +2,9 @@
 
 use super::{Window, clay_window, snapshot, told_job, until, until_shown, window};
 use afterlight::Error;
-use afterlight::calibration::{CalibrateSettings, calibrate};
 use afterlight::compositor::Storage;
 use afterlight::export::relight::{RelightSettings, relight};
 use afterlight::export::{Files, rebuilt};
-use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
 use afterlight::light::Lighting;
 use afterlight::light::keyframes::Keyframes;
@@ -15,7 +13,6 @@ use afterlight::project::Project;
 use afterlight::scene::{Background, Effects};
 use afterlight::studio::StudioApp;
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
-use afterlight::virtual_stage::{StageSettings, write_shoot};
 use afterlight::worker::{Standing, Written};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers};
@@ -24,24 +21,18 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::mpsc::{Sender, channel};
 use tempfile::TempDir;
+use test_shoot::TestShoot;
 
 /// A project of four frames with a network that has hardly learnt anything, made once; each test has a copy.
 fn trained() -> (TempDir, Project) {
     static MADE: OnceLock<(TempDir, Project)> = OnceLock::new();
     let (made, _) = MADE.get_or_init(|| {
         let (folder, silent) = (crate::temporary(), Progress::silent());
-        let shoot = folder.path().join("shoot");
-        let stage = StageSettings {
+        let shoot = TestShoot {
             frames: 4,
-            size: 32,
-            lamps: 6,
-            ..StageSettings::default()
+            ..TestShoot::default()
         };
-        write_shoot(&shoot, &stage, &silent).unwrap();
-        let settings = ImportSettings { size: 32, seed: 5 };
-        let mut project = import(&folder.path().join("film"), &shoot, &settings, &silent).unwrap();
-        let found = calibrate(&mut project, &CalibrateSettings::default(), &silent).unwrap();
-        found.save(&project).unwrap();
+        let (project, found) = shoot.calibrate(folder.path(), "film");
         let config = TrainingConfig {
             width: 8,
             most_channels: 16,

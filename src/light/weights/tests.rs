@@ -249,7 +249,7 @@ fn even_lamps_share_an_even_sky_evenly() {
 
 #[test]
 fn a_sun_does_not_jump_as_it_turns() {
-    let continuous = [Partition::soft, Partition::smooth];
+    let continuous = [Partition::soft, Partition::smooth, Partition::fit];
     for ((name, rig), kind) in rigs()
         .into_iter()
         .flat_map(|rig| continuous.map(|kind| (rig.clone(), kind)))
