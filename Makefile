@@ -30,6 +30,9 @@ test: setup
 		$(CARGO) test --locked --workspace --no-fail-fast; \
 		code=$$?; awk -f tests/support/skipped.awk $(SKIPPED); exit $$code
 
+# The tests run in sessions without a folder of their own too: Mesa's driver then prints an error each time.
+test bench bench-relight bench-passes: export XDG_RUNTIME_DIR ?= $(CURDIR)/target
+
 lint:
 	$(CARGO) fmt --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
@@ -70,6 +73,15 @@ starter: build
 	$(AFTERLIGHT) calibrate target/starter/project
 	$(AFTERLIGHT) train target/starter/project --fresh --preset quick --exclude-truth target/starter/shoot
 	$(AFTERLIGHT) pack target/starter/project --to assets/starter
+
+# What others install: a .deb, a tarball and the notes of this version, in target/package. Takes half an hour.
+.PHONY: package test-package
+package: setup
+	@CARGO=$(CARGO) tools/package.sh
+
+# Installs the packages on a fresh Debian, without Rust, and uses the program there. As root; SUITE=trixie chooses.
+test-package:
+	tools/test_package.sh
 
 # The pictures of docs/guide.md, taken of a real window on the demo's project.
 screenshots: build

@@ -1,6 +1,6 @@
 // Pass `light_wrap`: the background's light reaches around the subject's rim. Between `open` and `wrap`
 // the light is blurred by `background_blur.wgsl`. `over` lays the subject over what is behind it. The
-// twins on the CPU are `compositor::light_wrap` and the end of that pass in `compositor::stage`.
+// twins on the CPU are `compositor::light_wrap` and `compositor::composition`.
 
 struct Params {
     size: vec2<u32>,

@@ -572,10 +572,10 @@ fn a_frame_that_cannot_be_read_is_named_over_the_picture() {
         let mut source = clay::source()?;
         let mut predict = source.predict;
         source.predict = Box::new(move |index| match index {
-            3 => Err(afterlight::Error::file(
+            3 => Err(afterlight::Error::io(
                 "open",
                 "frame_003.png",
-                "no such file",
+                std::io::ErrorKind::NotFound.into(),
                 "Bring it back",
             )),
             _ => predict(index),

@@ -9,7 +9,7 @@ use afterlight::reflectance::checkpoint::{self, CheckpointInfo};
 use afterlight::reflectance::{
     Formulation, Normalization, Predictor, ReflectanceField, Statistics,
 };
-use afterlight::training::{History, Preset, TrainSettings, TrainingConfig, kept, train};
+use afterlight::training::{History, Preset, TrainSettings, TrainingConfig, checkpoints, train};
 use burn::tensor::Device;
 use std::path::Path;
 use std::process::Stdio;
@@ -329,20 +329,22 @@ fn a_run_that_goes_back_learns_again_what_it_learnt() {
     assert!(second > first && early.1 != late.1 && early.1.len() == 3);
 
     assert_eq!(
-        kept::go_back(&project, &first.to_string()).unwrap().step,
+        checkpoints::go_back(&project, &first.to_string())
+            .unwrap()
+            .step,
         first
     );
     assert_eq!(
         (contents(&present), log()),
         (early.clone(), early_log.clone())
     );
-    let listed = kept::list(&project);
+    let listed = checkpoints::list(&project);
     assert!(listed.iter().any(|k| k.aside && k.info == late.0));
     assert!(listed.iter().any(|k| k.present && k.info == early.0));
-    kept::go_back(&project, &second.to_string()).unwrap();
+    checkpoints::go_back(&project, &second.to_string()).unwrap();
     assert_eq!((contents(&present), log()), (late, late_log));
     assert_eq!(predicted(&project, &calibration).values, late_field);
-    kept::go_back(&project, &first.to_string()).unwrap();
+    checkpoints::go_back(&project, &first.to_string()).unwrap();
     assert_eq!((contents(&present), log()), (early, early_log));
 
     run(&project, &calibration, long);
@@ -351,7 +353,9 @@ fn a_run_that_goes_back_learns_again_what_it_learnt() {
     let steps: Vec<u64> = history.points().iter().map(|p| p.step).collect();
     assert_eq!(steps, (1..=second).collect::<Vec<_>>());
 
-    let refused = kept::go_back(&project, "77").unwrap_err().to_string();
+    let refused = checkpoints::go_back(&project, "77")
+        .unwrap_err()
+        .to_string();
     assert!(
         refused.contains("77") && refused.contains("afterlight checkpoints"),
         "{refused}"
@@ -371,7 +375,7 @@ fn what_was_trained_before_a_new_start_is_kept_and_the_list_is_bounded() {
         ..small()
     };
     let steps = run(&project, &calibration, config.clone()).steps;
-    let passing = kept::list(&project).len() as u64;
+    let passing = checkpoints::list(&project).len() as u64;
     assert!(
         steps > 40 && passing <= 2 * (u64::from(steps.ilog2()) + 2),
         "{passing} of {steps}"
@@ -389,13 +393,13 @@ fn what_was_trained_before_a_new_start_is_kept_and_the_list_is_bounded() {
         device: DeviceChoice::Cpu,
     };
     train(&project, &calibration, &settings, &Progress::silent()).unwrap();
-    let kept = kept::list(&project);
+    let kept = checkpoints::list(&project);
     let aside = kept.iter().find(|kept| kept.aside).unwrap();
     let folder = project.root.join("checkpoints").join(&aside.name);
     assert_eq!(contents(&folder), old);
     let log = std::fs::read_to_string(folder.join("training.csv")).unwrap();
     assert_eq!(log.lines().count() as u64, steps + 1);
-    kept::go_back(&project, &aside.name).unwrap();
+    checkpoints::go_back(&project, &aside.name).unwrap();
     assert_eq!(contents(&project.checkpoint_path()), old);
 }
 
@@ -433,7 +437,10 @@ fn a_way_back_that_is_killed_leaves_a_readable_checkpoint() {
         let place = steps.iter().position(|&step| step == resumed.info.step);
         seen[place.unwrap()] = true;
         assert!(resumed.optimizer.is_some());
-        let kept: Vec<u64> = kept::list(&project).iter().map(|k| k.info.step).collect();
+        let kept: Vec<u64> = checkpoints::list(&project)
+            .iter()
+            .map(|k| k.info.step)
+            .collect();
         let there = |step: &u64| kept.contains(step) || *step == resumed.info.step;
         assert!(steps.iter().all(there), "{kept:?}");
     }

@@ -1,50 +1,84 @@
-//! The library's one error type. Every message is a sentence that says where, what was expected,
-//! what was found and what to do about it.
+//! The library's one error type. Every message says what is wrong, where, and what to do about it.
 
+use std::fmt::Display;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Shorthand for results of this library.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What can go wrong, worded for the person who has to act on it.
+/// What can go wrong, worded for the person who has to act on it. A `problem` names the file or setting and
+/// says what is wrong with it; a `remedy` says what to do. Both go without a full stop.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The operating system or a codec refused a file.
+    /// The operating system refused to read, write, move or start something.
+    #[error("cannot {action} {}: {source}. {remedy}", path.display())]
+    Io {
+        action: &'static str,
+        path: PathBuf,
+        source: io::Error,
+        remedy: String,
+    },
+    /// A file could not be decoded or encoded: it is damaged, of another kind, or of another version.
     #[error("cannot {action} {}: {cause}. {remedy}", path.display())]
-    File {
+    Codec {
         action: &'static str,
         path: PathBuf,
         cause: String,
         remedy: String,
     },
-    /// Something was read or computed and is not what it has to be.
-    #[error("{place}: expected {expected}, found {found}. {remedy}")]
-    Unexpected {
-        place: String,
-        expected: String,
-        found: String,
-        remedy: String,
-    },
+    /// A setting, file or picture cannot be used as it is.
+    #[error("{problem}. {remedy}")]
+    Invalid { problem: String, remedy: String },
+    /// Something that is needed or was asked for does not exist.
+    #[error("{problem}. {remedy}")]
+    Missing { problem: String, remedy: String },
+    /// Somebody else is using it.
+    #[error("{problem}. {remedy}")]
+    Busy { problem: String, remedy: String },
+    /// The GPU or the display failed at something, or cannot do it.
+    #[error("{problem}. {remedy}")]
+    Device { problem: String, remedy: String },
     /// The GPU is gone, and with it what it held.
     #[error(
-        "the GPU stopped working: its driver failed, or it was taken away. All that was saved is kept. Start \
-         Afterlight again to use the GPU, or go on on the CPU (--device cpu)"
+        "the GPU stopped working: its driver failed, or it was taken away. Everything that was saved is kept. \
+         Start Afterlight again to use the GPU, or continue on the CPU (--device cpu)"
     )]
     GpuLost,
-    /// The person asked for a stop; whatever was finished has been kept.
+    /// The person asked for a stop; `kept` says what has been kept.
     #[error("stopped on request: {kept}")]
     Cancelled { kept: String },
+    /// Afterlight itself is wrong.
+    #[error(
+        "{problem}: this is a bug in Afterlight. Everything that was saved is kept; please report it"
+    )]
+    Bug { problem: String },
 }
 
 impl Error {
-    /// A file that could not be opened, decoded or written.
-    pub fn file(
+    /// The operating system refused to `action` the file at `path`.
+    pub fn io(
         action: &'static str,
         path: impl AsRef<Path>,
-        cause: impl ToString,
+        source: io::Error,
         remedy: impl Into<String>,
     ) -> Self {
-        Self::File {
+        Self::Io {
+            action,
+            path: path.as_ref().to_path_buf(),
+            source,
+            remedy: remedy.into(),
+        }
+    }
+
+    /// The content of the file at `path` could not be decoded or encoded.
+    pub fn codec(
+        action: &'static str,
+        path: impl AsRef<Path>,
+        cause: impl Display,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::Codec {
             action,
             path: path.as_ref().to_path_buf(),
             cause: cause.to_string(),
@@ -52,18 +86,114 @@ impl Error {
         }
     }
 
-    /// A value, file or shape that differs from what is needed. `place` names the file or setting.
+    /// A setting, file or picture cannot be used as it is.
+    pub fn invalid(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Invalid {
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// Something that is needed or was asked for does not exist.
+    pub fn missing(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Missing {
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// Somebody else is using it.
+    pub fn busy(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Busy {
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// The GPU or the display failed at something, or cannot do it.
+    pub fn device(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Device {
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// Afterlight itself is wrong: `problem` says what it failed to do, and why.
+    pub fn bug(problem: impl Into<String>) -> Self {
+        Self::Bug {
+            problem: problem.into(),
+        }
+    }
+
+    /// As [`Self::codec`], for callers that do not tell yet why a file was refused.
+    pub fn file(
+        action: &'static str,
+        path: impl AsRef<Path>,
+        cause: impl ToString,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::codec(action, path, cause.to_string(), remedy)
+    }
+
+    /// As [`Self::invalid`], for callers that still name what was expected and what was found.
     pub fn unexpected(
         place: impl ToString,
         expected: impl Into<String>,
         found: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Self {
-        Self::Unexpected {
-            place: place.to_string(),
-            expected: expected.into(),
-            found: found.into(),
-            remedy: remedy.into(),
+        let (place, expected, found) = (place.to_string(), expected.into(), found.into());
+        Self::invalid(
+            format!("{place}: expected {expected}, found {found}"),
+            remedy,
+        )
+    }
+
+    /// The same error with `note` after what to do, such as what has been kept. Kinds that name no remedy
+    /// stay as they are.
+    pub fn with_note(mut self, note: &str) -> Self {
+        match &mut self {
+            Self::Io { remedy, .. }
+            | Self::Codec { remedy, .. }
+            | Self::Invalid { remedy, .. }
+            | Self::Missing { remedy, .. }
+            | Self::Busy { remedy, .. }
+            | Self::Device { remedy, .. } => {
+                remedy.push_str("; ");
+                remedy.push_str(note);
+            }
+            Self::GpuLost | Self::Cancelled { .. } | Self::Bug { .. } => {}
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::error::Error as _;
+
+    #[test]
+    fn a_full_disk_is_told_from_other_failures_and_its_note_comes_last() {
+        let full = io::Error::from(io::ErrorKind::StorageFull);
+        let error = Error::io("write", "out.exr", full, "Make room").with_note("2 frames are kept");
+        assert!(
+            matches!(&error, Error::Io { source, .. } if source.kind() == io::ErrorKind::StorageFull)
+        );
+        assert!(error.source().is_some());
+        let sentence = error.to_string();
+        assert!(sentence.starts_with("cannot write out.exr: "), "{sentence}");
+        assert!(
+            sentence.ends_with(". Make room; 2 frames are kept"),
+            "{sentence}"
+        );
+    }
+
+    #[test]
+    fn a_stop_and_a_lost_gpu_take_no_note() {
+        for error in [Error::GpuLost, Error::Cancelled { kept: "all".into() }] {
+            let plain = error.to_string();
+            assert_eq!(error.with_note("more").to_string(), plain);
         }
     }
 }

@@ -24,7 +24,7 @@ pub enum Report {
     /// How a training run stands.
     Training(TrainingPoint),
     /// The work waits for a person, who has to put right what the sentence says and then let it go on.
-    Held(String),
+    Blocked(String),
     /// A sentence worth keeping in the log: a warning, a fallback, where something was written.
     Say(String),
 }
@@ -161,20 +161,22 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Does what may fail for reasons that a person can put right, such as a full disk: where one is there, the work
-    /// pauses, says what is wrong, and tries again when it is let go on.
+    /// Does `act` and, where the operating system refuses a file, as on a full disk, and a person is there: pauses,
+    /// says what is wrong, and tries again when the person lets it continue.
     ///
     /// # Errors
-    /// When it fails and nobody is there, or a stop was asked for.
-    pub fn insist<T>(&self, mut act: impl FnMut() -> Result<T>) -> Result<T> {
+    /// When it fails for another reason, nobody is there, or a stop was asked for.
+    pub fn retry<T>(&self, mut act: impl FnMut() -> Result<T>) -> Result<T> {
         loop {
             let done = act();
-            let Err(error) = &done else { return done };
+            let Err(error @ Error::Io { .. }) = &done else {
+                return done;
+            };
             if !self.attended || self.cancelled() {
                 return done;
             }
             self.control.pause(true);
-            (self.sink)(Report::Held(error.to_string()));
+            (self.sink)(Report::Blocked(error.to_string()));
             self.wait_while_paused();
         }
     }
@@ -203,7 +205,12 @@ mod tests {
 
     fn full() -> Result<()> {
         let remedy = "Check that the disk has room";
-        Err(Error::file("write", "weights.bpk", "no space left", remedy))
+        Err(Error::io(
+            "write",
+            "weights.bpk",
+            std::io::ErrorKind::StorageFull.into(),
+            remedy,
+        ))
     }
 
     #[test]
@@ -217,21 +224,36 @@ mod tests {
         };
         let progress = Progress::new(&sink, control.clone()).attended();
         let mut tries = 0;
-        let written = progress.insist(|| {
+        let written = progress.retry(|| {
             tries += 1;
             if tries < 3 { full() } else { Ok(()) }
         });
         assert!(written.is_ok() && tries == 3);
-        let held = Report::Held(full().unwrap_err().to_string());
+        let held = Report::Blocked(full().unwrap_err().to_string());
         assert_eq!(*said.lock().unwrap(), [held.clone(), held]);
     }
 
     #[test]
     fn nobody_is_waited_for_where_nobody_is_and_a_stop_ends_the_wait() {
-        assert!(Progress::silent().insist(full).is_err());
+        assert!(Progress::silent().retry(full).is_err());
         let control = Control::default();
         let sink = |_| control.stop();
         let progress = Progress::new(&sink, control.clone()).attended();
-        assert!(progress.insist(full).is_err());
+        assert!(progress.retry(full).is_err());
+    }
+
+    #[test]
+    fn what_no_person_can_put_right_is_not_tried_again() {
+        let control = Control::default();
+        let said = AtomicBool::new(false);
+        let sink = |_| said.store(true, Ordering::Relaxed);
+        let progress = Progress::new(&sink, control.clone()).attended();
+        let mut tries = 0;
+        let failed = progress.retry(|| -> Result<()> {
+            tries += 1;
+            Err(Error::bug("a state that cannot be packed"))
+        });
+        assert!(matches!(failed, Err(Error::Bug { .. })) && tries == 1);
+        assert!(!control.paused() && !said.into_inner());
     }
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use project::Project;
 use reflectance::checkpoint;
 use std::path::PathBuf;
-use training::kept::{self, Kept};
+use training::checkpoints::{self, SavedCheckpoint};
 use worker::Job;
 
 /// List the checkpoints that training has left, the newest first, or go back to one.
@@ -32,7 +32,7 @@ impl CheckpointsArgs {
             return do_job(&self.output, || Ok(Job::GoBack { project, to }));
         }
         let project = Project::open(&self.project)?;
-        let kept = kept::list(&project);
+        let kept = checkpoints::list(&project);
         let figures = serde_json::json!({
             "present": checkpoint::info(&project.checkpoint_path()).ok(),
             "kept": kept,
@@ -46,7 +46,7 @@ impl CheckpointsArgs {
     }
 }
 
-fn line(kept: &Kept) -> String {
+fn line(kept: &SavedCheckpoint) -> String {
     let info = &kept.info;
     let judged = info.held_out.map_or(String::new(), |judged| {
         format!(", {:.2} dB on pose {}", judged.decibels, judged.pose)

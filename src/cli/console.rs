@@ -72,7 +72,7 @@ impl Console {
             .unwrap_or_else(std::sync::PoisonError::into_inner);
         match report {
             Report::Saved | Report::Training(_) => {}
-            Report::Held(sentence) | Report::Say(sentence) => {
+            Report::Blocked(sentence) | Report::Say(sentence) => {
                 bar.bar.suspend(|| eprintln!("{sentence}"))
             }
             Report::Step {

@@ -28,7 +28,7 @@ use probe::ProbeArgs;
 use project::Project;
 use relight::RelightArgs;
 use review::ReviewArgs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use studio;
 use train::TrainArgs;
 use virtual_stage::StageSettings;
@@ -362,6 +362,33 @@ fn do_job(output: &OutputArgs, job: impl FnOnce() -> Result<Job>) -> Result<()> 
 }
 
 fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {
-    let project = project.map(|root| Project::open(&root)).transpose()?;
-    studio::run(project, device)
+    let project = project.map(|path| Project::open(project_folder(&path)));
+    studio::run(project.transpose()?, device)
+}
+
+/// A project's folder, also where its `project.toml` was named, as a desktop does that opens the file.
+fn project_folder(path: &Path) -> &Path {
+    if !path.ends_with("project.toml") || !path.is_file() {
+        return path;
+    }
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_project_is_opened_by_its_folder_or_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("project.toml");
+        assert_eq!(project_folder(folder.path()), folder.path());
+        // What is missing is said of what was named.
+        assert_eq!(project_folder(&file), file);
+        std::fs::write(&file, "").unwrap();
+        assert_eq!(project_folder(&file), folder.path());
+    }
 }

@@ -1,7 +1,9 @@
 use super::super::plan::Facts;
 use super::super::reference::SOLID;
 use super::*;
-use imaging::Raster;
+use crate::{CameraView, Extra, Levels, Upstream};
+use imaging::{Image, Mask, Raster};
+use light::{Environment, LightWeights};
 use reflectance::ReflectanceField;
 use scene::{Background, Output};
 

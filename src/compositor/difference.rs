@@ -24,10 +24,11 @@ pub(super) fn check_size((width, height): (usize, usize), second: &Encoded) -> R
     if (width, height) == found {
         return Ok(());
     }
-    Err(Error::unexpected(
-        "the second picture",
-        format!("{width} × {height} pixels as in the first"),
-        format!("{} × {}", found.0, found.1),
+    Err(Error::invalid(
+        format!(
+            "the second picture has {} × {} pixels, but the first has {width} × {height}",
+            found.0, found.1
+        ),
         "Compare pictures of one size",
     ))
 }

@@ -1,8 +1,9 @@
 use super::tests::{Set, largest_difference, scene};
 use super::*;
 use crate::smoothing::tests::after;
-use crate::{Facts, rim};
+use crate::{Extra, Facts, Grain, rim};
 use imaging::color::luminance;
+use imaging::{Encoded, Image, Mask};
 use scene::{Background, Channel, Effects, Forced, Inspection, Output, Pass, ViewTransform};
 
 /// Effects that this set does not call for, though the scene asks for all that has a need measured.

@@ -3,9 +3,8 @@
 
 use super::despill::Spill;
 use super::grain::Grain;
-use super::passes::GpuPicture;
-use super::stage::{Rim, Uploads};
-use imaging::Image;
+use super::passes::{GpuMatte, GpuPicture};
+use imaging::{Image, Mask};
 use std::sync::Arc;
 
 /// What is kept from one picture to the next, for each device that made one. It belongs to one series of
@@ -16,24 +15,35 @@ pub struct Reuse {
     pub(super) gpu: Slots<GpuPicture, Uploads>,
 }
 
+/// The rim of the last matte that was asked for.
+pub(super) type Rim = Cached<Arc<Mask>>;
+
+/// What was copied to the GPU, and made there, for a frame and for an environment.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Uploads {
+    pub matte: Cached<GpuMatte>,
+    pub rim: Cached<GpuPicture>,
+    pub panorama: Cached<GpuPicture>,
+}
+
 /// What one device keeps, in pictures of the kind `L`.
 #[derive(Clone, Debug)]
 pub(super) struct Slots<L, O> {
     /// After `relight`.
-    pub relit: Kept<L>,
+    pub relit: Cached<L>,
     /// What is behind the subject, after `background_blur`.
-    pub behind: Kept<L>,
+    pub behind: Cached<L>,
     /// After `light_wrap`, when the subject lies over its background.
-    pub laid: Kept<L>,
+    pub laid: Cached<L>,
     /// After `glare`.
-    pub glared: Kept<L>,
+    pub glared: Cached<L>,
     /// What despill goes by, and what it measured.
-    pub spill: Kept<(L, Spill)>,
-    pub wrap_need: Kept<f32>,
+    pub spill: Cached<(L, Spill)>,
+    pub wrap_need: Cached<f32>,
     /// The largest value before glare.
-    pub brightest: Kept<f32>,
+    pub brightest: Cached<f32>,
     /// The codes' own grain.
-    pub grain: Kept<Grain>,
+    pub grain: Cached<Grain>,
     /// What the device keeps for itself.
     pub own: O,
 }
@@ -41,14 +51,14 @@ pub(super) struct Slots<L, O> {
 impl<L, O: Default> Default for Slots<L, O> {
     fn default() -> Self {
         Self {
-            relit: Kept::default(),
-            behind: Kept::default(),
-            laid: Kept::default(),
-            glared: Kept::default(),
-            spill: Kept::default(),
-            wrap_need: Kept::default(),
-            brightest: Kept::default(),
-            grain: Kept::default(),
+            relit: Cached::default(),
+            behind: Cached::default(),
+            laid: Cached::default(),
+            glared: Cached::default(),
+            spill: Cached::default(),
+            wrap_need: Cached::default(),
+            brightest: Cached::default(),
+            grain: Cached::default(),
             own: O::default(),
         }
     }
@@ -56,15 +66,15 @@ impl<L, O: Default> Default for Slots<L, O> {
 
 /// One thing and the key that it was made under.
 #[derive(Clone, Debug)]
-pub(super) struct Kept<T>(Option<(u64, T)>);
+pub(super) struct Cached<T>(Option<(u64, T)>);
 
-impl<T> Default for Kept<T> {
+impl<T> Default for Cached<T> {
     fn default() -> Self {
         Self(None)
     }
 }
 
-impl<T: Clone> Kept<T> {
+impl<T: Clone> Cached<T> {
     /// What was made under this key, if that is what is kept.
     pub fn get(&self, key: u64) -> Option<T> {
         let kept = self.0.as_ref().filter(|(of, _)| *of == key);

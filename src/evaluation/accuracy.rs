@@ -68,10 +68,11 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
     if seen.is_empty() {
         return Ok(());
     }
-    Err(Error::unexpected(
-        "the evaluation",
-        "truth frames that the network was not trained on",
-        format!("frames {} among the training frames", list(&seen)),
+    Err(Error::invalid(
+        format!(
+            "the network was trained on the truth frames {}, so they cannot judge it",
+            list(&seen)
+        ),
         format!(
             "Train again with: afterlight train PROJECT --fresh --exclude-frames {}",
             list(truth_frames)
@@ -141,15 +142,13 @@ pub fn score_under(
         .filter(|&f| method != Method::TruthOlats || truth.has_olats(f))
         .collect();
     if frames.is_empty() {
-        return Err(Error::unexpected(
-            "the truth",
-            "at least one frame with true OLATs",
-            "none",
+        return Err(Error::missing(
+            "no frame of the truth has true OLATs",
             "Evaluate another method: --with network, nearest or ratio",
         ));
     }
-    let mut relit: BTreeMap<&str, Vec<Measured>> = BTreeMap::new();
-    let mut olats: Vec<Measured> = Vec::new();
+    let mut relit: BTreeMap<&str, Vec<FramePictures>> = BTreeMap::new();
+    let mut olats: Vec<FramePictures> = Vec::new();
     for (done, &index) in frames.iter().enumerate() {
         progress.check("nothing was written")?;
         let total = frames.len() as u64;
@@ -166,8 +165,8 @@ pub fn score_under(
             (Method::Ratio, _) => nearest(&poses, &frame)?.ratio_field(&frame.plate),
             _ => ReflectanceField::from_olats(&nearest(&poses, &frame)?.exemplar.olats),
         };
-        let measured = |set: &mut Vec<Measured>, pictures, truths| {
-            set.push(Measured {
+        let measured = |set: &mut Vec<FramePictures>, pictures, truths| {
+            set.push(FramePictures {
                 frame: index,
                 mask: frame.mask.clone(),
                 pictures,
@@ -219,14 +218,14 @@ pub fn score_under(
 }
 
 /// Pictures of one frame beside their truths.
-struct Measured {
+struct FramePictures {
     frame: usize,
     mask: Mask,
     pictures: Vec<Image>,
     truths: Vec<Image>,
 }
 
-fn psnr_of(set: &[Measured]) -> Result<Psnr> {
+fn psnr_of(set: &[FramePictures]) -> Result<Psnr> {
     let compared: Vec<Compared> = set
         .iter()
         .map(|m| Compared {
@@ -242,7 +241,7 @@ fn psnr_of(set: &[Measured]) -> Result<Psnr> {
 struct Pose {
     exemplar: Exemplar,
     interview: Image,
-    look: Image,
+    encoded_plate: Image,
 }
 
 impl Pose {
@@ -254,7 +253,7 @@ impl Pose {
             .map(|exemplar| {
                 let interview = exemplar.relit_by_all(project, &calibration.response, &light)?;
                 Ok(Self {
-                    look: look(&interview, &exemplar.mask),
+                    encoded_plate: encoded_plate(&interview, &exemplar.mask),
                     interview,
                     exemplar,
                 })
@@ -284,12 +283,12 @@ impl Pose {
     }
 }
 
-/// The pose whose look under the interview's light is nearest to the frame's in square error.
+/// The pose whose picture under the interview's light is nearest to the frame's in square error.
 fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
-    let there = look(&frame.plate, &frame.mask);
+    let there = encoded_plate(&frame.plate, &frame.mask);
     let distance = |pose: &Pose| -> f64 {
         let pairs = pose
-            .look
+            .encoded_plate
             .pixels
             .iter()
             .flatten()
@@ -300,17 +299,15 @@ fn nearest<'a>(poses: &'a [Pose], frame: &Frame) -> Result<&'a Pose> {
         .iter()
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
         .ok_or_else(|| {
-            Error::unexpected(
-                "the shoot",
-                "at least one pose of the OLAT session",
-                "none",
+            Error::missing(
+                "the shoot has no pose of the OLAT session",
                 "Import the shoot again",
             )
         })
 }
 
 /// An encoding whose slope at black is finite, cut out by the matte.
-fn look(linear: &Image, mask: &Mask) -> Image {
+fn encoded_plate(linear: &Image, mask: &Mask) -> Image {
     let encode = |v: f32| (v.max(0.0) + 0.01).powf(1.0 / 2.2) - 0.01f32.powf(1.0 / 2.2);
     let pixels = linear
         .pixels
@@ -329,10 +326,12 @@ fn check_lamps(field: &ReflectanceField, weights: &[[f32; 3]]) -> Result<()> {
     if field.lamps == weights.len() {
         return Ok(());
     }
-    Err(Error::unexpected(
-        "the reflectance field",
-        format!("{} lamps as in the calibration", weights.len()),
-        format!("{} lamps", field.lamps),
+    Err(Error::invalid(
+        format!(
+            "the reflectance field has {} lamps, but the calibration has {}",
+            field.lamps,
+            weights.len()
+        ),
         "Calibrate and train this project again",
     ))
 }

@@ -35,10 +35,10 @@ pub fn flip(reference: &Encoded, test: &Encoded, pixels_per_degree: f32) -> Resu
     check_pair(reference, test)?;
     let (width, height) = reference.0.size();
     if !PIXELS_PER_DEGREE_RANGE.contains(&pixels_per_degree) {
-        return Err(Error::unexpected(
-            "the pixels per degree of FLIP",
-            "1 to 1000",
-            pixels_per_degree.to_string(),
+        return Err(Error::invalid(
+            format!(
+                "FLIP cannot be computed for {pixels_per_degree} pixels per degree, only for 1 to 1000"
+            ),
             format!("Use {PIXELS_PER_DEGREE:.0}, a screen at arm's length"),
         ));
     }
@@ -84,7 +84,7 @@ fn spread(difference: f32, most: f32) -> f32 {
 }
 
 /// What is left of a picture for the eye.
-struct Seen {
+struct PerceivedPicture {
     /// L*a*b* after the eye's blur, by Hunt's adjustment.
     color: Vec<[f32; 3]>,
     /// Strength of edges and of points.
@@ -139,7 +139,7 @@ impl Filters {
         Self { contrast, feature }
     }
 
-    fn seen(&self, picture: &Encoded) -> Seen {
+    fn seen(&self, picture: &Encoded) -> PerceivedPicture {
         let opponent = picture.0.map(|p| ycxcz(p.map(linear_from_srgb)));
         let blurred: Vec<Raster<f32>> = (self.contrast.iter().enumerate())
             .map(|(channel, gaussians)| {
@@ -170,7 +170,7 @@ impl Filters {
             pairs.map(|(x, y)| x.hypot(*y)).collect()
         };
         let pairs = strength(edge).into_iter().zip(strength(point));
-        Seen {
+        PerceivedPicture {
             color,
             features: pairs.map(|(edge, point)| [edge, point]).collect(),
         }

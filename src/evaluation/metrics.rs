@@ -47,10 +47,8 @@ pub struct Psnr {
 /// When there is no frame, shapes differ, or no pixel is subject.
 pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
     if frames.is_empty() {
-        return Err(Error::unexpected(
-            "the truth",
-            "at least one frame",
-            "none",
+        return Err(Error::missing(
+            "the truth has no frames",
             "Give another truth folder",
         ));
     }
@@ -178,10 +176,15 @@ fn percentile(values: &[f32], percent: f64) -> f64 {
 /// When the matte has another size or no such pixel.
 pub fn mean_inside(map: &Raster<f32>, mask: &Mask) -> Result<f64> {
     let size = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
-    let remedy = "Give the matte that belongs to this picture";
     if map.size() != mask.size() {
-        let (expected, found) = (size(map.size()), size(mask.size()));
-        return Err(Error::unexpected("a matte", expected, found, remedy));
+        return Err(Error::invalid(
+            format!(
+                "a matte has {}, but its picture has {}",
+                size(mask.size()),
+                size(map.size())
+            ),
+            "Give the matte that belongs to this picture",
+        ));
     }
     let (mut sum, mut count) = (0f64, 0u64);
     for (&value, _) in (map.pixels.iter().zip(&mask.pixels)).filter(|&(_, &alpha)| alpha > SUBJECT)
@@ -201,19 +204,19 @@ pub(super) fn check_pair(reference: &Encoded, test: &Encoded) -> Result<()> {
     if test.0.size() == reference.0.size() && !test.0.pixels.is_empty() {
         return Ok(());
     }
-    Err(Error::unexpected(
-        "a picture to compare",
-        format!("at least one pixel and {}", size(reference.0.size())),
-        size(test.0.size()),
-        "Compare pictures of one size",
+    Err(Error::invalid(
+        format!(
+            "a picture of {} cannot be compared with one of {}",
+            size(test.0.size()),
+            size(reference.0.size())
+        ),
+        "Compare pictures of one size, with at least one pixel",
     ))
 }
 
 fn no_subject() -> Error {
-    Error::unexpected(
-        "the subject of a frame to compare",
-        format!("a pixel that is covered by more than {SUBJECT}"),
-        "none",
+    Error::invalid(
+        format!("a frame to compare has no subject: no pixel is covered by more than {SUBJECT}"),
         "Check the mattes of the interview, or use a larger working size",
     )
 }
@@ -221,11 +224,12 @@ fn no_subject() -> Error {
 pub(super) fn check(frame: &Compared) -> Result<()> {
     let remedy = "Give the truth that belongs to this shoot";
     if frame.pictures.len() != frame.truths.len() {
-        let (expected, found) = (frame.truths.len(), frame.pictures.len());
-        return Err(Error::unexpected(
-            "the pictures to compare",
-            expected.to_string(),
-            found.to_string(),
+        return Err(Error::invalid(
+            format!(
+                "{} pictures cannot be compared with {} truths",
+                frame.pictures.len(),
+                frame.truths.len()
+            ),
             remedy,
         ));
     }
@@ -237,10 +241,12 @@ pub(super) fn check(frame: &Compared) -> Result<()> {
         .find(|p| p.size() != size)
     {
         let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
-        return Err(Error::unexpected(
-            "a picture to compare",
-            say(size),
-            say(other.size()),
+        return Err(Error::invalid(
+            format!(
+                "a picture to compare has {}, but the matte has {}",
+                say(other.size()),
+                say(size)
+            ),
             remedy,
         ));
     }

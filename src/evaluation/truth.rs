@@ -66,18 +66,20 @@ impl Truth {
         if let Some((frame, environment)) = missing {
             let path = truth.relit_path(frame, &environment.name);
             let remedy = "Complete the truth, or remove that frame from it";
-            return Err(Error::file(
-                "open",
-                path,
-                "other environments have this frame",
+            return Err(Error::missing(
+                format!(
+                    "{} is missing, but other environments have this frame",
+                    path.display()
+                ),
                 remedy,
             ));
         }
         if frames.is_empty() {
-            return Err(Error::unexpected(
-                truth.folder.display(),
-                "relit truth such as frame_005_relit_pisa.exr for an environment of the shoot",
-                "none",
+            return Err(Error::missing(
+                format!(
+                    "{} holds no relit truth such as frame_005_relit_pisa.exr for an environment of the shoot",
+                    truth.folder.display()
+                ),
                 "Give the shoot's folder or its truth folder with --truth DIR",
             ));
         }

@@ -52,29 +52,24 @@ impl ClipWriter {
         frame_rate: f64,
         first: usize,
     ) -> Result<Self> {
-        let impossible = |expected: &str, found: String| {
-            Error::unexpected(
-                path.display(),
-                expected,
-                found,
+        let impossible = |problem: String| {
+            Error::invalid(
+                format!("cannot write {}: {problem}", path.display()),
                 "Check the project's size and frame rate",
             )
         };
         if width == 0 || height == 0 {
-            return Err(impossible(
-                "at least one pixel",
-                format!("{width} × {height}"),
-            ));
+            return Err(impossible(format!(
+                "{width} × {height} pixels make no picture"
+            )));
         }
         if !(0.01..=1000.0).contains(&frame_rate) {
-            return Err(impossible(
-                "a frame rate from 0.01 to 1000",
-                frame_rate.to_string(),
-            ));
+            return Err(impossible(format!(
+                "a frame rate of {frame_rate} is not from 0.01 to 1000"
+            )));
         }
-        let fail = |e: std::io::Error| {
-            Error::file("write", path, e, "Check that the folder can be written")
-        };
+        let fail =
+            |e: std::io::Error| Error::io("write", path, e, "Check that the folder can be written");
         let folder = path.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(fail)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -96,7 +91,7 @@ impl ClipWriter {
             .spawn()
             .map_err(|e| {
                 let remedy = "Movies need ffmpeg: install it (apt install ffmpeg) or write stills, such as out.%04d.png";
-                Error::file("start ffmpeg for", path, e, remedy)
+                Error::io("start ffmpeg for", path, e, remedy)
             })?;
         let stderr = child.stderr.take();
         // Read while frames are written: a full pipe of complaints would stop ffmpeg for good.
@@ -119,11 +114,13 @@ impl ClipWriter {
     pub fn push(&mut self, picture: &Picture) -> Result<()> {
         if picture.alpha.size() != self.size {
             let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
-            let (expected, found) = (say(self.size), say(picture.alpha.size()));
-            return Err(Error::unexpected(
-                self.path.display(),
-                expected,
-                found,
+            return Err(Error::invalid(
+                format!(
+                    "cannot add a picture of {} to {}, whose frames have {}",
+                    say(picture.alpha.size()),
+                    self.path.display(),
+                    say(self.size)
+                ),
                 "Keep one size for all frames",
             ));
         }
@@ -166,7 +163,7 @@ impl ClipWriter {
             .and_then(|file| file.sync_all())
             .and_then(|()| std::fs::rename(&self.beside, &self.path))
             .map_err(|e| {
-                Error::file(
+                Error::io(
                     "write",
                     &self.path,
                     e,
@@ -199,7 +196,7 @@ impl ClipWriter {
         } else {
             "Check that this ffmpeg can encode H.264 and ProRes, or write stills"
         };
-        Error::file("write", &self.path, cause, remedy)
+        Error::codec("write", &self.path, cause, remedy)
     }
 }
 

@@ -36,15 +36,16 @@ impl Destination {
         match extension.to_str() {
             Some("png" | "exr") => Ok(Self::Stills(Stills::parse(text)?)),
             Some("mp4" | "mov") => Ok(Self::Clip(PathBuf::from(text))),
-            _ => Err(Error::unexpected(
-                format!("the destination {text}"),
-                "a name that ends in .png, .exr, .mp4 or .mov",
+            _ => Err(Error::invalid(
                 if extension.is_empty() {
-                    "no extension".to_owned()
+                    format!("the destination {text} has no extension")
                 } else {
-                    extension.display().to_string()
+                    format!(
+                        "cannot write {text}: files of the kind {} are not known",
+                        extension.display()
+                    )
                 },
-                "Write for example out.%04d.png or clip.mp4",
+                "Give a name that ends in .png, .exr, .mp4 or .mov, such as out.%04d.png or clip.mp4",
             )),
         }
     }
@@ -81,14 +82,13 @@ impl Destination {
     /// Says how to write a pattern.
     pub fn check_frames(&self, frames: usize) -> Result<()> {
         match self {
-            Self::Stills(stills) if stills.digits.is_none() && frames > 1 => {
-                Err(Error::unexpected(
-                    format!("the destination {}", stills.path(0).display()),
-                    format!("a number for each of {frames} frames"),
-                    "one name",
-                    "Put a number into the name, such as out.%04d.png, or write a movie, such as clip.mp4",
-                ))
-            }
+            Self::Stills(stills) if stills.digits.is_none() && frames > 1 => Err(Error::invalid(
+                format!(
+                    "the destination {} is one file, but there are {frames} frames",
+                    stills.path(0).display()
+                ),
+                "Put a number into the name, such as out.%04d.png, or write a movie, such as clip.mp4",
+            )),
             _ => Ok(()),
         }
     }
@@ -146,10 +146,10 @@ impl Stills {
 
     fn parse(text: &str) -> Result<Self> {
         let wrong = |found: String| {
-            Error::unexpected(
-                format!("the destination {text}"),
-                "at most one number, written %d or %04d",
-                found,
+            Error::invalid(
+                format!(
+                    "the destination {text} has {found}; a name may have one number, written %d or %04d"
+                ),
                 "Write for example out.%04d.png; a percent sign itself is %%",
             )
         };

@@ -127,16 +127,16 @@ impl LightLayers {
 /// When the file cannot be read, or it has no light layers with weights.
 pub fn rebuilt(path: &Path) -> Result<Image> {
     let remedy = "Export it again with its light layers";
-    let missing = |what: &str| Error::unexpected(path.display(), what, "none", remedy);
+    let missing = |what: &str| Error::missing(format!("{} has no {what}", path.display()), remedy);
     let layer = exr::prelude::read_first_flat_layer_from_file(path)
-        .map_err(|e| Error::file("read", path, e, remedy))?
+        .map_err(|e| Error::codec("read", path, e, remedy))?
         .layer_data;
     let written = match layer.attributes.other.get(&Text::from(WEIGHTS)) {
         Some(AttributeValue::Text(text)) => text.to_string(),
         _ => return Err(missing("weights of light layers in the header")),
     };
     let written: Vec<Written> =
-        serde_json::from_str(&written).map_err(|e| Error::file("read", path, e, remedy))?;
+        serde_json::from_str(&written).map_err(|e| Error::codec("read", path, e, remedy))?;
     let (width, height) = (layer.size.width(), layer.size.height());
     let mut sums = vec![[0f64; 3]; width * height];
     for entry in &written {
@@ -144,7 +144,7 @@ pub fn rebuilt(path: &Path) -> Result<Image> {
             let name = format!("{}.{color}", entry.layer);
             let channel = (layer.channel_data.list.iter())
                 .find(|channel| channel.name.eq(&name))
-                .ok_or_else(|| missing(&format!("a channel {name}")))?;
+                .ok_or_else(|| missing(&format!("channel {name}")))?;
             let weight = f64::from(entry.weight[c]);
             for (sum, value) in sums.iter_mut().zip(channel.sample_data.values_as_f32()) {
                 sum[c] += weight * f64::from(value);

@@ -299,13 +299,12 @@ pub fn find_environment(
     let own = built_in::all().into_iter().map(|own| own.name.to_owned());
     let known = project.environments().into_iter().map(|known| known.name);
     let names: Vec<String> = known.chain(own).collect();
-    Err(Error::unexpected(
-        format!("the environment {}", wanted.display()),
+    Err(Error::missing(
         format!(
-            "a panorama's file, or one of the environments that are there ({})",
+            "{} is neither a panorama's file nor one of the environments {}",
+            wanted.display(),
             names.join(", ")
         ),
-        "neither",
         "Check the path",
     ))
 }
@@ -315,10 +314,8 @@ fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usiz
     match asked {
         None => Ok((0, last)),
         Some((from, to)) if from <= to && to <= last => Ok((from, to)),
-        Some((from, to)) => Err(Error::unexpected(
-            "the frame range",
-            format!("frames from 0 to {last}"),
-            format!("{from}-{to}"),
+        Some((from, to)) => Err(Error::missing(
+            format!("there are no frames {from}-{to}: the interview has frames 0 to {last}"),
             "Ask for frames that the interview has",
         )),
     }

@@ -28,10 +28,8 @@ pub fn contact_sheet(tiles: &[Tile], columns: usize) -> Result<Encoded> {
     let width = tiles.iter().map(|t| t.picture.0.width).max().unwrap_or(0);
     let height = tiles.iter().map(|t| t.picture.0.height).max().unwrap_or(0);
     if width == 0 || height == 0 {
-        return Err(Error::unexpected(
-            "a contact sheet",
-            "at least one picture",
-            "none",
+        return Err(Error::invalid(
+            "a contact sheet needs at least one picture",
             "Choose some frames",
         ));
     }

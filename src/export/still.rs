@@ -11,7 +11,7 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use imaging::Image;
 use imaging::color::byte_from_unit;
-use imaging::file::write_beside;
+use imaging::file::{io_error, write_beside};
 use std::io::Write;
 use std::path::Path;
 
@@ -71,7 +71,9 @@ pub fn write_still_png(path: &Path, picture: &Picture, bits: Bits) -> Result<()>
     let (width, height) = picture.alpha.size();
     let color = color[channels - 3];
     write_beside(path, |out| {
-        PngEncoder::new(out).write_image(&bytes, width as u32, height as u32, color)
+        PngEncoder::new(out)
+            .write_image(&bytes, width as u32, height as u32, color)
+            .map_err(io_error)
     })
 }
 
@@ -142,7 +144,7 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
     let mut bytes = Vec::new();
     file.write()
         .to_buffered(std::io::Cursor::new(&mut bytes))
-        .map_err(|e| Error::file("encode", path, e, "Check the size of the picture"))?;
+        .map_err(|e| Error::codec("encode", path, e, "Check the size of the picture"))?;
     write_beside(path, |out| out.write_all(&bytes))
 }
 
@@ -168,22 +170,18 @@ pub(super) fn straight(picture: &Picture) -> Option<impl Iterator<Item = [f32; 4
 
 /// A picture that was made for a display alone is asked for in linear light.
 pub(super) fn no_light(path: &Path) -> Error {
-    Error::unexpected(
-        path.display(),
-        "a picture in linear light",
-        "one made for a display",
-        "Ask the scene for Output::Linear, or write a PNG",
-    )
+    Error::bug(format!(
+        "cannot write {}: the picture was made for a display, not in linear light",
+        path.display()
+    ))
 }
 
 /// A picture that was made in linear light is asked for in display codes.
 pub(super) fn no_display(path: &Path) -> Error {
-    Error::unexpected(
-        path.display(),
-        "a picture made for a display",
-        "one in linear light",
-        "Ask the scene for Output::Display, or write an EXR",
-    )
+    Error::bug(format!(
+        "cannot write {}: the picture was made in linear light, not for a display",
+        path.display()
+    ))
 }
 
 #[cfg(test)]

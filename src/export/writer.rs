@@ -152,20 +152,7 @@ impl Writer {
 
     /// The error, which says what is kept.
     fn kept(&self, error: Error) -> Error {
-        match error {
-            Error::File {
-                action,
-                path,
-                cause,
-                remedy,
-            } => Error::File {
-                action,
-                path,
-                cause,
-                remedy: format!("{remedy}; {}", self.keeps()),
-            },
-            other => other,
-        }
+        error.with_note(&self.keeps())
     }
 }
 
@@ -178,18 +165,14 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
     destination.check_frames(frames)?;
     if let Some(size) = files.size.filter(|size| !Files::SIZES.contains(size)) {
         let (least, most) = (Files::SIZES.start(), Files::SIZES.end());
-        return Err(Error::unexpected(
-            "the size of the pictures",
-            format!("{least} to {most} pixels"),
-            size.to_string(),
-            "Leave it out for the working size",
+        return Err(Error::invalid(
+            format!("pictures of {size} pixels cannot be written, only {least} to {most}"),
+            "Leave the size out for the working size",
         ));
     }
     if files.layers && destination.output() != Output::Linear {
-        return Err(Error::unexpected(
-            "the light layers",
-            "an EXR to write them into",
-            to,
+        return Err(Error::invalid(
+            format!("light layers cannot be written to {to}, which is not an EXR"),
             "Write for example out.%04d.exr, or leave the layers out",
         ));
     }

@@ -25,10 +25,11 @@ impl Frame {
     pub fn load(project: &Project, response: &Response, index: usize) -> Result<Self> {
         let frames = project.settings.shoot.frames.len();
         if index >= frames {
-            return Err(Error::unexpected(
-                "the frame range",
-                format!("frames from 0 to {}", frames.saturating_sub(1)),
-                index.to_string(),
+            return Err(Error::missing(
+                format!(
+                    "there is no frame {index}: the interview has frames 0 to {}",
+                    frames.saturating_sub(1)
+                ),
                 "Ask for frames that the interview has",
             ));
         }

@@ -46,11 +46,9 @@ impl FrameSettings {
         if let (true, Some(one), Some(other)) = (alike, self.interview, self.exemplars)
             && one != other
         {
-            return Err(Error::unexpected(
-                "the framing",
-                "one square for pictures of one size",
-                "two",
-                "Frames and exemplars have the same size: give one square for both",
+            return Err(Error::invalid(
+                "frames and exemplars have the same size, but two different squares were given",
+                "Give one square for both",
             ));
         }
         let mut aside = Vec::new();

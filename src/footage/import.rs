@@ -36,10 +36,8 @@ pub fn import(
     let manifest = Manifest::read(shoot)?;
     let project_file = root.join("project.toml");
     if project_file.exists() {
-        return Err(Error::unexpected(
-            project_file.display(),
-            "no project there yet",
-            "one",
+        return Err(Error::invalid(
+            format!("{} already exists", project_file.display()),
             "Choose another folder, or remove project.toml to import again",
         ));
     }
@@ -51,9 +49,9 @@ pub fn import(
         frames,
     } = listing;
     for (names, folder, what) in [
-        (&poses, "exemplars", "at least one pose folder"),
-        (&lamps, "exemplars", "at least one OLAT as PNG"),
-        (&frames, "interview", "at least one frame as PNG"),
+        (&poses, "exemplars", "pose folder"),
+        (&lamps, "exemplars", "OLAT as PNG"),
+        (&frames, "interview", "frame as PNG"),
     ] {
         if names.is_empty() {
             return Err(missing(&shoot.join(folder), what));
@@ -75,7 +73,7 @@ pub fn import(
             layout
         });
     std::fs::create_dir_all(root).map_err(|e| {
-        Error::file(
+        Error::io(
             "make",
             root,
             e,
@@ -186,11 +184,13 @@ fn check_ball(manifest: &Path, ball: &Ball) -> Result<()> {
     {
         return Ok(());
     }
-    Err(Error::unexpected(
-        manifest.display(),
-        "a ball of positive size, nearer to the origin than the camera",
-        format!("{ball:?}"),
-        "Mend `probes` and `camera` in the manifest",
+    Err(Error::invalid(
+        format!(
+            "{} describes an impossible mirror ball ({ball:?}): it must have a positive size and be nearer to the \
+             origin than the camera",
+            manifest.display()
+        ),
+        "Correct `probes` and `camera` in the manifest",
     ))
 }
 
@@ -203,21 +203,22 @@ fn same_size(a: &Path, a_size: (usize, usize), b: &Path, b_size: (usize, usize))
 }
 
 fn differs(path: &Path, size: (usize, usize), reference: &Path, expected: (usize, usize)) -> Error {
-    Error::unexpected(
-        path.display(),
+    Error::invalid(
         format!(
-            "{} × {} pixels like {}",
+            "{} has {} × {} pixels, but {} has {} × {}",
+            path.display(),
+            size.0,
+            size.1,
+            reference.display(),
             expected.0,
-            expected.1,
-            reference.display()
+            expected.1
         ),
-        format!("{} × {}", size.0, size.1),
         "Bring all pictures of the shoot to one size",
     )
 }
 
 fn missing(folder: &Path, what: &str) -> Error {
-    Error::unexpected(folder.display(), what, "none", NO_SHOOT)
+    Error::missing(format!("{} holds no {what}", folder.display()), NO_SHOOT)
 }
 
 /// Where each lamp is by the manifest: its directions are in the order of the OLATs' numbers, which is

@@ -56,7 +56,7 @@ impl Manifest {
     pub fn read(shoot: &Path) -> Result<Self> {
         let path = shoot.join(MANIFEST);
         let text = std::fs::read_to_string(&path).map_err(|e| {
-            Error::file(
+            Error::io(
                 "open",
                 &path,
                 e,
@@ -64,11 +64,11 @@ impl Manifest {
             )
         })?;
         serde_json::from_str(&text).map_err(|e| {
-            Error::file(
+            Error::codec(
                 "read",
                 &path,
                 e,
-                "Mend the manifest; `afterlight stage` writes an example",
+                "Correct the manifest; `afterlight stage` writes an example",
             )
         })
     }
@@ -87,11 +87,12 @@ impl Manifest {
             .into_iter()
             .find(|(_, said, found)| said.is_some_and(|said| said != *found))
         {
-            Some((key, Some(said), found)) => Err(Error::unexpected(
-                shoot.join(MANIFEST).display(),
-                format!("{said} as `{key}` says"),
-                format!("{found} in the folder"),
-                "Bring the missing pictures, or mend the manifest",
+            Some((key, Some(said), found)) => Err(Error::invalid(
+                format!(
+                    "{} says {said} for `{key}`, but the folder has {found}",
+                    shoot.join(MANIFEST).display()
+                ),
+                "Bring the missing pictures, or correct the manifest",
             )),
             _ => Ok(()),
         }
@@ -161,8 +162,7 @@ impl Listing {
 
 /// Names that `pick` takes from a folder's entries, sorted.
 fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
-    let listing =
-        std::fs::read_dir(folder).map_err(|e| Error::file("open", folder, e, NO_SHOOT))?;
+    let listing = std::fs::read_dir(folder).map_err(|e| Error::io("open", folder, e, NO_SHOOT))?;
     let mut names: Vec<String> = listing
         .flatten()
         .filter_map(|entry| pick(&entry.path()))

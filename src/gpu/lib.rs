@@ -232,8 +232,7 @@ mod tests {
             there.guarded(|| {
                 let ones = Tensor::<1>::ones([8], &there.device);
                 let data = (ones.clone() + ones).try_into_data();
-                let data =
-                    data.map_err(|e| Error::unexpected("ones", "values", format!("{e:?}"), ""))?;
+                let data = data.map_err(|e| Error::device(format!("{e:?}"), ""))?;
                 Ok(data.try_into_vec::<f32>().unwrap_or_default())
             })
         };

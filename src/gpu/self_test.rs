@@ -74,9 +74,9 @@ impl Check {
             Self::Sum => passes.relight.run(&field, &weights),
             Self::HalfSum => passes.relight.run_half(&HalfField::from(&field), &weights),
             Self::View => passes.upload_opaque(&ramp()).and_then(|ramp| {
-                let mut work = passes.begin();
-                let shown = work.view(&ramp, ViewTransform::Filmic)?;
-                let mut pictures = work.finish(&[&shown])?.pictures;
+                let mut recording = passes.begin();
+                let shown = recording.view(&ramp, ViewTransform::Filmic)?;
+                let mut pictures = recording.finish(&[&shown])?.pictures;
                 Ok(pictures.remove(0))
             }),
         };

@@ -6,24 +6,22 @@ use base::error::{Error, Result};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder, ImageReader};
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::Path;
 
 fn decode(path: &Path) -> Result<image::DynamicImage> {
     let remedy = "Check that the file is there and is a complete picture";
     let mut reader = ImageReader::open(path)
-        .map_err(|e| Error::file("open", path, e, remedy))?
+        .map_err(|e| Error::io("open", path, e, remedy))?
         .with_guessed_format()
-        .map_err(|e| Error::file("read", path, e, remedy))?;
+        .map_err(|e| Error::io("read", path, e, remedy))?;
     reader.no_limits();
     let picture = reader
         .decode()
-        .map_err(|e| Error::file("decode", path, e, remedy))?;
+        .map_err(|e| Error::codec("decode", path, e, remedy))?;
     if picture.width() == 0 || picture.height() == 0 {
-        return Err(Error::unexpected(
-            path.display(),
-            "at least one pixel",
-            "none",
+        return Err(Error::invalid(
+            format!("{} has no pixels", path.display()),
             remedy,
         ));
     }
@@ -73,11 +71,11 @@ pub fn read_mask(path: &Path) -> Result<Mask> {
 pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
     let remedy = "Check that the file is there and is a complete picture";
     let (w, h) = ImageReader::open(path)
-        .map_err(|e| Error::file("open", path, e, remedy))?
+        .map_err(|e| Error::io("open", path, e, remedy))?
         .with_guessed_format()
-        .map_err(|e| Error::file("read", path, e, remedy))?
+        .map_err(|e| Error::io("read", path, e, remedy))?
         .into_dimensions()
-        .map_err(|e| Error::file("read", path, e, remedy))?;
+        .map_err(|e| Error::codec("read", path, e, remedy))?;
     Ok((w as usize, h as usize))
 }
 
@@ -102,9 +100,10 @@ pub fn png_bytes(picture: &Encoded) -> Result<Vec<u8>> {
             ExtendedColorType::Rgb8,
         )
         .map_err(|e| {
-            let found = format!("{width} × {height}: {e}");
-            let remedy = "Check the size of the picture";
-            Error::unexpected("a picture", "pixels that PNG can hold", found, remedy)
+            Error::invalid(
+                format!("a picture of {width} × {height} pixels cannot be a PNG: {e}"),
+                "Choose another size",
+            )
         })?;
     Ok(bytes)
 }
@@ -127,7 +126,9 @@ fn write_png_bytes(
     color: ExtendedColorType,
 ) -> Result<()> {
     write_beside(path, |out| {
-        PngEncoder::new(out).write_image(bytes, width as u32, height as u32, color)
+        PngEncoder::new(out)
+            .write_image(bytes, width as u32, height as u32, color)
+            .map_err(io_error)
     })
 }
 
@@ -153,19 +154,27 @@ pub fn write_exr(path: &Path, picture: &Image) -> Result<()> {
         .write()
         .to_buffered(std::io::Cursor::new(&mut bytes))
         .map_err(|e| {
-            base::error::Error::file("encode", path, e, "Check the size of the picture")
+            base::error::Error::codec("encode", path, e, "Check the size of the picture")
         })?;
     write_beside(path, |out| out.write_all(&bytes))
 }
 
+/// Why an encoder could not write, for [`write_beside`].
+pub fn io_error(error: image::ImageError) -> std::io::Error {
+    match error {
+        image::ImageError::IoError(e) => e,
+        other => std::io::Error::other(other),
+    }
+}
+
 /// Writes through a file beside `path`, syncs it and renames it over `path`, so that a crash leaves
 /// either the old file or the new one, whole. Creates the folder where it is missing.
-pub fn write_beside<E: ToString>(
+pub fn write_beside(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<&File>) -> std::result::Result<(), E>,
+    write: impl FnOnce(&mut BufWriter<&File>) -> std::io::Result<()>,
 ) -> Result<()> {
-    let fail = |cause: String| {
-        Error::file(
+    let fail = |cause: std::io::Error| {
+        Error::io(
             "write",
             path,
             cause,
@@ -175,20 +184,20 @@ pub fn write_beside<E: ToString>(
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path
         .file_name()
-        .ok_or_else(|| fail("it names no file".into()))?;
+        .ok_or_else(|| fail(ErrorKind::InvalidFilename.into()))?;
     let beside = folder.join(format!(
         ".{}.{}",
         name.to_string_lossy(),
         std::process::id()
     ));
     let written = (|| {
-        std::fs::create_dir_all(folder).map_err(|e| fail(e.to_string()))?;
-        let file = File::create(&beside).map_err(|e| fail(e.to_string()))?;
+        std::fs::create_dir_all(folder).map_err(fail)?;
+        let file = File::create(&beside).map_err(fail)?;
         let mut out = BufWriter::new(&file);
-        write(&mut out).map_err(|e| fail(e.to_string()))?;
-        out.flush().map_err(|e| fail(e.to_string()))?;
-        file.sync_all().map_err(|e| fail(e.to_string()))?;
-        std::fs::rename(&beside, path).map_err(|e| fail(e.to_string()))
+        write(&mut out).map_err(fail)?;
+        out.flush().map_err(fail)?;
+        file.sync_all().map_err(fail)?;
+        std::fs::rename(&beside, path).map_err(fail)
     })();
     if written.is_err() {
         // The half-written file is ours alone; that it may not exist is the expected case.
@@ -240,7 +249,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("kept.txt");
         std::fs::write(&path, b"old").unwrap();
-        assert!(write_beside(&path, |_| Err("disk full")).is_err());
+        assert!(write_beside(&path, |_| Err(ErrorKind::StorageFull.into())).is_err());
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }

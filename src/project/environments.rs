@@ -135,11 +135,12 @@ impl Project {
             return Err(unknown(&known, wanted));
         };
         let Some(added) = place.checked_sub(self.settings.shoot.environments.len()) else {
-            return Err(Error::unexpected(
-                format!("the environment {}", wanted.display()),
-                "one that was added",
-                "one of the shoot's",
-                "Leave it: what belongs to the shoot stays in the list",
+            return Err(Error::invalid(
+                format!(
+                    "the environment {} is the shoot's and stays in the list",
+                    wanted.display()
+                ),
+                "Remove only environments that were added",
             ));
         };
         self.settings.environments.remove(added);
@@ -154,10 +155,8 @@ impl Project {
     pub fn apply(&mut self, change: &EnvironmentChange) -> Result<()> {
         for file in &change.add {
             if !file.is_file() {
-                return Err(Error::file(
-                    "add",
-                    file,
-                    "there is no such file",
+                return Err(Error::missing(
+                    format!("there is no file {}", file.display()),
                     "Check the path",
                 ));
             }
@@ -231,10 +230,12 @@ fn resolved(file: &Path) -> PathBuf {
 
 fn unknown(known: &[KnownEnvironment], wanted: &Path) -> Error {
     let names: Vec<&str> = known.iter().map(|e| e.name.as_str()).collect();
-    Error::unexpected(
-        format!("the environment {}", wanted.display()),
-        format!("one of the project's ({})", names.join(", ")),
-        "none of them",
+    Error::missing(
+        format!(
+            "the project has no environment {}, only {}",
+            wanted.display(),
+            names.join(", ")
+        ),
         "Check the name, or add the file first",
     )
 }

@@ -87,14 +87,13 @@ impl Framing {
             return Ok(());
         }
         let [width, height] = self.source;
-        Err(Error::unexpected(
-            "the framing",
+        Err(Error::invalid(
             format!(
-                "a square that shows some of a picture of {width} × {height} pixels, at most \
-                 {MOST_SIDES} times as large"
+                "the framing, {} pixels from {}, {}, does not fit a picture of {width} × {height} pixels: it must show \
+                 some of it and be at most {MOST_SIDES} times as large",
+                self.side, self.x, self.y
             ),
-            format!("{} pixels from {}, {}", self.side, self.x, self.y),
-            "Mend `framing` in project.toml, or remove it: then the largest square in the middle is taken",
+            "Correct `framing` in project.toml, or remove it to use the largest square in the middle",
         ))
     }
 }

@@ -165,7 +165,7 @@ impl Project {
     pub fn open(root: &Path) -> Result<Self> {
         let path = root.join("project.toml");
         let text = std::fs::read_to_string(&path).map_err(|e| {
-            Error::file(
+            Error::io(
                 "open",
                 &path,
                 e,
@@ -173,7 +173,7 @@ impl Project {
             )
         })?;
         let settings: Settings = toml::from_str(&text).map_err(|e| {
-            Error::file(
+            Error::codec(
                 "read",
                 &path,
                 e.message(),
@@ -181,10 +181,12 @@ impl Project {
             )
         })?;
         if settings.format != FORMAT {
-            return Err(Error::unexpected(
-                path.display(),
-                format!("format {FORMAT}"),
-                format!("format {}", settings.format),
+            return Err(Error::invalid(
+                format!(
+                    "{} has format {}, but this version of Afterlight reads format {FORMAT}",
+                    path.display(),
+                    settings.format
+                ),
                 "Open it with the version of Afterlight that wrote it, or import the shoot again",
             ));
         }
@@ -230,10 +232,8 @@ impl Project {
         if folder.is_dir() {
             return Ok(());
         }
-        Err(Error::file(
-            "open",
-            folder,
-            "the shoot's folder is not there",
+        Err(Error::missing(
+            format!("the shoot's folder {} is missing", folder.display()),
             "If it was moved, say where it is now; if it is on another disk, connect that",
         ))
     }
@@ -250,10 +250,11 @@ impl Project {
             ("frames", shoot.frames.len()),
         ] {
             if count == 0 {
-                return Err(Error::unexpected(
-                    self.root.join("project.toml").display(),
-                    format!("at least one of {what}"),
-                    "none",
+                return Err(Error::missing(
+                    format!(
+                        "{} names no {what}",
+                        self.root.join("project.toml").display()
+                    ),
                     "Import a shoot that has exemplars, probes and an interview",
                 ));
             }
@@ -273,10 +274,8 @@ impl Project {
         let poses = (0..shoot.poses.len()).map(|pose| moved.exemplar_mask_path(pose));
         let mut needed = frames.into_iter().chain(poses);
         if let Some(missing) = needed.find(|path| !path.is_file()) {
-            return Err(Error::file(
-                "open",
-                missing,
-                "no such file",
+            return Err(Error::missing(
+                format!("there is no file {}", missing.display()),
                 "Choose the folder that holds this project's shoot, with its manifest.json",
             ));
         }
@@ -321,7 +320,7 @@ impl Project {
             .find(|folder| !folder.exists())
             .unwrap_or_default();
         let refuse = |path: &Path, e: std::io::Error| {
-            Error::file(
+            Error::io(
                 "move",
                 path,
                 e,
@@ -421,7 +420,7 @@ impl Project {
 pub fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
     let full = |p: &Path| {
         p.canonicalize()
-            .map_err(|e| Error::file("open", p, e, "Check that the folder is there"))
+            .map_err(|e| Error::io("open", p, e, "Check that the folder is there"))
     };
     let (from, to) = (full(from)?, full(to)?);
     let shared = from
@@ -438,24 +437,16 @@ pub fn check_size(size: usize) -> Result<()> {
     if size.is_power_of_two() && (16..=1024).contains(&size) {
         return Ok(());
     }
-    Err(Error::unexpected(
-        "the working size",
-        "a power of two from 16 to 1024",
-        size.to_string(),
+    Err(Error::invalid(
+        format!("a working size of {size} pixels is not a power of two from 16 to 1024"),
         "Choose 128 for a quick look or 512 for the paper's size",
     ))
 }
 
 /// Writes `value` as TOML beside `path` and renames it.
 pub fn save_toml(path: &Path, value: &impl Serialize) -> Result<()> {
-    let text = toml::to_string_pretty(value).map_err(|e| {
-        Error::file(
-            "write",
-            path,
-            e,
-            "Please report this: it is a fault of the program",
-        )
-    })?;
+    let text = toml::to_string_pretty(value)
+        .map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
     write_beside(path, |out| std::io::Write::write_all(out, text.as_bytes()))
 }
 

@@ -27,7 +27,7 @@ impl Lock {
             .truncate(false)
             .open(&path);
         let mut file = open.map_err(|e| {
-            Error::file(
+            Error::io(
                 "write",
                 &path,
                 e,
@@ -35,10 +35,8 @@ impl Lock {
             )
         })?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            return Err(Error::unexpected(
-                root.display(),
-                "a project that nobody else writes to",
-                holder(&mut file),
+            return Err(Error::busy(
+                format!("{} is in use by {}", root.display(), holder(&mut file)),
                 "Close it there, or wait until it is done",
             ));
         }

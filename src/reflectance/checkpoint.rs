@@ -157,7 +157,7 @@ pub fn link(from: &Path, to: &Path) -> Result<()> {
     let mut table = table(from)?;
     let fail = |path: &Path, e: std::io::Error| {
         let remedy = "Check that the folder can be written and the disk has room";
-        Error::file("write", path, e, remedy)
+        Error::io("write", path, e, remedy)
     };
     std::fs::create_dir_all(to).map_err(|e| fail(to, e))?;
     let names = [
@@ -218,14 +218,11 @@ fn remove_unnamed(folder: &Path, table: &Table) {
 
 /// A network's weights as one burnpack.
 pub fn weight_bytes(network: &UNet) -> Result<Bytes> {
-    network.clone().into_record().into_bytes().map_err(|e| {
-        Error::unexpected(
-            "the network's weights",
-            "weights that can be packed",
-            e.to_string(),
-            REMEDY,
-        )
-    })
+    network
+        .clone()
+        .into_record()
+        .into_bytes()
+        .map_err(|e| Error::bug(format!("cannot pack the network's weights: {e}")))
 }
 
 /// What the checkpoint in `folder` is, without its weights.
@@ -279,18 +276,18 @@ pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
 fn table(folder: &Path) -> Result<Table> {
     let path = folder.join("checkpoint.toml");
     let text = std::fs::read_to_string(&path)
-        .map_err(|e| Error::file("open", &path, e, "Train first: afterlight train PROJECT"))?;
-    toml::from_str(&text).map_err(|e| Error::file("read", &path, e.message(), REMEDY))
+        .map_err(|e| Error::io("open", &path, e, "Train first: afterlight train PROJECT"))?;
+    toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))
 }
 
 fn read(path: &Path) -> Result<Bytes> {
-    let bytes = std::fs::read(path).map_err(|e| Error::file("open", path, e, REMEDY))?;
+    let bytes = std::fs::read(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
     Ok(Bytes::from_bytes_vec(bytes))
 }
 
 fn network_from_file(path: &Path, config: &UNetConfig, device: &Device) -> Result<UNet> {
     config.check()?;
-    let refuse = |e: &dyn std::fmt::Display| Error::file("read", path, e, REMEDY);
+    let refuse = |e: &dyn std::fmt::Display| Error::codec("read", path, e, REMEDY);
     let record = ModuleRecord::from_bytes(read(path)?).map_err(|e| refuse(&e))?;
     let record = record.cast_to_module_dtype();
     config

@@ -23,13 +23,13 @@ pub struct FieldBuffer {
     pub height: usize,
     /// Number of lamps.
     pub lamps: usize,
-    form: Form,
-    place: Place,
+    format: FieldFormat,
+    buffer: Buffer,
 }
 
 /// How a field lies in its buffer.
 #[derive(Debug)]
-pub enum Form {
+pub enum FieldFormat {
     /// In f32 as [`ReflectanceField::values`].
     Full,
     /// As [`HalfField::values`], two of them to a word.
@@ -45,7 +45,7 @@ pub enum Form {
 }
 
 #[derive(Debug)]
-enum Place {
+enum Buffer {
     /// The network's own buffer, kept from being used anew.
     Predicted(ManagedResource<WgpuResource>),
     Own(wgpu::Buffer),
@@ -94,8 +94,8 @@ impl DeviceField {
             width,
             height,
             lamps,
-            form: Form::Full,
-            place: Place::Predicted(resource),
+            format: FieldFormat::Full,
+            buffer: Buffer::Predicted(resource),
         })
     }
 }
@@ -107,8 +107,8 @@ impl FieldBuffer {
             width: field.width,
             height: field.height,
             lamps: field.lamps,
-            form: Form::Full,
-            place: Place::Own(stored(bytemuck::cast_slice(&field.values), device)),
+            format: FieldFormat::Full,
+            buffer: Buffer::Own(stored(bytemuck::cast_slice(&field.values), device)),
         }
     }
 
@@ -119,10 +119,10 @@ impl FieldBuffer {
             width: field.width,
             height: field.height,
             lamps: field.lamps,
-            form: Form::Half {
+            format: FieldFormat::Half {
                 scale: stored(bytemuck::cast_slice(&scale), device),
             },
-            place: Place::Own(stored(bytemuck::cast_slice(field.values()), device)),
+            buffer: Buffer::Own(stored(bytemuck::cast_slice(field.values()), device)),
         }
     }
 
@@ -138,8 +138,8 @@ impl FieldBuffer {
             width: field.width,
             height: field.height,
             lamps: field.lamps,
-            place: Place::Own(stored(bytemuck::cast_slice(planes), device)),
-            form: Form::Components { basis: field.basis },
+            buffer: Buffer::Own(stored(bytemuck::cast_slice(planes), device)),
+            format: FieldFormat::Components { basis: field.basis },
         }
     }
 
@@ -149,31 +149,31 @@ impl FieldBuffer {
             width: self.width,
             height: self.height,
             lamps: self.lamps,
-            form: Form::Half { scale },
-            place: Place::Own(values),
+            format: FieldFormat::Half { scale },
+            buffer: Buffer::Own(values),
         }
     }
 
     /// How the field lies in its buffer.
-    pub fn form(&self) -> &Form {
-        &self.form
+    pub fn format(&self) -> &FieldFormat {
+        &self.format
     }
 
     /// What the OLATs take of the GPU's memory.
     pub fn bytes(&self) -> usize {
         let pixels = self.width * self.height;
-        match &self.form {
-            Form::Full => size_of::<f32>() * 3 * self.lamps * pixels,
-            Form::Half { .. } => HalfField::bytes(pixels, self.lamps),
-            Form::Components { basis } => size_of::<f32>() * basis.len() * pixels,
+        match &self.format {
+            FieldFormat::Full => size_of::<f32>() * 3 * self.lamps * pixels,
+            FieldFormat::Half { .. } => HalfField::bytes(pixels, self.lamps),
+            FieldFormat::Components { basis } => size_of::<f32>() * basis.len() * pixels,
         }
     }
 
     /// What a compute pass binds.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
-        match &self.place {
-            Place::Predicted(resource) => resource.resource().as_wgpu_bind_resource(),
-            Place::Own(buffer) => buffer.as_entire_binding(),
+        match &self.buffer {
+            Buffer::Predicted(resource) => resource.resource().as_wgpu_bind_resource(),
+            Buffer::Own(buffer) => buffer.as_entire_binding(),
         }
     }
 }
@@ -187,10 +187,8 @@ fn stored(contents: &[u8], device: &wgpu::Device) -> wgpu::Buffer {
 }
 
 fn device_failure(cause: &dyn std::fmt::Debug) -> Error {
-    Error::unexpected(
-        "the prediction",
-        "values from the device",
-        format!("{cause:?}"),
+    Error::device(
+        format!("the device did not give the prediction back: {cause:?}"),
         "Try again with --device cpu",
     )
 }

@@ -14,7 +14,7 @@ mod resize;
 mod unet;
 
 pub use compressed::{CompressedField, LampBasis};
-pub use device_field::{DeviceField, FieldBuffer, Form};
+pub use device_field::{DeviceField, FieldBuffer, FieldFormat};
 pub use field::ReflectanceField;
 pub use half_field::HalfField;
 pub use kernels::Precision;

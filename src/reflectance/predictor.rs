@@ -62,10 +62,10 @@ impl Predictor {
     /// # Errors
     /// When the device fails.
     pub fn predict_on_device(&self, frame: &Frame) -> Result<DeviceField> {
-        let _turn = turn::DEVICE.take();
-        let look = tensor_from_image(&frame.plate, &self.device);
+        let _turn = turn::DEVICE.lock();
+        let plate = tensor_from_image(&frame.plate, &self.device);
         let mask = tensor_from_mask(&frame.mask, &self.device);
-        let input = encode(look.clone()) * mask.clone();
+        let input = encode(plate.clone()) * mask.clone();
         let output = if self.half {
             let input = input.cast(FloatDType::F16);
             self.network.forward(input).cast(FloatDType::F32)
@@ -73,7 +73,7 @@ impl Predictor {
             self.network.forward(input)
         };
         let network = &self.info.network;
-        let light = light(&look, network.formulation, self.info.scale);
+        let light = light(&plate, network.formulation, self.info.scale);
         // What an output of 1 stands for is as small as a picture: cheap to mask before it is applied.
         let olats = olats(output, &(light * mask.greater_elem(0.0).float()));
         DeviceField::finished(olats)
@@ -99,14 +99,15 @@ pub fn check_fits(info: &CheckpointInfo, project: &Project) -> Result<()> {
     if network.size == settings.size && network.lamps == settings.shoot.lamps.len() {
         return Ok(());
     }
-    Err(Error::unexpected(
-        project.checkpoint_path().display(),
+    Err(Error::invalid(
         format!(
-            "a network for {} lamps at {} pixels",
+            "the network in {} is for {} lamps at {} pixels, but the project has {} lamps at {} pixels",
+            project.checkpoint_path().display(),
+            network.lamps,
+            network.size,
             settings.shoot.lamps.len(),
             settings.size
         ),
-        format!("one for {} lamps at {} pixels", network.lamps, network.size),
         "Train this project from the start: afterlight train PROJECT --fresh",
     ))
 }

@@ -4,7 +4,7 @@ use super::unet::Formulation;
 use burn::tensor::{Device, Tensor, TensorData};
 use imaging::{Image, Mask};
 
-/// Added to the look before it is multiplied with a predicted ratio, in units of the interview's
+/// Added to the plate before it is multiplied with a predicted ratio, in units of the interview's
 /// linear light (1 = white), so that black pixels can still receive light.
 pub const RATIO_FLOOR: f32 = 0.02;
 
@@ -31,10 +31,10 @@ pub fn olats(output: Tensor<4>, light: &Tensor<4>) -> Tensor<4> {
 }
 
 /// The linear light that an output of 1 stands for, `[1, 3, h, w]`.
-pub fn light(look: &Tensor<4>, formulation: Formulation, scale: f32) -> Tensor<4> {
+pub fn light(plate: &Tensor<4>, formulation: Formulation, scale: f32) -> Tensor<4> {
     match formulation {
-        Formulation::Direct => look.ones_like() * scale,
-        Formulation::Ratio => (look.clone().clamp_min(0.0) + RATIO_FLOOR) * scale,
+        Formulation::Direct => plate.ones_like() * scale,
+        Formulation::Ratio => (plate.clone().clamp_min(0.0) + RATIO_FLOOR) * scale,
     }
 }
 

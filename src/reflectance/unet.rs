@@ -1,4 +1,4 @@
-//! The U-Net of the paper's section 3.2: from one encoded interview look to all OLATs.
+//! The U-Net of the paper's section 3.2: from one encoded plate of the interview to all OLATs.
 
 use super::kernels::{self, Activation, Precision};
 use base::error::{Error, Result};
@@ -68,7 +68,7 @@ pub enum Statistics {
 pub enum Formulation {
     /// OLAT = scale · s, as in the paper.
     Direct,
-    /// OLAT = scale · s · (look + ε): the network predicts light transport relative to the interview's
+    /// OLAT = scale · s · (plate + ε): the network predicts light transport relative to the interview's
     /// own pixels, which carry the texture.
     Ratio,
 }
@@ -142,21 +142,23 @@ impl UNetConfig {
                 .iter()
                 .any(|w| !w.is_multiple_of(8) || !(8..=1024).contains(w))
         {
-            return Err(Error::unexpected(
-                "the network's shape",
-                "at least one lamp, and channel counts that are multiples of 8 from 8 to 1024",
+            return Err(Error::invalid(
                 format!(
-                    "{} lamps, {} to {} channels",
+                    "a network of {} lamps and {} to {} channels is not possible: it needs at least one lamp, and \
+                     channel counts that are multiples of 8 from 8 to 1024",
                     self.lamps, self.width, self.most_channels
                 ),
                 "Choose other channel counts",
             ));
         }
         if !(1..=self.most_blocks()).contains(&self.blocks()) {
-            return Err(Error::unexpected(
-                "the network's depth",
-                format!("1 to {} blocks at {} pixels", self.most_blocks(), self.size),
-                self.blocks().to_string(),
+            return Err(Error::invalid(
+                format!(
+                    "a network of {} pixels cannot have a depth of {} blocks, only 1 to {}",
+                    self.size,
+                    self.blocks(),
+                    self.most_blocks()
+                ),
                 "Choose another depth",
             ));
         }
@@ -270,15 +272,15 @@ pub struct UNet {
 impl UNet {
     /// `[n, 3, size, size]` encoded looks → `[n, 3·lamps, size, size]` sigmoid outputs in (0, 1);
     /// channel `lamp · 3 + c` is colour c of a lamp.
-    pub fn forward(&self, look: Tensor<4>) -> Tensor<4> {
-        self.forward_lamps(look, None)
+    pub fn forward(&self, plate: Tensor<4>) -> Tensor<4> {
+        self.forward_lamps(plate, None)
     }
 
     /// The outputs of some lamps, or of all where none are named. Nothing is computed for others.
-    pub fn forward_lamps(&self, look: Tensor<4>, lamps: Option<&[usize]>) -> Tensor<4> {
+    pub fn forward_lamps(&self, plate: Tensor<4>, lamps: Option<&[usize]>) -> Tensor<4> {
         let precision = self.precision;
         let mut skips = Vec::with_capacity(self.encoder.len());
-        let mut x = look;
+        let mut x = plate;
         for (i, block) in self.encoder.iter().enumerate() {
             if i > 0 {
                 skips.push(x.clone());

@@ -8,7 +8,7 @@ use super::state::Keyed;
 use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
-use evaluation::review::Marked;
+use evaluation::review::MarkedOlat;
 use light::Lighting;
 use light::conventions::Front;
 use light::keyframes::Interpolation;
@@ -131,7 +131,7 @@ pub enum Command {
     /// Ask where the page shall be with a dialog, and write it.
     ChooseReport,
     /// Keep a verdict and a note.
-    Mark(Box<Marked>),
+    Mark(Box<MarkedOlat>),
 
     /// Undo the last of the above, and do it again.
     Undo,

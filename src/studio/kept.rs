@@ -62,7 +62,7 @@ impl KeptLook {
                 Ok(()) => format!("It was put aside as {}", aside.display()),
                 Err(_) => "Copy it before you change the light: it will be written over".to_owned(),
             };
-            Error::file("understand the look in", path, e, remedy)
+            Error::codec("understand the look in", path, e, remedy)
         })
     }
 

@@ -87,6 +87,7 @@ fn show(project: Option<Project>, device: DeviceChoice, left: Left, lost: bool) 
         viewport: egui::ViewportBuilder::default()
             .with_title(&title)
             .with_app_id("afterlight")
+            .with_icon(icon())
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([720.0, 480.0])
             .with_drag_and_drop(true),
@@ -103,13 +104,17 @@ fn show(project: Option<Project>, device: DeviceChoice, left: Left, lost: bool) 
         Ok(Box::new(app.replaced_by(left, said.as_deref())) as Box<dyn eframe::App>)
     };
     eframe::run_native(&title, options, Box::new(create)).map_err(|e| {
-        Error::unexpected(
-            "the window",
-            "a display and a graphics adapter",
-            e.to_string(),
-            "Start it in a desktop session, or use the commands: afterlight --help",
+        Error::device(
+            format!("the window cannot be opened: {e}"),
+            "Start it in a desktop session with a graphics adapter, or use the commands: afterlight --help",
         )
     })
+}
+
+/// What the window's bar and the list of windows show.
+fn icon() -> egui::IconData {
+    let png = include_bytes!("../../assets/icon/128.png");
+    eframe::icon_data::from_png_bytes(png).unwrap_or_default()
 }
 
 /// Lets the network compute on the GPU that draws the window.

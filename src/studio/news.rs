@@ -170,7 +170,7 @@ impl News {
                     self.said = Some(sentence.to_owned());
                 }
             }
-            Event::Report(Report::Held(sentence)) => {
+            Event::Report(Report::Blocked(sentence)) => {
                 if let Some(work) = &mut self.work {
                     work.pause(true, Instant::now());
                     work.held = Some(sentence.clone());
@@ -355,7 +355,7 @@ mod tests {
     fn work_that_waits_for_a_person_is_paused_and_says_why() {
         let mut news = News::new(ready());
         news.hear(Event::Started { what: "training" });
-        news.hear(Event::Report(Report::Held("no space left".into())));
+        news.hear(Event::Report(Report::Blocked("no space left".into())));
         let work = news.work.as_mut().unwrap();
         assert!(work.is_paused());
         assert_eq!(work.held.as_deref(), Some("no space left"));

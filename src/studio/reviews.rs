@@ -1,6 +1,6 @@
 //! What the window knows of the review: it asks the thread that draws and keeps it, and holds the answers.
 
-use evaluation::review::{Marked, Marks};
+use evaluation::review::{MarkedOlat, Marks};
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -72,7 +72,7 @@ impl Reviews {
     }
 
     /// Sets and keeps a verdict or a note, unless those that are there could not be read.
-    pub fn mark(&mut self, marked: Marked) {
+    pub fn mark(&mut self, marked: MarkedOlat) {
         if let (Some(thread), Some(Ok(_))) = (&self.thread, &self.kept) {
             self.marks.set(marked);
             self.edited = true;

@@ -2,6 +2,7 @@
 
 use base::error::{Error, Result};
 use clap::ValueEnum;
+use gpu::DeviceChoice;
 use reflectance::{Formulation, Normalization, Precision, Statistics};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -78,6 +79,20 @@ pub struct TrainingConfig {
     pub checkpoint_seconds: f64,
     /// Computes what is cheap anew on the way back in place of keeping it: less memory for more time.
     pub recompute: bool,
+}
+
+/// What a person asks of a run.
+#[derive(Clone, Debug)]
+pub struct TrainSettings {
+    pub config: TrainingConfig,
+    /// Interview frames that training must not see.
+    pub exclude_frames: Vec<usize>,
+    /// A pose, from 0, that training does not see and that judges it: the network that does best there
+    /// is the one that predicts.
+    pub hold_out: Option<usize>,
+    /// Start over, where a checkpoint would be gone on from.
+    pub fresh: bool,
+    pub device: DeviceChoice,
 }
 
 impl Preset {
@@ -166,17 +181,15 @@ impl TrainingConfig {
     /// # Errors
     /// When there is no such setting, or it cannot have this value.
     pub fn set(&mut self, setting: &str) -> Result<()> {
-        let refuse = |found: String| {
-            Error::unexpected(
-                format!("the setting {setting:?}"),
-                "a setting of training as key=value, such as width=32",
-                found,
-                "docs/method.md lists the settings",
+        let refuse = |problem: String| {
+            Error::invalid(
+                format!("the setting {setting:?} cannot be used: {problem}"),
+                "Write it as key=value, such as width=32; docs/method.md lists the settings",
             )
         };
         let (key, value) = setting
             .split_once('=')
-            .ok_or_else(|| refuse("no =".to_owned()))?;
+            .ok_or_else(|| refuse("it has no =".to_owned()))?;
         let mut table = toml::Table::try_from(&*self).map_err(|e| refuse(e.to_string()))?;
         if value == "none" {
             table.remove(key);

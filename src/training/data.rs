@@ -17,26 +17,26 @@ use reflectance::render::{
 
 /// The subject under the interview's light: linear and encoded `[1, 3, h, w]`, and its mask `[1, 1, h, w]`.
 #[derive(Clone)]
-pub struct Look {
+pub struct Plate {
     pub linear: Tensor<4>,
     pub encoded: Tensor<4>,
     pub mask: Tensor<4>,
 }
 
-/// A pose: its look under the interview's light, simulated, and its OLATs `[lamps, 3, h, w]`, brought
+/// A pose: its plate under the interview's light, simulated, and its OLATs `[lamps, 3, h, w]`, brought
 /// to the interview's exposure and encoded.
 #[derive(Clone)]
-pub struct Lesson {
-    pub look: Look,
+pub struct TrainingSample {
+    pub plate: Plate,
     pub encoded_olats: Tensor<4>,
 }
 
 /// All of it.
 pub struct TrainingData {
-    pub exemplars: Vec<Vec<Lesson>>,
+    pub exemplars: Vec<Vec<TrainingSample>>,
     /// The pose that training does not see.
-    pub held_out: Option<Lesson>,
-    pub frames: Vec<Look>,
+    pub held_out: Option<TrainingSample>,
+    pub frames: Vec<Plate>,
     /// The project's numbers of `frames`.
     pub frame_numbers: Vec<usize>,
     /// Weights of the lamps in the interview's light, exposure included, `[lamps, 3, 1, 1]`:
@@ -70,11 +70,13 @@ impl TrainingData {
         if let Some(pose) = held_out
             && (pose >= poses || poses < 2)
         {
-            return Err(Error::unexpected(
-                project.root.display(),
-                format!("pose {pose} among two or more, counted from 0"),
-                format!("{poses} poses"),
-                "Hold out a pose that is there, and leave one to learn from",
+            return Err(Error::invalid(
+                format!(
+                    "cannot hold out pose {pose}: {} has {poses} poses, counted from 0, and one must be left to learn \
+                     from",
+                    project.root.display()
+                ),
+                "Hold out another pose",
             ));
         }
         let mut exemplars = Vec::with_capacity(poses);
@@ -83,9 +85,9 @@ impl TrainingData {
             progress.check("nothing was trained yet")?;
             progress.step("reading exemplars", pose as u64, poses as u64, "");
             let exemplar = Exemplar::load(project, &calibration.response, pose)?;
-            let look = exemplar.relit_by_all(project, &calibration.response, &interview_light)?;
+            let plate = exemplar.relit_by_all(project, &calibration.response, &interview_light)?;
             // What is held out decides nothing.
-            let samples = (held_out != Some(pose)).then(|| sample_subject(&exemplar, &look));
+            let samples = (held_out != Some(pose)).then(|| sample_subject(&exemplar, &plate));
             for (level, interview) in samples.into_iter().flatten() {
                 levels.push(level);
                 targets.push(match config.formulation {
@@ -93,7 +95,7 @@ impl TrainingData {
                     Formulation::Ratio => level / (interview.max(0.0) + RATIO_FLOOR),
                 });
             }
-            exemplars.push((exemplar, look));
+            exemplars.push((exemplar, plate));
         }
         progress.step("reading exemplars", poses as u64, poses as u64, "");
         let frame_numbers: Vec<usize> = (0..project.settings.shoot.frames.len())
@@ -104,41 +106,42 @@ impl TrainingData {
             .map(|&f| Frame::load(project, &calibration.response, f))
             .collect::<Result<Vec<_>>>()?;
         let empty = || {
-            Error::unexpected(
-                project.shoot_path("exemplar_masks").display(),
-                "mattes that cover a lit subject",
-                "no pixel inside any matte with light on it",
+            Error::invalid(
+                format!(
+                    "no pixel inside any matte of {} has light on it",
+                    project.shoot_path("exemplar_masks").display()
+                ),
                 "Check the mattes: white where the subject is",
             )
         };
         let mean = targets.iter().map(|&v| f64::from(v)).sum::<f64>() / targets.len().max(1) as f64;
         let scale = bright_level(&mut targets).ok_or_else(empty)?;
         let olat_gain = 1.0 / bright_level(&mut levels).ok_or_else(empty)?;
-        let lesson = |(exemplar, look): (Exemplar, Image)| Lesson {
+        let sample = |(exemplar, plate): (Exemplar, Image)| TrainingSample {
             encoded_olats: encode(tensor_from_images(&exemplar.olats, device) * olat_gain),
-            look: Look::new(&look, &exemplar.mask, device),
+            plate: Plate::new(&plate, &exemplar.mask, device),
         };
-        let held_out = held_out.map(|pose| lesson(exemplars.remove(pose)));
-        let exemplars = exemplars.into_iter().map(|(exemplar, look)| {
+        let held_out = held_out.map(|pose| sample(exemplars.remove(pose)));
+        let exemplars = exemplars.into_iter().map(|(exemplar, plate)| {
             let mut distances = Vec::new();
             for factor in [1.0, 1.0 + config.zoom, 1.0 / (1.0 + config.zoom)] {
                 if factor == 1.0 && !distances.is_empty() {
                     break;
                 }
-                distances.push(lesson((
+                distances.push(sample((
                     zoomed_exemplar(&exemplar, factor),
-                    zoomed(&look, factor),
+                    zoomed(&plate, factor),
                 )));
             }
             distances
         });
-        let exemplars: Vec<Vec<Lesson>> = exemplars.collect();
+        let exemplars: Vec<Vec<TrainingSample>> = exemplars.collect();
         Ok(Self {
             held_out,
             exemplars,
             frames: frames
                 .iter()
-                .map(|f| Look::new(&f.plate, &f.mask, device))
+                .map(|f| Plate::new(&f.plate, &f.mask, device))
                 .collect(),
             frame_numbers,
             weights: tensor_from_weights(&calibration.learnt_light(), device),
@@ -152,22 +155,23 @@ impl TrainingData {
 impl TrainingData {
     /// Bytes of the pictures.
     pub fn bytes(&self) -> u64 {
-        let look = |look: &Look| {
-            [&look.linear, &look.encoded, &look.mask]
+        let plate = |plate: &Plate| {
+            [&plate.linear, &plate.encoded, &plate.mask]
                 .iter()
                 .map(|x| x.shape().num_elements())
                 .sum::<usize>()
         };
-        let lesson =
-            |lesson: &Lesson| look(&lesson.look) + lesson.encoded_olats.shape().num_elements();
-        let lessons = self.exemplars.iter().flatten().chain(&self.held_out);
+        let sample = |sample: &TrainingSample| {
+            plate(&sample.plate) + sample.encoded_olats.shape().num_elements()
+        };
+        let samples = self.exemplars.iter().flatten().chain(&self.held_out);
         let values =
-            lessons.map(lesson).sum::<usize>() + self.frames.iter().map(look).sum::<usize>();
+            samples.map(sample).sum::<usize>() + self.frames.iter().map(plate).sum::<usize>();
         4 * values as u64
     }
 }
 
-impl Look {
+impl Plate {
     fn new(linear: &Image, mask: &Mask, device: &Device) -> Self {
         let linear = tensor_from_image(linear, device);
         Self {
@@ -196,10 +200,10 @@ fn zoomed_exemplar(exemplar: &Exemplar, factor: f32) -> Exemplar {
     }
 }
 
-/// Pairs of OLAT and interview look at every fourth pixel of the subject, for all lamps and channels.
+/// Pairs of OLAT and interview plate at every fourth pixel of the subject, for all lamps and channels.
 fn sample_subject<'a>(
     exemplar: &'a Exemplar,
-    look: &'a Image,
+    plate: &'a Image,
 ) -> impl Iterator<Item = (f32, f32)> + 'a {
     let mask = &exemplar.mask.pixels;
     let subject: Vec<usize> = (0..mask.len())
@@ -210,7 +214,7 @@ fn sample_subject<'a>(
         subject
             .clone()
             .into_iter()
-            .flat_map(move |i| (0..3).map(move |c| (olat.pixels[i][c], look.pixels[i][c])))
+            .flat_map(move |i| (0..3).map(move |c| (olat.pixels[i][c], plate.pixels[i][c])))
     })
 }
 

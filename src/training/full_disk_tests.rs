@@ -1,8 +1,7 @@
 //! Training on a disk that is full.
 
-use super::config::{Preset, TrainingConfig};
+use super::config::{Preset, TrainSettings, TrainingConfig};
 use super::run::train;
-use super::trainer::TrainSettings;
 use base::progress::{Control, Progress, Report};
 use burn::tensor::Device;
 use gpu::DeviceChoice;
@@ -64,7 +63,7 @@ fn a_training_waits_for_room_and_loses_nothing() {
 
     let (held, control) = (Mutex::new(Vec::new()), Control::default());
     let sink = |report| {
-        if let Report::Held(sentence) = report {
+        if let Report::Blocked(sentence) = report {
             whole();
             let mut held = held.lock().unwrap();
             held.push(sentence);

@@ -5,7 +5,7 @@
 use super::loss::Criterion;
 use burn::tensor::{DType, Device, Tensor, TensorData};
 use reflectance::Formulation;
-use reflectance::kernels::{Comparison, LossSettings};
+use reflectance::kernels::{LossInputs, LossSettings};
 use reflectance::render::{encode, light, olats, relight};
 
 /// Step of the central differences, as a share of the value. Their error goes with its square over that of
@@ -69,10 +69,10 @@ fn the_encoding_is_smooth_from_black_to_far_beyond_white() {
 #[test]
 fn the_renderer_and_what_outputs_stand_for() {
     let weights = tensor(&noise(4 * 3, 2), [4, 3, 1, 1]);
-    let look = tensor(&noise(3 * 6, 3), [1, 3, 2, 3]);
+    let plate = tensor(&noise(3 * 6, 3), [1, 3, 2, 3]);
     let part = tensor(&noise(3 * 6, 4), [1, 3, 2, 3]);
     for formulation in [Formulation::Direct, Formulation::Ratio] {
-        let light = light(&look, formulation, 1.7);
+        let light = light(&plate, formulation, 1.7);
         check(
             "relight",
             STEP,
@@ -87,7 +87,7 @@ fn the_renderer_and_what_outputs_stand_for() {
 fn the_losses_as_a_whole_with_a_mask_of_black_grey_and_white() {
     const LAMPS: usize = 3;
     let shape = [1, 3 * LAMPS, 8, 8];
-    let look = tensor(&noise(3 * 64, 5), [1, 3, 8, 8]);
+    let plate = tensor(&noise(3 * 64, 5), [1, 3, 8, 8]);
     let truth = encode(tensor(&noise(LAMPS * 3 * 64, 6), [LAMPS, 3, 8, 8]));
     let weights = tensor(&noise(LAMPS * 3, 7), [LAMPS, 3, 1, 1]);
     let coverage: Vec<f64> = (0..64).map(|i| [0.0, 0.4, 1.0, 1.0][i % 4]).collect();
@@ -107,11 +107,11 @@ fn the_losses_as_a_whole_with_a_mask_of_black_grey_and_white() {
                 pixel,
                 ..Criterion::default()
             };
-            let with = Comparison {
-                light: light(&look, Formulation::Ratio, 1.3),
+            let with = LossInputs {
+                light: light(&plate, Formulation::Ratio, 1.3),
                 mask: &mask,
                 olats: with_olats.then_some(&truth),
-                look: &encode(look.clone()),
+                plate: &encode(plate.clone()),
                 weights: &weights,
                 settings: LossSettings {
                     gain: 1.4,
@@ -133,13 +133,13 @@ fn the_norm_at_and_near_zero_error() {
     let truth = noise(3 * 16, 9);
     let mask = tensor(&[1.0; 16], [1, 1, 4, 4]);
     let zero = tensor(&[0.0; 3], [1, 3, 1, 1]);
-    let look = tensor(&truth, [1, 3, 4, 4]);
+    let plate = tensor(&truth, [1, 3, 4, 4]);
     let loss = |output: Tensor<4>| {
-        let with = Comparison {
-            light: look.ones_like(),
+        let with = LossInputs {
+            light: plate.ones_like(),
             mask: &mask,
-            olats: Some(&encode(look.clone())),
-            look: &look.zeros_like(),
+            olats: Some(&encode(plate.clone())),
+            plate: &plate.zeros_like(),
             weights: &zero,
             settings: LossSettings {
                 gain: 1.0,

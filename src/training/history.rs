@@ -1,6 +1,6 @@
 //! The curves of a run, of bounded size however long it is: as they come, and as they were written down.
 
-use super::log::{JUDGEMENTS, STEPS};
+use super::log::{HELD_OUT, STEPS};
 use base::error::{Error, Result};
 use base::progress::LossPoint;
 use std::collections::HashMap;
@@ -70,7 +70,7 @@ impl History {
     /// When a file is there and cannot be read.
     pub fn read(root: &Path) -> Result<Self> {
         let mut judged = HashMap::new();
-        whole_lines(&root.join(JUDGEMENTS), |fields| {
+        whole_lines(&root.join(HELD_OUT), |fields| {
             if let [step, _, decibels] = fields
                 && let (Ok(step), Ok(decibels)) = (step.parse::<u64>(), decibels.parse::<f32>())
                 && decibels.is_finite()
@@ -133,8 +133,8 @@ fn point(fields: &[&str]) -> Option<LossPoint> {
 /// Hands the fields of each line that has its end to `take`; none where there is no such file.
 fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
     let fail = |e: std::io::Error| {
-        let remedy = "Check that it can be read, or move it away: training writes it anew";
-        Error::file("read", path, e, remedy)
+        let remedy = "Check that it can be read, or move it away: training writes a new one";
+        Error::io("read", path, e, remedy)
     };
     let file = match std::fs::File::open(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
@@ -158,7 +158,7 @@ fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::{JUDGEMENTS_HEADER, STEPS_HEADER};
+    use crate::log::{HELD_OUT_HEADER, STEPS_HEADER};
 
     fn point(step: u64) -> LossPoint {
         LossPoint {
@@ -214,8 +214,8 @@ mod tests {
              3,0.750,NaN,0.0625,1e-3,NaN,false\n4,1.000,0.25,0.031,1e-3,2.5,tr"
         );
         std::fs::write(folder.path().join(STEPS), steps).unwrap();
-        let judged = format!("{JUDGEMENTS_HEADER}\n2,0.500,21.5\n3,0.750,2");
-        std::fs::write(folder.path().join(JUDGEMENTS), judged).unwrap();
+        let judged = format!("{HELD_OUT_HEADER}\n2,0.500,21.5\n3,0.750,2");
+        std::fs::write(folder.path().join(HELD_OUT), judged).unwrap();
         let history = History::read(folder.path()).unwrap();
         let read: Vec<_> = (history.points().iter())
             .map(|p| (p.step, p.reconstruction, p.rendering, p.held_out_db))

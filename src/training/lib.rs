@@ -3,6 +3,7 @@
 mod adam;
 mod augment;
 mod average;
+pub mod checkpoints;
 pub mod config;
 mod cost;
 mod data;
@@ -13,24 +14,25 @@ mod gradient;
 #[cfg(test)]
 mod gradient_tests;
 pub mod history;
-mod judge;
-pub mod kept;
 mod log;
 pub mod loss;
+mod monitor;
 #[cfg(test)]
 mod nan_tests;
 #[cfg(test)]
 mod parity_tests;
+mod pose_prediction;
 mod records;
+mod report;
 mod run;
 pub mod schedule;
 mod trainer;
-mod watch;
 
 pub use adam::Adam;
-pub use config::{Preset, TrainingConfig};
+pub use config::{Preset, TrainSettings, TrainingConfig};
 pub use cost::{Pace, RunCost};
 pub use history::History;
 pub use records::Records;
+pub use report::TrainReport;
 pub use run::train;
-pub use trainer::{TrainReport, TrainSettings, Trainer};
+pub use trainer::Trainer;

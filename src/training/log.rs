@@ -1,6 +1,6 @@
 //! The tables of text that training writes beside the project as it goes.
 
-use super::trainer::StepReport;
+use super::report::StepReport;
 use base::error::{Error, Result};
 use project::Project;
 use reflectance::checkpoint::CheckpointInfo;
@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 /// Every step's losses.
 pub(super) const STEPS: &str = "training.csv";
 /// What the held-out pose says.
-pub(super) const JUDGEMENTS: &str = "held_out.csv";
+pub(super) const HELD_OUT: &str = "held_out.csv";
 /// The columns of both.
 pub(super) const STEPS_HEADER: &str =
     "step,seconds,loss_rec,loss_render,learning_rate,gradient_norm,taken";
-pub(super) const JUDGEMENTS_HEADER: &str = "step,seconds,decibels";
+pub(super) const HELD_OUT_HEADER: &str = "step,seconds,decibels";
 
 /// A table that grows line by line.
 pub(super) struct Log {
@@ -24,18 +24,19 @@ pub(super) struct Log {
 }
 
 impl Log {
-    /// Opens the log of steps, or of judgements; a fresh one forgets what was there.
+    /// Opens the log of steps; a fresh one forgets what was there.
     pub fn steps(project: &Project, fresh: bool) -> Result<Self> {
         Self::open(project.root.join(STEPS), STEPS_HEADER, fresh)
     }
 
-    pub fn judgements(project: &Project, fresh: bool) -> Result<Self> {
-        Self::open(project.root.join(JUDGEMENTS), JUDGEMENTS_HEADER, fresh)
+    /// Opens the log of the held-out pose; a fresh one forgets what was there.
+    pub fn held_out(project: &Project, fresh: bool) -> Result<Self> {
+        Self::open(project.root.join(HELD_OUT), HELD_OUT_HEADER, fresh)
     }
 
     fn open(path: PathBuf, header: &str, fresh: bool) -> Result<Self> {
         let fail = |e: std::io::Error| {
-            Error::file("write", &path, e, "Check that the folder can be written")
+            Error::io("write", &path, e, "Check that the folder can be written")
         };
         if !fresh {
             remove_torn_line(&path).map_err(fail)?;
@@ -74,22 +75,22 @@ impl Log {
     }
 
     /// What the held-out pose says of the network.
-    pub fn judgement(&mut self, info: &CheckpointInfo, decibels: f32) -> Result<()> {
+    pub fn held_out_score(&mut self, info: &CheckpointInfo, decibels: f32) -> Result<()> {
         self.line(&format!("{},{:.3},{decibels}", info.step, info.seconds))
     }
 
     fn line(&mut self, line: &str) -> Result<()> {
         // All of a line at once: where there is no room it can be written again.
         let line = format!("{line}\n");
-        (self.out.write_all(line.as_bytes())).map_err(|e| self.failure(&e))
+        (self.out.write_all(line.as_bytes())).map_err(|e| self.failure(e))
     }
 
     pub fn flush(&mut self) -> Result<()> {
-        self.out.flush().map_err(|e| self.failure(&e))
+        self.out.flush().map_err(|e| self.failure(e))
     }
 
-    fn failure(&self, cause: &std::io::Error) -> Error {
-        Error::file("write", &self.path, cause, "Check that the disk has room")
+    fn failure(&self, cause: std::io::Error) -> Error {
+        Error::io("write", &self.path, cause, "Check that the disk has room")
     }
 }
 

@@ -5,12 +5,12 @@
 //! light; all are linear, so their gradients are cheap. With a file its network's features are compared.
 
 use super::augment;
-use super::features::{Features, Name, Picture, rows};
-use super::schedule::Lesson;
+use super::features::{Features, PictureId, PictureKind, rows};
+use super::schedule::SampleSource;
 use burn::tensor::Tensor;
 use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
-use reflectance::kernels::{self, Comparison, LossSettings};
+use reflectance::kernels::{self, LossInputs, LossSettings};
 use reflectance::render::{encode, olats, relight};
 
 /// Added under the root: ‖x‖ becomes √(‖x‖² + ε²), whose gradient at zero error is 0 and not 0/0.
@@ -46,17 +46,17 @@ impl Criterion {
     /// by themselves, `[2]`, the first of them 0 where there are no OLATs to compare with. Where pictures
     /// are compared by their pixels too, that is in the sum alone.
     ///
-    /// The reconstruction loss is that of the OLATs of `lamps`, of all where none are named. `lesson` is
+    /// The reconstruction loss is that of the OLATs of `lamps`, of all where none are named. `source` is
     /// given where its pictures are the same whenever it is met: unmoved.
     pub fn losses(
         &mut self,
         output: Tensor<4>,
-        with: &Comparison,
+        with: &LossInputs,
         lamps: Option<&[usize]>,
-        lesson: Option<Lesson>,
+        source: Option<SampleSource>,
     ) -> (Tensor<1>, Tensor<1>) {
         let weights = with.settings;
-        let with = &Comparison {
+        let with = &LossInputs {
             light: with.light.clone(),
             settings: LossSettings {
                 reconstruction: weights.reconstruction * self.perceptual,
@@ -68,8 +68,8 @@ impl Criterion {
         let (mut total, parts) = match &mut self.features {
             Some(features) => {
                 composed(output.clone(), with, lamps, |predicted, truth, pictures| {
-                    let name = |&picture| lesson.map(|lesson| Name { lesson, picture });
-                    let names: Option<Vec<Name>> = pictures.iter().map(name).collect();
+                    let name = |&picture| source.map(|source| PictureId { source, picture });
+                    let names: Option<Vec<PictureId>> = pictures.iter().map(name).collect();
                     features.distance(predicted, truth, with.mask, names.as_deref())
                 })
             }
@@ -82,7 +82,7 @@ impl Criterion {
             let olats = olats(output, &with.light);
             if weights.rendering > 0.0 {
                 let relit = encode(relight(olats.clone(), with.weights));
-                let pixels = pixel_distance(relit, with.look.clone(), with.mask);
+                let pixels = pixel_distance(relit, with.plate.clone(), with.mask);
                 total = total + pixels * (weights.rendering * self.pixel);
             }
             if let Some(truth) = with.olats {
@@ -102,13 +102,13 @@ fn per_lamp(output: Tensor<4>) -> Tensor<4> {
 }
 
 /// What the kernels serve: the losses with the built-in features.
-fn fused(output: Tensor<4>, with: &Comparison, lamps: Option<&[usize]>) -> (Tensor<1>, Tensor<1>) {
+fn fused(output: Tensor<4>, with: &LossInputs, lamps: Option<&[usize]>) -> (Tensor<1>, Tensor<1>) {
     let (Some(lamps), Some(truth)) = (lamps, with.olats) else {
         return kernels::losses(output, with);
     };
     let [_, _, h, w] = output.dims();
     let sampled = rows(per_lamp(output.clone()), lamps).reshape([1, 3 * lamps.len(), h, w]);
-    let of_sampled = Comparison {
+    let of_sampled = LossInputs {
         light: with.light.clone(),
         olats: Some(&rows(truth.clone(), lamps)),
         weights: &rows(with.weights.clone(), lamps),
@@ -118,7 +118,7 @@ fn fused(output: Tensor<4>, with: &Comparison, lamps: Option<&[usize]>) -> (Tens
         },
         ..*with
     };
-    let of_all = Comparison {
+    let of_all = LossInputs {
         light: with.light.clone(),
         olats: None,
         ..*with
@@ -134,19 +134,19 @@ fn fused(output: Tensor<4>, with: &Comparison, lamps: Option<&[usize]>) -> (Tens
 /// The losses in burn's operations, with `distance` between encoded pictures, which are told by name.
 fn composed(
     output: Tensor<4>,
-    with: &Comparison,
+    with: &LossInputs,
     lamps: Option<&[usize]>,
-    mut distance: impl FnMut(Tensor<4>, Tensor<4>, &[Picture]) -> Tensor<1>,
+    mut distance: impl FnMut(Tensor<4>, Tensor<4>, &[PictureKind]) -> Tensor<1>,
 ) -> (Tensor<1>, Tensor<1>) {
     let olats = olats(output, &with.light);
     let relit = encode(relight(olats.clone(), with.weights));
-    let rendering = distance(relit, with.look.clone(), &[Picture::Look]);
+    let rendering = distance(relit, with.plate.clone(), &[PictureKind::Plate]);
     let mut total = rendering.clone() * with.settings.rendering;
     let mut reconstruction = rendering.zeros_like();
     if let Some(truth) = with.olats {
-        let pictures: Vec<Picture> = match lamps {
-            Some(lamps) => lamps.iter().copied().map(Picture::Olat).collect(),
-            None => (0..truth.dims()[0]).map(Picture::Olat).collect(),
+        let pictures: Vec<PictureKind> = match lamps {
+            Some(lamps) => lamps.iter().copied().map(PictureKind::Olat).collect(),
+            None => (0..truth.dims()[0]).map(PictureKind::Olat).collect(),
         };
         let (predicted, truth) = compared_olats(olats, truth, with, lamps);
         reconstruction = distance(predicted, truth, &pictures);
@@ -162,7 +162,7 @@ fn composed(
 fn compared_olats(
     predicted: Tensor<4>,
     truth: &Tensor<4>,
-    with: &Comparison,
+    with: &LossInputs,
     lamps: Option<&[usize]>,
 ) -> (Tensor<4>, Tensor<4>) {
     let settings = with.settings;
@@ -237,7 +237,7 @@ mod tests {
     /// The losses without our kernels.
     fn by_operations(
         output: Tensor<4>,
-        with: &Comparison,
+        with: &LossInputs,
         lamps: Option<&[usize]>,
     ) -> (Tensor<1>, Tensor<1>) {
         composed(output, with, lamps, |predicted, truth, _| {
@@ -259,12 +259,12 @@ mod tests {
         };
         let olats = random([lamps, 3, h, w]);
         let mask = augment::shift(random([1, 1, h, w]).round(), shift[0], shift[1]);
-        let (look, weights) = (random([1, 3, h, w]), random([lamps, 3, 1, 1]));
-        let comparison = Comparison {
+        let (plate, weights) = (random([1, 3, h, w]), random([lamps, 3, 1, 1]));
+        let comparison = LossInputs {
             light: random([1, 3, h, w]) * 3.0,
             mask: &mask,
             olats: with_olats.then_some(&olats),
-            look: &look,
+            plate: &plate,
             weights: &weights,
             settings: kernels::LossSettings {
                 gain: 0.7,
@@ -309,11 +309,11 @@ mod tests {
             let values: Vec<f32> = (0..count).map(value).collect();
             Tensor::<1>::from_floats(values.as_slice(), &device).reshape(shape)
         };
-        let comparison = Comparison {
+        let comparison = LossInputs {
             light: noise([1, 3, 16, 16], seed + 1),
             mask: &noise([1, 1, 16, 16], seed + 2).round(),
             olats: Some(&noise([6, 3, 16, 16], seed + 3)),
-            look: &noise([1, 3, 16, 16], seed + 4),
+            plate: &noise([1, 3, 16, 16], seed + 4),
             weights: &noise([6, 3, 1, 1], seed + 5),
             settings: kernels::LossSettings {
                 gain: 0.7,

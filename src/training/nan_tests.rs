@@ -1,8 +1,8 @@
 //! Losses, gradients and weights that are NaN or infinite.
 
-use super::config::{Preset, TrainingConfig};
+use super::config::{Preset, TrainSettings, TrainingConfig};
 use super::run::train;
-use super::trainer::{TrainSettings, Trainer};
+use super::trainer::Trainer;
 use base::progress::Progress;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
@@ -70,10 +70,10 @@ fn kept(trainer: &Trainer, project: &Project) -> [Vec<f32>; 2] {
 
 /// Multiplies every picture that the network reads.
 fn spoil(trainer: &mut Trainer, by: f32) {
-    let lessons = trainer.data.exemplars.iter_mut().flatten();
-    let looks = lessons.map(|lesson| &mut lesson.look);
-    for look in looks.chain(&mut trainer.data.frames) {
-        look.encoded = look.encoded.clone() * by;
+    let samples = trainer.data.exemplars.iter_mut().flatten();
+    let plates = samples.map(|sample| &mut sample.plate);
+    for plate in plates.chain(&mut trainer.data.frames) {
+        plate.encoded = plate.encoded.clone() * by;
     }
 }
 
@@ -150,7 +150,7 @@ fn gradients_that_overflow_are_not_taken_and_end_a_run_without_a_checkpoint() {
         .unwrap_err()
         .to_string();
     assert!(
-        said.contains("finite losses") && said.contains("3 steps in a row"),
+        said.contains("3 steps in a row had losses that are not finite"),
         "{said}"
     );
 }
@@ -205,7 +205,7 @@ fn weights_that_are_not_finite_are_never_saved() {
 
 /// The best network's running statistics were once those of the average, which goes on.
 #[test]
-fn the_best_network_stays_as_it_was_judged() {
+fn the_best_network_stays_as_it_was_validated() {
     let folder = tempfile::tempdir().unwrap();
     let (project, calibration) = project(folder.path());
     let settings = TrainSettings {
@@ -219,9 +219,9 @@ fn the_best_network_stays_as_it_was_judged() {
     let (device, silent) = (Device::flex(), Progress::silent());
     let mut trainer = Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
     trainer.step(0.0);
-    assert!(trainer.judge().unwrap().is_finite());
-    let judged = values(trainer.network());
+    assert!(trainer.validate().unwrap().is_finite());
+    let validated = values(trainer.network());
     assert!((0..3).all(|_| trainer.step(0.0).taken));
-    assert!(values(trainer.network()) == judged);
-    assert!(values(&trainer.average) != judged);
+    assert!(values(trainer.network()) == validated);
+    assert!(values(&trainer.average) != validated);
 }

@@ -1,8 +1,8 @@
 //! What is on disk of a project's training.
 
+use super::checkpoints::{self, SavedCheckpoint};
 use super::cost::Pace;
 use super::history::History;
-use super::kept::{self, Kept};
 use project::Project;
 use reflectance::checkpoint::{self, CheckpointInfo};
 
@@ -13,7 +13,7 @@ pub struct Records {
     /// The project's checkpoint, where it has one.
     pub present: Option<CheckpointInfo>,
     /// Checkpoints to go back to, the newest first.
-    pub kept: Vec<Kept>,
+    pub kept: Vec<SavedCheckpoint>,
     /// Whether the project is calibrated.
     pub calibrated: bool,
     /// Why something of it cannot be read.
@@ -32,7 +32,7 @@ impl Records {
         Self {
             history: history.unwrap_or_default(),
             present: present.flatten(),
-            kept: kept::list(project),
+            kept: checkpoints::list(project),
             calibrated: project.calibration_path().exists(),
             failure,
         }

@@ -1,9 +1,11 @@
 //! A run of training: steps until its time is over, with checkpoints, logs and warnings as it goes.
 
-use super::kept::{self, Why};
+use super::checkpoints::{self, Reason};
+use super::config::TrainSettings;
 use super::log::Log;
-use super::trainer::{StepReport, TrainReport, TrainSettings, Trainer};
-use super::watch::Watch;
+use super::monitor::Monitor;
+use super::report::{StepReport, TrainReport};
+use super::trainer::Trainer;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use base::turn;
@@ -13,8 +15,8 @@ use gpu::ComputeDevice;
 use project::Project;
 use std::time::Instant;
 
-/// Steps between two looks at the network from outside: each costs a prediction or two.
-pub(super) const LOOK_STEPS: u64 = 100;
+/// Steps between two checks of the network from outside: each costs a prediction or two.
+const CHECK_STEPS: u64 = 100;
 /// This many steps in a row that are not finite end a run.
 const MOST_BAD_STEPS: u32 = 3;
 
@@ -22,7 +24,7 @@ const MOST_BAD_STEPS: u32 = 3;
 /// each case the checkpoint is written. Every step's losses go to `training.csv`. Checkpoints that it
 /// passes are kept in a list that thins out as they age, and the one that it begins at is in that list.
 ///
-/// What cannot be written, as on a full disk, is waited for where a person is there ([`Progress::insist`]).
+/// Where a file cannot be written, as on a full disk, and a person is there, it waits ([`Progress::retry`]).
 ///
 /// # Errors
 /// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, or three steps in a row or the
@@ -35,200 +37,296 @@ pub fn train(
 ) -> Result<TrainReport> {
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
-    compute.guarded(|| learn(project, calibration, settings, &compute, progress))
+    compute.guarded(|| {
+        let trainer = Trainer::new(project, calibration, settings, &compute.device, progress)?;
+        let mut run = Run::start(project, settings, trainer, progress)?;
+        run.learn()?;
+        run.finish(&compute)
+    })
 }
 
-fn learn(
-    project: &Project,
-    calibration: &Calibration,
-    settings: &TrainSettings,
-    compute: &ComputeDevice,
-    progress: &Progress,
-) -> Result<TrainReport> {
-    let mut trainer = Trainer::new(project, calibration, settings, &compute.device, progress)?;
-    progress.say(format!(
-        "The network: {}; the pictures take {} MB more",
-        trainer.info.network.cost(),
-        trainer.data.bytes() / 1_000_000
-    ));
-    progress.say(format!("Pictures are compared by {}", trainer.features()));
-    // Nothing that was trained before is lost, whatever becomes of this run.
-    if settings.fresh {
-        kept::put_aside(project)?;
-    } else if project.checkpoint_path().join("checkpoint.toml").exists() {
-        kept::keep(project, Why::Passing)?;
+/// A run and all that it notes as it goes.
+struct Run<'a> {
+    project: &'a Project,
+    settings: &'a TrainSettings,
+    progress: &'a Progress<'a>,
+    trainer: Trainer,
+    logs: Logs,
+    losses: SmoothedLosses,
+    monitor: Monitor,
+    dead: DeadLamps,
+    /// Steps made before this run.
+    first_step: u64,
+    /// Steps in a row that were not finite.
+    bad_steps: u32,
+    last: Option<StepReport>,
+    saved: Instant,
+}
+
+impl<'a> Run<'a> {
+    /// Says what will be trained, and keeps what was trained before.
+    fn start(
+        project: &'a Project,
+        settings: &'a TrainSettings,
+        trainer: Trainer,
+        progress: &'a Progress<'a>,
+    ) -> Result<Self> {
+        progress.say(format!(
+            "The network: {}; the pictures take {} MB more",
+            trainer.info.network.cost(),
+            trainer.data.bytes() / 1_000_000
+        ));
+        progress.say(format!("Pictures are compared by {}", trainer.features()));
+        // Nothing that was trained before is lost, whatever becomes of this run.
+        if settings.fresh {
+            checkpoints::set_aside(project)?;
+        } else if project.checkpoint_path().join("checkpoint.toml").exists() {
+            checkpoints::keep(project, Reason::Automatic)?;
+        }
+        let first_step = trainer.info.step;
+        Ok(Self {
+            project,
+            settings,
+            progress,
+            logs: Logs::open(project, settings.hold_out.is_some(), first_step == 0)?,
+            trainer,
+            losses: SmoothedLosses::default(),
+            monitor: Monitor::default(),
+            dead: DeadLamps::default(),
+            first_step,
+            bad_steps: 0,
+            last: None,
+            saved: Instant::now(),
+        })
     }
-    let fresh = trainer.info.step == 0;
-    let mut logs = Logs::open(project, settings.hold_out.is_some(), fresh)?;
-    let first_step = trainer.info.step;
-    let config = &settings.config;
-    let limit = config.minutes.map(|minutes| minutes * 60.0);
-    let mut saved = Instant::now();
-    let mut bad = 0;
-    let (mut recent, mut watch) = (Recent::default(), Watch::default());
-    let mut last = None;
-    let (mut dead, names) = (DeadLamps::default(), &project.settings.shoot.lamps);
-    loop {
-        let by_time = limit.map_or(0.0, |limit| trainer.info.seconds / limit);
-        let steps = trainer.schedule.steps();
-        let by_step = trainer.info.step as f64 / steps.max(1) as f64;
-        let done = by_time.max(by_step).min(1.0);
-        if done >= 1.0 || progress.cancelled() {
-            break;
-        }
-        if progress.paused() {
-            trainer.check_weights()?;
-            progress.insist(|| trainer.save(project))?;
-            progress.insist(|| logs.flush())?;
-            progress.say(format!("Paused after step {}", trainer.info.step));
-            progress.wait_while_paused();
-            saved = Instant::now();
-            continue;
-        }
-        // Seconds count while the network learns: not while it waits for its turn or for a person.
-        let turn = turn::DEVICE.take();
-        let began = Instant::now();
-        let report = trainer.step(done);
-        let seconds = began.elapsed().as_secs_f64();
-        trainer.info.seconds += seconds;
-        drop(turn);
-        progress.insist(|| logs.steps.step(&trainer.info, &report))?;
-        watch.step(&report, seconds);
-        watch.predict(&trainer, config.minutes, progress);
-        if report.taken {
-            bad = 0;
-            recent.add(&report);
-        } else {
-            bad += 1;
-            progress.say(format!(
-                "Step {} was not finite and has been skipped",
-                trainer.info.step
-            ));
-            if bad == MOST_BAD_STEPS {
-                return Err(Error::unexpected(
-                    "training",
-                    "finite losses",
-                    format!("{bad} steps in a row that are not"),
-                    "The last checkpoint is kept. Check the pictures for blown or empty exemplars",
-                ));
+
+    /// Makes steps until the run is done or a stop is asked for.
+    fn learn(&mut self) -> Result<()> {
+        loop {
+            let done = self.done();
+            if done >= 1.0 || self.progress.cancelled() {
+                return Ok(());
+            }
+            if self.progress.paused() {
+                self.pause()?;
+            } else {
+                self.step(done)?;
             }
         }
+    }
+
+    /// The finished share of the run, by its time or its steps.
+    fn done(&self) -> f64 {
+        let info = &self.trainer.info;
+        let minutes = self.settings.config.minutes;
+        let by_time = minutes.map_or(0.0, |minutes| info.seconds / (60.0 * minutes));
+        let by_step = info.step as f64 / self.trainer.schedule.steps().max(1) as f64;
+        by_time.max(by_step).min(1.0)
+    }
+
+    /// Writes the checkpoint and waits for the end of a pause.
+    fn pause(&mut self) -> Result<()> {
+        self.trainer.check_weights()?;
+        self.progress.retry(|| self.trainer.save(self.project))?;
+        self.progress.retry(|| self.logs.flush())?;
+        self.progress
+            .say(format!("Paused after step {}", self.trainer.info.step));
+        self.progress.wait_while_paused();
+        self.saved = Instant::now();
+        Ok(())
+    }
+
+    /// Makes a step, and what is due after it; `done` is the finished share of the run.
+    fn step(&mut self, done: f64) -> Result<()> {
+        // Seconds count while the network learns: not while it waits for its turn or for a person.
+        let turn = turn::DEVICE.lock();
+        let began = Instant::now();
+        let report = self.trainer.step(done);
+        let seconds = began.elapsed().as_secs_f64();
+        self.trainer.info.seconds += seconds;
+        drop(turn);
+        let (config, progress) = (&self.settings.config, self.progress);
+        progress.retry(|| self.logs.steps.step(&self.trainer.info, &report))?;
+        self.monitor.step(&report, seconds);
+        self.monitor
+            .estimate(&self.trainer, config.minutes, progress);
+        self.note(&report)?;
+        let step = self.trainer.info.step;
         progress.step(
             "training",
             (done * 1000.0) as u64,
             1000,
-            recent.note(trainer.info.step),
+            self.losses.note(step),
         );
-        if trainer.info.step.is_multiple_of(LOOK_STEPS) {
-            recent.judge(&mut trainer, &mut logs, &mut watch, progress)?;
-            if dead.look(trainer.dead_lamps().unwrap_or_default()) {
-                progress.say(dead.warning(names));
-            }
+        if step.is_multiple_of(CHECK_STEPS) {
+            self.check()?;
         }
-        watch.tell(&trainer, &report, &dead.sure, progress);
-        watch.show(&trainer, false, progress);
-        if saved.elapsed().as_secs_f64() >= config.checkpoint_seconds {
-            save(project, &trainer, &mut logs, progress)?;
-            saved = Instant::now();
+        self.monitor
+            .report(&self.trainer, &report, &self.dead.confirmed, progress);
+        self.monitor.show(&self.trainer, false, progress);
+        if self.saved.elapsed().as_secs_f64() >= config.checkpoint_seconds {
+            self.save()?;
         }
-        last = Some(report);
+        self.last = Some(report);
+        Ok(())
     }
-    recent.judge(&mut trainer, &mut logs, &mut watch, progress)?;
-    save(project, &trainer, &mut logs, progress)?;
-    if let Some(report) = last {
-        watch.tell(&trainer, &report, &dead.sure, progress);
-        watch.show(&trainer, true, progress);
-    }
-    progress.step("training", 1000, 1000, recent.note(trainer.info.step));
-    if progress.cancelled() {
-        progress.say(format!(
-            "Stopped after {} steps; the checkpoint is kept, and training goes on from it",
-            trainer.info.step - first_step
-        ));
-    } else if trainer.info.step == first_step {
-        progress.say(
-            "The run was complete before: ask for more with --minutes or --epochs, or start over with --fresh",
-        );
-    }
-    Ok(TrainReport {
-        steps: trainer.info.step,
-        seconds: trainer.info.seconds,
-        device: compute.description.clone(),
-        features: trainer.features(),
-        parameters: trainer.average.num_params(),
-        loss_rec: recent.reconstruction.unwrap_or(f32::NAN),
-        loss_render: recent.rendering.unwrap_or(f32::NAN),
-        skipped_steps: watch.skipped(),
-        held_out: trainer.info.held_out,
-        dead_lamps: dead.names(names),
-    })
-}
 
-/// Writes the checkpoint and keeps it in the list.
-fn save(project: &Project, trainer: &Trainer, logs: &mut Logs, progress: &Progress) -> Result<()> {
-    trainer.check_weights()?;
-    progress.insist(|| trainer.save(project))?;
-    progress.insist(|| logs.flush())?;
-    if let Err(e) = kept::keep(project, Why::Passing) {
-        // The checkpoint itself is written: that there is no way back to it ends no run.
-        progress.say(e.to_string());
+    /// Takes in the losses of a step, or that it was skipped.
+    fn note(&mut self, report: &StepReport) -> Result<()> {
+        if report.taken {
+            self.bad_steps = 0;
+            self.losses.add(report);
+            return Ok(());
+        }
+        self.bad_steps += 1;
+        self.progress.say(format!(
+            "Step {} was not finite and has been skipped",
+            self.trainer.info.step
+        ));
+        if self.bad_steps < MOST_BAD_STEPS {
+            return Ok(());
+        }
+        Err(Error::invalid(
+            format!(
+                "training stopped: {} steps in a row had losses that are not finite",
+                self.bad_steps
+            ),
+            "The last checkpoint is kept. Check the pictures for blown-out or empty exemplars",
+        ))
     }
-    progress.saved();
-    Ok(())
+
+    /// Looks at the network from outside: the held-out pose, and dead lamps on one exemplar after another.
+    fn check(&mut self) -> Result<()> {
+        self.validate()?;
+        let exemplar = (self.trainer.info.step / CHECK_STEPS) as usize;
+        let dead = self.trainer.dead_lamps(exemplar).unwrap_or_default();
+        if self.dead.update(dead) {
+            let lamps = &self.project.settings.shoot.lamps;
+            self.progress.say(self.dead.warning(lamps));
+        }
+        Ok(())
+    }
+
+    /// Validates by the pose that was held out, where one was.
+    fn validate(&mut self) -> Result<()> {
+        let Some(decibels) = self.trainer.validate() else {
+            return Ok(());
+        };
+        self.losses.held_out = Some(decibels);
+        self.monitor.validated(decibels);
+        let (progress, info) = (self.progress, self.trainer.info());
+        self.logs
+            .held_out
+            .iter_mut()
+            .try_for_each(|log| progress.retry(|| log.held_out_score(info, decibels)))
+    }
+
+    /// Writes the checkpoint and keeps it in the list.
+    fn save(&mut self) -> Result<()> {
+        let progress = self.progress;
+        self.trainer.check_weights()?;
+        progress.retry(|| self.trainer.save(self.project))?;
+        progress.retry(|| self.logs.flush())?;
+        if let Err(e) = checkpoints::keep(self.project, Reason::Automatic) {
+            // The checkpoint itself is written: that there is no way back to it ends no run.
+            progress.say(e.to_string());
+        }
+        progress.saved();
+        self.saved = Instant::now();
+        Ok(())
+    }
+
+    /// Writes what the run has come to.
+    fn finish(mut self, compute: &ComputeDevice) -> Result<TrainReport> {
+        self.validate()?;
+        self.save()?;
+        let (progress, info) = (self.progress, self.trainer.info());
+        if let Some(report) = self.last {
+            self.monitor
+                .report(&self.trainer, &report, &self.dead.confirmed, progress);
+            self.monitor.show(&self.trainer, true, progress);
+        }
+        progress.step("training", 1000, 1000, self.losses.note(info.step));
+        if progress.cancelled() {
+            progress.say(format!(
+                "Stopped after {} steps; the checkpoint is kept, and training continues from it",
+                info.step - self.first_step
+            ));
+        } else if info.step == self.first_step {
+            progress.say(
+                "The run was already complete: ask for more with --minutes or --epochs, or start over with --fresh",
+            );
+        }
+        Ok(TrainReport {
+            steps: info.step,
+            seconds: info.seconds,
+            device: compute.description.clone(),
+            features: self.trainer.features(),
+            parameters: self.trainer.average.num_params(),
+            loss_rec: self.losses.reconstruction.unwrap_or(f32::NAN),
+            loss_render: self.losses.rendering.unwrap_or(f32::NAN),
+            skipped_steps: self.monitor.skipped(),
+            held_out: info.held_out,
+            dead_lamps: self.dead.names(&self.project.settings.shoot.lamps),
+        })
+    }
 }
 
 /// What a run writes down.
 struct Logs {
     steps: Log,
     /// Where a pose is held out.
-    judgements: Option<Log>,
+    held_out: Option<Log>,
 }
 
 impl Logs {
-    fn open(project: &Project, judged: bool, fresh: bool) -> Result<Self> {
-        // A run without a judge forgets what another's said.
-        let judgements = Log::judgements(project, fresh)?;
+    fn open(project: &Project, held_out: bool, fresh: bool) -> Result<Self> {
+        // A run that holds out no pose forgets the scores of one that did.
+        let log = Log::held_out(project, fresh)?;
         Ok(Self {
             steps: Log::steps(project, fresh)?,
-            judgements: judged.then_some(judgements),
+            held_out: held_out.then_some(log),
         })
     }
 
     fn flush(&mut self) -> Result<()> {
         self.steps.flush()?;
-        self.judgements.iter_mut().try_for_each(Log::flush)
+        self.held_out.iter_mut().try_for_each(Log::flush)
     }
 }
 
 /// Lamps whose outputs have stopped learning.
 #[derive(Default)]
 struct DeadLamps {
-    /// Those of the last look.
-    seen: Vec<usize>,
-    /// Those of the last two: one look may meet a lamp on its way.
-    sure: Vec<usize>,
+    /// Those of the last check.
+    previous: Vec<usize>,
+    /// Those of the last two: one check may meet a lamp on its way.
+    confirmed: Vec<usize>,
 }
 
 impl DeadLamps {
-    /// Takes in what a look found; whether there is something new to say.
-    fn look(&mut self, found: Vec<usize>) -> bool {
+    /// Takes in what a check found; whether there is something new to say.
+    fn update(&mut self, found: Vec<usize>) -> bool {
         let mut sure = found.clone();
-        sure.retain(|lamp| self.seen.contains(lamp));
-        self.seen = found;
-        let new = sure.iter().any(|lamp| !self.sure.contains(lamp));
-        self.sure = sure;
+        sure.retain(|lamp| self.previous.contains(lamp));
+        self.previous = found;
+        let new = sure.iter().any(|lamp| !self.confirmed.contains(lamp));
+        self.confirmed = sure;
         new
     }
 
     fn names(&self, lamps: &[String]) -> Vec<String> {
-        self.sure.iter().map(|&lamp| lamps[lamp].clone()).collect()
+        self.confirmed
+            .iter()
+            .map(|&lamp| lamps[lamp].clone())
+            .collect()
     }
 
     fn warning(&self, lamps: &[String]) -> String {
         format!(
             "Dead output: {} of {} lamps ({}) are stuck at black or white and hardly learn any more. Stop, and \
              start over with --fresh and a lower rate, such as --set learning-rate=3e-4",
-            self.sure.len(),
+            self.confirmed.len(),
             lamps.len(),
             self.names(lamps).join(", ")
         )
@@ -237,31 +335,13 @@ impl DeadLamps {
 
 /// Losses smoothed over about twenty steps.
 #[derive(Default)]
-struct Recent {
+struct SmoothedLosses {
     reconstruction: Option<f32>,
     rendering: Option<f32>,
     held_out: Option<f32>,
 }
 
-impl Recent {
-    /// Judges by the pose that was held out, where one was.
-    fn judge(
-        &mut self,
-        trainer: &mut Trainer,
-        logs: &mut Logs,
-        watch: &mut Watch,
-        progress: &Progress,
-    ) -> Result<()> {
-        let Some(decibels) = trainer.judge() else {
-            return Ok(());
-        };
-        self.held_out = Some(decibels);
-        watch.judged(decibels);
-        logs.judgements
-            .iter_mut()
-            .try_for_each(|log| progress.insist(|| log.judgement(trainer.info(), decibels)))
-    }
-
+impl SmoothedLosses {
     fn add(&mut self, report: &StepReport) {
         let smooth =
             |old: Option<f32>, new: f32| Some(old.map_or(new, |old| 0.95 * old + 0.05 * new));

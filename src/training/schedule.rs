@@ -8,14 +8,14 @@ use rand::{RngExt, SeedableRng};
 
 /// What one step learns from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Lesson {
+pub enum SampleSource {
     /// Exemplar number `pose`, with both losses.
     Exemplar { pose: usize },
     /// Interview frame number `frame` among those allowed, with the rendering loss alone.
-    Video { frame: usize },
+    Frame { frame: usize },
 }
 
-/// The order of lessons of a run.
+/// The order of samples of a run.
 #[derive(Clone, Debug)]
 pub struct Schedule {
     poses: usize,
@@ -62,13 +62,13 @@ impl Schedule {
     }
 
     /// What step number `step`, from 0, learns from. Each epoch has its own order, drawn from the seed.
-    pub fn lesson(&self, step: u64) -> Lesson {
+    pub fn source(&self, step: u64) -> SampleSource {
         let (round, within) = (step / self.round_steps(), step % self.round_steps());
         let exemplar_steps = u64::from(self.exemplar_epochs) * self.poses as u64;
         let epochs = u64::from(self.exemplar_epochs + self.video_epochs);
         if within < exemplar_steps {
             let (epoch, place) = (within / self.poses as u64, within % self.poses as u64);
-            Lesson::Exemplar {
+            SampleSource::Exemplar {
                 pose: self.shuffled(round * epochs + epoch, self.poses)[place as usize],
             }
         } else {
@@ -78,7 +78,7 @@ impl Schedule {
                 (within - exemplar_steps) % per_epoch,
             );
             let epoch = round * epochs + u64::from(self.exemplar_epochs) + epoch;
-            Lesson::Video {
+            SampleSource::Frame {
                 frame: self.shuffled(epoch, self.frames)[place as usize],
             }
         }
@@ -154,12 +154,18 @@ mod tests {
         let schedule = Schedule::new(&Preset::Paper.config(), 6, 100, 1);
         assert_eq!(schedule.steps(), 10 * (100 * 6 + 4 * 100));
         for step in 0..600 {
-            assert!(matches!(schedule.lesson(step), Lesson::Exemplar { .. }));
+            assert!(matches!(
+                schedule.source(step),
+                SampleSource::Exemplar { .. }
+            ));
         }
         for step in 600..1000 {
-            assert!(matches!(schedule.lesson(step), Lesson::Video { .. }));
+            assert!(matches!(schedule.source(step), SampleSource::Frame { .. }));
         }
-        assert!(matches!(schedule.lesson(1000), Lesson::Exemplar { .. }));
+        assert!(matches!(
+            schedule.source(1000),
+            SampleSource::Exemplar { .. }
+        ));
     }
 
     #[test]
@@ -167,16 +173,16 @@ mod tests {
         let schedule = Schedule::new(&Preset::Paper.config(), 6, 40, 7);
         let epoch = |e: u64| {
             (0..6)
-                .map(|i| schedule.lesson(e * 6 + i))
+                .map(|i| schedule.source(e * 6 + i))
                 .collect::<Vec<_>>()
         };
         let mut orders = std::collections::HashSet::new();
         for e in 0..20 {
-            let lessons = epoch(e);
+            let samples = epoch(e);
             for pose in 0..6 {
-                assert!(lessons.contains(&Lesson::Exemplar { pose }));
+                assert!(samples.contains(&SampleSource::Exemplar { pose }));
             }
-            orders.insert(format!("{lessons:?}"));
+            orders.insert(format!("{samples:?}"));
         }
         assert!(orders.len() > 10);
         assert_eq!(epoch(3), epoch(3));
@@ -185,7 +191,7 @@ mod tests {
     #[test]
     fn an_interview_without_frames_leaves_the_exemplars() {
         let schedule = Schedule::new(&Preset::Quick.config(), 3, 0, 1);
-        assert!((0..500).all(|s| matches!(schedule.lesson(s), Lesson::Exemplar { .. })));
+        assert!((0..500).all(|s| matches!(schedule.source(s), SampleSource::Exemplar { .. })));
     }
 
     #[test]

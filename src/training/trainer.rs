@@ -1,13 +1,13 @@
-//! The trainer: a network, its optimiser and its pictures, and one lesson a step.
+//! The trainer: a network, its optimiser and its pictures, and one sample a step.
 
 use super::adam::Adam;
-use super::config::TrainingConfig;
-use super::data::{self, Look, TrainingData};
+use super::config::{TrainSettings, TrainingConfig};
+use super::data::{Plate, TrainingData, TrainingSample};
 use super::features::{Features, rows};
-use super::judge::Attempt;
 use super::loss::Criterion;
-use super::run::LOOK_STEPS;
-use super::schedule::{self, Schedule};
+use super::pose_prediction::PosePrediction;
+use super::report::StepReport;
+use super::schedule::{self, SampleSource, Schedule};
 use super::{augment, average, gradient};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -15,68 +15,13 @@ use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor};
 use calibration::Calibration;
-use gpu::DeviceChoice;
 use project::Project;
-use reflectance::UNet;
 use reflectance::checkpoint::{self, CheckpointInfo, HeldOut, Resumed, TrainingState};
-use reflectance::kernels::{Comparison, LossSettings};
+use reflectance::kernels::{LossInputs, LossSettings};
 use reflectance::predictor::check_fits;
 use reflectance::render::{encode, light};
-use serde::Serialize;
-use std::path::PathBuf;
-
-/// What a person asks of a run.
-#[derive(Clone, Debug)]
-pub struct TrainSettings {
-    pub config: TrainingConfig,
-    /// Interview frames that training must not see.
-    pub exclude_frames: Vec<usize>,
-    /// A pose, from 0, that training does not see and that judges it: the network that does best there
-    /// is the one that predicts.
-    pub hold_out: Option<usize>,
-    /// Start over, where a checkpoint would be gone on from.
-    pub fresh: bool,
-    pub device: DeviceChoice,
-}
-
-/// What a run did.
-#[derive(Clone, Debug, Serialize)]
-pub struct TrainReport {
-    /// Steps made since the start, earlier runs counted in.
-    pub steps: u64,
-    /// Seconds of training since the start, earlier runs counted in.
-    pub seconds: f64,
-    /// Where the network ran and why.
-    pub device: String,
-    /// What pictures were compared by.
-    pub features: String,
-    /// Number of the network's parameters.
-    pub parameters: usize,
-    /// Mean over the last steps of the reconstruction loss: in encoded units by the built-in features,
-    /// in units of the layers' levels by a file's.
-    pub loss_rec: f32,
-    /// The same of the rendering loss.
-    pub loss_render: f32,
-    /// Steps that were skipped because they were not finite.
-    pub skipped_steps: u64,
-    /// How well the network does on the pose that was held out.
-    pub held_out: Option<HeldOut>,
-    /// Lamps whose outputs were stuck at black or white in the last two looks at them.
-    pub dead_lamps: Vec<String>,
-}
-
-/// The figures of one step.
-#[derive(Clone, Copy, Debug)]
-pub struct StepReport {
-    /// Reconstruction loss; none for a lesson from the interview.
-    pub reconstruction: Option<f32>,
-    /// Rendering loss; none in a step that does without.
-    pub rendering: Option<f32>,
-    pub gradient_norm: f32,
-    pub learning_rate: f64,
-    /// Whether the weights were changed: not by a step that is not finite.
-    pub taken: bool,
-}
+use reflectance::{UNet, UNetConfig};
+use std::path::{Path, PathBuf};
 
 /// A network in training.
 pub struct Trainer {
@@ -113,16 +58,7 @@ impl Trainer {
         let folder = project.checkpoint_path();
         let resume = !settings.fresh && folder.join("checkpoint.toml").exists();
         if resume {
-            let info = checkpoint::info(&folder)?;
-            check_fits(&info, project)?;
-            if info.network != network {
-                return Err(Error::unexpected(
-                    folder.display(),
-                    format!("the network that was asked for ({network:?})"),
-                    format!("{:?}", info.network),
-                    "Go on with the settings it was begun with, or start over with --fresh",
-                ));
-            }
+            check_resumable(&folder, project, &network)?;
         }
         let mut autodiff = device.clone().autodiff();
         if config.recompute {
@@ -145,68 +81,23 @@ impl Trainer {
         )?;
         let seed = project.settings.seed;
         let schedule = Schedule::new(&config, data.exemplars.len(), data.frames.len(), seed);
-        let optimizer = ModuleOptimizer::from(Adam::default());
-        if resume {
-            let Resumed {
-                mut info,
-                best,
-                average,
-                live,
-                optimizer: moments,
-            } = checkpoint::load_training(&folder, device)?;
-            info.training_frames.extend(&data.frame_numbers);
-            info.training_frames.sort_unstable();
-            info.training_frames.dedup();
-            // Another pose, or none, judges anew.
-            let judged = info.held_out.map(|h| h.pose);
-            if judged != settings.hold_out {
-                info.held_out = None;
-            }
-            let optimizer = match moments {
-                None => optimizer,
-                Some(moments) => optimizer.from_bytes(moments).map_err(|e| {
-                    Error::unexpected(
-                        folder.display(),
-                        "an optimiser's state",
-                        e.to_string(),
-                        "Start over with --fresh",
-                    )
-                })?,
-            };
-            return Ok(Self {
-                config,
-                schedule,
-                data,
-                criterion,
-                live,
-                average,
-                best: info.held_out.is_some().then_some(best),
-                hold_out: settings.hold_out,
-                optimizer,
-                info,
-            });
-        }
-        autodiff.seed(seed);
-        let live = network.init(data.mean_output, &autodiff).materialize();
-        let info = CheckpointInfo {
-            step: 0,
-            seconds: 0.0,
-            scale: data.scale,
-            training_frames: data.frame_numbers.clone(),
-            network,
-            held_out: None,
+        let start = if resume {
+            Start::resumed(&folder, &data, settings.hold_out, device)?
+        } else {
+            autodiff.seed(seed);
+            Start::fresh(network, &data, &autodiff)
         };
         Ok(Self {
-            average: live.valid(),
-            best: None,
-            hold_out: settings.hold_out,
             config,
             schedule,
             data,
             criterion,
-            info,
-            live,
-            optimizer,
+            info: start.info,
+            live: start.live,
+            average: start.average,
+            best: start.best,
+            hold_out: settings.hold_out,
+            optimizer: start.optimizer,
         })
     }
 
@@ -216,20 +107,20 @@ impl Trainer {
         let statistics = self.live.running_statistics();
         let most = (self.config.shift * self.info.network.size as f32).round() as i64;
         let (dx, dy) = self.schedule.shift(step, most);
-        let lesson = self.schedule.lesson(step);
-        let (look, olats, shift) = match lesson {
-            schedule::Lesson::Exemplar { pose } => {
+        let source = self.schedule.source(step);
+        let (plate, olats, shift) = match source {
+            SampleSource::Exemplar { pose } => {
                 let distances = &self.data.exemplars[pose];
                 let exemplar = &distances[self.schedule.variant(step, distances.len())];
                 let moved = |x: &Tensor<4>| augment::shift(x.clone(), dx, dy);
-                let look = Look {
-                    linear: moved(&exemplar.look.linear),
-                    encoded: moved(&exemplar.look.encoded),
-                    mask: moved(&exemplar.look.mask),
+                let plate = Plate {
+                    linear: moved(&exemplar.plate.linear),
+                    encoded: moved(&exemplar.plate.encoded),
+                    mask: moved(&exemplar.plate.mask),
                 };
-                (look, Some(&exemplar.encoded_olats), [dx, dy])
+                (plate, Some(&exemplar.encoded_olats), [dx, dy])
             }
-            schedule::Lesson::Video { frame } => (self.data.frames[frame].clone(), None, [0, 0]),
+            SampleSource::Frame { frame } => (self.data.frames[frame].clone(), None, [0, 0]),
         };
         let network = &self.info.network;
         let lamps = self
@@ -245,23 +136,23 @@ impl Trainer {
         }
         let input = if self.config.gain > 0.0 {
             let gain = self.schedule.gain(step, self.config.gain);
-            let gain = Tensor::<1>::from_floats(gain, &look.linear.device()).reshape([1, 3, 1, 1]);
-            encode(look.linear.clone() * gain)
+            let gain = Tensor::<1>::from_floats(gain, &plate.linear.device()).reshape([1, 3, 1, 1]);
+            encode(plate.linear.clone() * gain)
         } else {
-            look.encoded.clone()
+            plate.encoded.clone()
         };
-        let output = self.live.forward_lamps(input * look.mask.clone(), alone);
+        let output = self.live.forward_lamps(input * plate.mask.clone(), alone);
         // Pictures that are moved anew each time are not worth remembering, nor are those of a step whose
         // lamps have other numbers.
         let still = most == 0 && self.config.zoom == 0.0;
         let unmoved = olats.is_none() || (still && alone.is_none());
         let (total, parts) = self.criterion.losses(
             output,
-            &Comparison {
-                light: light(&look.linear, network.formulation, self.info.scale),
-                mask: &look.mask,
+            &LossInputs {
+                light: light(&plate.linear, network.formulation, self.info.scale),
+                mask: &plate.mask,
                 olats: olats.as_ref(),
-                look: &look.encoded,
+                plate: &plate.encoded,
                 weights: &weights,
                 settings: LossSettings {
                     gain: self.data.olat_gain,
@@ -271,7 +162,7 @@ impl Trainer {
                 },
             },
             lamps.as_deref().filter(|_| alone.is_none()),
-            unmoved.then_some(lesson),
+            unmoved.then_some(source),
         );
         let parts = parts.into_data().try_into_vec::<f32>().unwrap_or_default();
         let value = |i: usize| parts.get(i).copied().unwrap_or(f32::NAN);
@@ -321,12 +212,13 @@ impl Trainer {
         }
     }
 
-    /// Judges the averaged network by the pose that was held out, and keeps it if it is the best so far.
+    /// Validates the averaged network by the pose that was held out, and keeps it if it is the best so far.
     /// None where no pose is, or the device fails.
-    pub fn judge(&mut self) -> Option<f32> {
-        let (pose, lesson) = (self.hold_out?, self.data.held_out.as_ref()?);
-        let attempt = Attempt::new(&self.average, &self.info, lesson, self.data.olat_gain);
-        let decibels = attempt.decibels()?;
+    pub fn validate(&mut self) -> Option<f32> {
+        let (pose, sample) = (self.hold_out?, self.data.held_out.as_ref()?);
+        let prediction =
+            PosePrediction::new(&self.average, &self.info, sample, self.data.olat_gain);
+        let decibels = prediction.decibels()?;
         if self
             .info
             .held_out
@@ -343,19 +235,18 @@ impl Trainer {
         Some(decibels)
     }
 
-    /// Lamps whose outputs are stuck at black or white on one of the exemplars, another one each time.
-    /// None where the device fails.
-    pub fn dead_lamps(&self) -> Option<Vec<usize>> {
-        let turn = (self.info.step / LOOK_STEPS) as usize;
-        let lesson = &self.data.exemplars[turn % self.data.exemplars.len()][0];
+    /// Lamps whose outputs are stuck at black or white on an exemplar, counted round from 0. None if the device
+    /// fails.
+    pub fn dead_lamps(&self, exemplar: usize) -> Option<Vec<usize>> {
+        let sample = &self.data.exemplars[exemplar % self.data.exemplars.len()][0];
         let live = self.live.valid();
-        Attempt::new(&live, &self.info, lesson, self.data.olat_gain).dead_lamps()
+        PosePrediction::new(&live, &self.info, sample, self.data.olat_gain).dead_lamps()
     }
 
     /// The pose that pictures show, with its number: the one held out, or the first.
-    pub(super) fn shown_lesson(&self) -> (usize, &data::Lesson) {
+    pub(super) fn shown_sample(&self) -> (usize, &TrainingSample) {
         match (self.hold_out, &self.data.held_out) {
-            (Some(pose), Some(lesson)) => (pose, lesson),
+            (Some(pose), Some(sample)) => (pose, sample),
             _ => (0, &self.data.exemplars[0][0]),
         }
     }
@@ -380,27 +271,21 @@ impl Trainer {
         if norms.into_iter().all(f32::is_finite) {
             return Ok(());
         }
-        Err(Error::unexpected(
-            "training",
-            "finite weights",
+        Err(Error::invalid(
             format!(
-                "weights that are NaN or infinite after step {}",
+                "training stopped: weights are NaN or infinite after step {}",
                 self.info.step
             ),
-            "The last checkpoint is kept. Go on from it with a lower rate, such as --set learning-rate=3e-4",
+            "The last checkpoint is kept. Continue from it at a lower rate, such as --set learning-rate=3e-4",
         ))
     }
 
     /// Writes the checkpoint.
     pub fn save(&self, project: &Project) -> Result<()> {
-        let optimizer = self.optimizer.into_bytes().map_err(|e| {
-            Error::unexpected(
-                "the optimiser",
-                "a state that can be packed",
-                e.to_string(),
-                "Report this fault",
-            )
-        })?;
+        let optimizer = self
+            .optimizer
+            .into_bytes()
+            .map_err(|e| Error::bug(format!("cannot pack the optimiser's state: {e}")))?;
         let average = self.best.is_some().then_some(&self.average);
         let state = TrainingState {
             average_weights: average.map(checkpoint::weight_bytes).transpose()?,
@@ -414,4 +299,91 @@ impl Trainer {
             &state,
         )
     }
+}
+
+/// What a run starts from.
+struct Start {
+    info: CheckpointInfo,
+    live: UNet,
+    average: UNet,
+    best: Option<UNet>,
+    optimizer: ModuleOptimizer,
+}
+
+impl Start {
+    fn fresh(network: UNetConfig, data: &TrainingData, autodiff: &Device) -> Self {
+        let live = network.init(data.mean_output, autodiff).materialize();
+        Self {
+            info: CheckpointInfo {
+                step: 0,
+                seconds: 0.0,
+                scale: data.scale,
+                training_frames: data.frame_numbers.clone(),
+                network,
+                held_out: None,
+            },
+            average: live.valid(),
+            best: None,
+            live,
+            optimizer: ModuleOptimizer::from(Adam::default()),
+        }
+    }
+
+    fn resumed(
+        folder: &Path,
+        data: &TrainingData,
+        hold_out: Option<usize>,
+        device: &Device,
+    ) -> Result<Self> {
+        let Resumed {
+            mut info,
+            best,
+            average,
+            live,
+            optimizer: moments,
+        } = checkpoint::load_training(folder, device)?;
+        info.training_frames.extend(&data.frame_numbers);
+        info.training_frames.sort_unstable();
+        info.training_frames.dedup();
+        // Scores on another pose do not compare.
+        if info.held_out.map(|h| h.pose) != hold_out {
+            info.held_out = None;
+        }
+        let optimizer = ModuleOptimizer::from(Adam::default());
+        let optimizer = match moments {
+            None => optimizer,
+            Some(moments) => optimizer.from_bytes(moments).map_err(|e| {
+                Error::codec(
+                    "read the optimiser's state in",
+                    folder,
+                    e,
+                    "Start over with --fresh",
+                )
+            })?,
+        };
+        Ok(Self {
+            best: info.held_out.is_some().then_some(best),
+            info,
+            live,
+            average,
+            optimizer,
+        })
+    }
+}
+
+/// Refuses a checkpoint that training of `network` cannot continue from.
+fn check_resumable(folder: &Path, project: &Project, network: &UNetConfig) -> Result<()> {
+    let info = checkpoint::info(folder)?;
+    check_fits(&info, project)?;
+    if info.network == *network {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        format!(
+            "{} holds another network ({:?}) than the one asked for ({network:?})",
+            folder.display(),
+            info.network
+        ),
+        "Continue with the settings that it was started with, or start over with --fresh",
+    ))
 }

@@ -68,11 +68,13 @@ impl StageSettings {
             if range.contains(&value) {
                 return Ok(());
             }
-            Err(Error::unexpected(
-                format!("the virtual stage's number of {what}"),
-                format!("a number from {} to {}", range.start(), range.end()),
-                value.to_string(),
-                "Choose one within that range",
+            Err(Error::invalid(
+                format!(
+                    "the virtual stage cannot have {value} {what}: expected {} to {}",
+                    range.start(),
+                    range.end()
+                ),
+                "Choose a number in that range",
             ))
         };
         within("pixels across (size)", self.size, 16..=1024)?;

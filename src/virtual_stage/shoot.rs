@@ -197,9 +197,7 @@ impl<'a> Session<'a> {
                 self.write_truth_pictures("pose00", "pose00_olat_exr", &pictures)?;
             }
         }
-        exposures.ok_or_else(|| {
-            Error::unexpected("the virtual stage", "a pose", "none", "Please report this")
-        })
+        exposures.ok_or_else(|| Error::bug("the virtual stage has no pose"))
     }
 
     fn write_interview(&self, exposures: &Exposures) -> Result<()> {
@@ -347,14 +345,8 @@ impl<'a> Session<'a> {
 
     fn json(&self, name: &str, value: &impl Serialize) -> Result<()> {
         let path = self.folder.join(name);
-        let text = serde_json::to_vec_pretty(value).map_err(|e| {
-            Error::file(
-                "write",
-                &path,
-                e,
-                "Please report this: it is a fault of the program",
-            )
-        })?;
+        let text = serde_json::to_vec_pretty(value)
+            .map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
         self.written(write_beside(&path, |out| out.write_all(&text)))
     }
 

@@ -12,11 +12,6 @@ pub(super) fn caught<T>(act: impl FnOnce() -> Result<T>) -> Result<T> {
         }
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
-        Err(Error::unexpected(
-            "Afterlight",
-            "no fault of its own",
-            text.unwrap_or_default(),
-            "What was saved is kept. Report this fault",
-        ))
+        Err(Error::bug(text.unwrap_or_else(|| "a panic".to_owned())))
     })
 }

@@ -17,6 +17,7 @@ use project::Project;
 use reflectance::checkpoint::{DEMO_STARTER, install};
 use scene::{Background, Effects};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use training::{Preset, TrainReport, TrainSettings, train};
@@ -202,14 +203,68 @@ impl DemoReport {
         text
     }
 
-    /// What a person reads at the end.
+    /// What a person reads at the end: what was made, how good it is, and what to do next.
     pub fn sentence(&self) -> String {
+        let folder = self.report.parent().unwrap_or(Path::new("."));
+        let scores = &self.network.scores.relit_psnr_db;
+        let other = scores.keys().next_back().map_or("nave", String::as_str);
+        let (project, program) = (self.project.display(), program());
         format!(
-            "Relit clip: {}\nContact sheet: {}\nReport: {}\nOpen the project: afterlight studio {}",
+            "The interview under a turning environment, {} frames: {}\n\
+             Predicted OLATs beside the true ones: {}\n\
+             All figures: {}\n\
+             How close relit frames that training never saw come to their truth (PSNR, higher is better):\n{}\n\
+             What next:\n  \
+             Open it in the studio, where there is a display:\n    {program} studio {project}\n  \
+             Train for ten minutes more:\n    {program} train {project} --preset quick --exclude-truth {}\n  \
+             Relight under another environment:\n    {program} relight {project} --environment {other} --to {}\n  \
+             Make a project of your own shoot:\n    {program} import film --shoot FOLDER",
+            self.relight.frames,
             self.clip.display(),
             self.sheet.display(),
             self.report.display(),
-            self.project.display()
+            quality(scores, &self.ratio.scores.relit_psnr_db),
+            folder.join("shoot").display(),
+            folder.join(format!("{other}.mp4")).display(),
         )
+    }
+}
+
+/// A line for each environment: what the network reaches in dB, and what a ratio image does.
+fn quality(network: &BTreeMap<String, f64>, ratio: &BTreeMap<String, f64>) -> String {
+    let mut lines = String::new();
+    for (name, db) in network {
+        lines += &format!("  {name}: {db:.1} dB");
+        if let Some(ratio) = ratio.get(name) {
+            lines += &format!(" (by a ratio image, without a network: {ratio:.1} dB)");
+        }
+        lines += "\n";
+    }
+    lines
+}
+
+/// The program as it was called, so that what is printed can be run.
+fn program() -> String {
+    let called = std::env::args_os().next().filter(|name| !name.is_empty());
+    called.map_or("afterlight".into(), |name| {
+        name.to_string_lossy().into_owned()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_environment_is_said_with_its_decibels_beside_the_ratio_images() {
+        let of = |pairs: &[(&str, f64)]| -> BTreeMap<String, f64> {
+            pairs.iter().map(|&(name, db)| (name.into(), db)).collect()
+        };
+        let network = of(&[("nave", 31.26), ("courtyard", 26.04)]);
+        let said = quality(&network, &of(&[("courtyard", 20.0)]));
+        assert_eq!(
+            said,
+            "  courtyard: 26.0 dB (by a ratio image, without a network: 20.0 dB)\n  nave: 31.3 dB\n"
+        );
     }
 }

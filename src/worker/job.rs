@@ -15,7 +15,7 @@ use project::{EnvironmentChange, KnownEnvironment, Lock, Project};
 use reflectance::checkpoint::{self, CheckpointInfo};
 use serde::Serialize;
 use std::path::PathBuf;
-use training::{self, TrainReport, TrainSettings, kept};
+use training::{self, TrainReport, TrainSettings, checkpoints};
 use virtual_stage::{self, StageReport, StageSettings};
 
 /// A long action and everything it needs to know.
@@ -250,7 +250,7 @@ impl Job {
             }
             Self::GoBack { project, to } => {
                 let project = Project::open(&project)?;
-                let info = kept::go_back(&project, &to)?;
+                let info = checkpoints::go_back(&project, &to)?;
                 let optimizer = checkpoint::has_optimizer(&project.checkpoint_path())?;
                 Ok(Outcome::WentBack(WentBack { info, optimizer }))
             }

@@ -14,7 +14,12 @@ fn told_export(worker: &Worker, name: &str) -> (u64, Sender<()>) {
                 Ok(()) => frames += 1,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) if said == "full" => {
-                    return Err(Error::file("write", &said, "no space", "Make room"));
+                    return Err(Error::io(
+                        "write",
+                        &said,
+                        std::io::ErrorKind::StorageFull.into(),
+                        "Make room",
+                    ));
                 }
                 Err(RecvTimeoutError::Disconnected) => {
                     return Ok(Written {

@@ -6,8 +6,8 @@ use super::latest::{Latest, doorbell};
 use super::library::Thumbnail;
 use base::error::Result;
 use base::progress::Control;
-use evaluation::review::{Basis, Marks, Review, own_truth};
-use evaluation::{shown, shown_gain};
+use evaluation::review::{Fingerprint, Marks, Review, own_truth};
+use evaluation::{display_gain, display_picture};
 use imaging::color::byte_from_unit;
 use imaging::resample::resize_area;
 use imaging::{Image, Mask};
@@ -141,7 +141,7 @@ fn read(root: &std::path::Path) -> Result<KeptReview> {
     let review = Review::load(&project)?;
     let outdated = review.as_ref().and_then(|review| {
         // Without a network nothing can be measured anew, and what is kept is all there is.
-        let now = Basis::of(&project).ok()?;
+        let now = Fingerprint::of(&project).ok()?;
         review.basis.difference(&now)
     });
     let last = review.as_ref().and_then(|review| review.truth.clone());
@@ -181,9 +181,9 @@ impl LampSheet {
             olats.push(resize_area(&field.relight(&weights)?, width, height));
             weights[lamp] = [0.0; 3];
         }
-        let gain = shown_gain(olats.iter(), &mask);
+        let gain = display_gain(olats.iter(), &mask);
         let thumbnail = |olat: &Image| {
-            let codes = shown(olat, &mask, gain).0.pixels;
+            let codes = display_picture(olat, &mask, gain).0.pixels;
             Thumbnail {
                 width,
                 height,
@@ -201,7 +201,7 @@ impl LampSheet {
 mod tests {
     use super::*;
     use compositor::Field;
-    use evaluation::review::{Mark, Marked};
+    use evaluation::review::{Mark, MarkedOlat};
     use footage::Frame;
     use imaging::Raster;
     use reflectance::ReflectanceField;
@@ -248,7 +248,12 @@ mod tests {
         let project = project::Project::without_shoot(folder.path());
         project.save().unwrap();
         let mut marks = Marks::default();
-        marks.set(Marked::new("frame_001", "olat_00", Some(Mark::Bad), "edge"));
+        marks.set(MarkedOlat::new(
+            "frame_001",
+            "olat_00",
+            Some(Mark::Bad),
+            "edge",
+        ));
         let desk = ReviewDesk::start(folder.path().to_path_buf(), || {});
         desk.write(marks.clone());
         drop(desk);

@@ -422,12 +422,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
                     let olats = [field.olat(1), field.olat(0)];
                     Ok((frame, ReflectanceField::from_olats(&olats).into()))
                 }
-                _ => Err(Error::unexpected(
-                    "the poses",
-                    "pose 1",
-                    "another",
-                    "Ask for pose 1",
-                )),
+                _ => Err(Error::missing("there is only pose 1", "Ask for pose 1")),
             }),
         })
     };

@@ -520,10 +520,10 @@ fn an_export_that_failed_looks_as_it_did() {
     }
     let worker = window.state().worker().unwrap();
     worker.export("clay.%04d.png".to_owned(), |_| {
-        Err(Error::file(
+        Err(Error::io(
             "write",
             "exports/clay.0002.png",
-            "No space left on device (os error 28)",
+            std::io::Error::from_raw_os_error(28),
             "Check that the folder can be written and the disk has room; 2 frames are kept: exports/clay.%04d.png",
         ))
     });

@@ -222,9 +222,14 @@ fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
     let job = told_job(&mut window);
     job.send(|progress| {
         let mut full = true;
-        let written = progress.insist(|| {
+        let written = progress.retry(|| {
             let remedy = "Check that the folder can be written and the disk has room";
-            let failure = Error::file("write", "checkpoint/live.bpk", "no space left", remedy);
+            let failure = Error::io(
+                "write",
+                "checkpoint/live.bpk",
+                std::io::ErrorKind::StorageFull.into(),
+                remedy,
+            );
             if std::mem::take(&mut full) {
                 Err(failure)
             } else {

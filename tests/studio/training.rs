@@ -132,7 +132,9 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     until_over(&mut window);
     let records = window.state().training().records.clone().unwrap();
     for step in [first, second] {
-        let aside = |kept: &&afterlight::training::kept::Kept| kept.aside && kept.info.step == step;
+        let aside = |kept: &&afterlight::training::checkpoints::SavedCheckpoint| {
+            kept.aside && kept.info.step == step
+        };
         assert!(records.kept.iter().find(aside).is_some(), "step {step}");
     }
 }

@@ -83,14 +83,21 @@ fn a_ball_without_light_is_refused() {
 }
 
 #[test]
-fn an_evenly_lit_ball_has_hardly_a_lamp() {
+fn an_evenly_lit_ball_has_no_lamp_and_a_faint_lamp_is_found_before_it() {
     let even = Image::filled(80, 80, [0.5; 3]);
-    if let Ok(found) = lamp_from_shading(&BALL, &even) {
-        assert!(
-            found.strength < 1e-3 && (found.ambient - 0.5).abs() < 1e-3,
-            "{found:?}"
-        );
-    }
+    let refused = lamp_from_shading(&BALL, &even).unwrap_err().to_string();
+    assert!(refused.contains("one lamp lights"), "{refused}");
+
+    // A fortieth of the room's light.
+    let lamp = Vec3::new(0.4, 0.5, 0.7).normalize();
+    let faint = photograph(&BALL, lamp, 25.0, 0.0).map(|p| p.map(|v| 0.02 * v));
+    let found = lamp_from_shading(&BALL, &faint).unwrap();
+    let apart = found.direction.angle_between(lamp).to_degrees();
+    assert!(
+        apart < 1.0 && (found.strength - 0.012).abs() < 1e-3,
+        "{found:?}"
+    );
+    assert!((found.ambient - 0.5).abs() < 1e-3, "{found:?}");
 }
 
 /// The ball that a mask shows, from a camera that is as good as infinitely far away.

@@ -2,7 +2,7 @@
 
 use crate::Pass;
 
-/// Dispatches that can be timed in one piece of work.
+/// Dispatches that can be timed in one recording.
 const SPANS: u32 = 512;
 
 /// Where a GPU writes when each dispatch began and ended.

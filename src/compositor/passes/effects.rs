@@ -2,7 +2,7 @@
 //! the same names in [`crate`].
 
 use super::pictures::GpuPicture;
-use super::work::Work;
+use super::recording::Recording;
 use crate::background::{Backdrop, CameraView, Sampling};
 use crate::background_blur::{LARGEST_RADIUS, halved};
 use crate::grain::BINS;
@@ -68,7 +68,7 @@ pub(super) fn size_of_picture((width, height): (usize, usize)) -> [u32; 2] {
 
 /// Every function records its work and gives the new picture that it leaves on the GPU. Each fails where the
 /// GPU cannot hold that picture. A second picture has the size of the first, where it is no panorama.
-impl Work<'_> {
+impl Recording<'_> {
     pub(super) fn plain(
         &mut self,
         entry: &'static str,

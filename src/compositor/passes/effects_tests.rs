@@ -46,10 +46,10 @@ fn on_every_size(test: impl Fn(&Set)) {
 
 impl Set {
     /// What the GPU makes.
-    fn there(&self, make: impl FnOnce(&mut Work) -> Result<GpuPicture>) -> Rgba {
-        let mut work = self.passes.begin();
-        let made = make(&mut work).unwrap();
-        let [made] = work.look([&made]).unwrap();
+    fn there(&self, make: impl FnOnce(&mut Recording) -> Result<GpuPicture>) -> Rgba {
+        let mut recording = self.passes.begin();
+        let made = make(&mut recording).unwrap();
+        let [made] = recording.read([&made]).unwrap();
         made
     }
 
@@ -121,12 +121,12 @@ fn the_subject_s_edge_agrees_with_its_twin() {
             pixels.for_each(|(pixel, alpha)| *pixel = pixel.map(|v| v * alpha));
             let matte = set.passes.upload_matte(&set.mask).unwrap();
             let sum = set.passes.upload_opaque(&sum).unwrap();
-            let there = set.there(|work| work.cut_out(&sum, &matte));
+            let there = set.there(|recording| recording.cut_out(&sum, &matte));
             // Means of up to eight values, each of which may be such a mean.
             set.assert_same("edges", &there, &here, 1e-5);
-            let mut work = set.passes.begin();
-            let cut = work.cut_out(&sum, &matte).unwrap();
-            assert_eq!(work.finish(&[&cut]).unwrap().mended, mended);
+            let mut recording = set.passes.begin();
+            let cut = recording.cut_out(&sum, &matte).unwrap();
+            assert_eq!(recording.finish(&[&cut]).unwrap().mended, mended);
         }
     });
 }
@@ -140,13 +140,13 @@ fn what_is_measured_on_the_gpu_is_what_is_measured_in_memory() {
                 "{there} is not {here}"
             );
         };
-        let mut work = set.passes.begin();
+        let mut recording = set.passes.begin();
         assert_eq!(
-            work.brightest(&set.on_gpu).unwrap(),
+            recording.brightest(&set.on_gpu).unwrap(),
             cpu::brightest(&set.image)
         );
         let every: Vec<[f32; 3]> = set.image.pixels.iter().copied().step_by(7).collect();
-        let picked = work.every(&set.on_gpu, 7).unwrap();
+        let picked = recording.every(&set.on_gpu, 7).unwrap();
         assert_eq!(
             picked
                 .iter()
@@ -156,15 +156,17 @@ fn what_is_measured_on_the_gpu_is_what_is_measured_in_memory() {
         );
 
         let codes = cpu::view(&set.image, ViewTransform::Srgb);
-        let grain = work.grain_of(&set.upload(&codes.0), &set.mask).unwrap();
+        let grain = recording
+            .grain_of(&set.upload(&codes.0), &set.mask)
+            .unwrap();
         let deviations = grain.deviation.iter().flatten();
         let own = Grain::of(&codes, &set.mask);
         for (there, here) in deviations.zip(own.deviation.iter().flatten()) {
             near(*there, *here, 1e-5);
         }
 
-        let rim = work.rim(&set.matte()).unwrap();
-        let (guide, spill) = work.guide(&set.on_gpu, &rim).unwrap();
+        let rim = recording.rim(&set.matte()).unwrap();
+        let (guide, spill) = recording.guide(&set.on_gpu, &rim).unwrap();
         let rim_here = cpu::rim(&set.mask);
         let guide_here = cpu::guide(&set.image, &set.mask, &rim_here);
         let spill_here = cpu::spill(&set.image, &guide_here);
@@ -181,7 +183,7 @@ fn what_is_measured_on_the_gpu_is_what_is_measured_in_memory() {
         let need = light_wrap::need(&small(&subject), &mask, &small(&set.image));
         let subject = set.upload(&subject);
         near(
-            work.wrap_need(&subject, &set.on_gpu).unwrap() / need.max(1e-9),
+            recording.wrap_need(&subject, &set.on_gpu).unwrap() / need.max(1e-9),
             need / need.max(1e-9),
             1e-3,
         );
@@ -196,7 +198,7 @@ fn despill_agrees_with_its_twin() {
             let mut here = set.image.clone();
             cpu::despill(&mut here, &guide, screen, 0.8);
             let guide = set.upload(&guide);
-            let there = set.there(|work| work.despill(&set.on_gpu, &guide, screen, 0.8));
+            let there = set.there(|recording| recording.despill(&set.on_gpu, &guide, screen, 0.8));
             // A difference of two products of the brightest light, each rounded.
             set.assert_same("despill", &there, &here, 1e-6);
         }
@@ -222,7 +224,9 @@ fn background_agrees_with_its_twin() {
             cpu::draw_background(&mut here, &set.mask, &panorama, &backdrop, view);
             let panorama = set.passes.upload_opaque(&panorama).unwrap();
             let draw = |laid| {
-                set.there(|work| work.background(&set.on_gpu, &panorama, &backdrop, view, laid))
+                set.there(|recording| {
+                    recording.background(&set.on_gpu, &panorama, &backdrop, view, laid)
+                })
             };
             // An angle's arc tangent is good to 1e-4 of a texel's weight on GPUs.
             set.assert_same("background", &draw(false), &here, 2e-3);
@@ -238,7 +242,7 @@ fn background_blur_agrees_with_its_twin() {
             let mut here = set.image.clone();
             cpu::background_blur(&mut here, radius);
             let there = set.passes.upload_opaque(&set.image).unwrap();
-            let there = set.there(|work| work.background_blur(&there, radius));
+            let there = set.there(|recording| recording.background_blur(&there, radius));
             // Up to a hundred terms of one sign, summed in one order and weighed in another.
             for (there, here) in there.pixels.iter().zip(&here.pixels) {
                 for c in 0..3 {
@@ -264,7 +268,7 @@ fn light_wrap_agrees_with_its_twin() {
         let mut here = subject.clone();
         cpu::light_wrap(&mut here, &set.mask, &set.image, 0.6);
         let subject = set.upload(&subject);
-        let there = set.there(|work| work.light_wrap(&subject, &set.on_gpu, 0.6));
+        let there = set.there(|recording| recording.light_wrap(&subject, &set.on_gpu, 0.6));
         set.assert_same("light_wrap", &there, &here, 1e-5);
     });
 }
@@ -274,7 +278,7 @@ fn glare_agrees_with_its_twin() {
     on_every_size(|set| {
         let mut here = set.image.clone();
         cpu::glare(&mut here, 0.3, 0.5);
-        let there = set.there(|work| work.glare(&set.on_gpu, 0.3, 0.5));
+        let there = set.there(|recording| recording.glare(&set.on_gpu, 0.3, 0.5));
         set.assert_same("glare", &there, &here, 1e-5);
     });
 }
@@ -284,7 +288,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
     on_every_size(|set| {
         let mut here = set.image.clone();
         reference::scale(&mut here, 1.5f32.exp2());
-        let there = set.there(|work| work.exposure(&set.on_gpu, 1.5));
+        let there = set.there(|recording| recording.exposure(&set.on_gpu, 1.5));
         set.assert_same("exposure", &there, &here, 1e-6);
         let curves = [
             ViewTransform::Srgb,
@@ -293,7 +297,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
         ];
         for curve in curves {
             let here = cpu::view(&set.image, curve).0;
-            let there = set.there(|work| work.view(&set.on_gpu, curve));
+            let there = set.there(|recording| recording.view(&set.on_gpu, curve));
             // A twentieth of a step of 8 bits: powers and logarithms are approximate on GPUs.
             set.assert_same(&format!("{curve:?}"), &there, &here, 2e-4);
         }
@@ -309,14 +313,14 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
         for channel in all {
             let mut here = codes.clone();
             cpu::channels(&mut here, &set.mask, channel);
-            let there = set.there(|work| work.channels(&on_gpu, channel));
+            let there = set.there(|recording| recording.channels(&on_gpu, channel));
             set.assert_same(&format!("{channel:?}"), &there, &here.0, 2e-4);
         }
         let second = Encoded(codes.0.map(|[r, g, b]| [g, b, 1.0 - r]));
         let mut here = codes.clone();
         cpu::difference(&mut here, &second, 3.0).unwrap();
         let second = set.upload(&second.0);
-        let there = set.there(|work| work.difference(&on_gpu, &second, 3.0));
+        let there = set.there(|recording| recording.difference(&on_gpu, &second, 3.0));
         set.assert_same("difference", &there, &here.0, 1e-6);
     });
 }
@@ -325,7 +329,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
 fn false_color_agrees_with_its_twin() {
     on_every_size(|set| {
         let here = cpu::false_color(&set.image).0;
-        let there = set.there(|work| work.false_color(&set.on_gpu));
+        let there = set.there(|recording| recording.false_color(&set.on_gpu));
         // A luminance on the border of two zones may fall to either side.
         let apart = there
             .pixels
@@ -350,7 +354,7 @@ fn grain_agrees_with_its_twin() {
         let codes = set.upload(&here.0);
         cpu::grain(&mut here, [&set.mask; 2], [&plate, &own], 1.0, 17);
         let grains = [&plate, &own];
-        let there = set.there(|work| work.grain(&codes, &set.matte(), grains, 1.0, 17));
+        let there = set.there(|recording| recording.grain(&codes, &set.matte(), grains, 1.0, 17));
         set.assert_same("grain", &there, &here.0, 1e-6);
     });
 }
@@ -361,7 +365,7 @@ fn dither_agrees_with_its_twin() {
         let mut here = cpu::view(&set.image, ViewTransform::Srgb);
         let codes = set.upload(&here.0);
         reference::dither(&mut here, &set.mask);
-        let there = set.there(|work| work.dither(&codes, &set.matte()));
+        let there = set.there(|recording| recording.dither(&codes, &set.matte()));
         // The pattern enlarges rounding, and where it wraps it moves a code by a whole step.
         let values = there.pixels.iter().zip(&here.0.pixels);
         let apart: Vec<f32> = values
@@ -390,14 +394,14 @@ fn no_value_that_is_no_number_spreads_on_the_gpu() {
         let plain = passes
             .upload(&Image::filled(24, 24, [0.1; 3]), &mask)
             .unwrap();
-        let mut work = passes.begin();
+        let mut recording = passes.begin();
         let made = [
-            work.background_blur(&picture, 2.0).unwrap(),
-            work.background_blur(&picture, 9.0).unwrap(),
-            work.glare(&picture, 1.0, 0.1).unwrap(),
-            work.light_wrap(&plain, &picture, 1.0).unwrap(),
+            recording.background_blur(&picture, 2.0).unwrap(),
+            recording.background_blur(&picture, 9.0).unwrap(),
+            recording.glare(&picture, 1.0, 0.1).unwrap(),
+            recording.light_wrap(&plain, &picture, 1.0).unwrap(),
         ];
-        for picture in work.look(made.each_ref()).unwrap() {
+        for picture in recording.read(made.each_ref()).unwrap() {
             assert!(finite(&picture), "{value}");
         }
     }

@@ -49,7 +49,7 @@ mod tests {
         };
         let passes = PicturePasses::new(&device, &queue);
         assert_eq!(passes.guarded(|| Ok(3)).unwrap(), 3);
-        let own = || Error::unexpected("a picture", "pixels", "none", "Draw some");
+        let own = || Error::invalid("a picture has no pixels", "Draw some");
         let said = passes.guarded(|| Err::<(), _>(own())).unwrap_err();
         assert_eq!(said.to_string(), own().to_string());
         let fault = || passes.guarded(|| -> Result<()> { panic!("on purpose") });

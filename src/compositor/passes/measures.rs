@@ -3,7 +3,7 @@
 
 use super::effects::{GrainParams, PlainParams, size_of_picture};
 use super::pictures::GpuPicture;
-use super::work::Work;
+use super::recording::Recording;
 use crate::despill::{INSIDE, Spill, reach};
 use crate::grain::{BINS, Grain, Sample, places};
 use crate::light_wrap::{measured_size, need};
@@ -16,7 +16,7 @@ use imaging::{Image, Mask};
 const GROUPS: u32 = 64;
 
 /// Every function fails where the GPU cannot hold its pictures, or fails itself.
-impl Work<'_> {
+impl Recording<'_> {
     /// Every `step`-th pixel: at most as many as the picture has, divided by `step`.
     pub fn every(&mut self, picture: &GpuPicture, step: usize) -> Result<Vec<[f32; 4]>> {
         let count = (picture.width * picture.height).div_ceil(step);
@@ -25,7 +25,7 @@ impl Work<'_> {
             values: [step as u32, 0],
         };
         let picked = self.run("pick", bytes_of(&params), picture, None, (count, 1))?;
-        let [picked] = self.look([&picked])?;
+        let [picked] = self.read([&picked])?;
         Ok(picked.pixels)
     }
 
@@ -62,7 +62,7 @@ impl Work<'_> {
         let parts = self.blank((GROUPS as usize, 1))?;
         let bound = [picture, picture, &parts].map(GpuPicture::binding);
         self.dispatch(entry, bytes_of(&params), bound, [GROUPS, 1])?;
-        let [parts] = self.look([&parts])?;
+        let [parts] = self.read([&parts])?;
         Ok(parts.pixels)
     }
 
@@ -72,7 +72,7 @@ impl Work<'_> {
         let size = measured_size(subject.size());
         let subject = self.shrink(subject, size)?;
         let behind = self.shrink(behind, size)?;
-        let [subject, behind] = self.look([&subject, &behind])?;
+        let [subject, behind] = self.read([&subject, &behind])?;
         let light = |picture: &Rgba| -> Image { picture.map(|[r, g, b, _]| [r, g, b]) };
         let mask = subject.map(|[_, _, _, alpha]| alpha);
         Ok(need(&light(&subject), &mask, &light(&behind)))
@@ -100,7 +100,7 @@ impl Work<'_> {
             outside: [[0.0; 4]; BINS],
         };
         let survey = self.run("survey", bytes_of(&params), codes, None, (count, 3))?;
-        let [survey] = self.look([&survey])?;
+        let [survey] = self.read([&survey])?;
         Ok(Grain::measured(mask, |place, _, channel| {
             let [code, gradient, high, _] = survey.at(place, channel);
             Sample {

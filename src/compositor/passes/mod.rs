@@ -6,12 +6,12 @@ mod lost;
 mod measures;
 mod pictures;
 mod read;
+mod recording;
 pub(crate) mod relight;
 mod subject;
-mod work;
 
 pub use lost::is_lost;
 pub use pictures::{GpuPicture, PicturePasses};
+pub use recording::{Readback, Recording};
 pub use relight::RelightPass;
 pub use subject::GpuMatte;
-pub use work::{Finished, Work};

@@ -1,7 +1,6 @@
 //! One host for all passes from picture to picture: shaders over buffers of four values a pixel.
 
 use super::relight::RelightPass;
-use super::work::Work;
 use base::error::{Error, Result};
 use imaging::{Image, Mask};
 use std::sync::OnceLock;
@@ -165,22 +164,14 @@ impl PicturePasses {
         }
     }
 
-    /// Begins a picture.
-    pub fn begin(&self) -> Work<'_> {
-        Work::new(self)
-    }
-
     /// The compiled shader of this entry point.
     pub(super) fn pipeline(&self, entry: &'static str) -> Result<&wgpu::ComputePipeline> {
         let shader = SHADERS.iter().find(|(_, _, all)| all.contains(&entry));
         let slot = self.pipelines.iter().find(|(name, _)| *name == entry);
         let (Some((name, text, _)), Some((_, slot))) = (shader, slot) else {
-            return Err(Error::unexpected(
-                "the GPU's passes",
-                "a shader of this host",
-                entry,
-                "Make the picture on the CPU",
-            ));
+            return Err(Error::bug(format!(
+                "the GPU's passes have no shader {entry}"
+            )));
         };
         Ok(slot.get_or_init(|| {
             let device = &self.device;
@@ -249,10 +240,11 @@ impl PicturePasses {
         if (1..=side).contains(&width) && (1..=side).contains(&height) && width * height <= pixels {
             return Ok(());
         }
-        Err(Error::unexpected(
-            "a picture for the GPU",
-            format!("1 to {pixels} pixels, at most {side} along each side"),
-            format!("{width} × {height}"),
+        Err(Error::device(
+            format!(
+                "this GPU cannot hold a picture of {width} × {height} pixels, only 1 to {pixels} pixels with at most \
+                 {side} along each side"
+            ),
             "Make it on the CPU, or choose a smaller working size",
         ))
     }

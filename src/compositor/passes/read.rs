@@ -1,6 +1,8 @@
 //! From buffers of the GPU to memory.
 
 use base::error::{Error, Result};
+use imaging::Image;
+use rayon::prelude::*;
 
 /// Submits `commands`, waits for the GPU and gives the bytes of `sources` to `take`. All come by one
 /// buffer that is mapped once.
@@ -11,10 +13,8 @@ pub(super) fn read_back<T>(
     take: impl FnOnce(&[&[u8]]) -> T,
 ) -> Result<T> {
     let fail = |cause: String| {
-        Error::unexpected(
-            "the GPU",
-            "the relit picture",
-            cause,
+        Error::device(
+            format!("the GPU did not give the relit picture back: {cause}"),
             "Relight on the CPU with --device cpu",
         )
     };
@@ -56,4 +56,18 @@ pub(super) fn read_back<T>(
         })
         .collect();
     Ok(take(&parts))
+}
+
+/// The light of RGBA f32.
+pub(super) fn image((width, height): (usize, usize), rgba: &[u8]) -> Image {
+    let pixels = rgba.as_chunks::<16>().0.par_iter().with_min_len(4096);
+    let light = |pixel: &[u8; 16]| {
+        let [r, g, b, _] = bytemuck::pod_read_unaligned::<[f32; 4]>(pixel);
+        [r, g, b]
+    };
+    Image {
+        width,
+        height,
+        pixels: pixels.map(light).collect(),
+    }
 }

@@ -1,14 +1,13 @@
-//! Pass `relight` on the GPU, for fields of every [`Form`]. Its twins on the CPU are
+//! Pass `relight` on the GPU, for fields of every [`FieldFormat`]. Its twins on the CPU are
 //! [`crate::reference::relight`], [`crate::reference::relight_half`] and
 //! [`crate::reference::relight_compressed`].
 
-use super::read::read_back;
-use super::work::image;
+use super::read::{image, read_back};
 use crate::reference::lit_lamps;
 use base::error::{Error, Result};
 use imaging::Image;
 use reflectance::compressed::shares;
-use reflectance::{FieldBuffer, Form, HalfField, ReflectanceField};
+use reflectance::{FieldBuffer, FieldFormat, HalfField, ReflectanceField};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Pixels of one workgroup, as in the shader.
@@ -179,10 +178,10 @@ impl RelightPass {
         if bytes as u64 <= limit {
             return Ok(());
         }
-        Err(Error::unexpected(
-            "the reflectance field",
-            format!("at most {limit} bytes, which is what this GPU binds at once"),
-            bytes.to_string(),
+        Err(Error::device(
+            format!(
+                "the reflectance field has {bytes} bytes; this GPU binds at most {limit} at once"
+            ),
             "Relight it on the CPU, or choose a smaller working size",
         ))
     }
@@ -193,13 +192,12 @@ impl RelightPass {
             return Ok(());
         }
         let pixels = |groups| groups * each * WORKGROUP as usize;
-        Err(Error::unexpected(
-            "the reflectance field",
+        Err(Error::device(
             format!(
-                "at most {} pixels, which is what this GPU does at once",
+                "the reflectance field has about {} pixels; this GPU computes at most {} at once",
+                pixels(groups),
                 pixels(limit)
             ),
-            format!("about {}", pixels(groups)),
             "Relight it on the CPU, or choose a smaller working size",
         ))
     }
@@ -215,17 +213,17 @@ impl RelightPass {
         field: &FieldBuffer,
         weights: &[[f32; 3]],
     ) -> Result<wgpu::Buffer> {
-        let (pipeline, each) = match field.form() {
-            Form::Full => (&self.full, 1),
-            Form::Half { .. } => (&self.half, 2),
-            Form::Components { .. } => (&self.components, 1),
+        let (pipeline, each) = match field.format() {
+            FieldFormat::Full => (&self.full, 1),
+            FieldFormat::Half { .. } => (&self.half, 2),
+            FieldFormat::Components { .. } => (&self.components, 1),
         };
         let pixels = field.width * field.height;
         let groups = pixels.div_ceil(each * WORKGROUP as usize);
         self.check_groups(groups, each)?;
-        let weights: Vec<[f32; 3]> = match field.form() {
-            Form::Components { basis } => shares(basis, weights),
-            Form::Full | Form::Half { .. } => weights.to_vec(),
+        let weights: Vec<[f32; 3]> = match field.format() {
+            FieldFormat::Components { basis } => shares(basis, weights),
+            FieldFormat::Full | FieldFormat::Half { .. } => weights.to_vec(),
         };
         let mut shares: Vec<Share> = lit_lamps(&weights)
             .into_iter()
@@ -262,7 +260,7 @@ impl RelightPass {
             (2, relit.as_entire_binding()),
             (3, shape.as_entire_binding()),
         ];
-        if let Form::Half { scale } = field.form() {
+        if let FieldFormat::Half { scale } = field.format() {
             bound.push((4, scale.as_entire_binding()));
         }
         self.dispatch(pass, pipeline, &bound, groups);
@@ -303,10 +301,11 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
     if weights.len() == lamps {
         return Ok(());
     }
-    Err(Error::unexpected(
-        "the reflectance field",
-        format!("{} lamps as in the weights", weights.len()),
-        format!("{lamps} lamps"),
+    Err(Error::invalid(
+        format!(
+            "the reflectance field has {lamps} lamps, but there are weights for {}",
+            weights.len()
+        ),
         "Predict this frame again with the network of this project",
     ))
 }
@@ -453,7 +452,7 @@ pub(crate) mod tests {
                     (0..lamps).map(|l| [0.1 * l as f32, 1.0, 3.0]).collect();
                 let there = FieldBuffer::upload(&field, &pass.device);
                 let there = pass.halve(&there).unwrap();
-                assert!(matches!(there.form(), Form::Half { .. }));
+                assert!(matches!(there.format(), FieldFormat::Half { .. }));
                 let there = pass.sum(&there, &weights).unwrap();
                 let here = pass.run_half(&HalfField::from(&field), &weights).unwrap();
                 // Denormals may be nothing in both the halves and f32.

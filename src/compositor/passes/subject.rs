@@ -2,7 +2,7 @@
 
 use super::effects::size_of_picture;
 use super::pictures::{GpuPicture, PicturePasses};
-use super::work::Work;
+use super::recording::Recording;
 use crate::edges::rings;
 use crate::reference::SOLID;
 use base::error::Result;
@@ -66,7 +66,7 @@ impl PicturePasses {
     }
 }
 
-impl Work<'_> {
+impl Recording<'_> {
     /// The light of one pixel, counted row by row, under each lamp at full power. Nothing else is read.
     ///
     /// # Errors

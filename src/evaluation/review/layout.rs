@@ -5,7 +5,7 @@ use light::latlong::uv_from_direction;
 
 /// The sheet: squares on a plane, the top left corner of which is (0, 0).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Placed {
+pub struct SheetLayout {
     /// Side of each square.
     pub side: f32,
     /// The top left corner of each lamp's square, in the order of the lamps.
@@ -16,7 +16,7 @@ pub struct Placed {
 /// be without covering each other: azimuth to the right with what the camera sees in the middle, up at the
 /// top. Lamps of like elevation share a row and keep their order; within it they stand as near to their
 /// azimuth as the others let them. A lamp without a direction stands in the last row.
-pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> Placed {
+pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> SheetLayout {
     let places: Vec<[f32; 2]> = directions
         .iter()
         .map(|&d| {
@@ -63,7 +63,7 @@ pub fn place_by_direction(directions: &[Vec3], width: f32, height: f32) -> Place
             free = corners[lamp][0];
         }
     }
-    Placed { side, corners }
+    SheetLayout { side, corners }
 }
 
 #[cfg(test)]
@@ -83,7 +83,7 @@ mod tests {
             width in 50f32..2000.0,
             height in 50f32..2000.0,
         ) {
-            let Placed { side, corners } = place_by_direction(&directions, width, height);
+            let SheetLayout { side, corners } = place_by_direction(&directions, width, height);
             let slack = 1e-3 * width.max(height);
             for (i, [x, y]) in corners.iter().copied().enumerate() {
                 prop_assert!(x >= -slack && x + side <= width + slack);
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn lamps_stand_where_they_are() {
         let directions = [Vec3::NEG_X, Vec3::NEG_Z, Vec3::X, Vec3::Y];
-        let Placed { side, corners } = place_by_direction(&directions, 400.0, 200.0);
+        let SheetLayout { side, corners } = place_by_direction(&directions, 400.0, 200.0);
         let middle = |i: usize| [corners[i][0] + 0.5 * side, corners[i][1] + 0.5 * side];
         assert_eq!([0, 1, 2].map(|i| middle(i)[0]), [100.0, 200.0, 300.0]);
         assert_eq!((side, middle(3)[1], middle(1)[1]), (100.0, 50.0, 150.0));

@@ -31,7 +31,7 @@ impl Mark {
 /// A verdict or a note on one lamp in one frame or pose. Both go by the names of their files, so that they
 /// outlive another import.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Marked {
+pub struct MarkedOlat {
     pub case: String,
     pub lamp: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -48,7 +48,7 @@ pub struct Marked {
 pub struct Marks {
     format: u32,
     #[serde(default)]
-    cells: Vec<Marked>,
+    cells: Vec<MarkedOlat>,
     /// What a later version wrote, kept.
     #[serde(flatten)]
     other: toml::Table,
@@ -64,7 +64,7 @@ impl Default for Marks {
     }
 }
 
-impl Marked {
+impl MarkedOlat {
     /// A verdict and a note on a lamp in a frame or pose.
     pub fn new(case: &str, lamp: &str, mark: Option<Mark>, note: &str) -> Self {
         Self {
@@ -87,17 +87,19 @@ impl Marks {
         let text = match std::fs::read_to_string(&path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
-            Err(e) => return Err(Error::file("open", path, e, "Check that it can be read")),
+            Err(e) => return Err(Error::io("open", path, e, "Check that it can be read")),
         };
         let marks: Self = toml::from_str(&text).map_err(|e| {
-            let remedy = "Mend the line, or move the file away to start with no marks";
-            Error::file("read", &path, e.message().trim(), remedy)
+            let remedy = "Correct the line, or move the file away to start with no marks";
+            Error::codec("read", &path, e.message().trim(), remedy)
         })?;
         if marks.format != FORMAT {
-            return Err(Error::unexpected(
-                path.display(),
-                format!("format {FORMAT}"),
-                format!("format {}", marks.format),
+            return Err(Error::invalid(
+                format!(
+                    "{} has format {}, but this version of Afterlight reads format {FORMAT}",
+                    path.display(),
+                    marks.format
+                ),
                 "Open it with the version of Afterlight that wrote it",
             ));
         }
@@ -110,18 +112,18 @@ impl Marks {
     }
 
     /// Every lamp and frame that has a verdict or a note, in the order in which they were first marked.
-    pub fn all(&self) -> &[Marked] {
+    pub fn all(&self) -> &[MarkedOlat] {
         &self.cells
     }
 
     /// What was said of a lamp in a frame or pose.
-    pub fn of(&self, case: &str, lamp: &str) -> Option<&Marked> {
+    pub fn of(&self, case: &str, lamp: &str) -> Option<&MarkedOlat> {
         self.cells.iter().find(|m| m.case == case && m.lamp == lamp)
     }
 
     /// Sets verdict and note; with neither there is nothing to keep.
-    pub fn set(&mut self, marked: Marked) {
-        let same = |m: &Marked| m.case == marked.case && m.lamp == marked.lamp;
+    pub fn set(&mut self, marked: MarkedOlat) {
+        let same = |m: &MarkedOlat| m.case == marked.case && m.lamp == marked.lamp;
         match self.cells.iter().position(same) {
             Some(place) if marked.mark.is_none() && marked.note.is_empty() => {
                 self.cells.remove(place);
@@ -155,14 +157,14 @@ mod tests {
         );
         assert_eq!(marks.of("frame_005", "olat_02"), None);
         let note = "a \"hard\" edge\nunder <the> chin";
-        marks.set(Marked::new(
+        marks.set(MarkedOlat::new(
             "frame_005",
             "olat_01",
             Some(Mark::Doubtful),
             note,
         ));
-        marks.set(Marked::new("pose02", "olat_00", None, "fine"));
-        marks.set(Marked::new("pose02", "olat_01", None, ""));
+        marks.set(MarkedOlat::new("pose02", "olat_00", None, "fine"));
+        marks.set(MarkedOlat::new("pose02", "olat_01", None, ""));
         marks.save(&project).unwrap();
         let text = std::fs::read_to_string(project.marks_path()).unwrap();
         assert!(
@@ -173,7 +175,7 @@ mod tests {
         assert_eq!(again, marks);
         assert_eq!(again.all().len(), 2);
         assert_eq!(again.of("frame_005", "olat_01").unwrap().note, note);
-        marks.set(Marked::new("pose02", "olat_00", None, ""));
+        marks.set(MarkedOlat::new("pose02", "olat_00", None, ""));
         assert_eq!(marks.all().len(), 1);
     }
 

@@ -1,24 +1,15 @@
 //! One review from a project to figures, and to a page where one is asked for.
 
-use super::super::metrics::{Compared, check, encoded, mean_inside, scale};
-use super::super::{Truth, flip::PIXELS_PER_DEGREE, flip::flip, ssim};
-use super::pictures::Pictures;
-use super::report::write_report;
-use super::{Basis, Case, Cell, FORMAT, Marks, Measured, Metric, Review};
-use base::error::{Error, Result};
+use super::super::Truth;
+use super::report::{WORST, write_report};
+use super::reviewer::Reviewer;
+use super::{CaseScores, Fingerprint, Marks, Metric, OlatScore, Review};
+use base::error::Result;
 use base::progress::Progress;
-use calibration::Calibration;
-use footage::{Exemplar, Frame};
-use gpu::{ComputeDevice, DeviceChoice};
-use imaging::{Image, Mask};
+use gpu::DeviceChoice;
 use project::Project;
-use rayon::prelude::*;
-use reflectance::{Predictor, ReflectanceField, checkpoint::CheckpointInfo};
 use serde::Serialize;
 use std::path::PathBuf;
-
-/// What survives a stop.
-const KEPT: &str = "the figures measured before are kept";
 
 /// What a person asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +31,7 @@ pub struct ReviewReport {
     /// Over what training has seen.
     pub seen: Option<Means>,
     /// The cells that differ most to the eye, the worst first.
-    pub worst: Vec<WorstCell>,
+    pub worst: Vec<WorstOlat>,
     /// Verdicts and notes that a person left.
     pub marks: usize,
     /// The page that was written.
@@ -52,24 +43,24 @@ pub struct ReviewReport {
 pub struct Means {
     pub cases: usize,
     #[serde(flatten)]
-    pub over_cells: Cell,
+    pub over_cells: OlatScore,
 }
 
 /// A lamp in a frame or pose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WorstCell {
+pub struct WorstOlat {
     pub case: String,
     pub lamp: String,
     #[serde(flatten)]
-    pub cell: Cell,
+    pub cell: OlatScore,
 }
 
 impl Means {
     /// The means over all cells of `cases`; none where there is no case.
-    pub fn of(cases: &[&Measured]) -> Option<Self> {
+    pub fn of(cases: &[&CaseScores]) -> Option<Self> {
         Some(Self {
             cases: cases.len(),
-            over_cells: Cell {
+            over_cells: OlatScore {
                 psnr_db: Review::mean(Metric::Psnr, cases)?,
                 ssim: Review::mean(Metric::Ssim, cases)?,
                 flip: Review::mean(Metric::Flip, cases)?,
@@ -95,7 +86,7 @@ pub fn review(
     settings: &ReviewSettings,
     progress: &Progress,
 ) -> Result<ReviewReport> {
-    let basis = Basis::of(project)?;
+    let basis = Fingerprint::of(project)?;
     let folder = settings.truth.as_ref().map(|folder| {
         // The project may be opened from elsewhere next time.
         std::path::absolute(folder).unwrap_or_else(|_| folder.clone())
@@ -107,11 +98,12 @@ pub fn review(
     if kept.is_some() && settings.report.is_none() {
         progress.say("Nothing has changed since the last measurement, which is shown; --fresh measures again");
     }
+    let open = || Reviewer::open(project, settings.truth.as_deref(), settings.device);
     let mut reviewer = None;
     let review = match kept {
         Some(review) => review,
         None => {
-            let reviewer = reviewer.insert(Reviewer::open(project, settings)?);
+            let reviewer = reviewer.insert(open()?);
             let review = reviewer.measure(basis, folder, progress)?;
             review.save(project)?;
             review
@@ -121,20 +113,17 @@ pub fn review(
     if let Some(path) = &settings.report {
         let reviewer = match &reviewer {
             Some(reviewer) => reviewer,
-            None => reviewer.insert(Reviewer::open(project, settings)?),
+            None => reviewer.insert(open()?),
         };
         write_report(path, &review, &marks, reviewer, progress)?;
     }
     let (seen, unseen): (Vec<_>, Vec<_>) = review.cases.iter().partition(|case| case.seen);
-    let worst = review
-        .worst(Metric::Flip)
-        .into_iter()
-        .take(super::report::WORST);
+    let worst = review.worst(Metric::Flip).into_iter().take(WORST);
     Ok(ReviewReport {
         unseen: Means::of(&unseen),
         seen: Means::of(&seen),
         worst: worst
-            .map(|(case, lamp)| WorstCell {
+            .map(|(case, lamp)| WorstOlat {
                 case: review.cases[case].name.clone(),
                 lamp: review.lamps[lamp].clone(),
                 cell: review.cases[case].cells[lamp],
@@ -143,233 +132,4 @@ pub fn review(
         marks: marks.all().len(),
         report: settings.report.clone(),
     })
-}
-
-/// A network with all that it is measured on.
-pub(super) struct Reviewer<'a> {
-    pub project: &'a Project,
-    pub calibration: Calibration,
-    pub predictor: Predictor,
-    truth: Option<Truth>,
-}
-
-/// A case as the network sees it, predicted and true.
-pub(super) struct Attempt {
-    pub mask: Mask,
-    pub predicted: Vec<Image>,
-    pub truths: Vec<Image>,
-}
-
-impl Attempt {
-    pub fn compared(&self) -> Compared<'_> {
-        Compared {
-            pictures: &self.predicted,
-            truths: &self.truths,
-            mask: &self.mask,
-        }
-    }
-}
-
-impl<'a> Reviewer<'a> {
-    fn open(project: &'a Project, settings: &ReviewSettings) -> Result<Self> {
-        let compute = ComputeDevice::choose(settings.device);
-        Ok(Self {
-            project,
-            calibration: Calibration::load(project)?,
-            predictor: Predictor::open(project, &compute.device)?,
-            truth: (settings.truth.as_ref())
-                .map(|folder| Truth::open(project, folder))
-                .transpose()?,
-        })
-    }
-
-    /// What the network can be measured on: frames with true OLATs, then all poses.
-    fn cases(&self) -> Vec<Case> {
-        let frames = self.truth.iter().flat_map(|truth| {
-            let known = truth.frames.iter().copied().filter(|&f| truth.has_olats(f));
-            known.map(Case::Frame)
-        });
-        let poses = 0..self.project.settings.shoot.poses.len();
-        frames.chain(poses.map(Case::Pose)).collect()
-    }
-
-    /// Predicts a case, and reads its truth.
-    pub fn attempt(&self, case: Case) -> Result<Attempt> {
-        let response = &self.calibration.response;
-        let (frame, truths) = match (case, &self.truth) {
-            (Case::Frame(index), Some(truth)) => (
-                Frame::load(self.project, response, index)?,
-                truth.olats(index)?,
-            ),
-            (Case::Frame(index), None) => {
-                return Err(Error::unexpected(
-                    format!("frame {index}"),
-                    "a truth to compare it with",
-                    "none",
-                    "Give the folder with the truth: --truth DIR",
-                ));
-            }
-            (Case::Pose(pose), _) => {
-                let exemplar = Exemplar::load(self.project, response, pose)?;
-                let light = self.calibration.interview_light();
-                let frame = Frame {
-                    index: pose,
-                    plate: exemplar.relit_by_all(self.project, response, &light)?,
-                    mask: exemplar.mask,
-                };
-                (frame, exemplar.olats)
-            }
-        };
-        let field: ReflectanceField = self.predictor.predict(&frame)?;
-        let attempt = Attempt {
-            predicted: (0..field.lamps).map(|lamp| field.olat(lamp)).collect(),
-            truths,
-            mask: frame.mask,
-        };
-        check(&attempt.compared())?;
-        Ok(attempt)
-    }
-
-    /// A case beside its truth, as pictures.
-    pub fn pictures(&self, review: &Review, case: usize) -> Result<Pictures> {
-        let case = &review.cases[case];
-        Ok(Pictures::new(self.attempt(case.case)?, case.scale))
-    }
-
-    fn measure(&self, basis: Basis, truth: Option<PathBuf>, progress: &Progress) -> Result<Review> {
-        let cases = self.cases();
-        if cases.is_empty() {
-            return Err(Error::unexpected(
-                self.project.root.display(),
-                "a pose of the OLAT session, or a frame with true OLATs",
-                "neither",
-                "Give a folder with truth: --truth DIR",
-            ));
-        }
-        let shoot = &self.project.settings.shoot;
-        let info = self.predictor.info();
-        let name = |case: Case| match case {
-            Case::Frame(frame) => shoot.frames[frame].clone(),
-            Case::Pose(pose) => shoot.poses[pose].clone(),
-        };
-        let total = 2 * cases.len() as u64;
-        let step = |done: u64, case: Case| {
-            progress.check(KEPT)?;
-            progress.step("measuring", done, total, name(case));
-            Ok(())
-        };
-        // Twice through the cases, so that no more than one is in memory: one scale belongs to all frames,
-        // whose truth has units of its own, and one to all poses.
-        let mut luminances = [[0f64; 2]; 2];
-        for (done, &case) in cases.iter().enumerate() {
-            step(done as u64, case)?;
-            let [pictures, truths] = self.attempt(case)?.compared().luminances();
-            let sums = &mut luminances[usize::from(matches!(case, Case::Pose(_)))];
-            *sums = [sums[0] + pictures, sums[1] + truths];
-        }
-        let scales = luminances.map(scale);
-        let mut measured = Vec::with_capacity(cases.len());
-        for (done, &case) in cases.iter().enumerate() {
-            step((cases.len() + done) as u64, case)?;
-            let scale = scales[usize::from(matches!(case, Case::Pose(_)))];
-            measured.push(Measured {
-                case,
-                name: name(case),
-                seen: was_seen(info, case),
-                scale,
-                cells: cells(&self.attempt(case)?, scale, progress)?,
-            });
-        }
-        progress.step("measuring", total, total, "");
-        Ok(Review {
-            format: FORMAT,
-            basis,
-            truth,
-            training_steps: info.step,
-            training_seconds: info.seconds,
-            lamps: shoot.lamps.clone(),
-            cases: measured,
-        })
-    }
-}
-
-/// Whether a network was trained on a case.
-fn was_seen(info: &CheckpointInfo, case: Case) -> bool {
-    match case {
-        Case::Frame(frame) => info.training_frames.contains(&frame),
-        Case::Pose(pose) => info.held_out.is_none_or(|held_out| held_out.pose != pose),
-    }
-}
-
-/// Each lamp's figures, with the predictions multiplied by `scale`.
-fn cells(attempt: &Attempt, scale: f64, progress: &Progress) -> Result<Vec<Cell>> {
-    let compared = attempt.compared();
-    let exposure = compared.exposure();
-    let decibels = compared.pictures_db(scale);
-    let lamps = 0..attempt.truths.len();
-    lamps
-        .into_par_iter()
-        .map(|lamp| {
-            progress.check(KEPT)?;
-            let mask = &attempt.mask;
-            let truth = encoded(&attempt.truths[lamp], mask, exposure as f32);
-            let predicted = encoded(&attempt.predicted[lamp], mask, (exposure * scale) as f32);
-            Ok(Cell {
-                psnr_db: decibels[lamp],
-                ssim: mean_inside(&ssim(&truth, &predicted)?, mask)?,
-                flip: mean_inside(&flip(&truth, &predicted, PIXELS_PER_DEGREE)?.error, mask)?,
-            })
-        })
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use imaging::Raster;
-    use reflectance::checkpoint::HeldOut;
-
-    #[test]
-    fn a_lamp_that_is_off_is_told_from_one_that_is_not() {
-        let picture = |level: f32| {
-            Raster::from_fn(24, 24, |x, y| {
-                [level * (0.4 + 0.1 * ((x * 7 + y * 3) % 5) as f32); 3]
-            })
-        };
-        let attempt = Attempt {
-            mask: Mask::filled(24, 24, 1.0),
-            // In units of their own: twice as bright as the truth.
-            predicted: vec![picture(2.0), picture(2.2), picture(0.0)],
-            truths: vec![picture(1.0), picture(1.0), picture(1.0)],
-        };
-        let found = cells(&attempt, 0.5, &Progress::silent()).unwrap();
-        assert!(
-            found[0].psnr_db > 100.0 && found[0].flip < 1e-3 && found[0].ssim > 0.999,
-            "{found:?}"
-        );
-        assert!(found[1].psnr_db < 40.0 && found[1].flip > 0.01, "{found:?}");
-        assert!(
-            found[2].psnr_db < found[1].psnr_db && found[2].flip > 0.5 && found[2].ssim < 0.2,
-            "{found:?}"
-        );
-    }
-
-    #[test]
-    fn only_what_was_kept_out_of_training_is_unseen() {
-        let toml = include_str!("../../../assets/starter/checkpoint.toml");
-        #[derive(serde::Deserialize)]
-        struct Table {
-            info: CheckpointInfo,
-        }
-        let mut info = toml::from_str::<Table>(toml).unwrap().info;
-        info.training_frames = vec![0, 2];
-        assert!(was_seen(&info, Case::Frame(2)) && !was_seen(&info, Case::Frame(1)));
-        assert!(was_seen(&info, Case::Pose(1)));
-        info.held_out = Some(HeldOut {
-            pose: 1,
-            step: 9,
-            decibels: 20.0,
-        });
-        assert!(was_seen(&info, Case::Pose(0)) && !was_seen(&info, Case::Pose(1)));
-    }
 }

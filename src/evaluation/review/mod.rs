@@ -1,7 +1,7 @@
 //! A review of a trained network: how near each predicted OLAT is to its truth, lamp by lamp and frame by
 //! frame, what a person marked in it, and a page to hand on.
 
-mod basis;
+mod fingerprint;
 mod heat;
 mod layout;
 mod marks;
@@ -9,11 +9,12 @@ mod measure;
 mod page;
 mod pictures;
 mod report;
+mod reviewer;
 
-pub use basis::Basis;
+pub use fingerprint::Fingerprint;
 pub use heat::{badness, heat};
-pub use layout::{Placed, place_by_direction};
-pub use marks::{Mark, Marked, Marks};
+pub use layout::{SheetLayout, place_by_direction};
+pub use marks::{Mark, MarkedOlat, Marks};
 pub use measure::{Means, ReviewReport, ReviewSettings, own_truth, review};
 
 use super::metrics::pooled;
@@ -40,7 +41,7 @@ pub enum Case {
 
 /// One predicted OLAT beside its truth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
+pub struct OlatScore {
     /// Of the encoded subject, at its case's exposure, in decibels.
     pub psnr_db: f64,
     /// Mean over the subject, −1 to 1.
@@ -51,7 +52,7 @@ pub struct Cell {
 
 /// A case under every lamp.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Measured {
+pub struct CaseScores {
     pub case: Case,
     /// The name of the frame or pose, as its files have it.
     pub name: String,
@@ -60,7 +61,7 @@ pub struct Measured {
     /// What predictions were multiplied by: one number for all frames, and one for all poses.
     pub scale: f64,
     /// One for each lamp that the network learns.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<OlatScore>,
 }
 
 /// Everything that was measured, as kept in `measured.json`.
@@ -69,7 +70,7 @@ pub struct Review {
     /// Version of this file.
     format: u32,
     /// What it was measured with.
-    pub basis: Basis,
+    pub basis: Fingerprint,
     /// The folder with the truth of frames, where one was given.
     pub truth: Option<PathBuf>,
     /// Steps and seconds of the network's training.
@@ -78,7 +79,7 @@ pub struct Review {
     /// Names of the lamps that the network learns.
     pub lamps: Vec<String>,
     /// Frames first, then poses. At least one.
-    pub cases: Vec<Measured>,
+    pub cases: Vec<CaseScores>,
 }
 
 /// A figure of a cell.
@@ -104,7 +105,7 @@ impl Metric {
     }
 
     /// The figure of a cell.
-    pub fn of(self, cell: &Cell) -> f64 {
+    pub fn of(self, cell: &OlatScore) -> f64 {
         match self {
             Self::Psnr => cell.psnr_db,
             Self::Ssim => cell.ssim,
@@ -113,7 +114,7 @@ impl Metric {
     }
 
     /// The figure of several cells together: the mean; of PSNR, that of the pooled error.
-    pub fn mean<'a>(self, cells: impl ExactSizeIterator<Item = &'a Cell>) -> f64 {
+    pub fn mean<'a>(self, cells: impl ExactSizeIterator<Item = &'a OlatScore>) -> f64 {
         let count = cells.len();
         let values = cells.map(|cell| self.of(cell));
         match self {
@@ -141,8 +142,8 @@ impl Metric {
 
 impl Review {
     /// The cases that a network is judged by: those that it was not trained on; all where there are none.
-    pub fn judged(&self) -> Vec<&Measured> {
-        let unseen: Vec<&Measured> = self.cases.iter().filter(|c| !c.seen).collect();
+    pub fn judged(&self) -> Vec<&CaseScores> {
+        let unseen: Vec<&CaseScores> = self.cases.iter().filter(|c| !c.seen).collect();
         if unseen.is_empty() {
             self.cases.iter().collect()
         } else {
@@ -180,17 +181,17 @@ impl Review {
 
     /// Each case's figure over all lamps.
     pub fn case_means(&self, metric: Metric) -> Vec<f64> {
-        let mean = |case: &Measured| metric.mean(case.cells.iter());
+        let mean = |case: &CaseScores| metric.mean(case.cells.iter());
         self.cases.iter().map(mean).collect()
     }
 
     /// The figure over all cells of `cases`; none where there is no case.
-    pub fn mean(metric: Metric, cases: &[&Measured]) -> Option<f64> {
-        let cells: Vec<&Cell> = cases.iter().flat_map(|case| &case.cells).collect();
+    pub fn mean(metric: Metric, cases: &[&CaseScores]) -> Option<f64> {
+        let cells: Vec<&OlatScore> = cases.iter().flat_map(|case| &case.cells).collect();
         (!cells.is_empty()).then(|| metric.mean(cells.into_iter()))
     }
 
-    /// Reads what was measured last; none where nothing was. [`Basis::difference`] tells whether it
+    /// Reads what was measured last; none where nothing was. [`Fingerprint::difference`] tells whether it
     /// still holds.
     ///
     /// # Errors
@@ -201,10 +202,10 @@ impl Review {
         let text = match std::fs::read_to_string(&path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(Error::file("open", path, e, REMEDY)),
+            Err(e) => return Err(Error::io("open", path, e, REMEDY)),
         };
         let review: Self =
-            serde_json::from_str(&text).map_err(|e| Error::file("read", &path, e, REMEDY))?;
+            serde_json::from_str(&text).map_err(|e| Error::codec("read", &path, e, REMEDY))?;
         let lamps = review.lamps.len();
         let whole = review.format == FORMAT
             && lamps > 0
@@ -213,11 +214,11 @@ impl Review {
         if whole {
             return Ok(Some(review));
         }
-        Err(Error::unexpected(
-            path.display(),
-            format!("format {FORMAT}, with a cell for each case and lamp"),
+        Err(Error::invalid(
             format!(
-                "format {}, {} cases, {lamps} lamps",
+                "{} is incomplete or of another version: it has format {}, {} cases and {lamps} lamps, where format \
+                 {FORMAT} needs figures for each case and lamp",
+                path.display(),
                 review.format,
                 review.cases.len()
             ),
@@ -228,9 +229,8 @@ impl Review {
     /// Keeps it in the project.
     pub fn save(&self, project: &Project) -> Result<()> {
         let path = project.measured_path();
-        let fault = "Please report this: it is a fault of the program";
-        let text =
-            serde_json::to_string(self).map_err(|e| Error::file("write", &path, e, fault))?;
+        let text = serde_json::to_string(self)
+            .map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
         write_beside(&path, |out| out.write_all(text.as_bytes()))
     }
 }
@@ -241,12 +241,12 @@ pub(crate) mod tests {
 
     /// Three lamps; a frame and a held-out pose that training has not seen, and a pose that it has.
     pub fn example() -> Review {
-        let cell = |psnr_db: f64, flip: f64| Cell {
+        let cell = |psnr_db: f64, flip: f64| OlatScore {
             psnr_db,
             ssim: 1.0 - flip,
             flip,
         };
-        let measured = |case, name: &str, seen, cells: [Cell; 3]| Measured {
+        let measured = |case, name: &str, seen, cells: [OlatScore; 3]| CaseScores {
             case,
             name: name.to_owned(),
             seen,
@@ -255,7 +255,7 @@ pub(crate) mod tests {
         };
         Review {
             format: FORMAT,
-            basis: Basis::default(),
+            basis: Fingerprint::default(),
             truth: None,
             training_steps: 1200,
             training_seconds: 600.0,

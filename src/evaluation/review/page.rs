@@ -353,7 +353,7 @@ fn lamps(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Mark, Marked};
+    use super::super::{Mark, MarkedOlat};
     use super::*;
 
     const NASTY: &str = "<script>alert(\"a&b\")</script>'\u{1}";
@@ -363,13 +363,13 @@ mod tests {
         review.lamps[1] = format!("olat {NASTY}");
         review.cases[0].name = format!("frame {NASTY}");
         let mut marks = Marks::default();
-        marks.set(Marked::new(
+        marks.set(MarkedOlat::new(
             &review.cases[0].name,
             &review.lamps[1],
             Some(Mark::Bad),
             NASTY,
         ));
-        marks.set(Marked::new("gone", "away", None, "two\nlines"));
+        marks.set(MarkedOlat::new("gone", "away", None, "two\nlines"));
         page(&Contents {
             name: NASTY,
             date: "2000-02-29",

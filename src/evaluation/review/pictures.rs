@@ -1,47 +1,64 @@
-//! A case's OLATs as they were compared, as pictures of a page.
+//! A case's predicted and true OLATs, and what a page shows of them.
 
 use super::super::flip::{PIXELS_PER_DEGREE, flip};
-use super::super::metrics::encoded;
+use super::super::metrics::{Compared, encoded};
 use super::heat;
-use super::measure::Attempt;
 use base::error::Result;
+use base64::prelude::{BASE64_STANDARD, Engine};
 use imaging::file::png_bytes;
 use imaging::resample::resize_area;
-use imaging::{Encoded, Image};
+use imaging::{Encoded, Image, Mask};
 
 /// Longest side of a picture in a page.
 const SIDE_PX: usize = 256;
 /// Side of a picture in the contact sheet.
 const SMALL_PX: usize = 96;
 
+/// A case as the network sees it, predicted and true.
+pub(super) struct CasePictures {
+    pub mask: Mask,
+    pub predicted: Vec<Image>,
+    pub truths: Vec<Image>,
+}
+
+impl CasePictures {
+    pub fn compared(&self) -> Compared<'_> {
+        Compared {
+            pictures: &self.predicted,
+            truths: &self.truths,
+            mask: &self.mask,
+        }
+    }
+}
+
 /// A case beside its truth, in the codes that the figures are of.
-pub(super) struct Pictures {
-    attempt: Attempt,
+pub(super) struct PagePictures {
+    pictures: CasePictures,
     exposure: f64,
     scale: f64,
 }
 
-impl Pictures {
+impl PagePictures {
     /// `scale` brings predictions to the truth's units.
-    pub fn new(attempt: Attempt, scale: f64) -> Self {
+    pub fn new(pictures: CasePictures, scale: f64) -> Self {
         Self {
-            exposure: attempt.compared().exposure(),
-            attempt,
+            exposure: pictures.compared().exposure(),
+            pictures,
             scale,
         }
     }
 
     fn code(&self, olat: &Image, scale: f64) -> Encoded {
-        encoded(olat, &self.attempt.mask, (self.exposure * scale) as f32)
+        encoded(olat, &self.pictures.mask, (self.exposure * scale) as f32)
     }
 
     fn predicted(&self, lamp: usize) -> Encoded {
-        self.code(&self.attempt.predicted[lamp], self.scale)
+        self.code(&self.pictures.predicted[lamp], self.scale)
     }
 
     /// A lamp's true and predicted picture and their FLIP, each a data URI.
     pub fn row(&self, lamp: usize) -> Result<[String; 3]> {
-        let truth = self.code(&self.attempt.truths[lamp], 1.0);
+        let truth = self.code(&self.pictures.truths[lamp], 1.0);
         let predicted = self.predicted(lamp);
         let errors = flip(&truth, &predicted, PIXELS_PER_DEGREE)?.error;
         let errors = Encoded(errors.map(heat));
@@ -54,7 +71,7 @@ impl Pictures {
 
     /// A small predicted picture of every lamp, each a data URI.
     pub fn sheet(&self) -> Result<Vec<String>> {
-        (0..self.attempt.predicted.len())
+        (0..self.pictures.predicted.len())
             .map(|lamp| data_uri(&self.predicted(lamp), SMALL_PX))
             .collect()
     }
@@ -72,48 +89,16 @@ fn data_uri(picture: &Encoded, side: usize) -> Result<String> {
         let small = resize_area(&picture.0, reduce(width), reduce(height));
         png_bytes(&Encoded(small))?
     };
-    Ok(format!("data:image/png;base64,{}", base64(&bytes)))
-}
-
-/// RFC 4648, section 4.
-fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let byte = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for i in 0..4 {
-            text.push(if i <= three.len() {
-                char::from(LETTERS[(bits >> (18 - 6 * i) & 63) as usize])
-            } else {
-                '='
-            });
-        }
-    }
-    text
+    Ok(format!(
+        "data:image/png;base64,{}",
+        BASE64_STANDARD.encode(bytes)
+    ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imaging::{Mask, Raster};
-
-    #[test]
-    fn base64_is_that_of_the_standard() {
-        let vectors = [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foob", "Zm9vYg=="),
-            ("fooba", "Zm9vYmE="),
-            ("foobar", "Zm9vYmFy"),
-        ];
-        for (plain, wanted) in vectors {
-            assert_eq!(base64(plain.as_bytes()), wanted);
-        }
-        assert_eq!(base64(&[0xfb, 0xff, 0xfe]), "+//+");
-    }
+    use imaging::Raster;
 
     #[test]
     fn pictures_of_a_page_are_small_and_where_nothing_differs_the_third_is_dark() {
@@ -122,12 +107,12 @@ mod tests {
                 [((x * 3 + y * 5 + seed) % 17) as f32 / 17.0; 3]
             })
         };
-        let attempt = Attempt {
+        let pictures = CasePictures {
             mask: Mask::filled(600, 300, 1.0),
             predicted: vec![olat(0), olat(9)],
             truths: vec![olat(0), olat(0)],
         };
-        let pictures = Pictures::new(attempt, 1.0);
+        let pictures = PagePictures::new(pictures, 1.0);
         let [truth, predicted, same] = pictures.row(0).unwrap();
         assert_eq!(truth, predicted);
         let [.., different] = pictures.row(1).unwrap();

@@ -1,7 +1,8 @@
 //! The page that a review is handed on as: one HTML file with its pictures inside.
 
-use super::measure::Reviewer;
 use super::page::{Contents, Sheet, WorstPictures, page};
+use super::pictures::PagePictures;
+use super::reviewer::Reviewer;
 use super::{Marks, Metric, Review};
 use base::error::Result;
 use base::progress::Progress;
@@ -33,9 +34,9 @@ pub(super) fn write_report(
     let mut sheet = Vec::new();
     for (done, (&case, lamps)) in wanted.iter().enumerate() {
         progress.check("the figures are kept, the page was not written")?;
-        let name = &review.cases[case].name;
-        progress.step("pictures", done as u64, wanted.len() as u64, name);
-        let case_pictures = reviewer.pictures(review, case)?;
+        let scores = &review.cases[case];
+        progress.step("pictures", done as u64, wanted.len() as u64, &scores.name);
+        let case_pictures = PagePictures::new(reviewer.predict(scores.case)?, scores.scale);
         for &(rank, lamp) in lamps {
             pictures[rank] = case_pictures.row(lamp)?;
         }

@@ -16,9 +16,9 @@ pub const WORTH_A_THREAD: usize = 1 << 14;
 pub fn vectorized<T>(work: impl FnMut() -> T) -> T {
     // pulp takes closures as they are, but by `FnOnce`, and the compiler does not inline the step
     // from there to a closure that could be called twice.
-    struct Work<F>(F);
+    struct Vectorized<F>(F);
 
-    impl<T, F: FnMut() -> T> NullaryFnOnce for Work<F> {
+    impl<T, F: FnMut() -> T> NullaryFnOnce for Vectorized<F> {
         type Output = T;
 
         #[inline(always)]
@@ -27,7 +27,7 @@ pub fn vectorized<T>(work: impl FnMut() -> T) -> T {
         }
     }
 
-    Arch::new().dispatch(Work(work))
+    Arch::new().dispatch(Vectorized(work))
 }
 
 /// Calls `work(index, chunk)` for each chunk of `size` elements of `out` (the last may be shorter)

@@ -15,8 +15,8 @@ pub struct Losses<'a> {
     pub mask: &'a [f32],
     /// Encoded OLATs, `[lamps, 3, h, w]`; none skips the reconstruction loss.
     pub olats: Option<&'a [f32]>,
-    /// The interview's encoded look, `[3, h, w]`.
-    pub look: &'a [f32],
+    /// The encoded plate: the subject under the interview's light, `[3, h, w]`.
+    pub plate: &'a [f32],
     /// Weights of the lamps in the interview's light, `[lamps, 3]`.
     pub weights: &'a [f32],
     pub settings: Settings,
@@ -53,7 +53,7 @@ impl Losses<'_> {
             (output.len(), gradient.len()),
             (lamps * picture, lamps * picture)
         );
-        assert_eq!((self.look.len(), self.weights.len()), (picture, lamps * 3));
+        assert_eq!((self.plate.len(), self.weights.len()), (picture, lamps * 3));
         assert!(self.olats.is_none_or(|olats| olats.len() == output.len()));
         let (rendering, relit_gradient) = self.rendering(output);
         let distance = FeatureDistance::new(self.mask, self.size, lamps);
@@ -152,7 +152,7 @@ impl Losses<'_> {
             },
         );
         let distance = FeatureDistance::new(self.mask, self.size, 1);
-        let loss = distance.replace_by_gradient(&mut relit, self.look);
+        let loss = distance.replace_by_gradient(&mut relit, self.plate);
         for (g, slope) in relit.iter_mut().zip(&slopes) {
             *g *= slope;
         }

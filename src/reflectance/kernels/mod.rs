@@ -222,15 +222,15 @@ fn instance_norm(x: Tensor<4>, norm: &BatchNorm) -> Tensor<4> {
 }
 
 /// What the network's output is compared with, `[1, 3, h, w]` where nothing else is said.
-pub struct Comparison<'a> {
+pub struct LossInputs<'a> {
     /// Linear light that an output of 1 stands for.
     pub light: Tensor<4>,
     /// Where the subject is, `[1, 1, h, w]`.
     pub mask: &'a Tensor<4>,
     /// Encoded OLATs, `[lamps, 3, h, w]`; none skips the reconstruction loss.
     pub olats: Option<&'a Tensor<4>>,
-    /// The interview's encoded look.
-    pub look: &'a Tensor<4>,
+    /// The encoded plate: the subject under the interview's light.
+    pub plate: &'a Tensor<4>,
     /// Weights of the lamps in the interview's light, `[lamps, 3, 1, 1]`.
     pub weights: &'a Tensor<4>,
     pub settings: LossSettings,
@@ -238,12 +238,13 @@ pub struct Comparison<'a> {
 
 /// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
 /// by themselves, `[2]`; for tensors that [`serve`] names.
-pub fn losses(output: Tensor<4>, with: &Comparison) -> (Tensor<1>, Tensor<1>) {
+pub fn losses(output: Tensor<4>, with: &LossInputs) -> (Tensor<1>, Tensor<1>) {
     let olats = with.olats.cloned().unwrap_or_else(|| nothing(&output));
-    let tensors = [&with.light, with.mask, &olats, with.look, with.weights];
-    let [light, mask, olats, look, weights] = tensors.map(|t| t.clone().into_dispatch());
+    let tensors = [&with.light, with.mask, &olats, with.plate, with.weights];
+    let [light, mask, olats, plate, weights] = tensors.map(|t| t.clone().into_dispatch());
     let output = output.into_dispatch();
-    let (total, parts) = Dispatch::losses(output, light, mask, olats, look, weights, with.settings);
+    let (total, parts) =
+        Dispatch::losses(output, light, mask, olats, plate, weights, with.settings);
     (Tensor::from_dispatch(total), Tensor::from_dispatch(parts))
 }
 

@@ -54,7 +54,7 @@ pub trait Kernels: Backend {
         light: FloatTensor<Self>,
         mask: FloatTensor<Self>,
         olats: FloatTensor<Self>,
-        look: FloatTensor<Self>,
+        plate: FloatTensor<Self>,
         weights: FloatTensor<Self>,
         settings: Settings,
     ) -> (FloatTensor<Self>, FloatTensor<Self>);
@@ -281,11 +281,11 @@ impl Kernels for Flex {
         light: FlexTensor,
         mask: FlexTensor,
         olats: FlexTensor,
-        look: FlexTensor,
+        plate: FlexTensor,
         weights: FlexTensor,
         settings: Settings,
     ) -> (FlexTensor, FlexTensor) {
-        let (total, parts, _) = losses([output, light, mask, olats, look, weights], settings);
+        let (total, parts, _) = losses([output, light, mask, olats, plate, weights], settings);
         (total, parts)
     }
 }
@@ -293,13 +293,13 @@ impl Kernels for Flex {
 /// The weighted sum of the losses, both of them, and the gradient of the sum by the output.
 fn losses(inputs: [FlexTensor; 6], settings: Settings) -> (FlexTensor, FlexTensor, FlexTensor) {
     let shape = dims(&inputs[0]);
-    let [output, light, mask, olats, look, weights] = inputs.each_ref().map(Values::new);
+    let [output, light, mask, olats, plate, weights] = inputs.each_ref().map(Values::new);
     let losses = Losses {
         size: [shape[2], shape[3]],
         light: light.get(),
         mask: mask.get(),
         olats: Some(olats.get()).filter(|olats| !olats.is_empty()),
-        look: look.get(),
+        plate: plate.get(),
         weights: weights.get(),
         settings,
     };
@@ -520,7 +520,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
         light: FloatTensor<Self>,
         mask: FloatTensor<Self>,
         olats: FloatTensor<Self>,
-        look: FloatTensor<Self>,
+        plate: FloatTensor<Self>,
         weights: FloatTensor<Self>,
         settings: Settings,
     ) -> (FloatTensor<Self>, FloatTensor<Self>) {
@@ -547,7 +547,7 @@ impl<C: CheckpointStrategy> Kernels for Autodiff<Flex, C> {
             }
         }
         let guard = output.node();
-        let inputs = [output, light, mask, olats, look, weights].map(|t| t.into_primitive());
+        let inputs = [output, light, mask, olats, plate, weights].map(|t| t.into_primitive());
         let (total, parts, gradient) = losses(inputs, settings);
         (
             record!(Total, [guard], gradient, total),

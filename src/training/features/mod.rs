@@ -1,23 +1,23 @@
 //! Perceptual features: pictures compared by what a network trained to see makes of them, with weights
 //! from a file.
 
+mod cache;
 mod network;
 #[cfg(test)]
 mod tests;
-mod truths;
 mod weights;
 
+pub use cache::{PictureId, PictureKind};
 pub use network::{Architecture, FeatureNetwork};
-pub use truths::{Name, Picture};
 pub use weights::WeightFile;
 
 use super::loss::EPSILON;
 use base::error::Result;
 use burn::tensor::module::adaptive_avg_pool2d;
 use burn::tensor::{Device, Tensor, TensorData};
+use cache::FeatureCache;
 use reflectance::render::encoded_white;
 use std::path::Path;
-use truths::Truths;
 
 /// Pixels whose gradients are computed at once: four pictures of 128 × 128, for which VGG-16 holds about
 /// 80 MB. A larger picture comes alone.
@@ -30,7 +30,7 @@ pub struct Features {
     /// The inverse of each layer's root mean square over a fixed picture. The layers' levels differ by up
     /// to fifty; by these each counts alike.
     gains: Vec<f32>,
-    truths: Truths,
+    known: FeatureCache,
 }
 
 impl Features {
@@ -48,7 +48,7 @@ impl Features {
             architecture,
             gains: levels.map(|level| 1.0 / level.max(1e-6)).collect(),
             network,
-            truths: Truths::default(),
+            known: FeatureCache::default(),
         })
     }
 
@@ -68,7 +68,7 @@ impl Features {
         predicted: Tensor<4>,
         truth: Tensor<4>,
         mask: &Tensor<4>,
-        names: Option<&[Name]>,
+        names: Option<&[PictureId]>,
     ) -> Tensor<1> {
         let [pictures, _, h, w] = predicted.dims();
         let shown = mask.clone() / encoded_white();
@@ -83,7 +83,7 @@ impl Features {
             let truth = match names {
                 Some(names) => {
                     let names = &names[first..first + count];
-                    self.truths.layers(&self.network, part(&truth), names)
+                    self.known.layers(&self.network, part(&truth), names)
                 }
                 None => self.network.forward(part(&truth)),
             };

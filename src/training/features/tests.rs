@@ -296,20 +296,20 @@ fn the_gradient_is_that_of_finite_differences() {
 /// cannot change a run.
 #[test]
 fn remembered_pictures_have_the_layers_of_new_ones() {
-    use crate::schedule::Lesson;
+    use crate::schedule::SampleSource;
     let device = Device::flex();
     let mut features = squeezenet(&device);
-    let lesson = Lesson::Exemplar { pose: 1 };
-    let name = |lamp| Name {
-        lesson,
-        picture: Picture::Olat(lamp),
+    let source = SampleSource::Exemplar { pose: 1 };
+    let name = |lamp| PictureId {
+        source,
+        picture: PictureKind::Olat(lamp),
     };
     let pictures = random([5, 3, 64, 64], &device);
     let anew = features.network.forward(pictures.clone());
     for lamps in [vec![2], vec![1, 2, 4], vec![0, 1, 2, 3, 4], vec![4, 0]] {
-        let names: Vec<Name> = lamps.iter().copied().map(name).collect();
+        let names: Vec<PictureId> = lamps.iter().copied().map(name).collect();
         let some = rows(pictures.clone(), &lamps);
-        let layers = features.truths.layers(&features.network, some, &names);
+        let layers = features.known.layers(&features.network, some, &names);
         for (layer, anew) in layers.into_iter().zip(&anew) {
             assert_eq!(values(layer), values(rows(anew.clone(), &lamps)));
         }

@@ -24,9 +24,9 @@ impl WeightFile {
     /// # Errors
     /// When the file is of neither kind, cannot be read or is cut off.
     pub fn open(path: &Path) -> Result<Self> {
-        let refuse = |cause: &dyn std::fmt::Display| Error::file("read", path, cause, REMEDY);
+        let refuse = |cause: &dyn std::fmt::Display| Error::codec("read", path, cause, REMEDY);
         // The readers' own words for a missing file differ; those of the system are known.
-        std::fs::File::open(path).map_err(|e| refuse(&e))?;
+        std::fs::File::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         let tensors = match extension.to_ascii_lowercase().as_str() {
             "safetensors" => SafetensorsStore::from_file(path)
@@ -40,10 +40,11 @@ impl WeightFile {
                 .map(|(name, tensor)| (name, bridge::from_pytorch(tensor)))
                 .collect(),
             _ => {
-                return Err(Error::unexpected(
-                    path.display(),
-                    "a name that ends in .safetensors or .pth",
-                    format!("the ending {extension:?}"),
+                return Err(Error::invalid(
+                    format!(
+                        "{} ends in {extension:?}, not in .safetensors or .pth",
+                        path.display()
+                    ),
                     REMEDY,
                 ));
             }
@@ -69,7 +70,9 @@ impl WeightFile {
         shape: [usize; D],
         device: &Device,
     ) -> Result<Param<Tensor<D>>> {
-        let refuse = |found: String| self.unexpected(format!("{name} of shape {shape:?}"), found);
+        let refuse = |found: String| {
+            self.invalid(format!("expected {name} of shape {shape:?}, found {found}"))
+        };
         let tensor = self
             .tensors
             .get(name)
@@ -90,7 +93,7 @@ impl WeightFile {
                 TensorData::try_from_bytes(bytes, shape, tensor.dtype).map_err(|e| e.to_string())
             })
             .and_then(|data| data.try_into_vec_as::<f32>().map_err(|e| e.to_string()))
-            .map_err(|e| Error::file("read", &self.path, format!("{name}: {e}"), REMEDY))?;
+            .map_err(|e| Error::codec("read", &self.path, format!("{name}: {e}"), REMEDY))?;
         if !values.iter().all(|v| v.is_finite()) {
             return Err(refuse("values that are not finite".to_owned()));
         }
@@ -103,18 +106,20 @@ impl WeightFile {
         let mut names: Vec<&str> = self.tensors.keys().map(String::as_str).collect();
         let count = names.len();
         names.truncate(4);
-        self.unexpected(
-            "the tensors of VGG-16, VGG-19 or SqueezeNet 1.1 under torchvision's names, such as \
+        let found = match count {
+            0 => "it holds no tensors".to_owned(),
+            _ => format!(
+                "it holds {count} tensors, the first of them {}",
+                names.join(", ")
+            ),
+        };
+        self.invalid(format!(
+            "{found}, not those of VGG-16, VGG-19 or SqueezeNet 1.1 under torchvision's names, such as \
              features.0.weight"
-                .to_owned(),
-            match count {
-                0 => "no tensors".to_owned(),
-                _ => format!("{count} tensors, the first of them {}", names.join(", ")),
-            },
-        )
+        ))
     }
 
-    fn unexpected(&self, expected: String, found: String) -> Error {
-        Error::unexpected(self.path.display(), expected, found, REMEDY)
+    fn invalid(&self, problem: String) -> Error {
+        Error::invalid(format!("{}: {problem}", self.path.display()), REMEDY)
     }
 }

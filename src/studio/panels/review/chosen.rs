@@ -4,7 +4,7 @@ use crate::command::Command;
 use crate::reviews::Reviews;
 use crate::theme;
 use egui::{RichText, TextEdit, Ui};
-use evaluation::review::{Mark, Marked, Metric, Review};
+use evaluation::review::{Mark, MarkedOlat, Metric, Review};
 
 /// The note as it is being written, and the names of the cell that it belongs to.
 #[derive(Default)]
@@ -59,7 +59,7 @@ impl ChosenUi<'_> {
             .hint_text("What is wrong, or right, here");
         ui.add(field).labelled_by(label.id);
         if wanted != mark || draft.text != note {
-            let marked = Marked::new(&case.name, lamp_name, wanted, &draft.text);
+            let marked = MarkedOlat::new(&case.name, lamp_name, wanted, &draft.text);
             out.push(Command::Mark(Box::new(marked)));
         }
     }

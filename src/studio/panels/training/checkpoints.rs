@@ -5,7 +5,7 @@ use crate::command::Command;
 use crate::panel::Sight;
 use crate::theme::{self, GAP};
 use egui::{Align, Button, Layout, RichText, Ui, WidgetInfo, vec2};
-use training::kept::Kept;
+use training::checkpoints::SavedCheckpoint;
 
 /// The list, the newest first.
 pub fn checkpoints_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
@@ -22,7 +22,7 @@ pub fn checkpoints_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
 }
 
 /// What a checkpoint is called: its step, the time of training, and how the unseen pose came out.
-pub fn title(kept: &Kept) -> String {
+pub fn title(kept: &SavedCheckpoint) -> String {
     let info = &kept.info;
     let mut text = short(kept);
     if info.step > 0 {
@@ -35,7 +35,7 @@ pub fn title(kept: &Kept) -> String {
 }
 
 /// The same where there is little room.
-pub fn short(kept: &Kept) -> String {
+pub fn short(kept: &SavedCheckpoint) -> String {
     match kept.info.step {
         0 => "starting point".to_owned(),
         step => format!("step {step}"),
@@ -43,7 +43,7 @@ pub fn short(kept: &Kept) -> String {
 }
 
 /// Why a checkpoint is kept, its folder, and what it takes.
-pub fn details(kept: &Kept) -> String {
+pub fn details(kept: &SavedCheckpoint) -> String {
     let why = if kept.aside {
         "Put aside"
     } else {
@@ -52,7 +52,7 @@ pub fn details(kept: &Kept) -> String {
     format!("{why}: {}, {:.1} MB", kept.name, kept.bytes as f64 / 1e6)
 }
 
-fn row_ui(ui: &mut Ui, kept: &Kept, idle: bool, out: &mut Vec<Command>) {
+fn row_ui(ui: &mut Ui, kept: &SavedCheckpoint, idle: bool, out: &mut Vec<Command>) {
     let info = &kept.info;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;

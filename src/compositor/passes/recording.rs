@@ -2,17 +2,16 @@
 
 use super::clock::Clock;
 use super::pictures::{GpuPicture, PicturePasses, WORKGROUP};
-use super::read::read_back;
+use super::read::{image, read_back};
 use crate::Pass;
 use crate::pyramid::Rgba;
 use base::error::Result;
 use imaging::Image;
-use rayon::prelude::*;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Passes that are recorded, in order. The GPU begins when something is read: [`Self::look`] or
 /// [`Self::finish`].
-pub struct Work<'a> {
+pub struct Recording<'a> {
     pub(super) passes: &'a PicturePasses,
     commands: wgpu::CommandEncoder,
     clock: Option<Clock>,
@@ -21,8 +20,8 @@ pub struct Work<'a> {
     pass: Pass,
 }
 
-/// What a piece of work left.
-pub struct Finished {
+/// What was read of a recording.
+pub struct Readback {
     /// The pictures that were asked for, without their fourth values.
     pub pictures: Vec<Image>,
     /// How many pixels of the subject were no numbers.
@@ -32,8 +31,15 @@ pub struct Finished {
     pub times: Option<Vec<(Pass, f64)>>,
 }
 
-impl<'a> Work<'a> {
-    pub(super) fn new(passes: &'a PicturePasses) -> Self {
+impl PicturePasses {
+    /// Begins a picture.
+    pub fn begin(&self) -> Recording<'_> {
+        Recording::new(self)
+    }
+}
+
+impl<'a> Recording<'a> {
+    fn new(passes: &'a PicturePasses) -> Self {
         let (device, queue) = (&passes.device, &passes.queue);
         Self {
             passes,
@@ -141,7 +147,7 @@ impl<'a> Work<'a> {
     ///
     /// # Errors
     /// When the device fails.
-    pub fn look<const N: usize>(&mut self, pictures: [&GpuPicture; N]) -> Result<[Rgba; N]> {
+    pub fn read<const N: usize>(&mut self, pictures: [&GpuPicture; N]) -> Result<[Rgba; N]> {
         let device = &self.passes.device;
         let next = device.create_command_encoder(&Default::default());
         let commands = std::mem::replace(&mut self.commands, next);
@@ -186,7 +192,7 @@ impl<'a> Work<'a> {
     ///
     /// # Errors
     /// When the device fails.
-    pub fn finish(mut self, pictures: &[&GpuPicture]) -> Result<Finished> {
+    pub fn finish(mut self, pictures: &[&GpuPicture]) -> Result<Readback> {
         let mut sources: Vec<&wgpu::Buffer> = pictures.iter().map(|p| &p.buffer).collect();
         sources.push(&self.tally);
         if let Some(clock) = &self.clock {
@@ -195,7 +201,7 @@ impl<'a> Work<'a> {
         let target = (&self.passes.device, &self.passes.queue);
         read_back(target, self.commands, &sources, |parts| {
             let (images, rest) = parts.split_at(pictures.len());
-            Finished {
+            Readback {
                 pictures: pictures
                     .iter()
                     .zip(images)
@@ -205,19 +211,5 @@ impl<'a> Work<'a> {
                 times: self.clock.as_ref().and_then(|clock| clock.times(rest[1])),
             }
         })
-    }
-}
-
-/// The light of RGBA f32.
-pub(super) fn image((width, height): (usize, usize), rgba: &[u8]) -> Image {
-    let pixels = rgba.as_chunks::<16>().0.par_iter().with_min_len(4096);
-    let light = |pixel: &[u8; 16]| {
-        let [r, g, b, _] = bytemuck::pod_read_unaligned::<[f32; 4]>(pixel);
-        [r, g, b]
-    };
-    Image {
-        width,
-        height,
-        pixels: pixels.map(light).collect(),
     }
 }

@@ -1,45 +1,45 @@
 //! One picture while it is being made: measures what the plan asks and runs what the plan says. What has
-//! been decided is done by a [`Hand`], in memory or on a GPU.
+//! been decided is done by a [`Backend`], in memory or on a GPU.
 
 use super::background::Backdrop;
-use super::compose::{Ingredients, PassReport, Picture};
 use super::grain::Grain;
+use super::picture::{Ingredients, PassReport, Picture};
 use super::plan::{Facts, Inputs, PlannedPass, draws_whole, is_cut_out};
 use super::reference::lit_lamps;
-use super::reuse::{Kept, Reuse, Slots};
+use super::reuse::{Cached, Reuse, Slots};
 use super::smoothing::Steady;
 use base::error::Result;
 use imaging::Mask;
 use scene::{Effects, Inspection, Output, Pass, Scene};
 
-mod hand;
+mod backend;
 mod in_memory;
 mod measure;
 mod on_gpu;
 
-pub(super) use hand::Hand;
-pub(super) use in_memory::{InMemory, Rim};
+pub(super) use backend::Backend;
+pub(super) use in_memory::InMemory;
 pub(super) use measure::inputs;
-pub(super) use on_gpu::{OnGpu, Uploads};
+pub(super) use on_gpu::OnGpu;
 
 /// A picture between its first pass and its last.
-pub(super) struct Stage<'a, H: Hand> {
+pub(super) struct Composition<'a, B: Backend> {
     pub scene: &'a Scene,
     effects: Effects,
     of: &'a Ingredients<'a>,
-    hand: H,
+    backend: B,
     reuse: Option<&'a mut Reuse>,
     facts: Facts,
     /// The subject, premultiplied; from the pass `light_wrap` on with what is behind it.
-    linear: H::Light,
+    linear: B::Light,
     /// What is behind the subject, where it is needed whole.
-    behind: Option<H::Light>,
+    behind: Option<B::Light>,
     /// The background is in `linear` already.
     laid: bool,
     alpha: Mask,
-    display: Option<H::Codes>,
+    display: Option<B::Codes>,
     /// What despill goes by.
-    guide: Option<H::Light>,
+    guide: Option<B::Light>,
     own_grain: Grain,
     steady: Option<Steady>,
     /// On the subject's light, by the pass `smoothing`.
@@ -58,14 +58,14 @@ pub(super) struct Done {
     worked: bool,
 }
 
-type Place<H, T> = fn(&mut Slots<<H as Hand>::Light, <H as Hand>::Own>) -> &mut Kept<T>;
+type Place<B, T> = fn(&mut Slots<<B as Backend>::Light, <B as Backend>::Own>) -> &mut Cached<T>;
 
-impl<'a, H: Hand> Stage<'a, H> {
+impl<'a, B: Backend> Composition<'a, B> {
     pub fn new(
         scene: &'a Scene,
         of: &'a Ingredients<'a>,
         inputs: Inputs,
-        hand: H,
+        backend: B,
         reuse: Option<&'a mut Reuse>,
     ) -> Self {
         let (width, height) = of.mask.size();
@@ -74,8 +74,8 @@ impl<'a, H: Hand> Stage<'a, H> {
             scene,
             effects: scene.effects.bounded(),
             of,
-            linear: hand.black(),
-            hand,
+            linear: backend.black(),
+            backend,
             reuse,
             facts: Facts {
                 field_cached: of.upstream.predict_ms.is_none(),
@@ -108,13 +108,13 @@ impl<'a, H: Hand> Stage<'a, H> {
 
     /// What follows is measured and done for this pass.
     pub fn begin(&mut self, pass: Pass) {
-        self.hand.begin(pass);
+        self.backend.begin(pass);
     }
 
     /// What is kept under `key`, or what `make` makes, which is then kept.
     fn kept<T: Clone>(
         &mut self,
-        place: Place<H, T>,
+        place: Place<B, T>,
         key: u64,
         make: impl FnOnce(&mut Self) -> Result<T>,
     ) -> Result<T> {
@@ -127,14 +127,14 @@ impl<'a, H: Hand> Stage<'a, H> {
     }
 
     /// What is kept under a key, if anything.
-    fn found<T: Clone>(&mut self, place: Place<H, T>, key: u64) -> Option<T> {
+    fn found<T: Clone>(&mut self, place: Place<B, T>, key: u64) -> Option<T> {
         let reuse = self.reuse.as_deref_mut()?;
-        place(H::slots(reuse)).get(key)
+        place(B::slots(reuse)).get(key)
     }
 
-    fn keep<T: Clone>(&mut self, place: Place<H, T>, key: u64, value: T) {
+    fn keep<T: Clone>(&mut self, place: Place<B, T>, key: u64, value: T) {
         if let Some(reuse) = self.reuse.as_deref_mut() {
-            place(H::slots(reuse)).put(key, value);
+            place(B::slots(reuse)).put(key, value);
         }
     }
 
@@ -164,7 +164,7 @@ impl<'a, H: Hand> Stage<'a, H> {
             Pass::Despill => {
                 if let (Some(guide), Some(spill)) = (&self.guide, self.facts.spill) {
                     let amount = self.effects.despill;
-                    self.hand
+                    self.backend
                         .despill(&mut self.linear, guide, spill.screen, amount)?;
                 }
             }
@@ -179,15 +179,15 @@ impl<'a, H: Hand> Stage<'a, H> {
                 } else {
                     let white = (-self.scene.exposure_stops).exp2();
                     let amount = self.effects.glare;
-                    self.hand.glare(&mut self.linear, amount, white)?;
+                    self.backend.glare(&mut self.linear, amount, white)?;
                     self.keep(|s| &mut s.glared, this.key, self.linear.clone());
                 }
             }
             Pass::Exposure => {
                 let stops = self.scene.exposure_stops;
-                self.hand.exposure(&mut self.linear, stops)?;
+                self.backend.exposure(&mut self.linear, stops)?;
             }
-            Pass::View => self.display = Some(self.hand.view(&self.linear, self.effects.view)?),
+            Pass::View => self.display = Some(self.backend.view(&self.linear, self.effects.view)?),
             Pass::Grain | Pass::Dither | Pass::Channels | Pass::Difference | Pass::FalseColor => {
                 self.encoded(this.pass)?;
             }
@@ -200,7 +200,7 @@ impl<'a, H: Hand> Stage<'a, H> {
         Ok(done)
     }
 
-    /// The relit subject times its coverage, and whether it was at hand.
+    /// The relit subject times its coverage, and whether it was kept.
     fn relight(&mut self, key: u64) -> Result<bool> {
         if let Some(linear) = self.found(|s| &mut s.relit, key) {
             self.linear = linear;
@@ -210,7 +210,7 @@ impl<'a, H: Hand> Stage<'a, H> {
         let level =
             |share: [f32; 3]| std::array::from_fn(|c| share[c] * of.levels.subject * gain[c]);
         let weights: Vec<[f32; 3]> = of.weights.per_lamp.iter().map(|&w| level(w)).collect();
-        self.linear = self.hand.relight(&weights)?;
+        self.linear = self.backend.relight(&weights)?;
         self.keep(|s| &mut s.relit, key, self.linear.clone());
         Ok(false)
     }
@@ -227,14 +227,14 @@ impl<'a, H: Hand> Stage<'a, H> {
             let reused = kept.is_some();
             self.behind = Some(match kept {
                 Some(kept) => kept,
-                None => self.hand.behind(&backdrop)?,
+                None => self.backend.behind(&backdrop)?,
             });
             return Ok(reused);
         }
         if self.found(|s| &mut s.laid, keys[1]).is_some() {
             return Ok(true);
         }
-        self.hand.surround(&mut self.linear, &backdrop)?;
+        self.backend.surround(&mut self.linear, &backdrop)?;
         self.laid = true;
         Ok(false)
     }
@@ -246,7 +246,7 @@ impl<'a, H: Hand> Stage<'a, H> {
         }
         if let Some(behind) = &mut self.behind {
             let radius = self.effects.background_blur * self.of.mask.height as f32;
-            self.hand.background_blur(behind, radius)?;
+            self.backend.background_blur(behind, radius)?;
         }
         Ok(false)
     }
@@ -266,9 +266,9 @@ impl<'a, H: Hand> Stage<'a, H> {
         if let Some(behind) = self.behind.take() {
             if this.run {
                 let amount = self.effects.light_wrap;
-                self.hand.light_wrap(&mut self.linear, &behind, amount)?;
+                self.backend.light_wrap(&mut self.linear, &behind, amount)?;
             }
-            self.hand.over(&mut self.linear, &behind)?;
+            self.backend.over(&mut self.linear, &behind)?;
         }
         self.keep(|s| &mut s.laid, this.key, self.linear.clone());
         Ok(false)
@@ -285,21 +285,21 @@ impl<'a, H: Hand> Stage<'a, H> {
                 if let Some(plate) = extra.grain {
                     let grains = [plate, &self.own_grain];
                     let amount = effects.grain;
-                    self.hand
+                    self.backend
                         .grain(codes, &self.alpha, grains, amount, self.scene.frame)?;
                 }
             }
-            (Pass::Dither, _) => self.hand.dither(codes)?,
+            (Pass::Dither, _) => self.backend.dither(codes)?,
             (Pass::Channels, Inspection::Channel(channel)) => {
-                self.hand.channels(codes, &self.alpha, channel)?;
+                self.backend.channels(codes, &self.alpha, channel)?;
             }
             (Pass::Difference, Inspection::Difference { gain }) => {
                 if let Some(second) = extra.second {
-                    self.hand.difference(codes, second, gain)?;
+                    self.backend.difference(codes, second, gain)?;
                 }
             }
             (Pass::FalseColor, Inspection::FalseColor) => {
-                *codes = self.hand.false_color(&self.linear)?;
+                *codes = self.backend.false_color(&self.linear)?;
             }
             _ => (),
         }
@@ -311,9 +311,11 @@ impl<'a, H: Hand> Stage<'a, H> {
         // What is not opaque is brought to straight alpha in linear light.
         let opaque = !is_cut_out(self.scene) || self.facts.open_share == 0.0;
         let needs_linear = self.scene.output == Output::Linear || !opaque;
-        let finished = self.hand.finish(self.linear, self.display, needs_linear)?;
+        let finished = self
+            .backend
+            .finish(self.linear, self.display, needs_linear)?;
         if let Some(reuse) = self.reuse {
-            H::slots(reuse).own = finished.own;
+            B::slots(reuse).own = finished.own;
         }
         let report = |done: Done| {
             let mut reason = done.reason;

@@ -4,7 +4,7 @@
 //! Folders are numbered in the order of their making. Those that training leaves thin out as they age;
 //! those that a person put aside (`0013-aside-0003000`), by starting over or by going back, stay.
 
-use super::log::{JUDGEMENTS, STEPS};
+use super::log::{HELD_OUT, STEPS};
 use base::error::{Error, Result};
 use imaging::file::write_beside;
 use project::Project;
@@ -20,7 +20,7 @@ const HIDDEN: &str = ".";
 
 /// A checkpoint in the list.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Kept {
+pub struct SavedCheckpoint {
     /// Its folder in `checkpoints/`, which names it.
     pub name: String,
     /// Counts what was kept in this project.
@@ -34,7 +34,7 @@ pub struct Kept {
     pub info: CheckpointInfo,
 }
 
-impl Kept {
+impl SavedCheckpoint {
     /// Where it is.
     pub fn folder(&self, project: &Project) -> PathBuf {
         folder(project).join(&self.name)
@@ -43,57 +43,57 @@ impl Kept {
 
 /// Why a checkpoint is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Why {
-    /// Training goes by it.
-    Passing,
-    /// A person puts another in its place.
-    Aside,
+pub enum Reason {
+    /// Training saved it.
+    Automatic,
+    /// A person started over or went back.
+    SetAside,
 }
 
 fn folder(project: &Project) -> PathBuf {
     project.root.join("checkpoints")
 }
 
-fn named(number: u64, why: Why, step: u64) -> String {
-    let why = match why {
-        Why::Passing => "step",
-        Why::Aside => "aside",
+fn named(number: u64, reason: Reason, step: u64) -> String {
+    let reason = match reason {
+        Reason::Automatic => "step",
+        Reason::SetAside => "aside",
     };
-    format!("{number:04}-{why}-{step:07}")
+    format!("{number:04}-{reason}-{step:07}")
 }
 
 /// Number and purpose of a folder by its name.
-fn parsed(name: &str) -> Option<(u64, Why)> {
+fn parsed(name: &str) -> Option<(u64, Reason)> {
     let mut parts = name.split('-');
     let number = parts.next()?.parse().ok()?;
-    let why = match parts.next()? {
-        "step" => Why::Passing,
-        "aside" => Why::Aside,
+    let reason = match parts.next()? {
+        "step" => Reason::Automatic,
+        "aside" => Reason::SetAside,
         _ => return None,
     };
-    Some((number, why))
+    Some((number, reason))
 }
 
 /// All folders of the list, the newest first: number, purpose, name.
-fn entries(project: &Project) -> Vec<(u64, Why, String)> {
+fn entries(project: &Project) -> Vec<(u64, Reason, String)> {
     let names = std::fs::read_dir(folder(project)).into_iter().flatten();
     let mut all: Vec<_> = names
         .flatten()
         .filter_map(|entry| entry.file_name().into_string().ok())
-        .filter_map(|name| parsed(&name).map(|(number, why)| (number, why, name)))
+        .filter_map(|name| parsed(&name).map(|(number, reason)| (number, reason, name)))
         .collect();
     all.sort_unstable_by_key(|&(number, ..)| std::cmp::Reverse(number));
     all
 }
 
 /// The checkpoints that can be gone back to, the newest first. Those that are not understood are left out.
-pub fn list(project: &Project) -> Vec<Kept> {
+pub fn list(project: &Project) -> Vec<SavedCheckpoint> {
     let present = checkpoint::info(&project.checkpoint_path()).ok();
-    let kept = |(number, why, name): (u64, Why, String)| {
+    let kept = |(number, reason, name): (u64, Reason, String)| {
         let folder = folder(project).join(&name);
         let info = checkpoint::info(&folder).ok()?;
-        Some(Kept {
-            aside: why == Why::Aside,
+        Some(SavedCheckpoint {
+            aside: reason == Reason::SetAside,
             present: present.as_ref() == Some(&info),
             bytes: bytes(&folder),
             name,
@@ -116,38 +116,38 @@ fn bytes(folder: &Path) -> u64 {
 ///
 /// # Errors
 /// When there is no checkpoint that is understood, or the folder cannot be written.
-pub fn keep(project: &Project, why: Why) -> Result<()> {
+pub fn keep(project: &Project, reason: Reason) -> Result<()> {
     let from = project.checkpoint_path();
     let info = checkpoint::info(&from)?;
     let folder = folder(project);
     let fail = |e: std::io::Error| {
         let remedy = "Check that the folder can be written and the disk has room";
-        Error::file("write", &folder, e, remedy)
+        Error::io("write", &folder, e, remedy)
     };
     let known = list(project).into_iter().find(|kept| kept.info == info);
-    match (known, why) {
+    match (known, reason) {
         (None, _) => {
             let number = entries(project)
                 .first()
                 .map_or(1, |&(number, ..)| number + 1);
-            let name = named(number, why, info.step);
+            let name = named(number, reason, info.step);
             let partial = folder.join(format!("{HIDDEN}{name}"));
             clean(&folder);
             checkpoint::link(&from, &partial)?;
-            for log in [STEPS, JUDGEMENTS] {
+            for log in [STEPS, HELD_OUT] {
                 if project.root.join(log).exists() {
                     std::fs::copy(project.root.join(log), partial.join(log)).map_err(fail)?;
                 }
             }
             std::fs::rename(&partial, folder.join(name)).map_err(fail)?;
         }
-        (Some(kept), Why::Aside) if !kept.aside => {
-            let name = named(kept.number, why, info.step);
+        (Some(kept), Reason::SetAside) if !kept.aside => {
+            let name = named(kept.number, reason, info.step);
             std::fs::rename(folder.join(&kept.name), folder.join(name)).map_err(fail)?;
         }
         (Some(_), _) => {}
     }
-    if why == Why::Passing {
+    if reason == Reason::Automatic {
         thin_out(project, MOST_BYTES);
     }
     Ok(())
@@ -157,13 +157,13 @@ pub fn keep(project: &Project, why: Why) -> Result<()> {
 ///
 /// # Errors
 /// When the folder cannot be written.
-pub fn put_aside(project: &Project) -> Result<()> {
+pub fn set_aside(project: &Project) -> Result<()> {
     let present = project.checkpoint_path();
     if !present.join("checkpoint.toml").exists() {
         return Ok(());
     }
     if checkpoint::info(&present).is_ok() {
-        return keep(project, Why::Aside);
+        return keep(project, Reason::SetAside);
     }
     let number = entries(project)
         .first()
@@ -171,7 +171,7 @@ pub fn put_aside(project: &Project) -> Result<()> {
     let unread = folder(project).join(format!("{number:04}-unreadable-{}", std::process::id()));
     std::fs::create_dir_all(folder(project))
         .and_then(|()| std::fs::rename(&present, &unread))
-        .map_err(|e| Error::file("move", &present, e, "Check that the folder can be written"))
+        .map_err(|e| Error::io("move", &present, e, "Check that the folder can be written"))
 }
 
 /// Puts a kept checkpoint, given by its name or by its step (the newest of that step), in place of the
@@ -181,22 +181,23 @@ pub fn put_aside(project: &Project) -> Result<()> {
 /// When there is no such checkpoint, it was made for other pictures, or files cannot be written.
 pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
     let kept = list(project);
-    let by_step = |kept: &&Kept| wanted.parse() == Ok(kept.info.step);
+    let by_step = |kept: &&SavedCheckpoint| wanted.parse() == Ok(kept.info.step);
     let found = kept.iter().find(|kept| kept.name == wanted);
     let Some(found) = found.or_else(|| kept.iter().find(by_step)) else {
-        return Err(Error::unexpected(
-            folder(project).display(),
-            "the step or the name of a kept checkpoint",
-            wanted,
+        return Err(Error::missing(
+            format!(
+                "no checkpoint in {} has the step or the name {wanted}",
+                folder(project).display()
+            ),
             "afterlight checkpoints PROJECT lists them",
         ));
     };
     check_fits(&found.info, project)?;
     if !found.present {
-        put_aside(project)?;
+        set_aside(project)?;
         let from = folder(project).join(&found.name);
         checkpoint::link(&from, &project.checkpoint_path())?;
-        for log in [STEPS, JUDGEMENTS] {
+        for log in [STEPS, HELD_OUT] {
             restore(&from.join(log), &project.root.join(log))?;
         }
     }
@@ -213,7 +214,7 @@ fn restore(from: &Path, to: &Path) -> Result<()> {
     match std::fs::remove_file(to) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
             let remedy = "Check that the folder can be written";
-            Err(Error::file("remove", to, e, remedy))
+            Err(Error::io("remove", to, e, remedy))
         }
         _ => Ok(()),
     }
@@ -232,8 +233,8 @@ fn thin_out(project: &Project, most_bytes: u64) {
     let all = entries(project);
     let newest = all.first().map_or(0, |&(number, ..)| number);
     let mut total = 0;
-    for (number, why, name) in all {
-        if why == Why::Aside {
+    for (number, reason, name) in all {
+        if reason == Reason::SetAside {
             continue;
         }
         let path = folder(project).join(&name);
@@ -285,8 +286,8 @@ mod tests {
 
     #[test]
     fn names_say_what_was_kept_and_others_are_not_of_the_list() {
-        for why in [Why::Passing, Why::Aside] {
-            assert_eq!(parsed(&named(12, why, 1200)), Some((12, why)));
+        for reason in [Reason::Automatic, Reason::SetAside] {
+            assert_eq!(parsed(&named(12, reason, 1200)), Some((12, reason)));
         }
         for name in [
             "",

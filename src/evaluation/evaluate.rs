@@ -1,6 +1,6 @@
 //! One evaluation from a project and a truth to figures, a table and a contact sheet.
 
-use super::shown::{shown, shown_gain};
+use super::display::{display_gain, display_picture};
 use super::{Method, Row, Scores, Truth, excluded_check, markdown, score};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -146,7 +146,7 @@ fn write_section(path: &Path, title: &str, table: &str) -> Result<()> {
     let old = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
-        Err(e) => return Err(Error::file("open", path, e, "Check that it is a text file")),
+        Err(e) => return Err(Error::io("open", path, e, "Check that it is a text file")),
     };
     let new = with_section(&old, title, table);
     write_beside(path, |out| out.write_all(new.as_bytes()))
@@ -167,12 +167,12 @@ fn with_section(text: &str, title: &str, body: &str) -> String {
 }
 
 /// A truth frame's OLATs, predicted and true, as contact sheets show them.
-struct Shown {
+struct OlatPictures {
     predicted: Vec<Encoded>,
     truth: Vec<Encoded>,
 }
 
-impl Shown {
+impl OlatPictures {
     fn new(
         project: &Project,
         calibration: &Calibration,
@@ -184,8 +184,8 @@ impl Shown {
         let field = predictor.predict(&frame)?;
         let predicted: Vec<Image> = (0..field.lamps).map(|lamp| field.olat(lamp)).collect();
         let all = |olats: &[Image]| {
-            let gain = shown_gain(olats.iter(), &frame.mask);
-            let show = |olat| shown(olat, &frame.mask, gain);
+            let gain = display_gain(olats.iter(), &frame.mask);
+            let show = |olat| display_picture(olat, &frame.mask, gain);
             olats.iter().map(show).collect()
         };
         Ok(Self {
@@ -218,7 +218,7 @@ fn sheet(
         .copied()
         .find(|&f| truth.has_olats(f))
         .ok_or_else(no_true_olats)?;
-    let shown = Shown::new(project, calibration, truth, predictor, frame)?;
+    let shown = OlatPictures::new(project, calibration, truth, predictor, frame)?;
     let count = LAMPS.min(shown.truth.len());
     let picked = (0..count).map(|i| i * shown.truth.len() / count);
     let row = |pictures: &[Encoded], what: &str| -> Vec<(String, Encoded)> {
@@ -256,11 +256,17 @@ fn worst(
     }
     cells.sort_by(|a, b| a.0.total_cmp(&b.0));
     cells.truncate(CELLS);
-    let mut frames: BTreeMap<usize, Shown> = BTreeMap::new();
+    let mut frames: BTreeMap<usize, OlatPictures> = BTreeMap::new();
     let mut tiles = Vec::new();
     for (db, frame, lamp) in cells {
         if let std::collections::btree_map::Entry::Vacant(entry) = frames.entry(frame) {
-            entry.insert(Shown::new(project, calibration, truth, predictor, frame)?);
+            entry.insert(OlatPictures::new(
+                project,
+                calibration,
+                truth,
+                predictor,
+                frame,
+            )?);
         }
         let (predicted, truth) = (&frames[&frame].predicted[lamp], &frames[&frame].truth[lamp]);
         let mut difference = predicted.clone();
@@ -276,10 +282,8 @@ fn worst(
 }
 
 fn no_true_olats() -> Error {
-    Error::unexpected(
-        "the truth",
-        "a frame with true OLATs",
-        "none",
+    Error::missing(
+        "no frame of the truth has true OLATs",
         "Leave out the contact sheet",
     )
 }

@@ -1,14 +1,14 @@
 //! What a picture is measured by while it is made, where the plan asks.
 
-use super::{Hand, Stage};
-use crate::compose::Ingredients;
+use super::{Backend, Composition};
 use crate::grain::Grain;
+use crate::picture::Ingredients;
 use crate::plan::{Inputs, PlannedPass, is_cut_out, key};
 use crate::smoothing::Steady;
 use base::error::Result;
 use scene::Pass;
 
-impl<H: Hand> Stage<'_, H> {
+impl<B: Backend> Composition<'_, B> {
     /// Measures whether the last of these passes is called for, where the scene asks for it and nothing
     /// else says so. Whether something was measured.
     pub fn measure(&mut self, planned: &[PlannedPass]) -> Result<bool> {
@@ -21,13 +21,13 @@ impl<H: Hand> Stage<'_, H> {
         match this.pass {
             Pass::Smoothing if asked => {
                 let (frame, before) = (self.scene.frame, of.extra.before);
-                let even = || self.hand.even_samples();
+                let even = || self.backend.even_samples();
                 let steady = Steady::after(before, frame, effects.smoothing, even)?;
                 self.facts.steady_gain = Some(steady.gain);
                 self.steady = Some(steady);
             }
             Pass::Despill if asked => {
-                let guide = |stage: &mut Self| stage.hand.guide(&stage.linear);
+                let guide = |this: &mut Self| this.backend.guide(&this.linear);
                 let (guide, spill) = self.kept(|s| &mut s.spill, upstream, guide)?;
                 self.guide = Some(guide);
                 self.facts.spill = Some(spill);
@@ -36,19 +36,19 @@ impl<H: Hand> Stage<'_, H> {
                 let Some(behind) = self.behind.clone() else {
                     return Ok(false);
                 };
-                let need = |stage: &mut Self| stage.hand.wrap_need(&stage.linear, &behind);
+                let need = |this: &mut Self| this.backend.wrap_need(&this.linear, &behind);
                 self.facts.wrap_need = self.kept(|s| &mut s.wrap_need, upstream, need)?;
             }
             Pass::Glare if asked => {
-                let brightest = |stage: &mut Self| stage.hand.brightest(&stage.linear);
+                let brightest = |this: &mut Self| this.backend.brightest(&this.linear);
                 self.facts.brightest = self.kept(|s| &mut s.brightest, upstream, brightest)?;
             }
             Pass::Grain if asked => {
                 let (Some(plate), Some(_)) = (of.extra.grain, &self.display) else {
                     return Ok(false);
                 };
-                let own = |stage: &mut Self| match &stage.display {
-                    Some(codes) => stage.hand.grain_of(codes),
+                let own = |this: &mut Self| match &this.display {
+                    Some(codes) => this.backend.grain_of(codes),
                     None => Ok(Grain::default()),
                 };
                 self.own_grain = self.kept(|s| &mut s.grain, upstream, own)?;

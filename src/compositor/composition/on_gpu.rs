@@ -1,34 +1,26 @@
 //! The passes on a GPU. Pictures stay there; in the end the one that was asked for is read.
 
-use super::hand::{Finished, Hand};
+use super::backend::{Backend, FinishedPicture};
 use crate::background::{Backdrop, draw_background};
-use crate::compose::Ingredients;
 use crate::despill::{Screen, Spill};
 use crate::difference::check_size;
 use crate::grain::Grain;
-use crate::passes::{GpuMatte, GpuPicture, PicturePasses, Work};
+use crate::passes::{GpuMatte, GpuPicture, PicturePasses, Recording};
+use crate::picture::Ingredients;
 use crate::plan::{Inputs, key};
-use crate::reuse::{Kept, Reuse, Slots};
+use crate::reuse::{Reuse, Slots, Uploads};
 use crate::smoothing::{self, even_light};
 use base::error::Result;
 use imaging::{Encoded, Image, Mask};
 use reflectance::FieldBuffer;
 use scene::{Channel, Pass, ViewTransform};
 
-/// What was copied to the GPU, and made there, for a frame and for an environment.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Uploads {
-    matte: Kept<GpuMatte>,
-    rim: Kept<GpuPicture>,
-    panorama: Kept<GpuPicture>,
-}
-
 /// The GPU that the field is on.
 pub(crate) struct OnGpu<'a> {
     of: &'a Ingredients<'a>,
     field: &'a FieldBuffer,
     passes: &'a PicturePasses,
-    work: Work<'a>,
+    recording: Recording<'a>,
     /// Stands for the frame.
     frame: u64,
     matte: GpuMatte,
@@ -51,7 +43,7 @@ impl<'a> OnGpu<'a> {
             of,
             field,
             passes,
-            work: passes.begin(),
+            recording: passes.begin(),
             frame: inputs.frame,
             matte,
             uploads,
@@ -74,7 +66,7 @@ impl<'a> OnGpu<'a> {
     }
 }
 
-impl Hand for OnGpu<'_> {
+impl Backend for OnGpu<'_> {
     type Light = GpuPicture;
     type Codes = GpuPicture;
     type Own = Uploads;
@@ -84,7 +76,7 @@ impl Hand for OnGpu<'_> {
     }
 
     fn begin(&mut self, pass: Pass) {
-        self.work.begin(pass);
+        self.recording.begin(pass);
     }
 
     fn black(&self) -> GpuPicture {
@@ -92,24 +84,26 @@ impl Hand for OnGpu<'_> {
     }
 
     fn even_samples(&mut self) -> Result<Vec<[f32; 3]>> {
-        let even = self.work.sum(self.field, &even_light(self.field.lamps))?;
+        let even = self
+            .recording
+            .sum(self.field, &even_light(self.field.lamps))?;
         let step = smoothing::step(even.width * even.height);
-        let even = self.work.every(&even, step)?;
+        let even = self.recording.every(&even, step)?;
         let light = even.into_iter().map(|[r, g, b, _]| [r, g, b]);
         Ok(smoothing::samples(light, self.of.mask))
     }
 
     fn relight(&mut self, weights: &[[f32; 3]]) -> Result<GpuPicture> {
-        self.work.relight(self.field, weights, &self.matte)
+        self.recording.relight(self.field, weights, &self.matte)
     }
 
     fn guide(&mut self, subject: &GpuPicture) -> Result<(GpuPicture, Spill)> {
         let rim = match self.uploads.rim.get(self.frame) {
             Some(rim) => rim,
-            None => self.work.rim(&self.matte.picture)?,
+            None => self.recording.rim(&self.matte.picture)?,
         };
         self.uploads.rim.put(self.frame, rim.clone());
-        self.work.guide(subject, &rim)
+        self.recording.guide(subject, &rim)
     }
 
     fn despill(
@@ -119,16 +113,16 @@ impl Hand for OnGpu<'_> {
         screen: Screen,
         amount: f32,
     ) -> Result<()> {
-        *subject = self.work.despill(subject, guide, screen, amount)?;
+        *subject = self.recording.despill(subject, guide, screen, amount)?;
         Ok(())
     }
 
     fn behind(&mut self, backdrop: &Backdrop) -> Result<GpuPicture> {
         let (width, height) = self.of.mask.size();
         if let Some(panorama) = self.panorama()? {
-            let open = self.work.blank((width, height))?;
+            let open = self.recording.blank((width, height))?;
             return self
-                .work
+                .recording
                 .background(&open, &panorama, backdrop, self.of.view, false);
         }
         let mut behind = Image::filled(width, height, [0.0; 3]);
@@ -141,24 +135,24 @@ impl Hand for OnGpu<'_> {
     fn surround(&mut self, subject: &mut GpuPicture, backdrop: &Backdrop) -> Result<()> {
         *subject = match self.panorama()? {
             Some(panorama) => {
-                self.work
+                self.recording
                     .background(subject, &panorama, backdrop, self.of.view, true)?
             }
             None => {
                 let behind = self.behind(backdrop)?;
-                self.work.over(subject, &behind)?
+                self.recording.over(subject, &behind)?
             }
         };
         Ok(())
     }
 
     fn background_blur(&mut self, behind: &mut GpuPicture, radius: f32) -> Result<()> {
-        *behind = self.work.background_blur(behind, radius)?;
+        *behind = self.recording.background_blur(behind, radius)?;
         Ok(())
     }
 
     fn wrap_need(&mut self, subject: &GpuPicture, behind: &GpuPicture) -> Result<f32> {
-        self.work.wrap_need(subject, behind)
+        self.recording.wrap_need(subject, behind)
     }
 
     fn light_wrap(
@@ -167,35 +161,35 @@ impl Hand for OnGpu<'_> {
         behind: &GpuPicture,
         amount: f32,
     ) -> Result<()> {
-        *subject = self.work.light_wrap(subject, behind, amount)?;
+        *subject = self.recording.light_wrap(subject, behind, amount)?;
         Ok(())
     }
 
     fn over(&mut self, subject: &mut GpuPicture, behind: &GpuPicture) -> Result<()> {
-        *subject = self.work.over(subject, behind)?;
+        *subject = self.recording.over(subject, behind)?;
         Ok(())
     }
 
     fn brightest(&mut self, picture: &GpuPicture) -> Result<f32> {
-        self.work.brightest(picture)
+        self.recording.brightest(picture)
     }
 
     fn glare(&mut self, picture: &mut GpuPicture, amount: f32, white: f32) -> Result<()> {
-        *picture = self.work.glare(picture, amount, white)?;
+        *picture = self.recording.glare(picture, amount, white)?;
         Ok(())
     }
 
     fn exposure(&mut self, picture: &mut GpuPicture, stops: f32) -> Result<()> {
-        *picture = self.work.exposure(picture, stops)?;
+        *picture = self.recording.exposure(picture, stops)?;
         Ok(())
     }
 
     fn view(&mut self, picture: &GpuPicture, transform: ViewTransform) -> Result<GpuPicture> {
-        self.work.view(picture, transform)
+        self.recording.view(picture, transform)
     }
 
     fn grain_of(&mut self, codes: &GpuPicture) -> Result<Grain> {
-        self.work.grain_of(codes, self.of.mask)
+        self.recording.grain_of(codes, self.of.mask)
     }
 
     // The picture's coverage is the fourth value of its codes.
@@ -208,29 +202,29 @@ impl Hand for OnGpu<'_> {
         frame: usize,
     ) -> Result<()> {
         let matte = &self.matte.picture;
-        *codes = self.work.grain(codes, matte, grains, amount, frame)?;
+        *codes = self.recording.grain(codes, matte, grains, amount, frame)?;
         Ok(())
     }
 
     fn dither(&mut self, codes: &mut GpuPicture) -> Result<()> {
-        *codes = self.work.dither(codes, &self.matte.picture)?;
+        *codes = self.recording.dither(codes, &self.matte.picture)?;
         Ok(())
     }
 
     fn channels(&mut self, codes: &mut GpuPicture, _: &Mask, channel: Channel) -> Result<()> {
-        *codes = self.work.channels(codes, channel)?;
+        *codes = self.recording.channels(codes, channel)?;
         Ok(())
     }
 
     fn difference(&mut self, codes: &mut GpuPicture, second: &Encoded, gain: f32) -> Result<()> {
         check_size(codes.size(), second)?;
         let second = self.passes.upload_opaque(&second.0)?;
-        *codes = self.work.difference(codes, &second, gain)?;
+        *codes = self.recording.difference(codes, &second, gain)?;
         Ok(())
     }
 
     fn false_color(&mut self, picture: &GpuPicture) -> Result<GpuPicture> {
-        self.work.false_color(picture)
+        self.recording.false_color(picture)
     }
 
     fn finish(
@@ -238,10 +232,10 @@ impl Hand for OnGpu<'_> {
         picture: GpuPicture,
         codes: Option<GpuPicture>,
         needs_light: bool,
-    ) -> Result<Finished<Uploads>> {
+    ) -> Result<FinishedPicture<Uploads>> {
         let light = needs_light.then_some(&picture);
         let wanted: Vec<&GpuPicture> = light.into_iter().chain(&codes).collect();
-        let mut finished = self.work.finish(&wanted)?;
+        let mut finished = self.recording.finish(&wanted)?;
         let display = codes.and_then(|_| finished.pictures.pop()).map(Encoded);
         let ms = finished.times.map(|times| {
             let mut ms = [0.0; Pass::ALL.len()];
@@ -250,7 +244,7 @@ impl Hand for OnGpu<'_> {
                 .for_each(|(pass, span)| ms[*pass as usize] += span);
             ms
         });
-        Ok(Finished {
+        Ok(FinishedPicture {
             linear: finished.pictures.pop(),
             display,
             mended: finished.mended,

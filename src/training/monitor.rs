@@ -1,8 +1,9 @@
 //! What a run shows of itself as it goes: figures a few times a second, pictures now and then.
 
-use super::judge::Attempt;
-use super::schedule::Lesson;
-use super::trainer::{StepReport, Trainer};
+use super::pose_prediction::PosePrediction;
+use super::report::StepReport;
+use super::schedule::SampleSource;
+use super::trainer::Trainer;
 use base::memory;
 use base::progress::{LossPoint, Progress, TrainingPhase, TrainingPictures, TrainingPoint};
 use base::turn;
@@ -18,9 +19,9 @@ const PICTURES_SHARE: u32 = 100;
 /// Steps after which it is said how long the run will take.
 const FIRST_STEPS: u64 = 20;
 
-/// What was seen since it was last told.
+/// What was seen since it was last reported.
 #[derive(Default)]
-pub(super) struct Watch {
+pub(super) struct Monitor {
     reconstruction: Mean,
     rendering: Mean,
     held_out_db: Option<f32>,
@@ -28,7 +29,7 @@ pub(super) struct Watch {
     step_seconds: Option<f64>,
     steps: u64,
     skipped: u64,
-    told: Option<Instant>,
+    reported: Option<Instant>,
     pictures_due: Option<Instant>,
     truth: Option<Arc<Vec<u8>>>,
 }
@@ -51,7 +52,7 @@ impl Mean {
     }
 }
 
-impl Watch {
+impl Monitor {
     /// Takes in a step and the seconds that it took.
     pub fn step(&mut self, report: &StepReport, seconds: f64) {
         self.steps += 1;
@@ -68,7 +69,7 @@ impl Watch {
     }
 
     /// Takes in what the held-out pose says.
-    pub fn judged(&mut self, decibels: f32) {
+    pub fn validated(&mut self, decibels: f32) {
         self.held_out_db = Some(decibels);
     }
 
@@ -79,7 +80,7 @@ impl Watch {
 
     /// Tells how the run stands after step `report`, where that is due or there is news of the held-out
     /// pose; `dead` are the lamps whose outputs have died.
-    pub fn tell(
+    pub fn report(
         &mut self,
         trainer: &Trainer,
         report: &StepReport,
@@ -87,16 +88,16 @@ impl Watch {
         progress: &Progress,
     ) {
         let due = self
-            .told
-            .is_none_or(|told| told.elapsed() >= POINT_INTERVAL);
+            .reported
+            .is_none_or(|reported| reported.elapsed() >= POINT_INTERVAL);
         if !due && self.held_out_db.is_none() {
             return;
         }
-        self.told = Some(Instant::now());
+        self.reported = Some(Instant::now());
         let info = trainer.info();
-        let phase = match trainer.schedule.lesson(info.step.saturating_sub(1)) {
-            Lesson::Exemplar { .. } => TrainingPhase::Exemplars,
-            Lesson::Video { .. } => TrainingPhase::Interview,
+        let phase = match trainer.schedule.source(info.step.saturating_sub(1)) {
+            SampleSource::Exemplar { .. } => TrainingPhase::Exemplars,
+            SampleSource::Frame { .. } => TrainingPhase::Interview,
         };
         progress.training(TrainingPoint {
             losses: LossPoint {
@@ -120,7 +121,7 @@ impl Watch {
     }
 
     /// Says once, after the first steps, how long a run takes that ends after `steps` or `minutes`.
-    pub fn predict(&self, trainer: &Trainer, minutes: Option<f64>, progress: &Progress) {
+    pub fn estimate(&self, trainer: &Trainer, minutes: Option<f64>, progress: &Progress) {
         if self.steps != FIRST_STEPS {
             return;
         }
@@ -148,7 +149,7 @@ impl Watch {
             return;
         }
         let pictures = {
-            let _turn = turn::DEVICE.take();
+            let _turn = turn::DEVICE.lock();
             self.pictures(trainer)
         };
         if let Some(pictures) = pictures {
@@ -159,20 +160,21 @@ impl Watch {
     }
 
     fn pictures(&mut self, trainer: &Trainer) -> Option<TrainingPictures> {
-        let (pose, lesson) = trainer.shown_lesson();
+        let (pose, sample) = trainer.shown_sample();
         let info = trainer.info();
-        let attempt = Attempt::new(&trainer.average, info, lesson, trainer.data.olat_gain);
+        let prediction =
+            PosePrediction::new(&trainer.average, info, sample, trainer.data.olat_gain);
         let truth = match &self.truth {
             Some(truth) => truth.clone(),
-            None => Arc::new(attempt.truth_bytes()?),
+            None => Arc::new(prediction.truth_bytes()?),
         };
         self.truth = Some(truth.clone());
         Some(TrainingPictures {
             step: info.step,
             pose,
             held_out: trainer.data.held_out.is_some(),
-            size: attempt.picture_size(),
-            predicted: attempt.predicted_bytes()?,
+            size: prediction.picture_size(),
+            predicted: prediction.predicted_bytes()?,
             truth,
         })
     }

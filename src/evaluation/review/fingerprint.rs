@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 
 /// Marks of the files that figures follow from.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Basis {
+pub struct Fingerprint {
     network: String,
     calibration: String,
     shoot: String,
 }
 
-impl Basis {
+impl Fingerprint {
     /// The basis of a project as it is now.
     ///
     /// # Errors
@@ -20,7 +20,7 @@ impl Basis {
     pub fn of(project: &Project) -> Result<Self> {
         let mark = |path: std::path::PathBuf, remedy: &str| match std::fs::read(&path) {
             Ok(bytes) => Ok(mark(&bytes)),
-            Err(e) => Err(Error::file("open", path, e, remedy)),
+            Err(e) => Err(Error::io("open", path, e, remedy)),
         };
         Ok(Self {
             // The table changes with every checkpoint: it counts seconds.
@@ -69,20 +69,20 @@ mod tests {
     fn what_changed_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let project = project::Project::without_shoot(folder.path());
-        let missing = Basis::of(&project).unwrap_err().to_string();
+        let missing = Fingerprint::of(&project).unwrap_err().to_string();
         assert!(missing.contains("afterlight train"), "{missing}");
         project.save().unwrap();
         std::fs::create_dir(project.checkpoint_path()).unwrap();
         let table = project.checkpoint_path().join("checkpoint.toml");
         std::fs::write(&table, "seconds = 1.0").unwrap();
         std::fs::write(project.calibration_path(), "exposure = 1.0").unwrap();
-        let first = Basis::of(&project).unwrap();
-        assert_eq!(first.difference(&Basis::of(&project).unwrap()), None);
+        let first = Fingerprint::of(&project).unwrap();
+        assert_eq!(first.difference(&Fingerprint::of(&project).unwrap()), None);
         std::fs::write(&table, "seconds = 2.0").unwrap();
-        let trained = Basis::of(&project).unwrap();
+        let trained = Fingerprint::of(&project).unwrap();
         assert_eq!(first.difference(&trained), Some("the network"));
         std::fs::write(project.calibration_path(), "exposure = 1.1").unwrap();
-        let calibrated = Basis::of(&project).unwrap();
+        let calibrated = Fingerprint::of(&project).unwrap();
         assert_eq!(trained.difference(&calibrated), Some("the calibration"));
         assert_eq!(mark(b""), "cbf29ce484222325");
     }

@@ -1,4 +1,4 @@
-//! Who does the passes that a stage has decided on.
+//! Who does the passes that a composition has decided on.
 
 use crate::background::Backdrop;
 use crate::despill::{Screen, Spill};
@@ -10,7 +10,7 @@ use scene::{Channel, Pass, ViewTransform};
 
 /// Does the passes of one picture: in memory, or on a GPU that keeps all pictures until the end. Everything
 /// that is computed fails where the device does.
-pub(crate) trait Hand {
+pub(crate) trait Backend {
     /// A whole picture in linear light. To clone it costs nothing.
     type Light: Clone;
     /// A whole picture in codes of a display.
@@ -18,7 +18,7 @@ pub(crate) trait Hand {
     /// What it keeps for itself from one picture to the next.
     type Own: Clone + Default;
 
-    /// Where such a hand's pictures are kept.
+    /// Where such a backend's pictures are kept.
     fn slots(reuse: &mut Reuse) -> &mut Slots<Self::Light, Self::Own>;
 
     /// What follows belongs to this pass.
@@ -102,11 +102,11 @@ pub(crate) trait Hand {
         picture: Self::Light,
         codes: Option<Self::Codes>,
         needs_light: bool,
-    ) -> Result<Finished<Self::Own>>;
+    ) -> Result<FinishedPicture<Self::Own>>;
 }
 
-/// What a hand leaves.
-pub(crate) struct Finished<Own> {
+/// What a backend leaves.
+pub(crate) struct FinishedPicture<Own> {
     pub linear: Option<Image>,
     pub display: Option<Encoded>,
     /// How many of the subject's pixels were no numbers.

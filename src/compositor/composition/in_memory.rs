@@ -1,19 +1,19 @@
 //! The passes on the CPU, on pictures in memory.
 
-use super::hand::{Finished, Hand};
+use super::backend::{Backend, FinishedPicture};
 use crate::background::{Backdrop, draw_background};
 use crate::background_blur::background_blur;
 use crate::channels::channels;
-use crate::compose::Ingredients;
 use crate::despill::{self, Screen, Spill, despill};
 use crate::difference::difference;
 use crate::false_color::false_color;
 use crate::glare::{brightest, glare};
 use crate::grain::{Grain, grain};
 use crate::light_wrap::{self, light_wrap};
+use crate::picture::Ingredients;
 use crate::plan::Inputs;
 use crate::reference::{dither, extend_edges, scale};
-use crate::reuse::{Kept, Reuse, Slots};
+use crate::reuse::{Reuse, Rim, Slots};
 use crate::smoothing::{self, even_light};
 use crate::view::view;
 use base::error::Result;
@@ -23,9 +23,6 @@ use scene::{Channel, Pass, ViewTransform};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The rim of the last matte that was asked for.
-pub(crate) type Rim = Kept<Arc<Mask>>;
-
 /// The processor.
 pub(crate) struct InMemory<'a> {
     of: &'a Ingredients<'a>,
@@ -34,7 +31,7 @@ pub(crate) struct InMemory<'a> {
     rim: Rim,
     mended: usize,
     ms: [f64; Pass::ALL.len()],
-    /// The pass in hand and when it began.
+    /// The running pass and when it began.
     running: Option<(Pass, Instant)>,
 }
 
@@ -62,7 +59,7 @@ impl<'a> InMemory<'a> {
     }
 }
 
-impl Hand for InMemory<'_> {
+impl Backend for InMemory<'_> {
     type Light = Arc<Image>;
     type Codes = Encoded;
     type Own = Rim;
@@ -227,9 +224,9 @@ impl Hand for InMemory<'_> {
         picture: Arc<Image>,
         codes: Option<Encoded>,
         _needs_light: bool,
-    ) -> Result<Finished<Rim>> {
+    ) -> Result<FinishedPicture<Rim>> {
         self.stop();
-        Ok(Finished {
+        Ok(FinishedPicture {
             linear: Some(Arc::unwrap_or_clone(picture)),
             display: codes,
             mended: self.mended,

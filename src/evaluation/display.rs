@@ -4,10 +4,10 @@ use compositor::reference::{SOLID, extend_edges, view};
 use imaging::{Encoded, Image, Mask, color::luminance};
 
 /// The subject's mean luminance over a set of OLATs, as they are shown.
-const SHOWN_LEVEL: f32 = 0.12;
+const DISPLAY_LEVEL: f32 = 0.12;
 
 /// What a set of OLATs is multiplied by to be shown.
-pub fn shown_gain<'a>(olats: impl Iterator<Item = &'a Image>, mask: &Mask) -> f32 {
+pub fn display_gain<'a>(olats: impl Iterator<Item = &'a Image>, mask: &Mask) -> f32 {
     let (mut sum, mut count) = (0f64, 0u64);
     for olat in olats {
         let pairs = olat.pixels.iter().zip(&mask.pixels);
@@ -19,11 +19,11 @@ pub fn shown_gain<'a>(olats: impl Iterator<Item = &'a Image>, mask: &Mask) -> f3
         }
     }
     let level = (sum / count.max(1) as f64) as f32;
-    SHOWN_LEVEL / level.max(f32::MIN_POSITIVE)
+    DISPLAY_LEVEL / level.max(f32::MIN_POSITIVE)
 }
 
 /// An OLAT over black as sRGB codes.
-pub fn shown(olat: &Image, mask: &Mask, gain: f32) -> Encoded {
+pub fn display_picture(olat: &Image, mask: &Mask, gain: f32) -> Encoded {
     let mut tile = olat.clone();
     extend_edges(&mut tile, mask);
     for (pixel, &alpha) in tile.pixels.iter_mut().zip(&mask.pixels) {
@@ -44,14 +44,14 @@ mod tests {
         let mask: Mask = Raster::from_fn(4, 1, |x, _| [1.0, 1.0, 0.5, 0.0][x]);
         let olat = |level: f32| Raster::from_fn(4, 1, |x, _| [[level, level, 0.0, 9.0][x]; 3]);
         let olats = [olat(0.1), olat(0.3), olat(f32::NAN)];
-        let gain = shown_gain(olats.iter(), &mask);
-        assert!((gain - SHOWN_LEVEL / 0.2).abs() < 1e-5, "{gain}");
-        let codes = shown(&olats[1], &mask, gain).0;
+        let gain = display_gain(olats.iter(), &mask);
+        assert!((gain - DISPLAY_LEVEL / 0.2).abs() < 1e-5, "{gain}");
+        let codes = display_picture(&olats[1], &mask, gain).0;
         let near =
             |x: usize, linear: f32| (codes.at(x, 0)[0] - srgb_from_linear(linear)).abs() < 1e-4;
         assert!(near(0, 0.18) && near(2, 0.09) && near(3, 0.0), "{codes:?}");
         assert_eq!(
-            shown(&olat(0.0), &mask, shown_gain([].iter(), &mask))
+            display_picture(&olat(0.0), &mask, display_gain([].iter(), &mask))
                 .0
                 .at(0, 0),
             [0.0; 3]

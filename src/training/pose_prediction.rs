@@ -1,7 +1,7 @@
 //! Looks at a network from outside while it trains: how well it does on a pose that it does not see, and
 //! which of its outputs have stopped learning.
 
-use super::data::Lesson;
+use super::data::TrainingSample;
 use burn::tensor::Tensor;
 use imaging::color::byte_from_unit;
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ const LIT: f32 = 0.01;
 const PICTURE_PX: usize = 256;
 
 /// What a network makes of a pose, beside the truth.
-pub struct Attempt {
+pub struct PosePrediction {
     /// Sigmoid outputs, `[lamps, 3, h, w]`.
     outputs: Tensor<4>,
     /// Encoded OLATs of both, `[lamps, 3, h, w]`.
@@ -32,22 +32,22 @@ pub struct Attempt {
     mask: Tensor<4>,
 }
 
-impl Attempt {
-    /// Predicts the pose of `lesson` with `network`, which is on the plain device; `gain` brings OLATs to
-    /// the exposure that the lesson's are encoded at.
-    pub fn new(network: &UNet, info: &CheckpointInfo, lesson: &Lesson, gain: f32) -> Self {
+impl PosePrediction {
+    /// Predicts the pose of `sample` with `network`, which is on the plain device; `gain` brings OLATs to
+    /// the exposure that the sample's are encoded at.
+    pub fn new(network: &UNet, info: &CheckpointInfo, sample: &TrainingSample, gain: f32) -> Self {
         let plain = |x: &Tensor<4>| x.clone().inner();
         let UNetConfig {
             lamps, formulation, ..
         } = info.network;
-        let [look, mask] = [&lesson.look.encoded, &lesson.look.mask].map(plain);
+        let [plate, mask] = [&sample.plate.encoded, &sample.plate.mask].map(plain);
         let [_, _, h, w] = mask.dims();
-        let outputs = network.forward(look * mask.clone());
-        let light = light(&plain(&lesson.look.linear), formulation, info.scale);
+        let outputs = network.forward(plate * mask.clone());
+        let light = light(&plain(&sample.plate.linear), formulation, info.scale);
         Self {
             predicted: encode(olats(outputs.clone(), &light) * gain),
             outputs: outputs.reshape([lamps, 3, h, w]),
-            truth: plain(&lesson.encoded_olats),
+            truth: plain(&sample.encoded_olats),
             mask,
         }
     }
@@ -144,13 +144,13 @@ mod tests {
         };
         let mut mask = [1.0f32; 16];
         mask[8..].fill(0.0);
-        let attempt = Attempt {
+        let prediction = PosePrediction {
             outputs: picture(|l| l.0),
             predicted: picture(|l| l.1),
             truth: picture(|l| l.2),
             mask: Tensor::<1>::from_floats(mask, &device).reshape([1, 1, 4, 4]),
         };
-        assert_eq!(attempt.dead_lamps(), Some(vec![0, 1]));
+        assert_eq!(prediction.dead_lamps(), Some(vec![0, 1]));
     }
 
     #[test]
@@ -170,16 +170,16 @@ mod tests {
             Tensor::<1>::from_floats(values.as_slice(), &device).reshape([2, 3, side, side]);
         let mut mask = vec![1.0f32; side * side];
         mask[..2 * side].fill(0.0);
-        let attempt = Attempt {
+        let prediction = PosePrediction {
             outputs: picture.clone(),
             predicted: picture.clone(),
             truth: picture * 0.5,
             mask: Tensor::<1>::from_floats(mask.as_slice(), &device).reshape([1, 1, side, side]),
         };
-        assert_eq!(attempt.picture_size(), [PICTURE_PX; 2]);
+        assert_eq!(prediction.picture_size(), [PICTURE_PX; 2]);
         let (predicted, truth) = (
-            attempt.predicted_bytes().unwrap(),
-            attempt.truth_bytes().unwrap(),
+            prediction.predicted_bytes().unwrap(),
+            prediction.truth_bytes().unwrap(),
         );
         assert_eq!(predicted.len(), 2 * PICTURE_PX * PICTURE_PX * 3);
         for (i, (&p, &t)) in predicted.iter().zip(&truth).enumerate() {

@@ -1,7 +1,7 @@
 //! Features of true pictures, kept for the next time the same picture is compared.
 
 use super::network::FeatureNetwork;
-use crate::schedule::Lesson;
+use crate::schedule::SampleSource;
 use burn::tensor::Tensor;
 use std::collections::HashMap;
 
@@ -10,33 +10,33 @@ const MOST_BYTES: usize = 1 << 30;
 
 /// A true picture that does not change over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Name {
-    pub lesson: Lesson,
-    pub picture: Picture,
+pub struct PictureId {
+    pub source: SampleSource,
+    pub picture: PictureKind,
 }
 
-/// A picture of a lesson.
+/// A picture of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Picture {
-    Look,
+pub enum PictureKind {
+    Plate,
     /// Under this lamp.
     Olat(usize),
 }
 
 /// The layers of pictures that were met before, `[1, channels, h, w]` each.
 #[derive(Default)]
-pub struct Truths {
-    kept: HashMap<Name, Vec<Tensor<4>>>,
+pub struct FeatureCache {
+    kept: HashMap<PictureId, Vec<Tensor<4>>>,
     bytes: usize,
 }
 
-impl Truths {
+impl FeatureCache {
     /// The layers of `pictures`, `[n, 3, h, w]`, whose names are `names`.
     pub fn layers(
         &mut self,
         network: &FeatureNetwork,
         pictures: Tensor<4>,
-        names: &[Name],
+        names: &[PictureId],
     ) -> Vec<Tensor<4>> {
         let new: Vec<usize> = (0..names.len())
             .filter(|i| !self.kept.contains_key(&names[*i]))
@@ -68,7 +68,7 @@ impl Truths {
             .collect()
     }
 
-    fn keep(&mut self, layers: &[Tensor<4>], names: impl Iterator<Item = Name>) {
+    fn keep(&mut self, layers: &[Tensor<4>], names: impl Iterator<Item = PictureId>) {
         for (i, name) in names.enumerate() {
             let layers = row(layers, i);
             let bytes = layers

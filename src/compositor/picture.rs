@@ -1,0 +1,97 @@
+//! What goes into a picture, and what comes out: plain data.
+
+use super::background::CameraView;
+use super::despill::Spill;
+use super::field::Field;
+use super::grain::Grain;
+use super::levels::Levels;
+use super::smoothing::Steady;
+use imaging::{Encoded, Image, Mask};
+use light::{Environment, LightWeights};
+use scene::ViewTransform;
+use serde::{Deserialize, Serialize};
+
+/// What a picture is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Ingredients<'a> {
+    /// The scene's frame under every lamp. Values outside the mask are not used.
+    pub field: &'a Field,
+    /// The subject's coverage in that frame.
+    pub mask: &'a Mask,
+    /// The lamps' shares of the environment at the scene's yaw.
+    pub weights: &'a LightWeights,
+    pub environment: &'a Environment,
+    pub levels: Levels,
+    pub view: CameraView,
+    pub upstream: Upstream,
+    /// What some effects read besides.
+    pub extra: Extra<'a>,
+}
+
+/// What some effects read; an effect whose own is missing does nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extra<'a> {
+    /// What the frame before handed on, for the pass `smoothing`: its [`Picture::steady`].
+    pub before: Option<&'a Steady>,
+    /// The plate's grain under the scene's view transform, for the pass `grain`.
+    pub grain: Option<&'a Grain>,
+    /// A second picture of the same size, for the pass `difference`.
+    pub second: Option<&'a Encoded>,
+    /// By what [`crate::compose_reusing`] knows that it was given the same again.
+    pub identity: Identity,
+}
+
+/// Numbers that whoever asks for pictures chooses: where one is the same, so is what it stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Identity {
+    /// The frame's field and matte: another frame or another network is another number.
+    pub frame: u64,
+    /// The environment at no yaw.
+    pub environment: u64,
+    /// The second picture.
+    pub second: u64,
+}
+
+/// What the two passes before the compositor took in milliseconds; `None` where the result was there
+/// already.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Upstream {
+    pub predict_ms: Option<f64>,
+    pub weights_ms: Option<f64>,
+}
+
+/// A relit picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Scene-linear light, premultiplied by `alpha`. Glare may lie where `alpha` is 0. It is there where
+    /// the scene's output is linear or the picture is not opaque; from the CPU always.
+    pub linear: Option<Image>,
+    /// Coverage: the subject's matte, or 1 everywhere in front of a background.
+    pub alpha: Mask,
+    /// sRGB codes of `linear` under the scene's view transform with grain and dither, or what is inspected
+    /// in their place; where the scene is for a display.
+    pub display: Option<Encoded>,
+    /// What ran and what did not, in order.
+    pub passes: Vec<PassReport>,
+    /// How `linear` becomes codes of a display.
+    pub view: ViewTransform,
+    /// What the next frame's picture needs to be as bright, where the scene asks for smoothing.
+    pub steady: Option<Steady>,
+    /// The spill that was measured, where the scene asks for despill.
+    pub spill: Option<Spill>,
+}
+
+/// What became of one pass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PassReport {
+    pub name: String,
+    pub ran: bool,
+    pub reason: String,
+    /// Why it cannot be forced to run or to be left out; nothing where it can.
+    #[serde(skip)]
+    pub fixed: Option<String>,
+    /// Time it took in milliseconds, measuring whether it is called for included: on the CPU by the wall,
+    /// on a GPU by its own clock, from the start to the end of each shader. None on a GPU without such a
+    /// clock; 0 where nothing was done.
+    pub ms: Option<f64>,
+}
