@@ -31,7 +31,7 @@ fn no_project() -> Window {
 }
 
 pub fn needs(need: Option<Need>) -> impl Fn(&StudioApp) -> bool {
-    move |app| matches!(&app.news().phase, Phase::Blocked(blocked) if blocked.need == need)
+    move |app| matches!(&app.status().phase, Phase::Blocked(blocked) if blocked.need == need)
 }
 
 /// A snapshot without what differs from run to run: paths of the folder `made`.
@@ -198,7 +198,7 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     };
     assert!(!second.state().worker().unwrap().run(job));
     until(&mut second, "refusal", |app| {
-        let failure = app.news().failure.as_deref();
+        let failure = app.status().failure.as_deref();
         failure.is_some_and(|f| f.contains("Nothing can be written"))
     });
     // Neither the look nor the list of environments is kept.
@@ -299,7 +299,7 @@ fn each_damage_has_its_sentence_and_loses_nothing() {
         }
         drop_onto(&mut window, &root);
         until(&mut window, says, |app| {
-            app.news()
+            app.status()
                 .log
                 .iter()
                 .any(|line| line.sentence.contains(says))
