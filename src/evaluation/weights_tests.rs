@@ -8,8 +8,8 @@ use compositor::reference::{lit_lamps, relight};
 use footage::{Frame, ImportSettings, import};
 use imaging::color::{luminance, srgb_from_linear};
 use imaging::{Image, resample::resize_area};
+use light::YawTable;
 use light::weights::{Partition, Weighting};
-use light::{Environment, YawTable};
 use project::Project;
 use reflectance::ReflectanceField;
 use std::sync::OnceLock;
@@ -129,7 +129,7 @@ fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells(
     let (Some(shoot), Some(park)) = (shoot(), park) else {
         return;
     };
-    let park = Environment::load(&park).unwrap();
+    let park = light::panorama::load(&park).unwrap();
     let index = shoot.truth.frames[0];
     let olats = shoot.truth.olats(index).unwrap();
     let olats: Vec<Image> = olats.iter().map(|o| resize_area(o, SIZE, SIZE)).collect();
@@ -190,7 +190,7 @@ fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
         {
             continue;
         }
-        let environment = Environment::load(&path).unwrap();
+        let environment = light::panorama::load(&path).unwrap();
         let weights = partition.weights(&environment, 0.0);
         let energy = environment.energy();
         for c in 0..3 {

@@ -11,7 +11,7 @@ pub const RADIUS_M: f32 = 4.0;
 /// Radius of a lamp's disc in metres.
 pub const LAMP_RADIUS_M: f32 = 0.1;
 /// Lamps of the dome at most, as on the stage of the paper. In so many banks each lamp is a bank of its own.
-pub(super) const MOST_LAMPS: usize = 931;
+pub(super) const MAX_LAMPS: usize = 931;
 /// Lamps per bank, as there: 931 lamps in 41 conditions.
 const LAMPS_PER_BANK: f64 = 931.0 / 41.0;
 
@@ -30,7 +30,7 @@ impl Dome {
     /// A dome whose lamps switch in `banks` banks, from 1.
     pub fn new(banks: usize) -> Self {
         let total = ((banks as f64 * LAMPS_PER_BANK).round() as usize)
-            .min(MOST_LAMPS)
+            .min(MAX_LAMPS)
             .max(banks);
         let centres = spiral(banks);
         let mut lamps: Vec<(usize, Vec3)> = spiral(total)
@@ -161,7 +161,7 @@ mod tests {
             let counts = dome.bank_counts();
             assert_eq!(counts.len(), banks);
             assert_eq!(counts.iter().sum::<usize>(), dome.lamps.len());
-            assert!(dome.lamps.len() <= MOST_LAMPS);
+            assert!(dome.lamps.len() <= MAX_LAMPS);
             assert!(counts.iter().all(|&n| n >= 1), "{banks}: {counts:?}");
         }
         assert_eq!(Dome::new(41).lamps.len(), 931);
