@@ -9,7 +9,6 @@ use clap::ValueEnum;
 use compositor::reference::{lit_lamps, relight};
 use footage::{Exemplar, Frame};
 use imaging::{Image, Mask};
-use light::Environment;
 use light::weights::{Partition, Weighting};
 use project::Project;
 use reflectance::ReflectanceField;
@@ -98,7 +97,7 @@ pub fn score(
         .environments
         .iter()
         .map(|named| {
-            let environment = Environment::load(&project.shoot_path(&named.file))?;
+            let environment = light::panorama::load(&project.shoot_path(&named.file))?;
             Ok((
                 named.name.clone(),
                 partition

@@ -143,7 +143,6 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
             }
             let kinds = [
                 (Weighting::Fit, "best fit"),
-                (Weighting::Soft, "soft cells"),
                 (Weighting::Smooth, "smooth"),
                 (Weighting::Cells, "cells"),
             ];
