@@ -87,15 +87,27 @@ fn known(pane: Pane) -> impl Iterator<Item = &'static Binding> {
     all.filter(move |binding| binding.only.is_none_or(|only| only == pane))
 }
 
-/// Keys, what they do, and the commands, for a pane: what the list of commands shows.
-pub fn listed(
-    ctx: &egui::Context,
-    pane: Pane,
-) -> impl Iterator<Item = (String, &'static str, Command)> {
-    known(pane).map(|binding| {
+/// A command that has a key.
+pub struct Listed {
+    /// Its key; empty if the active pane uses that for something else.
+    pub key: String,
+    pub label: &'static str,
+    pub command: Command,
+}
+
+/// The commands that have keys in a pane, the pane's own first.
+pub fn listed(ctx: &egui::Context, pane: Pane) -> Vec<Listed> {
+    let mut all: Vec<Listed> = Vec::new();
+    for binding in known(pane) {
         let key = name(ctx, binding);
-        (key, binding.says, binding.command.clone())
-    })
+        let free = all.iter().all(|before| before.key != key);
+        all.push(Listed {
+            key: if free { key } else { String::new() },
+            label: binding.label,
+            command: binding.command.clone(),
+        });
+    }
+    all
 }
 
 fn name(ctx: &egui::Context, binding: &Binding) -> String {
