@@ -1,4 +1,4 @@
-//! The list of all commands: what is typed narrows it, Enter runs the first.
+//! The list of all commands: typing filters it, Enter runs the first.
 
 use super::command::{Command, Dialog, JobCommand, LookCommand, ProjectCommand, WindowCommand};
 use super::keys;
@@ -122,7 +122,7 @@ fn entry(label: String, command: Command) -> PaletteEntry {
     }
 }
 
-/// The entries that have every typed word, in any order.
+/// The entries that contain every typed word, in any order.
 fn matching(mut entries: Vec<PaletteEntry>, typed: &str) -> Vec<PaletteEntry> {
     let typed = typed.to_lowercase();
     entries.retain(|entry| {

@@ -26,7 +26,7 @@ pub fn overlay_ui(ui: &egui::Ui, pane: Pane, out: &mut Vec<Command>) {
             ui.heading("Keys");
             ui.add_space(theme::GAP);
             ui.horizontal_top(|ui| {
-                // Rows of text alone need no room for buttons.
+                // Rows without buttons can be lower.
                 ui.spacing_mut().interact_size.y = 0.0;
                 let listed = listed(ui.ctx(), pane).into_iter();
                 let keys: Vec<(String, &str)> = listed
