@@ -7,7 +7,7 @@ use base::progress::Control;
 use light::Environment;
 use light::brightest::{self, Area};
 use light::built_in::BuiltIn;
-use light::panorama::{self, Reading};
+use light::panorama::{self, ReadSettings};
 use std::collections::VecDeque;
 use std::fmt;
 use std::path::PathBuf;
@@ -138,7 +138,7 @@ impl Panorama {
     pub fn load(source: &Origin) -> Result<Self> {
         let (environment, notes) = match source {
             Origin::File(path) => {
-                let read = panorama::read(path, &Reading::default())?;
+                let read = panorama::read(path, &ReadSettings::default())?;
                 (Arc::new(read.environment), read.notes)
             }
             Origin::BuiltIn(own) => (own.environment(), vec![]),

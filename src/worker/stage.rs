@@ -9,7 +9,7 @@ use base::error::Result;
 use compositor::{Grain, Identity, Levels, Reuse, Steady};
 use footage::Frame;
 use imaging::Encoded;
-use light::lighting::Lit;
+use light::lighting::EnvironmentWeights;
 use light::{Environment, LightWeights, Lighting, Rig};
 use scene::{Background, Pass, Scene, ViewTransform};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use std::time::Instant;
 /// What the thread knows of the light.
 pub struct Light {
     pub environment: Arc<Environment>,
-    lit: Lit,
+    lit: EnvironmentWeights,
     pub levels: Levels,
     /// What `weights` are of.
     lighting: Lighting,
@@ -177,7 +177,7 @@ impl Stage {
                 self.environments += 1;
                 let lit = match other {
                     Some(light) => light.lit.environment(environment),
-                    None => Lit::new(environment, &self.rig, lighting.weighting),
+                    None => EnvironmentWeights::new(environment, &self.rig, lighting.weighting),
                 };
                 let reference = self.reference.as_deref().unwrap_or(shown);
                 let (field, mask) = (&reference.field, &reference.frame.mask);

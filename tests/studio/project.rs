@@ -137,7 +137,7 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
         app.wizard().scan().is_some()
     });
     window.get_by_label("Mirror balls: missing");
-    window.get_by_label_contains("probes/olat_03.png is missing. From the balls");
+    window.get_by_label_contains("probes/olat_03.png is missing. The lamps");
     window.get_by_label_contains("interview_masks/frame_001.png is missing");
     let make = window.get_by_label("Make project");
     assert!(make.accesskit_node().is_disabled());

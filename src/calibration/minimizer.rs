@@ -1,23 +1,23 @@
-//! A minimum of a function of few numbers without its gradient: Powell's BOBYQA (2009), which stays within
-//! bounds and asks for few of the costly values.
+//! The minimum of a function of a few variables, without its gradient: Powell's BOBYQA (2009), which stays within
+//! bounds and needs few evaluations.
 
 use base::error::{Error, Result};
 use bobyqa::{Bobyqa, Config};
 
-/// How a minimum is looked for.
+/// Where and how finely to search.
 pub(super) struct Search<const N: usize> {
     pub start: [f64; N],
-    /// Bounds of each unknown.
+    /// Bounds of each variable.
     pub low: [f64; N],
     pub high: [f64; N],
-    /// Distances of the first and of the last places that are tried.
+    /// Step sizes at the start and at the end.
     pub first_step: f64,
     pub last_step: f64,
-    /// The most values that are asked for.
+    /// The largest number of evaluations.
     pub evaluations: usize,
 }
 
-/// The bottom near the start, and its height. The function is finite within the bounds.
+/// The minimum near the start, and the value there. The function must be finite within the bounds.
 pub(super) fn minimise<const N: usize>(
     function: impl Fn([f64; N]) -> f64,
     search: &Search<N>,
@@ -28,9 +28,9 @@ pub(super) fn minimise<const N: usize>(
     let fault = |status: bobyqa::Status| {
         Error::unexpected(
             "the calibration",
-            "a search that starts",
+            "a search that can start",
             format!("{status:?}"),
-            "Please report this: it is a fault of the program",
+            "Please report this: it is a bug in Afterlight",
         )
     };
     let mut solver = Bobyqa::new(N, config).map_err(fault)?;

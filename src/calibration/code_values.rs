@@ -1,10 +1,10 @@
-//! Encoded values as whole numbers, so that a candidate response is one small table.
+//! Code values: encoded pixel values as whole numbers, so that a candidate response is one small table.
 
 use imaging::color::unit;
 use imaging::{DualGamma, Encoded, Response};
 
-/// A pixel's encoded channels in steps of 1/[`STEPS`].
-pub(super) type Code = [u16; 3];
+/// A pixel's three code values, in steps of 1/[`STEPS`].
+pub(super) type CodeValues = [u16; 3];
 
 /// 16 steps for each of 8 bits: exact for 8-bit pictures, and 12 bits for finer ones.
 pub(super) const STEPS: u16 = 16 * 255;
@@ -12,8 +12,8 @@ pub(super) const STEPS: u16 = 16 * 255;
 /// A channel from here on is clipped: the last 8-bit code.
 pub(super) const CLIPPED: u16 = STEPS - 16 + 1;
 
-/// The codes of a picture, row by row.
-pub(super) fn codes(picture: &Encoded) -> Vec<Code> {
+/// The code values of a picture, row by row.
+pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
     let code = |v: f32| (unit(v) * f32::from(STEPS) + 0.5) as u16;
     picture
         .0
@@ -23,10 +23,10 @@ pub(super) fn codes(picture: &Encoded) -> Vec<Code> {
         .collect()
 }
 
-/// The linear light of every code under one response.
-pub(super) struct Table(Vec<f32>);
+/// The linear light of every code value under one response: a 1D LUT.
+pub(super) struct ResponseTable(Vec<f32>);
 
-impl Table {
+impl ResponseTable {
     pub fn new(response: &DualGamma) -> Self {
         Self::of(&Response::Dual(*response))
     }
@@ -40,13 +40,13 @@ impl Table {
         )
     }
 
-    /// Light of one channel's code.
+    /// Light of one channel's code value.
     pub fn light(&self, code: u16) -> f32 {
         self.0[usize::from(code)]
     }
 
     /// Light of a pixel.
-    pub fn rgb(&self, code: Code) -> [f32; 3] {
+    pub fn rgb(&self, code: CodeValues) -> [f32; 3] {
         code.map(|c| self.light(c))
     }
 
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn a_table_agrees_with_the_curve() {
         let curve = DualGamma::new(2.6, 2.1).unwrap();
-        let table = Table::new(&curve);
+        let table = ResponseTable::new(&curve);
         for i in 0..=255u16 {
             let encoded = f32::from(i) / 255.0;
             let code = codes(&Encoded(Raster::filled(1, 1, [encoded; 3])))[0][0];

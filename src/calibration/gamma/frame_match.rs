@@ -1,38 +1,37 @@
-//! Whether an interview frame shows a pose itself, so that the two can be compared pixel by pixel.
+//! Whether an interview frame shows a pose, so that the two can be compared pixel by pixel.
 
-use super::super::code::{Code, STEPS, Table};
-use super::subject::{SOLID, margin};
+use super::super::code_values::{CodeValues, ResponseTable, STEPS};
+use super::matte::{SOLID, margin};
 use imaging::Mask;
 
-/// A frame beside a pose.
+/// A pose and a frame that may show it.
 #[derive(Clone)]
-pub(crate) struct Twin {
-    /// The project's numbers of both.
+pub(crate) struct FrameMatch {
+    /// Numbers of both in the project.
     pub pose: usize,
     pub frame: usize,
     /// The pose's pixels that are the subject in the frame too.
-    pub pixels: Vec<TwinPixel>,
-    /// How badly they agree under a provisional response: the distance of the two pictures over that of
-    /// the pose from the frame moved aside by the width of the matte's margin. 0 is agreement, 1 says that
-    /// a displacement makes no odds.
+    pub pixels: Vec<MatchedPixel>,
+    /// How badly they agree under a provisional response: the distance of the two pictures over the distance of the
+    /// pose from the frame shifted by the matte's margin. At 0 they agree; at 1 a shift makes no difference.
     pub mismatch: f32,
 }
 
-impl Twin {
-    /// Above this mismatch, a frame shows another pose. An error of position by a third of the
-    /// displacement, less than a pixel in pictures of 256 pixels, already gives as much.
-    pub const LARGEST_MISMATCH: f32 = 0.3;
+impl FrameMatch {
+    /// Above this mismatch, a frame shows another pose. Being off by a third of the shift, less than a pixel in
+    /// pictures of 256 pixels, already gives as much.
+    pub const MAX_MISMATCH: f32 = 0.3;
 
     /// The mismatch under a response, given the pose's samples relit under it, in light.
-    pub fn mismatch_under(&self, relit: &[[f32; 3]], table: &Table) -> f32 {
+    pub fn mismatch_under(&self, relit: &[[f32; 3]], table: &ResponseTable) -> f32 {
         let sum = |pixel: [f32; 3]| f64::from(pixel[0] + pixel[1] + pixel[2]);
-        let light = |pixel: &TwinPixel| {
+        let light = |pixel: &MatchedPixel| {
             relit
                 .get(pixel.sample as usize)
                 .copied()
                 .unwrap_or([0.0; 3])
         };
-        // One factor takes out the exposure, and most of what is wrong with a provisional response.
+        // One factor removes the exposure, and most of what is wrong with a provisional response.
         let seen: f64 = self.pixels.iter().map(|p| sum(table.rgb(p.here))).sum();
         let expected: f64 = self.pixels.iter().map(|p| sum(light(p))).sum();
         if !(seen > 0.0 && expected > 0.0) {
@@ -42,7 +41,7 @@ impl Twin {
         let (mut here, mut aside) = (0.0, 0.0);
         for pixel in &self.pixels {
             let expected = light(pixel).map(|l| table.encode(exposure * l));
-            let square = |code: &Code| -> f64 {
+            let square = |code: &CodeValues| -> f64 {
                 let off = |c: usize| f32::from(code[c]) / f32::from(STEPS) - expected[c];
                 (0..3).map(|c| f64::from(off(c)).powi(2)).sum()
             };
@@ -67,18 +66,18 @@ impl Twin {
 
 /// A pixel of a pose in the frame.
 #[derive(Clone)]
-pub(crate) struct TwinPixel {
+pub(crate) struct MatchedPixel {
     /// Its place among the pose's samples.
     pub sample: u32,
     /// Its place in the picture, row by row.
     pub place: u32,
-    /// The frame's code there, and on four sides at the distance of the matte's margin.
-    pub here: Code,
-    aside: [Code; 4],
+    /// The frame's code values there, and on four sides at the distance of the matte's margin.
+    pub here: CodeValues,
+    aside: [CodeValues; 4],
 }
 
-/// A pose that looks for its frame.
-pub(super) struct Candidate {
+/// A pose's samples, to find the frame that shows the pose.
+pub(super) struct PoseSamples {
     pose: usize,
     size: (usize, usize),
     places: Vec<usize>,
@@ -86,7 +85,7 @@ pub(super) struct Candidate {
     relit: Vec<[f32; 3]>,
 }
 
-impl Candidate {
+impl PoseSamples {
     pub fn new(
         pose: usize,
         size: (usize, usize),
@@ -101,20 +100,20 @@ impl Candidate {
         }
     }
 
-    /// The pose beside a frame; `None` where sizes differ or the subject fills other pixels: of the
-    /// pose's, nine in ten must be the subject in the frame too.
+    /// Compares the pose with a frame. `None` if their sizes differ, or if less than nine tenths of the pose's
+    /// pixels are the subject in the frame too.
     pub fn compare(
         &self,
         frame: usize,
         mask: &Mask,
-        picture: &[Code],
-        provisional: &Table,
-    ) -> Option<Twin> {
+        picture: &[CodeValues],
+        provisional: &ResponseTable,
+    ) -> Option<FrameMatch> {
         if mask.size() != self.size {
             return None;
         }
         let (width, step) = (mask.width, margin(mask.width));
-        // The samples keep this margin from the picture's edge, so these places are in it.
+        // The samples keep this margin from the picture's edge, so these places are inside.
         let around = |place: usize| {
             [
                 place - step,
@@ -134,20 +133,20 @@ impl Candidate {
         }
         let pixels = shared
             .iter()
-            .map(|&i| TwinPixel {
+            .map(|&i| MatchedPixel {
                 sample: i as u32,
                 place: self.places[i] as u32,
                 here: picture[self.places[i]],
                 aside: around(self.places[i]).map(|place| picture[place]),
             })
             .collect();
-        let mut twin = Twin {
+        let mut found = FrameMatch {
             pose: self.pose,
             frame,
             pixels,
             mismatch: 1.0,
         };
-        twin.mismatch = twin.mismatch_under(&self.relit, provisional);
-        Some(twin)
+        found.mismatch = found.mismatch_under(&self.relit, provisional);
+        Some(found)
     }
 }
