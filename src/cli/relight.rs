@@ -71,7 +71,7 @@ pub struct RelightArgs {
     /// Say which passes ran, which did not and why, and what each took.
     #[arg(long)]
     profile: bool,
-    /// In what numbers the predicted OLATs are kept.
+    /// Storage format of predicted OLATs.
     #[arg(long, value_enum, default_value_t)]
     field: Storage,
     #[command(flatten)]
@@ -172,7 +172,7 @@ struct EffectsArgs {
     /// How much of the light above white the lens scatters, 0 to 1.
     #[arg(long, default_value_t = 0.0)]
     glare: f32,
-    /// How grainy the picture is beside the plate: 1 is as grainy.
+    /// Strength of the plate's grain: 1 matches the plate.
     #[arg(long, default_value_t = 0.0)]
     grain: f32,
 }

@@ -322,7 +322,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             if done.pass == Pass::Relight && done.ran && finished.mended > 0 {
                 let mended = finished.mended;
                 reason +=
-                    &format!("; {mended} pixels were no numbers and took their neighbours' light");
+                    &format!("; {mended} pixels were NaN or infinite, filled from neighbours");
             }
             PassReport {
                 name: done.pass.name().to_owned(),

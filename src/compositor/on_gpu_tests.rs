@@ -329,7 +329,7 @@ fn a_gpu_says_how_many_pixels_it_mended() {
         relight.unwrap().reason.clone()
     };
     assert!(
-        reason(&here).contains("1 pixels were no numbers"),
+        reason(&here).contains("1 pixels were NaN or infinite"),
         "{}",
         reason(&here)
     );

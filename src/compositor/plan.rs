@@ -248,10 +248,10 @@ fn decision(pass: Pass, scene: &Scene, effects: &Effects, facts: &Facts) -> Resu
         Pass::Relight => decide(
             facts.lit_lamps > 0,
             format!(
-                "{} of {} lamps carry energy; no other is read",
+                "{} of {} lamps are lit; the rest are skipped",
                 facts.lit_lamps, facts.lamps
             ),
-            "no lamp carries energy, so the subject is black",
+            "no lamp is lit, so the subject is black",
         ),
         Pass::Despill => {
             asked(effects.despill)?;

@@ -195,7 +195,7 @@ fn every_decision_has_a_reason() {
     let relight = &plan(&self::scene(), &FACTS)[3];
     assert_eq!(
         relight.reason,
-        "38 of 41 lamps carry energy; no other is read"
+        "38 of 41 lamps are lit; the rest are skipped"
     );
 }
 

@@ -67,7 +67,7 @@ pub struct Effects {
     pub glare: f32,
     /// How linear light becomes codes of a display.
     pub view: ViewTransform,
-    /// How much of the plate's grain the picture is given: 1 is as grainy as the plate. Up to 4.
+    /// Strength of the plate's grain, from 0 to 4: 1 matches the plate.
     pub grain: f32,
     /// What is looked at in place of the picture itself.
     pub inspection: Inspection,

@@ -1,16 +1,16 @@
-//! The picture: exposure, what is behind the subject, the view transform, and the effects.
+//! The picture: exposure, background, view transform and effects.
 
 use crate::command::{Command, LookCommand};
 use crate::icons;
 use crate::look::EXPOSURE_STOPS;
 use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
-use crate::panels::rows::{FIELD, Row, choice_ui};
+use crate::panels::rows::{FIELD, NAME, Row, choice_ui};
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
 use scene::{Background, Channel, Effects, Inspection, ViewTransform};
 
-/// The panel keeps nothing.
+/// The panel has no state of its own.
 #[derive(Default)]
 pub struct PicturePanel;
 
@@ -48,7 +48,7 @@ impl PicturePanel {
         });
         Grid::new("picture")
             .num_columns(2)
-            .min_col_width(96.0)
+            .min_col_width(NAME)
             .show(ui, |ui| {
                 exposure_ui(ui, context, out);
                 effects_ui(ui, context, out);
@@ -83,7 +83,7 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.end_row();
 }
 
-/// A strength among the effects: a row from 0 to `most`, which 200 points of a drag go through.
+/// An effect's strength from 0 to `most`; a drag of 200 points covers the range.
 const fn strength(
     name: &'static str,
     of: fn(&mut Effects) -> &mut f32,
@@ -103,44 +103,44 @@ const fn strength(
 
 const ROWS: [Row<Effects>; 6] = [
     strength(
-        "Defocus",
+        "Background blur",
         |effects| &mut effects.background_blur,
         0.25,
-        "Puts the background out of focus: radius as a share of the picture's height",
+        "Puts the background out of focus; radius as a share of the picture's height",
     ),
     strength(
         "Light wrap",
         |effects| &mut effects.light_wrap,
         1.0,
-        "Lets the background's light wrap around the subject's rim",
+        "Wraps the background's light around the subject's edge",
     ),
     strength(
         "Despill",
         |effects| &mut effects.despill,
         1.0,
-        "Takes the green or blue of a screen out of the subject's rim",
+        "Removes green- or blue-screen spill from the subject's edge",
     ),
     strength(
         "Glare",
         |effects| &mut effects.glare,
         1.0,
-        "Scatters light above white as a lens does",
+        "Scatters light above white, as a lens does",
     ),
     strength(
         "Grain",
         |effects| &mut effects.grain,
         4.0,
-        "Gives the picture the plate's grain; 1 is as grainy",
+        "Adds the plate's grain; 1 matches the plate",
     ),
     strength(
-        "Steadiness",
+        "Smoothing",
         |effects| &mut effects.smoothing,
         1.0,
-        "Holds back jumps in brightness from frame to frame",
+        "Evens out jumps in brightness between frames",
     ),
 ];
 
-/// What can be looked at, what it is called, and its key.
+/// What the picture can show: the setting, its name and its key.
 pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::Picture, "picture", "C"),
     (Inspection::Channel(Channel::Red), "red", "R"),
@@ -153,19 +153,19 @@ pub const SHOWN: [(Inspection, &str, &str); 7] = [
 
 fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
-    let mut wanted = effects;
+    let mut changed = effects;
     let views = [
         (ViewTransform::Srgb, "sRGB"),
         (ViewTransform::Filmic, "filmic"),
         (ViewTransform::Aces, "ACES"),
     ];
-    choice_ui(ui, "View", &views, &mut wanted.view);
+    choice_ui(ui, "View", &views, &mut changed.view);
     ui.end_row();
     let shown = SHOWN.map(|(inspection, name, _)| (inspection, name));
-    choice_ui(ui, "Show", &shown, &mut wanted.inspection);
+    choice_ui(ui, "Show", &shown, &mut changed.inspection);
     ui.end_row();
-    if wanted != effects {
-        out.push(Command::Look(LookCommand::Effects(wanted)));
+    if changed != effects {
+        out.push(Command::Look(LookCommand::Effects(changed)));
     }
     for row in &ROWS {
         row.ui(ui, &effects, out, |wanted| {
