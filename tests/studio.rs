@@ -384,10 +384,10 @@ fn tab_hides_the_panels_and_a_question_mark_lists_the_keys() {
     window.key_press(Key::Questionmark);
     window.run();
     assert!(window.query_by_label("Play").is_some());
-    window.get_by_label("next environment");
+    window.get_by_label("Next environment");
     window.key_press(Key::Escape);
     window.run();
-    assert!(window.query_by_label("next environment").is_none());
+    assert!(window.query_by_label("Next environment").is_none());
 }
 
 #[test]

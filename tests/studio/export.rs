@@ -469,7 +469,7 @@ fn what_is_in_the_way_of_an_export_is_said_beside_the_button() {
     window.get_by_label("Workspace Export").click();
     window.run_steps(2);
     type_name(&mut window, "exports/");
-    window.get_by_label("Give the files a name");
+    window.get_by_label("Give the export a name");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
     window.run_steps(2);
     assert!(window.state().exports().is_empty());

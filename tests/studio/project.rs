@@ -142,13 +142,13 @@ fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
             break;
         }
     }
-    window.get_by_label_contains("not there any more");
+    window.get_by_label_contains("The folder is missing");
     snapshot_without_paths(&mut window, "studio_project_recent", folder.path());
     window.get_by_label("Remove gone").click();
     window.run();
     assert!(
         window
-            .query_by_label_contains("not there any more")
+            .query_by_label_contains("The folder is missing")
             .is_none()
     );
     window.get_by_label("Open virtual stage").click();
