@@ -41,10 +41,8 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
         .filter(|pixel| pixel.light.is_finite())
         .collect();
     let dark = || {
-        Error::unexpected(
-            "the photograph of a matt ball",
-            "a hundred pixels or more that one lamp lights",
-            "fewer",
+        Error::invalid(
+            "one lamp lights fewer than a hundred pixels of the matt ball in the photograph",
             "Check that the lamp was on, and the ball's centre and radius",
         )
     };
@@ -78,7 +76,9 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
         fit = Fit::of(&used).ok_or_else(dark)?;
     }
     let strength = fit.lamp.length();
-    if used.len() < 100 || strength.is_nan() || strength <= 0.0 {
+    // Light from everywhere leaves a lamp of rounding alone.
+    let least = 1e-6 * fit.ambient.abs();
+    if used.len() < 100 || strength.is_nan() || strength <= least {
         return Err(dark());
     }
     let square: f64 = used.iter().map(|(p, w)| w * fit.residual(p).powi(2)).sum();

@@ -27,8 +27,8 @@ use virtual_stage::{StageSettings, write_shoot};
 const SIZE: usize = 128;
 /// Frames of its interview: one second.
 const FRAMES: usize = 24;
-/// Training goes on from the starting point for this long.
-const MINUTES: f64 = 0.75;
+/// Training goes on from the starting point for this long, unless another time is asked for.
+pub const MINUTES: f64 = 0.75;
 
 /// What the demo made.
 #[derive(Clone, Debug, Serialize)]
@@ -41,6 +41,9 @@ pub struct DemoReport {
     pub network: EvaluateReport,
     pub ratio: EvaluateReport,
     pub relight: RelightReport,
+    /// The clip's.
+    #[serde(skip)]
+    pub environment: String,
 }
 
 /// Where the demo in `folder` has its project.
@@ -82,15 +85,19 @@ pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
     Ok(project)
 }
 
-/// Prepares the demo, trains a little further, measures, and writes a relit clip, a contact sheet and
-/// a report.
-pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<DemoReport> {
+/// Prepares the demo, trains for `minutes`, measures, and writes a relit clip, a contact sheet and a report.
+pub fn run(
+    folder: &Path,
+    minutes: f64,
+    device: DeviceChoice,
+    progress: &Progress,
+) -> Result<DemoReport> {
     let project = prepare(folder, progress)?;
     let shoot = folder.join("shoot");
     let truth = Truth::open(&project, &shoot)?;
     let calibration = Calibration::load(&project)?;
     let mut config = Preset::Quick.config();
-    config.minutes = Some(MINUTES);
+    config.minutes = Some(minutes);
     let settings = TrainSettings {
         config,
         exclude_frames: truth.frames.clone(),
@@ -120,11 +127,11 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
         .shoot
         .environments
         .first()
-        .map(|e| PathBuf::from(&e.name));
+        .map_or(String::new(), |e| e.name.clone());
     let relight = relight(
         &project,
         &RelightSettings {
-            environment: environment.unwrap_or_default(),
+            environment: PathBuf::from(&environment),
             front: None,
             read: None,
             mapping: None,
@@ -154,6 +161,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
         network,
         ratio,
         relight,
+        environment,
     };
     let text = made.text(&calibration);
     write_beside(&report, |out| out.write_all(text.as_bytes()))?;
@@ -203,7 +211,8 @@ impl DemoReport {
     pub fn sentence(&self) -> String {
         let folder = self.report.parent().unwrap_or(Path::new("."));
         let scores = &self.network.scores.relit_psnr_db;
-        let other = scores.keys().next_back().map_or("nave", String::as_str);
+        let mut others = scores.keys().filter(|name| **name != self.environment);
+        let other = others.next().unwrap_or(&self.environment);
         let (project, program) = (self.project.display(), program());
         format!(
             "The interview under a turning environment, {} frames: {}\n\
