@@ -305,7 +305,7 @@ fn each_damage_has_its_sentence_and_loses_nothing() {
     drop(window);
 
     for (text, says) in [
-        (Some("name = \"film\"\nsize = x"), "Mend the line"),
+        (Some("name = \"film\"\nsize = x"), "Correct the line"),
         (None, "project.toml"),
     ] {
         let mut window = opened();
