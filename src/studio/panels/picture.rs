@@ -8,7 +8,7 @@ use crate::panels::rows::{FIELD, Row, choice_ui};
 use crate::state::EXPOSURE_STOPS;
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
-use scene::{Background, Channel, Effects, Inspection, ViewTransform};
+use scene::{Background, Channel, Effects, Inspection, STRENGTHS, Strength, ViewTransform};
 
 /// The panel keeps nothing.
 #[derive(Default)]
@@ -69,62 +69,18 @@ fn exposure_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     ui.end_row();
 }
 
-/// A strength among the effects: a row from 0 to `most`, which 200 points of a drag go through.
-const fn strength(
-    name: &'static str,
-    of: fn(&mut Effects) -> &mut f32,
-    most: f32,
-    hint: &'static str,
-) -> Row<Effects> {
+/// The row of a strength, from 0 to its largest value, which 200 points of a drag go through.
+fn row(strength: &Strength) -> Row<Effects> {
     Row {
-        name,
-        of,
-        range: 0.0..=most,
-        speed: most / 200.0,
-        decimals: if most < 1.0 { 3 } else { 2 },
+        name: strength.label,
+        of: strength.of,
+        range: 0.0..=strength.most,
+        speed: strength.most / 200.0,
+        decimals: if strength.most < 0.5 { 3 } else { 2 },
         suffix: "",
-        hint,
+        hint: strength.hint,
     }
 }
-
-const ROWS: [Row<Effects>; 6] = [
-    strength(
-        "Defocus",
-        |effects| &mut effects.background_blur,
-        0.25,
-        "Puts the background out of focus: radius as a share of the picture's height",
-    ),
-    strength(
-        "Light wrap",
-        |effects| &mut effects.light_wrap,
-        1.0,
-        "Lets the background's light wrap around the subject's rim",
-    ),
-    strength(
-        "Despill",
-        |effects| &mut effects.despill,
-        1.0,
-        "Takes the green or blue of a screen out of the subject's rim",
-    ),
-    strength(
-        "Glare",
-        |effects| &mut effects.glare,
-        1.0,
-        "Scatters light above white as a lens does",
-    ),
-    strength(
-        "Grain",
-        |effects| &mut effects.grain,
-        4.0,
-        "Gives the picture the plate's grain; 1 is as grainy",
-    ),
-    strength(
-        "Steadiness",
-        |effects| &mut effects.smoothing,
-        1.0,
-        "Holds back jumps in brightness from frame to frame",
-    ),
-];
 
 /// What can be looked at, what it is called, and its key.
 pub const SHOWN: [(Inspection, &str, &str); 7] = [
@@ -153,8 +109,8 @@ fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     if wanted != effects {
         out.push(Command::Effects(wanted));
     }
-    for row in &ROWS {
-        row.ui(ui, &effects, out, Command::Effects);
+    for strength in STRENGTHS {
+        row(strength).ui(ui, &effects, out, Command::Effects);
         ui.end_row();
     }
 }
