@@ -531,7 +531,7 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
                 }
             },
             &["--find-ball"],
-            ["interview.png", "give the circle by hand"],
+            ["interview.png", "set the circle by hand"],
         ),
         (
             "five pixels",

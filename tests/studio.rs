@@ -88,7 +88,7 @@ fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
         assert!(
             started.elapsed() < Duration::from_secs(60),
             "no {what}: {:?}",
-            window.state().news()
+            window.state().status()
         );
         std::thread::sleep(Duration::from_millis(5));
         window.step();
@@ -435,7 +435,7 @@ fn told_job(window: &mut Window) -> Sender<Word> {
     tell.send(|progress| progress.step("training", 370, 1000, STEP))
         .unwrap();
     until(window, "step of the job", |app| {
-        app.news().work.as_ref().is_some_and(|w| w.note == STEP)
+        app.status().job.as_ref().is_some_and(|w| w.note == STEP)
     });
     tell
 }
@@ -466,11 +466,11 @@ fn the_picture_is_live_while_a_job_runs() {
     until_shown(&mut window);
     assert_eq!(window.state().state().frame, 2);
     assert_ne!(picture(&window), before);
-    assert!(window.state().news().work.is_some());
+    assert!(window.state().status().job.is_some());
 
     drop(job);
     until(&mut window, "end of the job", |app| {
-        app.news().work.is_none()
+        app.status().job.is_none()
     });
     assert!(window.query_by_label("37 %").is_none());
     window.get_by_label(TRAINED);
@@ -507,7 +507,7 @@ fn a_network_that_is_saved_is_seen_while_the_job_runs() {
         app.relit()
             .is_some_and(|r| r.scene == scene && r.rgb != before)
     });
-    assert!(window.state().news().work.is_some());
+    assert!(window.state().status().job.is_some());
 }
 
 #[test]
@@ -515,7 +515,7 @@ fn a_job_is_paused_and_stopped_by_button_and_by_key() {
     let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     let job = told_job(&mut window);
-    let paused = |app: &StudioApp| app.news().work.as_ref().unwrap().is_paused();
+    let paused = |app: &StudioApp| app.status().job.as_ref().unwrap().is_paused();
     window.get_by_label("Pause").click();
     window.run();
     assert!(paused(window.state()));
@@ -530,14 +530,14 @@ fn a_job_is_paused_and_stopped_by_button_and_by_key() {
     job.send(|progress| progress.step("training", 500, 1000, "going on"))
         .unwrap();
     until(&mut window, "step after the pause", |app| {
-        app.news()
-            .work
+        app.status()
+            .job
             .as_ref()
             .is_some_and(|w| w.note == "going on")
     });
     window.get_by_label("Stop").click();
     until(&mut window, "end of the job", |app| {
-        app.news().work.is_none()
+        app.status().job.is_none()
     });
     let kept = Error::Cancelled {
         kept: "the checkpoint".to_owned(),
@@ -557,7 +557,7 @@ fn a_project_without_a_network_says_what_to_do_and_offers_it() {
     };
     let mut window = window(|ctx| StudioApp::over(ctx, project, source));
     until(&mut window, "reason", |app| {
-        matches!(app.news().phase, Phase::Blocked(_))
+        matches!(app.status().phase, Phase::Blocked(_))
     });
     window.run();
     window.get_by_label("Train it: afterlight train PROJECT");
@@ -587,11 +587,11 @@ fn a_frame_that_cannot_be_read_is_named_over_the_picture() {
     for _ in 0..3 {
         window.key_press(Key::ArrowRight);
     }
-    until(&mut window, "failure", |app| app.news().failure.is_some());
+    until(&mut window, "failure", |app| app.status().failure.is_some());
     window.get_by_label_contains("frame_003.png");
     window.key_press(Key::ArrowRight);
     until_shown(&mut window);
-    assert!(window.state().news().failure.is_none());
+    assert!(window.state().status().failure.is_none());
 }
 
 #[test]
@@ -609,7 +609,7 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
     let project = import(&folder.path().join("project"), &shoot, &settings, &silent).unwrap();
 
     let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
-    let needs = |need| move |app: &StudioApp| matches!(&app.news().phase, Phase::Blocked(b) if b.need == Some(need));
+    let needs = |need| move |app: &StudioApp| matches!(&app.status().phase, Phase::Blocked(b) if b.need == Some(need));
     until(
         &mut window,
         "need of a calibration",
@@ -619,7 +619,7 @@ fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
     until(&mut window, "need of a network", needs(Need::Network));
     window.get_by_label_contains("Train for 10 minutes").click();
     until(&mut window, "step of training", |app| {
-        let work = app.news().work.as_ref();
+        let work = app.status().job.as_ref();
         work.is_some_and(|w| w.note.contains("OLATs 0."))
     });
     window.get_by_label("Stop").click();
@@ -667,7 +667,7 @@ fn a_window_in_which_a_job_runs_looks_as_it_did() {
     window.key_press(Key::P);
     drop(job);
     until(&mut window, "end of the job", |app| {
-        app.news().work.is_none()
+        app.status().job.is_none()
     });
     until_shown(&mut window);
     snapshot(&mut window, "studio_job_over");
@@ -695,7 +695,7 @@ fn a_window_without_a_picture_shows_the_job_in_its_place() {
     window.key_press(Key::P);
     drop(job);
     until(&mut window, "reason", |app| {
-        matches!(app.news().phase, Phase::Blocked(_)) && app.news().work.is_none()
+        matches!(app.status().phase, Phase::Blocked(_)) && app.status().job.is_none()
     });
     window.get_by_label_contains("Train it");
 }

@@ -25,9 +25,13 @@ cp "$out/RELEASE-NOTES.md" "$release/package/"
 CARGO=$CARGO tools/licenses.sh --features "$features" >"$release/package/THIRD-PARTY.txt"
 
 # The folders of this machine do not show in what is shipped.
-CARGO_ENCODED_RUSTFLAGS=$(printf -- '--remap-path-prefix=%s=crates\037--remap-path-prefix=%s=afterlight' \
-	"${CARGO_HOME:-$HOME/.cargo}/registry/src" "$PWD") \
-	$CARGO build --locked --release --features "$features"
+flags=$(printf -- '--remap-path-prefix=%s=crates\037--remap-path-prefix=%s=afterlight' \
+	"${CARGO_HOME:-$HOME/.cargo}/registry/src" "$PWD")
+# Generic functions that came out alike are kept once, where Rust links with its own linker.
+if [ "$machine" = x86_64 ]; then
+	flags=$(printf '%s\037-Clink-arg=-Wl,--icf=all' "$flags")
+fi
+CARGO_ENCODED_RUSTFLAGS=$flags $CARGO build --locked --release --features "$features"
 
 if ! [ -x "$target/tools/bin/cargo-deb" ]; then
 	$CARGO install cargo-deb --locked --version "$CARGO_DEB" --root "$target/tools"

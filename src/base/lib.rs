@@ -1,5 +1,5 @@
-//! What every other crate stands on: errors as sentences, progress, turns at the device, and the
-//! process's memory.
+//! What every other crate needs: errors as sentences, progress, turns at the device, and the process's
+//! memory.
 
 pub mod error;
 pub mod memory;

@@ -1,8 +1,8 @@
-//! How the process holds memory, and how much.
+//! How much memory the process uses, and how it keeps it.
 
 /// Keeps freed memory for the next allocation. By default glibc gives large blocks back to the system at
-/// once, which then hands them out again page by page, each page a fault: a tenth of a training
-/// step's time. To be called once, at the start of a program.
+/// once and gets them again page by page, with a page fault each: a tenth of a training step's time. Call it
+/// once, at the start of a program.
 pub fn keep_freed() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
@@ -21,7 +21,7 @@ pub fn keep_freed() {
     }
 }
 
-/// Bytes of memory that the process holds now; none where the system does not say.
+/// Bytes of memory that the process holds now; None if the system does not say.
 pub fn held() -> Option<u64> {
     // proc(5): "VmRSS", in units of 1024 bytes.
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

@@ -23,13 +23,13 @@ pub enum Report {
     Saved,
     /// How a training run stands.
     Training(TrainingPoint),
-    /// The work waits for a person, who has to put right what the sentence says and then let it go on.
+    /// The work waits until a person has solved the problem in the sentence and lets it continue.
     Blocked(String),
     /// A sentence worth keeping in the log: a warning, a fallback, where something was written.
     Say(String),
 }
 
-/// What whoever started a piece of work asks of it: to stop, or to pause. Clones share the wishes.
+/// Asks running work to stop or to pause. Clones control the same work.
 #[derive(Clone, Debug, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
@@ -58,14 +58,14 @@ impl Control {
     }
 }
 
-/// Between two looks at whether a pause is over.
+/// How often it is checked whether a pause is over.
 const PAUSE_INTERVAL: Duration = Duration::from_millis(20);
 
-/// What long-running functions take: where reports go and whether to go on.
+/// What long-running functions take: where reports go, and whether to continue.
 pub struct Progress<'a> {
     sink: &'a (dyn Fn(Report) + Sync),
     pictures: Option<&'a (dyn Fn(TrainingPictures) + Sync)>,
-    /// Whether a person is there who can end a pause.
+    /// Whether a person is there to end a pause.
     attended: bool,
     control: Control,
 }
@@ -81,7 +81,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// The same for whoever wants to see pictures: the newest is enough.
+    /// The same, with training's pictures going to `pictures`, which may skip all but the newest.
     pub fn with_pictures(self, pictures: &'a (dyn Fn(TrainingPictures) + Sync)) -> Self {
         Self {
             pictures: Some(pictures),
@@ -89,7 +89,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// The same where a person is there who can end a pause.
+    /// The same, with a person there to end a pause.
     pub fn attended(self) -> Self {
         Self {
             attended: true,
@@ -137,7 +137,7 @@ impl<'a> Progress<'a> {
         self.pictures.is_some()
     }
 
-    /// Shows pictures to whoever wants to see them.
+    /// Shows training's pictures, if anybody wants them.
     pub fn show(&self, pictures: TrainingPictures) {
         if let Some(show) = self.pictures {
             show(pictures);
@@ -184,7 +184,7 @@ impl<'a> Progress<'a> {
     /// A safe point: waits for the end of a pause, and fails with [`Error::Cancelled`] once a stop was
     /// asked for. `kept` says what survives.
     pub fn check(&self, kept: &str) -> Result<()> {
-        // The threads of the pool serve pictures too, so that none of them waits.
+        // Threads of the pool also make pictures, so they do not wait here.
         if rayon::current_thread_index().is_none() {
             self.wait_while_paused();
         }

@@ -1,11 +1,11 @@
-//! The cone behind the ball that no pixel shows: where a lamp that it partly hides really is.
+//! The cone behind the ball that no pixel shows, and where a lamp that it partly hides really is.
 
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// A lamp whose footprint is an even disc of `radius` about a centre at `angle` from the cone's axis;
-/// the cone's half angle is `cone`. All in radians. Returns the angle of the visible part's centroid
-/// and the visible share; `None` when nothing is visible.
+/// A lamp whose footprint is an even disc of `radius` about a centre at `angle` from the cone's axis; the cone's
+/// half angle is `cone`. All in radians. Returns the angle of the visible part's centroid and the visible share;
+/// `None` if nothing is visible.
 fn visible_part(angle: f64, radius: f64, cone: f64) -> Option<(f64, f64)> {
     const RINGS: usize = 16;
     let axis = DVec3::Z;
@@ -28,9 +28,9 @@ fn visible_part(angle: f64, radius: f64, cone: f64) -> Option<(f64, f64)> {
     (visible > 0.0).then(|| (moment.x.atan2(moment.z), visible / all))
 }
 
-/// The true angle of a lamp from the cone's axis and its visible share, from the angle `seen` of the
-/// visible part's centroid and the footprint's `radius`. The visible share is at least a tenth: less
-/// says too little to be scaled up.
+/// The true angle of a lamp from the cone's axis and its visible share, from the angle `seen` of the visible part's
+/// centroid and the footprint's `radius`. The visible share is at least a tenth: from less, the whole lamp cannot
+/// be estimated.
 pub(super) fn uncover(seen: f64, radius: f64, cone: f64) -> (f64, f64) {
     // The centroid of what is visible lies farther out than the centre and grows with it.
     let (mut low, mut high) = (0.0, seen);

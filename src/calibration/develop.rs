@@ -1,4 +1,4 @@
-//! From photographs of a mirror ball on disk to a light probe on disk.
+//! Reads photographs of a mirror ball and writes a light probe.
 
 use super::light_probe::{
     BallCamera, BallView, ClippedLight, Exposure, Photograph, TwoBallsSettings, light_probe, merge,
@@ -13,17 +13,17 @@ use light::mapping::convert_turned;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Sizes of the panorama that is unwrapped before it is turned or mapped otherwise.
-const MOST_ROWS: usize = 4096;
+/// The most rows of the panorama that is unwrapped before it is turned or mapped.
+const MAX_ROWS: usize = 4096;
 
 /// One ball as one camera saw it.
 #[derive(Clone, Debug)]
 pub struct BallPictures {
     /// One photograph, or an exposure bracket by a camera that did not move.
     pub photographs: Vec<PathBuf>,
-    /// Exposures of the bracket in stops; empty for one photograph.
+    /// Exposures of the bracket in stops; empty for a single photograph.
     pub stops: Vec<f32>,
-    /// The silhouette; none to find it.
+    /// The silhouette; `None` to find it.
     pub circle: Option<Circle>,
 }
 
@@ -31,11 +31,11 @@ pub struct BallPictures {
 #[derive(Clone, Copy, Debug)]
 pub enum Lens {
     Camera(BallCamera),
-    /// The field of view in degrees across the photographs' whole width, which were not cropped.
+    /// The field of view in degrees across the whole width of the uncropped photographs.
     FieldOfView(f64),
 }
 
-/// What to make of which photographs.
+/// Which photographs, and what to make of them.
 #[derive(Clone, Debug)]
 pub struct DevelopSettings {
     pub ball: BallPictures,
@@ -43,15 +43,15 @@ pub struct DevelopSettings {
     /// about the vertical.
     pub second: Option<(BallPictures, f32)>,
     pub lens: Lens,
-    /// The camera's response, for pictures that are not linear.
+    /// The camera's response, for pictures that are not linear already.
     pub response: Response,
     /// The part of the light that the ball reflects, per channel.
     pub reflectivity: [f32; 3],
     pub clipped: ClippedLight,
-    /// Yaw in degrees of what is written.
+    /// Yaw of the written panorama in degrees.
     pub yaw_deg: f32,
     pub mapping: Mapping,
-    /// Rows of what is written.
+    /// Rows of the written picture.
     pub height: usize,
     /// The EXR to write.
     pub to: PathBuf,
@@ -70,9 +70,9 @@ pub struct DevelopReport {
     /// Clipped pixels of each ball, and the share of its light that was estimated for them.
     pub clipped_pixels: Vec<usize>,
     pub estimated_energy_share: Vec<f32>,
-    /// Pixels that were no light and have been repaired, of each ball.
+    /// Pixels of each ball that were NaN, infinite or negative and have been repaired.
     pub repaired_pixels: Vec<usize>,
-    /// By how many stops the exposures of a bracket disagree with the pictures; of each ball.
+    /// For each ball, by how many stops the given exposures of the bracket disagree with its pictures.
     pub bracket_disagreement_stops: Vec<f32>,
     /// How many times brighter the second ball's photographs are, by how many stops the two disagree, and
     /// by how many degrees the angle between them was refined.
@@ -81,7 +81,7 @@ pub struct DevelopReport {
     pub refined_deg: Option<f32>,
 }
 
-/// A ball, read.
+/// A ball that has been read and found.
 struct Ball {
     photograph: Photograph,
     view: BallView,
@@ -92,12 +92,12 @@ struct Ball {
 /// Makes a light probe of photographs and writes it.
 ///
 /// # Errors
-/// When a photograph cannot be read, shows no ball, or a figure is impossible.
+/// When a photograph cannot be read or shows no ball, or a value is impossible.
 pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
-    if !(1..=MOST_ROWS).contains(&settings.height) {
+    if !(1..=MAX_ROWS).contains(&settings.height) {
         return Err(Error::unexpected(
             "the light probe's size",
-            format!("1 to {MOST_ROWS} rows"),
+            format!("1 to {MAX_ROWS} rows"),
             settings.height.to_string(),
             "Give a height such as 512",
         ));
@@ -167,7 +167,7 @@ pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
 }
 
 fn mapped(panorama: &Image, settings: &DevelopSettings, size: (usize, usize)) -> Result<Image> {
-    // A yaw moves what is seen towards larger u: against the right-handed turn about +Y.
+    // A yaw moves the content towards larger u, against the right-handed turn about +Y.
     let turn = Quat::from_rotation_y(-settings.yaw_deg.to_radians());
     let converted = convert_turned(panorama, Mapping::LatLong, settings.mapping, size, turn)?;
     Ok(converted.image)
@@ -186,7 +186,7 @@ impl Ball {
                     paths.len(),
                     pictures.stops.len()
                 ),
-                "Give the exposures in the order of the photographs, such as --stops 0,-2,-4",
+                "Give one exposure for each photograph, in the same order, such as --stops 0,-2,-4",
             ));
         }
         let read = paths
@@ -202,7 +202,7 @@ impl Ball {
         } else {
             (read[0].clone(), 0.0)
         };
-        // The rim is looked for in codes, where it stands out: light is encoded for that alone.
+        // The rim stands out in encoded values, so light is encoded to find it.
         let codes = |place: usize| settings.response.encode(&read[place].light);
         let mut seen = Photographs::one(&paths[0], &codes(0))?;
         for (place, path) in paths.iter().enumerate().skip(1) {

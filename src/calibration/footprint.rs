@@ -1,32 +1,32 @@
-//! A lamp's footprint: the part of the mirror ball where its light is, and what that says of the lamp.
+//! A lamp's footprint: the pixels of the mirror ball that show the lamp, and what they say about it.
 
-use super::code::{CLIPPED, Code, STEPS, Table};
+use super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS};
 use super::mirror_ball::MirrorBall;
 use glam::DVec3;
 use light::Lamp;
 
 /// The pixels of one ball photograph that hold a lamp, and the level of all others.
 pub(super) struct Footprint {
-    /// Places in [`MirrorBall::pixels`] with their codes.
-    pub pixels: Vec<(u32, Code)>,
-    /// Per channel how often each code occurs in the pixels that hold no lamp.
+    /// Places in [`MirrorBall::pixels`] with their code values.
+    pub pixels: Vec<(u32, CodeValues)>,
+    /// Per channel, how often each code value occurs in pixels without a lamp.
     dark: [Vec<(u16, u32)>; 3],
 }
 
 impl Footprint {
-    /// Pixels of less than this share of the brightest are not taken for the lamp: 8 bits hold no more.
+    /// Pixels below this share of the brightest do not count as the lamp: 8 bits hold no more.
     const FAINTEST: f32 = 0.002;
 
-    /// Finds the lamp in a ball's photograph, given as one code per pixel of the ball. `provisional` is a
-    /// plausible response: what is far above the darkness is so under any other.
-    pub fn find(photograph: &[Code], provisional: &Table) -> Self {
-        let level = |code: &Code| provisional.rgb(*code).into_iter().sum::<f32>() / 3.0;
+    /// Finds the lamp in a ball's photograph, given as one code per pixel of the ball. `provisional` is a plausible
+    /// response: what is far above black is so under any other.
+    pub fn find(photograph: &[CodeValues], provisional: &ResponseTable) -> Self {
+        let level = |code: &CodeValues| provisional.rgb(*code).into_iter().sum::<f32>() / 3.0;
         let mut levels: Vec<f32> = photograph.iter().map(level).collect();
         levels.sort_by(f32::total_cmp);
         let quantile = |q: f32| levels[(q * (levels.len() - 1) as f32) as usize];
-        // The darker part of the ball holds the room's own light and the sensor's noise, whose deviation
-        // is about the distance from its tenth to its fortieth hundredth; six deviations are no noise.
-        // A clean sensor still flickers by one 8-bit code.
+        // The darker part of the ball holds the room's own light and the sensor's noise, whose deviation is about
+        // the distance from its 10 % to its 40 % quantile; six deviations are not noise. A clean sensor still
+        // flickers by one 8-bit code.
         let dark = quantile(0.4);
         let code = (provisional.encode(dark) * f32::from(STEPS)) as u16;
         let flicker = provisional.light((code + 16).min(STEPS)) - provisional.light(code);
@@ -53,7 +53,7 @@ impl Footprint {
     }
 
     /// Mean light of the pixels that hold no lamp.
-    pub fn background(&self, table: &Table) -> [f32; 3] {
+    pub fn background(&self, table: &ResponseTable) -> [f32; 3] {
         [0, 1, 2].map(|c| {
             let (mut sum, mut count) = (0.0, 0.0);
             for &(code, times) in &self.dark[c] {
@@ -65,11 +65,11 @@ impl Footprint {
     }
 
     /// Whether any channel of the pixel is clipped.
-    pub fn is_clipped(code: &Code) -> bool {
+    pub fn is_clipped(code: &CodeValues) -> bool {
         code.iter().any(|&c| c >= CLIPPED)
     }
 
-    /// How many pixels have a clipped channel: their light is only known to be at least so much.
+    /// How many pixels have a clipped channel: only a lower bound of their light is known.
     pub fn clipped_pixels(&self) -> usize {
         self.pixels
             .iter()
@@ -77,9 +77,9 @@ impl Footprint {
             .count()
     }
 
-    /// Measures the lamp from what the ball shows of it. Clipping takes from its energy and leaves its
-    /// direction: a clipped footprint keeps its outline.
-    pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &Table) -> Lamp {
+    /// Measures the lamp from what the ball shows of it. Clipping lowers its energy and leaves its direction: a
+    /// clipped footprint keeps its outline.
+    pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &ResponseTable) -> Lamp {
         let background = self.background(table);
         let (mut energy, mut moment, mut clipped) = ([0.0f64; 3], DVec3::ZERO, 0.0f64);
         let mut parts = Vec::with_capacity(self.pixels.len());
@@ -100,7 +100,7 @@ impl Footprint {
         let all: f64 = energy.iter().sum();
         let direction = moment.normalize_or_zero();
         if all <= 0.0 || all.is_nan() || direction == DVec3::ZERO {
-            // Nothing was seen: a direction is needed to be a number, and confidence 0 says what it is worth.
+            // Nothing was seen. The direction must not be NaN; confidence 0 says that it means nothing.
             let direction = glam::Vec3::Z;
             return Lamp {
                 name: name.into(),

@@ -1,8 +1,8 @@
 //! Least squares with unknowns that cannot be negative: light only adds.
 //!
-//! It is our own, because the usual active-set method (Lawson and Hanson 1974) of the linear-algebra
-//! crates wants the whole matrix, ten thousand pixels by forty lamps for every response that is tried,
-//! and of lamps that look alike it lights one and switches the others off.
+//! Written here because the usual active-set method (Lawson and Hanson 1974) of the linear-algebra crates needs the
+//! whole matrix, ten thousand pixels by forty lamps for every response tried, and of several lamps that look alike
+//! it lights one and switches off the others.
 
 /// The normal equations AᵀA·x = Aᵀy of a system whose coefficients are not negative.
 pub(super) struct NormalEquations {
@@ -31,8 +31,8 @@ impl NormalEquations {
         }
     }
 
-    /// The x ≥ 0 of least squared error. Where many are equally good (two lamps with one footprint),
-    /// it is the one that shares; an unknown in no equation is 0. Always finite.
+    /// The x ≥ 0 of least squared error. If several are equally good (two lamps with one footprint), the one that
+    /// shares equally; an unknown in no equation is 0. Always finite.
     pub fn solve(&self) -> Vec<f64> {
         let n = self.unknowns;
         let trace: f64 = (0..n).map(|i| self.gram[i * n + i]).sum();

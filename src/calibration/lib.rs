@@ -2,13 +2,13 @@
 //! light, and how the camera encoded all of it.
 
 mod blind_cone;
-mod code;
+mod code_values;
 pub mod develop;
 mod footprint;
 pub mod gamma;
 mod least_squares;
 pub mod light_probe;
-mod minimum;
+mod minimizer;
 pub mod mirror_ball;
 pub mod probe;
 pub mod rig_check;
@@ -21,8 +21,8 @@ pub use silhouette::Circle;
 
 use base::error::{Error, Result};
 use base::progress::Progress;
-use code::Table;
-use gamma::{Evidence, Found, Subject};
+use code_values::ResponseTable;
+use gamma::{ChosenResponse, Evidence, Subject};
 use glam::Vec3;
 use imaging::Response;
 use light::Rig;
@@ -33,13 +33,11 @@ use serde::{Deserialize, Serialize};
 use silhouette::Photographs;
 use std::path::PathBuf;
 
-/// The response by which balls are looked at before there is a fit: what is far above the darkness is
-/// so under any.
+/// The response that the balls are read with before the fit: what is far above black is so under any response.
 pub const PROVISIONAL: Response = Response::Power(2.2);
 
-/// What clipped balls add to the deviations of γ1 and γ2: the glare around a clipped lamp is no part of the sum
-/// that the fit is sure of. Measured on a session whose balls were taken twice, clipped and not: both
-/// exponents came out 0.05 higher.
+/// What clipped balls add to the deviations of γ1 and γ2: the fit does not know of the glare around a clipped lamp.
+/// Measured on a session whose balls were taken twice, clipped and not: both exponents came out 0.05 higher.
 const CLIPPED_DEVIATION: f32 = 0.05;
 
 /// Everything the calibration found, as kept in `calibration.toml`.
@@ -48,32 +46,33 @@ pub struct Calibration {
     /// The camera's response: encoded → linear.
     #[serde(flatten)]
     pub response: Response,
-    /// Standard deviations of γ1 and γ2, 0 where they were not fitted: in about nineteen of twenty shoots, the truth is within two.
+    /// Standard deviations of γ1 and γ2; 0 if they were not fitted. In about nineteen of twenty shoots the truth is
+    /// within two deviations.
     pub gamma_deviation: [f32; 2],
     /// Factor between the OLAT session and the interview that the mirror balls do not explain:
     /// interview = exposure · Σ interview_weights_i · OLAT_i.
     pub exposure: f32,
-    /// For each lamp of all and each channel, its share in the interview's light.
+    /// Per lamp (all of them) and channel, its share in the interview's light.
     pub interview_weights: Vec<[f32; 3]>,
-    /// How the learnt lamps alone come nearest to the interview's light, where there are others.
+    /// The interview's light by the learnt lamps alone; `None` if the network learns every lamp.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_in: Option<StandIn>,
-    /// Share of the interview probe's energy from where no lamp is.
+    /// Share of the energy on the interview's ball that comes from where no lamp is.
     pub uncovered_energy: f32,
-    /// Relative residual of the interview probe after the fit, 0 when lamps explain all of it.
+    /// Relative residual of the interview's ball after the fit; 0 if the lamps explain all of it.
     pub probe_residual: f32,
     /// Root-mean-square encoded distance of the quantiles, or pixels, that γ was fitted to.
     pub gamma_residual: f32,
-    /// Share of the sphere that the ball does not show: behind it, and beyond the photograph.
+    /// Share of the sphere that the ball does not show: the cone behind it, and what the frame cuts off.
     pub blind_share: f32,
     /// Share of the lamps' energy that the ball hides and that was filled in.
     pub filled_energy: f32,
-    /// Clipped pixels in the mirror balls: their lamps are brighter than measured.
+    /// Clipped pixels on the mirror balls: those lamps are brighter than measured.
     pub clipped_pixels: usize,
     /// What the fit of the response rests on.
     #[serde(default)]
     pub gamma_evidence: Evidence,
-    /// What is wrong with the lamps, a sentence each.
+    /// What is wrong with the lamps, one sentence for each fault.
     #[serde(default)]
     pub rig_findings: Vec<String>,
     /// The lamps that the network learns.
@@ -81,24 +80,24 @@ pub struct Calibration {
     pub rig: Rig,
 }
 
-/// The interview's light by the lamps that the network learns alone, where others lit it too.
+/// The interview's light as a sum of the learnt lamps alone, for shoots where other lamps lit it too.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StandIn {
-    /// For each learnt lamp and channel, its share: the sum of the poses' OLATs under these is nearest,
-    /// by least squares of linear light, to their sum under all of [`Calibration::interview_weights`].
+    /// Per learnt lamp and channel, its share: the least-squares fit, in linear light, of the poses' OLATs to their
+    /// sum under all [`Calibration::interview_weights`].
     pub weights: Vec<[f32; 3]>,
-    /// Root-mean-square difference of the two sums, relative to that of the sum under all.
+    /// Root-mean-square difference of the two sums, relative to the sum of all lamps.
     pub residual: f32,
 }
 
-/// Calibrates a project from its mirror balls, poses and interview. The response is fitted by pixels
-/// where a frame shows a pose, else by distributions, unless the settings say otherwise. Their circle
-/// becomes the project's, in memory.
+/// Calibrates a project from its mirror balls, poses and interview. Unless the settings say otherwise, the response
+/// is fitted pixel by pixel if a frame shows a pose, else by distributions. The settings' circle becomes the
+/// project's, in memory.
 ///
 /// # Errors
-/// When the shoot lacks poses, frames or lamps, a file cannot be read or does not fit the others, no
-/// ball is found where one is looked for, pixels are to be compared and no frame shows a pose, or a stop
-/// was asked for. Then the project is as it was.
+/// When the shoot lacks poses, frames or lamps, a file cannot be read or does not match the others, no ball is
+/// found, pixels are to be compared and no frame shows a pose, or the job was stopped. The project then stays as it
+/// was.
 pub fn calibrate(
     project: &mut Project,
     settings: &CalibrateSettings,
@@ -110,8 +109,8 @@ pub fn calibrate(
         let photographs = Photographs::read(&project.probe_paths(), progress)?;
         let found = silhouette::find(&photographs)?;
         progress.say(format!(
-            "The mirror ball is about {:.1}, {:.1} with a radius of {:.1} pixels; its rim is within {:.2} pixels of \
-             that over {:.0} % of the circumference",
+            "Mirror ball found: centre {:.1}, {:.1}, radius {:.1} pixels. The rim follows that circle to {:.2} \
+             pixels over {:.0} % of the circumference",
             found.circle.center_px[0],
             found.circle.center_px[1],
             found.circle.radius_px,
@@ -133,7 +132,7 @@ pub fn calibrate(
     Ok(calibration)
 }
 
-/// Calibrates by the project's own circle.
+/// Calibrates with the project's own circle.
 fn calibrate_within(
     project: &Project,
     settings: &CalibrateSettings,
@@ -143,10 +142,10 @@ fn calibrate_within(
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
     let found = match &settings.trial {
-        Some(trial) => Found::by_hand(&subject, &probes, trial),
+        Some(trial) => ChosenResponse::by_hand(&subject, &probes, trial),
         None => {
             let fitted = gamma::fit(&subject, &probes, settings.comparison, progress)?;
-            Found::fitted(&fitted.fit, shoot)
+            ChosenResponse::fitted(&fitted.fit, shoot)
         }
     };
     if let Some(sentence) = found.evidence.same_poses_sentence() {
@@ -155,7 +154,7 @@ fn calibrate_within(
     let clipped_pixels = probes.clipped_pixels() + probes.clipped_interview_pixels();
     let deviation = match clipped_pixels {
         0 => found.deviation,
-        // A response that was not fitted has no deviation.
+        // Only a fitted response has a deviation.
         _ => (found.deviation).map(|d| {
             if d > 0.0 {
                 d.hypot(CLIPPED_DEVIATION)
@@ -164,7 +163,7 @@ fn calibrate_within(
             }
         }),
     };
-    let table = Table::of(&found.response);
+    let table = ResponseTable::of(&found.response);
     let interview = probes.fit(&table);
     let (mut rig, filled_energy) = probes.rig(shoot.all_lamps(), &table);
     let rig_findings = rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?;
@@ -189,7 +188,7 @@ fn calibrate_within(
     })
 }
 
-/// What is wrong with the lamps, a sentence each.
+/// What is wrong with the lamps, one sentence for each fault.
 fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Result<Vec<String>> {
     let layout = &project.settings.shoot.lamp_layout;
     let findings = rig_check::check(rig, blind_half_angle_deg, layout);
@@ -202,7 +201,7 @@ fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Resu
             .map(|&lamp| rig.lamps[lamp].name.as_str())
             .collect();
         sentences.push(format!(
-            "the mirror balls of {} are one and the same picture. Give each lamp its own photograph",
+            "the mirror balls of {} are copies of one picture. Give each lamp its own photograph",
             names.join(", ")
         ));
     }
@@ -217,7 +216,7 @@ fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Resu
     }
     for (same, poses) in olats {
         sentences.push(format!(
-            "{} of {} are one and the same picture. Give each lamp its own OLAT, or leave these lamps out",
+            "{} of {} are copies of one picture. Give each lamp its own OLAT, or leave these lamps out",
             same.iter().map(|&lamp| shoot.lamp(lamp).as_str()).collect::<Vec<_>>().join(", "),
             poses.join(", ")
         ));
@@ -225,11 +224,11 @@ fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Resu
     Ok(sentences)
 }
 
-/// Chooses `count` lamps of the project's, evenly distributed, for the network to learn, in memory and on
-/// disk. The others go on to serve the calibration. Lamps that the balls do not show are not chosen.
+/// Chooses `count` of the project's lamps, evenly distributed, for the network to learn, in memory and on disk. The
+/// calibration still uses the others. Lamps that the balls do not show are not chosen.
 ///
 /// # Errors
-/// When there are not so many, or the balls cannot be read.
+/// When the project has fewer lamps, or the balls cannot be read.
 pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> Result<Subset> {
     let shoot = &mut project.settings.shoot;
     let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
@@ -264,9 +263,9 @@ impl Calibration {
     /// Reads the project's calibration.
     ///
     /// # Errors
-    /// When there is none, it is damaged, or it belongs to other lamps.
+    /// When there is no calibration, it is damaged, or it belongs to other lamps.
     pub fn load(project: &Project) -> Result<Self> {
-        const REMEDY: &str = "Run afterlight calibrate on the project";
+        const REMEDY: &str = "Run `afterlight calibrate` on the project";
         let path = project.calibration_path();
         let text =
             std::fs::read_to_string(&path).map_err(|e| Error::file("open", &path, e, REMEDY))?;
@@ -280,7 +279,7 @@ impl Calibration {
         let (found, weights) = (&calibration.rig.lamps, &calibration.interview_weights);
         if found.len() != lamps.len() || weights.len() != all {
             return refuse(
-                format!("{} lamps, and {all} weights in the interview", lamps.len()),
+                format!("{} lamps and {all} interview weights", lamps.len()),
                 format!("{} lamps and {} weights", found.len(), weights.len()),
             );
         }
@@ -290,7 +289,8 @@ impl Calibration {
             .map_or(&[][..], |s| &s.weights);
         if stand_in.len() != if all > lamps.len() { lamps.len() } else { 0 } {
             return refuse(
-                "weights of the learnt lamps alone, where there are others".into(),
+                "one stand-in weight for each learnt lamp if the shoot has other lamps, else none"
+                    .into(),
                 format!("{} of them", stand_in.len()),
             );
         }
@@ -309,8 +309,9 @@ impl Calibration {
                 .all(|lamp| lamp.direction.is_normalized() && lamp.energy.iter().all(is_light));
         if !sound {
             return refuse(
-                "finite weights and energies, unit directions".into(),
-                "others".into(),
+                "finite weights and energies of 0 or more, and directions of unit length".into(),
+                "a value that is negative, NaN or infinite, or a direction of another length"
+                    .into(),
             );
         }
         Ok(calibration)
@@ -321,14 +322,13 @@ impl Calibration {
         save_toml(&project.calibration_path(), self)
     }
 
-    /// The weights of all lamps in the interview's light at the interview's exposure:
-    /// interview = Σ interview_light_i · OLAT_i.
+    /// The weights of all lamps in the interview's light, exposure included: interview = Σ interview_light_i ·
+    /// OLAT_i.
     pub fn interview_light(&self) -> Vec<[f32; 3]> {
         self.exposed(&self.interview_weights)
     }
 
-    /// The same by the lamps that the network learns alone: equal where there are no others, else as near
-    /// as they come.
+    /// The same for the learnt lamps alone: exact if the network learns every lamp, else the nearest fit.
     pub fn learnt_light(&self) -> Vec<[f32; 3]> {
         self.exposed(match &self.stand_in {
             Some(stand_in) => &stand_in.weights,
@@ -343,27 +343,28 @@ impl Calibration {
             .collect()
     }
 
-    /// What the person should know before trusting the calibration, a sentence each.
+    /// What to know before trusting the calibration, one sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.clipped_pixels > 0 {
             warnings.push(format!(
-                "{} pixels of the mirror balls are clipped: their lamps are brighter than measured. Photograph \
-                 the balls with a denser filter",
+                "{} pixels of the mirror balls are clipped, so those lamps are brighter than measured. Photograph \
+                 the balls through a denser filter",
                 self.clipped_pixels
             ));
         }
         warnings.extend(self.rig_findings.iter().cloned());
         if self.probe_residual > 0.1 {
             warnings.push(format!(
-                "the lamps explain the interview's mirror ball only to {:.0} %: was it lit by other lamps?",
+                "the lamps explain only {:.0} % of the light on the interview's mirror ball. Check whether other \
+                 lamps lit the interview",
                 100.0 * (1.0 - self.probe_residual)
             ));
         }
         if let Some(stand_in) = self.stand_in.as_ref().filter(|s| s.residual > 0.1) {
             warnings.push(format!(
-                "the lamps that the network learns come only within {:.0} % of the interview's light, which all \
-                 lamps made: its self-supervised phase will learn a little of that. Choose more lamps",
+                "the lamps that the network learns miss the interview's light, made by all lamps, by {:.0} %, and \
+                 training on the interview will learn part of that error. Let the network learn more lamps",
                 100.0 * stand_in.residual
             ));
         }

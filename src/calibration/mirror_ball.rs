@@ -57,9 +57,9 @@ impl MirrorBall {
         if !possible {
             return Err(Error::unexpected(
                 "the mirror ball in project.toml",
-                "a silhouette of more than one pixel, and a ball smaller than the camera's distance and the dome",
+                "a radius of more than one pixel, and a ball smaller than the dome and the camera's distance",
                 format!("{ball:?}, dome {dome_radius_m:?}"),
-                "Correct the ball's centre, radius and distance",
+                "Correct the ball's centre, radius and camera distance",
             ));
         }
         let reach = f64::from(ball.radius_px);

@@ -6,10 +6,10 @@ mod profile;
 
 use super::PROVISIONAL;
 use super::blind_cone::uncover;
-use super::code::{Code, Table, codes};
+use super::code_values::{CodeValues, ResponseTable, codes};
 use super::footprint::Footprint;
 use super::mirror_ball::MirrorBall;
-use super::silhouette::LEAST_RADIUS_PX;
+use super::silhouette::MIN_RADIUS_PX;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
@@ -20,22 +20,22 @@ pub(super) use profile::{NeighbourDifferences, Profile};
 use project::Project;
 use rayon::prelude::*;
 
-/// All ball photographs as codes, so that any response can be tried in milliseconds.
+/// All ball photographs as code values, so that any response can be tried in milliseconds.
 pub struct Probes {
     ball: MirrorBall,
     footprints: Vec<Footprint>,
-    /// The interview's ball: one code per pixel of the ball.
-    interview: Vec<Code>,
+    /// The interview's ball: the code values of each pixel of the ball.
+    interview: Vec<CodeValues>,
     /// For each pixel of the ball, the nearest of the directions spread evenly over the sphere at which
     /// the balls are compared.
     cell_of_pixel: Vec<u16>,
     /// The blur of that comparison: weights between all pairs of cells.
     blur: Vec<f32>,
-    /// Pixels of the ball that are clipped in no photograph. Only these are compared: so a clipped lamp
-    /// is missing the same part in both, and its weight stays right.
+    /// Whether a pixel of the ball is clipped in no photograph. Only those are compared: a clipped lamp then misses
+    /// the same part in both, and its weight stays right.
     comparable: Vec<bool>,
-    /// Median code of the interview's ball where no lamp is, black where lamps are everywhere.
-    interview_dark: Code,
+    /// Median code values of the interview's ball where no lamp is; black if lamps are everywhere.
+    interview_dark: CodeValues,
     profile: Vec<ProfilePixel>,
 }
 
@@ -43,23 +43,23 @@ impl Probes {
     /// Reads the shoot's balls.
     ///
     /// # Errors
-    /// When a photograph cannot be read, differs in size from the others, or does not show the ball; when
-    /// the ball is too small to tell lamps apart, or its photographs show no lamp, or light alone.
+    /// When a photograph cannot be read, differs in size from the others, or does not show the ball; when the ball
+    /// is too small to tell lamps apart, or its photographs are black, clipped or show no lamp.
     pub fn load(project: &Project, progress: &Progress) -> Result<Self> {
         let shoot = &project.settings.shoot;
         let interview = file::read_encoded(&project.interview_probe_path())?;
         let size = interview.0.size();
         let ball = MirrorBall::new(&shoot.ball, shoot.dome_radius_m, size)?;
-        let provisional = Table::of(&PROVISIONAL);
-        if f64::from(shoot.ball.radius_px) < LEAST_RADIUS_PX {
+        let provisional = ResponseTable::of(&PROVISIONAL);
+        if f64::from(shoot.ball.radius_px) < MIN_RADIUS_PX {
             return Err(Error::unexpected(
                 project.interview_probe_path().display(),
-                format!("a mirror ball of at least {LEAST_RADIUS_PX} pixels in radius"),
-                format!("one of {:.1} pixels", shoot.ball.radius_px),
-                "Give the ball's circle, or photograph it from nearer or through a longer lens",
+                format!("a mirror ball with a radius of {MIN_RADIUS_PX} pixels or more"),
+                format!("{:.1} pixels", shoot.ball.radius_px),
+                "Give the ball's circle, or photograph the ball from closer or with a longer lens",
             ));
         }
-        let on_ball = |picture: &[Code]| -> Vec<Code> {
+        let on_ball = |picture: &[CodeValues]| -> Vec<CodeValues> {
             ball.pixels.iter().map(|p| picture[p.index]).collect()
         };
         let total = shoot.all_lamps().len();
@@ -72,9 +72,12 @@ impl Probes {
                 if picture.0.size() != size {
                     return Err(Error::unexpected(
                         path.display(),
-                        format!("{}×{} pixels as in the interview's probe", size.0, size.1),
+                        format!(
+                            "{}×{} pixels, like the interview's mirror ball",
+                            size.0, size.1
+                        ),
                         format!("{}×{}", picture.0.width, picture.0.height),
-                        "Give all mirror-ball photographs from the same camera, uncropped",
+                        "Use uncropped photographs of the mirror ball from one camera",
                     ));
                 }
                 progress.step(
@@ -87,12 +90,12 @@ impl Probes {
             })
             .collect::<Result<Vec<_>>>()?;
         let interview = on_ball(&codes(&interview));
-        let is_clipped = |code: &&Code| Footprint::is_clipped(code);
+        let is_clipped = |code: &&CodeValues| Footprint::is_clipped(code);
         let clipped = interview.iter().filter(is_clipped).count();
         let found = if 10 * clipped > 9 * interview.len() {
             Some((
                 project.interview_probe_path(),
-                "a ball that is clipped to white",
+                "a ball that is clipped everywhere",
             ))
         } else if interview.iter().all(|code| *code == [0; 3]) {
             Some((project.interview_probe_path(), "a ball that is black"))
@@ -102,7 +105,7 @@ impl Probes {
         {
             Some((
                 project.lamp_probe_path(0),
-                "none there, nor in any other lamp's photograph",
+                "no lamp, neither here nor in any other lamp's photograph",
             ))
         } else {
             None
@@ -110,10 +113,10 @@ impl Probes {
         if let Some((path, found)) = found {
             return Err(Error::unexpected(
                 path.display(),
-                "images of lamps on a mirror ball",
+                "lamps reflected in a mirror ball",
                 found,
-                "Check that these are the mirror ball's photographs, and expose them so that lamps are bright and \
-                 the rest is dark",
+                "Check that these are the mirror ball's photographs, and expose them so that the lamps are bright \
+                 and everything else is dark",
             ));
         }
         Ok(Self::compare(
@@ -127,8 +130,8 @@ impl Probes {
     fn compare(
         ball: MirrorBall,
         footprints: Vec<Footprint>,
-        interview: Vec<Code>,
-        provisional: &Table,
+        interview: Vec<CodeValues>,
+        provisional: &ResponseTable,
     ) -> Self {
         let lamps = footprints.len().max(1);
         // Radius of a cap when the lamps share the sphere evenly, within what a rig can sensibly have.
@@ -202,14 +205,14 @@ impl Probes {
         names: impl Iterator<Item = &'a String>,
         response: &Response,
     ) -> Vec<Lamp> {
-        self.rig(names, &Table::of(response)).0.lamps
+        self.rig(names, &ResponseTable::of(response)).0.lamps
     }
 
     /// The lamps under a response, and the share of their energy that the ball hides and was filled in.
     pub(super) fn rig<'a>(
         &self,
         names: impl Iterator<Item = &'a String>,
-        table: &Table,
+        table: &ResponseTable,
     ) -> (Rig, f32) {
         let mut lamps: Vec<Lamp> = self
             .footprints
@@ -217,8 +220,8 @@ impl Probes {
             .zip(names)
             .map(|(f, name)| f.lamp(name, &self.ball, table))
             .collect();
-        // A lamp of less than a thousandth of the median's energy counts as not seen: its weight would
-        // amplify the OLAT's noise a thousandfold.
+        // A lamp with less than a thousandth of the median energy counts as not seen: its weight would amplify the
+        // OLAT's noise a thousandfold.
         let faintest = 1e-3 * median(lamps.iter().map(|lamp| luminance(lamp.energy)));
         for lamp in lamps
             .iter_mut()
@@ -259,7 +262,7 @@ impl Probes {
     }
 }
 
-/// The middle one of some values; 0 of none.
+/// The median of some values; 0 if there are none.
 fn median(values: impl Iterator<Item = f32>) -> f32 {
     let mut values: Vec<f32> = values.collect();
     values.sort_by(f32::total_cmp);

@@ -1,4 +1,4 @@
-//! Is the rig what it should be? Each fault is named with its lamps and what to do about it.
+//! Faults of the rig: each is named with its lamps and what to do about it.
 
 mod layout;
 
@@ -11,19 +11,19 @@ use std::path::PathBuf;
 /// What can be wrong with lamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// The mirror ball does not show the lamp, or not in all colours: it gets no light in any relighting.
+    /// The mirror ball does not show the lamp, or not in every channel: no relighting can use it.
     NotSeen,
     /// The lamp is so much weaker than the others that its OLAT's noise would be amplified.
     Dark,
     /// The ball is clipped where it shows the lamp: its energy is a lower bound, its direction is right.
     Clipped,
-    /// The lamp is in the cone that the ball hides, or touches it: its direction and energy are estimates.
+    /// The lamp is in the cone behind the ball, or touches it: its direction and energy are estimates.
     BehindBall,
     /// Several OLATs show one lamp.
     SameLamp,
-    /// An OLAT shows the lamp that the layout has under another OLAT's name.
+    /// An OLAT shows the lamp that the layout gives to another OLAT.
     Swapped,
-    /// The lamp is not where the layout has it, nor where another lamp should be.
+    /// The lamp is where the layout has no lamp.
     Misplaced,
     /// The layout as a whole does not fit the measured directions.
     WrongLayout,
@@ -33,30 +33,30 @@ pub enum Fault {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     pub fault: Fault,
-    /// The lamps that have it, as places in [`Rig::lamps`], ascending.
+    /// The lamps with this fault: places in [`Rig::lamps`], ascending.
     pub lamps: Vec<usize>,
-    /// What was found, and the remedy, for the person who has to act on it.
+    /// What was found, and what to do.
     pub sentence: String,
 }
 
-/// Lamps weaker than this share of the median's energy are called dark: their OLAT's noise would be
-/// amplified fifty times as much as the others'.
+/// Lamps with less than this share of the median energy are called dark: their OLAT's noise would be amplified
+/// fifty times as much as the others'.
 const DARK: f32 = 0.02;
-/// A lamp with more than this share of its energy clipped is called clipped: below, what a clipped core
-/// lacks is less than what lamps differ from frame to frame.
+/// A lamp with more than this share of its energy clipped is called clipped: below, a clipped core misses less
+/// light than lamps vary from frame to frame.
 const CLIPPED: f32 = 0.05;
 /// Two OLATs of one lamp differ by less than this in direction, and in energy by less than
 /// [`SAME_ENERGY`]: two lamps of different colour in one housing differ in energy.
 const SAME_DEG: f32 = 1.0;
 const SAME_ENERGY: f32 = 0.1;
 
-/// Everything that is wrong with a measured rig; nothing for a good one. `blind_half_angle_deg` is
-/// [`super::mirror_ball::MirrorBall::blind_half_angle_deg`]. `layout` says where each lamp should be, in the
-/// rig's order, and may be turned as a whole against the rig; it is empty where nobody said so.
+/// Everything that is wrong with a measured rig; empty for a good one. `blind_half_angle_deg` is
+/// [`super::mirror_ball::MirrorBall::blind_half_angle_deg`]. `layout` says where each lamp should be, in the rig's
+/// order, and may be turned as a whole against the rig; it is empty if unknown.
 pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Finding> {
     let lamps = &rig.lamps;
-    let twins = same_lamps(lamps);
-    let in_layout = layout::compare(lamps, layout, &twins.concat());
+    let duplicates = same_lamps(lamps);
+    let in_layout = layout::compare(lamps, layout, &duplicates.concat());
     let mut findings = Vec::new();
     let mut add = |fault, lamps: Vec<usize>, sentence: &dyn Fn(&str) -> String| {
         if !lamps.is_empty() {
@@ -84,9 +84,8 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
         });
     add(Fault::NotSeen, unseen, &|names| {
         format!(
-            "The mirror ball shows no lamp, or none in one of the colours, under {names}: in relit pictures they \
-             stay dark. Check that they were on and that nothing stood before them, and photograph their \
-             balls and OLATs again"
+            "{names}: the mirror ball shows no lamp, or misses it in one colour channel, so relit pictures cannot \
+             use it. Check that the lamp was on and not blocked, and photograph its ball and OLATs again"
         )
     });
     let median = median(
@@ -98,8 +97,8 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
     let dark = |i: &usize| lamps[*i].is_usable() && luminance(lamps[*i].energy) < DARK * median;
     add(Fault::Dark, all().filter(dark).collect(), &|names| {
         format!(
-            "{names}: less than {:.0} % of what lamps commonly give, so that the OLAT's noise is amplified more than \
-             {:.0} times. Check the lamp and its shutter, or photograph it again with all its banks",
+            "{names}: less than {:.0} % of the median lamp's light, so the OLAT's noise is amplified more than \
+             {:.0} times. Check the lamp and its shutter, or photograph it again with all its banks on",
             100.0 * DARK,
             1.0 / DARK
         )
@@ -107,9 +106,9 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
     let clipped = |i: &usize| lamps[*i].is_usable() && lamps[*i].clipped > CLIPPED;
     add(Fault::Clipped, all().filter(clipped).collect(), &|names| {
         format!(
-            "{names}: clipped on the mirror ball, where the direction is right and the energy a lower bound, so \
-             that relit pictures show too much of this light. Photograph the balls again with a shorter \
-             exposure or a denser filter"
+            "{names}: clipped on the mirror ball. The direction is right, but the lamp is brighter than measured, \
+             so relit pictures get too much of its light. Photograph the balls again with a shorter exposure or a \
+             denser filter"
         )
     });
     let behind = |i: &usize| {
@@ -122,16 +121,17 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
         all().filter(behind).collect(),
         &|names| {
             format!(
-                "{names}: in or touching the cone of {blind_half_angle_deg:.0}° behind the mirror ball, so that direction \
-             and energy are estimates. Photograph the ball a second time from the side for these"
+                "{names}: hidden, at least in part, behind the mirror ball (within {blind_half_angle_deg:.0}° of \
+                 its axis), so direction and energy are estimates. Photograph the ball again from the side for \
+                 these lamps"
             )
         },
     );
-    for twins in twins {
-        add(Fault::SameLamp, twins, &|names| {
+    for duplicates in duplicates {
+        add(Fault::SameLamp, duplicates, &|names| {
             format!(
-                "{names} show the same lamp: same direction, same energy. Check whether a picture was copied or the \
-                 lamp control stuck, and photograph what is missing"
+                "{names} show the same lamp: same direction, same energy. Check whether a picture was copied or \
+                 the lamp control got stuck, and photograph the missing lamps"
             )
         });
     }
@@ -147,7 +147,7 @@ pub fn same_pictures(paths: &[PathBuf]) -> Result<Vec<Vec<usize>>> {
     let refuse = |path: &PathBuf, e: std::io::Error| {
         Error::file("read", path, e, "Check that the shoot is complete")
     };
-    // Few pictures have another's length, so few are read.
+    // Few files have the same length, so few are read.
     let mut of_length = std::collections::BTreeMap::<u64, Vec<usize>>::new();
     for (i, path) in paths.iter().enumerate() {
         let length = std::fs::metadata(path).map_err(|e| refuse(path, e))?.len();
@@ -168,7 +168,7 @@ pub fn same_pictures(paths: &[PathBuf]) -> Result<Vec<Vec<usize>>> {
 
 /// Groups of OLATs that show one lamp.
 fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
-    // On a dense dome neighbours are nearer to each other than twins may be on a sparse one.
+    // On a dense dome neighbours may be closer than duplicates are on a sparse one.
     let usable: Vec<usize> = (0..lamps.len()).filter(|&i| lamps[i].is_usable()).collect();
     let angle = |i: usize, j: usize| {
         lamps[i]
@@ -180,7 +180,7 @@ fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
         let others = usable.iter().filter(|&&j| j != i);
         others.map(|&j| angle(i, j)).fold(180.0, f32::min)
     });
-    // A quarter of the spacing, of which twins have none: of what is left, the median.
+    // A quarter of the median spacing. Duplicates have no spacing and are left out.
     let spacing = median(nearest.filter(|a| *a > 0.1));
     let limit = SAME_DEG.min(if spacing > 0.0 {
         0.25 * spacing
@@ -205,19 +205,19 @@ fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// The spread in degrees that lamps commonly have: what the ball hides of one makes it seem narrower.
+/// The median spread of the lamps in degrees: a lamp that the ball hides in part looks narrower.
 fn spread_deg(lamps: &[Lamp]) -> f32 {
     median(lamps.iter().filter(|l| l.is_usable()).map(|l| l.spread_deg))
 }
 
-/// The middle one of some values; 0 of none.
+/// The median of some values; 0 if there are none.
 fn median(values: impl Iterator<Item = f32>) -> f32 {
     let mut values: Vec<f32> = values.collect();
     values.sort_by(f32::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The names of lamps for a sentence: the first few where there are many.
+/// The names of lamps for a sentence: only the first few if there are many.
 fn names(rig: &Rig, lamps: &[usize]) -> String {
     const MOST: usize = 8;
     let name = |&i: &usize| rig.lamps[i].name.as_str();

@@ -1,4 +1,4 @@
-//! What a person chose for a calibration.
+//! The settings of a calibration.
 
 use super::gamma::Comparison;
 use super::silhouette::Circle;
@@ -7,20 +7,20 @@ use imaging::{DualGamma, Response};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
-/// How a project is calibrated. What is none is found.
+/// How a project is calibrated. What is `None` is found automatically.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CalibrateSettings {
-    /// The mirror ball's silhouette, which the project keeps from then on.
+    /// The mirror ball's silhouette; the project keeps it.
     pub circle: Option<Circle>,
-    /// Look for the silhouette in the photographs, in place of the project's.
+    /// Find the silhouette in the photographs instead of using the project's.
     pub find_circle: bool,
-    /// What of the exemplars and the interview is compared.
+    /// How exemplars and interview are compared.
     pub comparison: Option<Comparison>,
     /// The camera's response and the exposure, set by hand.
     pub trial: Option<Trial>,
 }
 
-/// A response of the camera to be tried by hand, and the interview's exposure.
+/// A camera response set by hand, and the interview's exposure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     pub response: Response,
@@ -43,12 +43,12 @@ impl Trial {
             "the interview's exposure",
             format!("{} to {}", Self::EXPOSURES.start(), Self::EXPOSURES.end()),
             exposure.to_string(),
-            "Give how many times as bright the interview was exposed as the OLATs, near 1",
+            "Give the interview's exposure as a factor of the OLATs', near 1",
         ))
     }
 
-    /// Another by these differences of γ1, γ2 and the exposure, within their bounds. A power follows γ1; a
-    /// standard curve stays.
+    /// This response changed by differences of γ1, γ2 and the exposure, kept within their bounds. A plain power
+    /// follows γ1; a standard curve does not change.
     pub fn nudged(self, [gamma1, gamma2, exposure]: [f32; 3]) -> Self {
         let within =
             |value: f32, bounds: RangeInclusive<f32>| value.clamp(*bounds.start(), *bounds.end());

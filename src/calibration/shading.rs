@@ -1,5 +1,5 @@
-//! Where a lamp is, from the shading of a matt ball under it: a check of the mirror ball that shares
-//! nothing with it but the camera.
+//! A lamp's direction from the shading of a matt ball: a check of the mirror ball that shares only the camera with
+//! it.
 
 use super::mirror_ball::MirrorBall;
 use base::error::{Error, Result};
@@ -24,9 +24,9 @@ pub struct Shading {
     pub pixels: usize,
 }
 
-/// Fits I = ambient + strength · n·l (Lambert) to the lit pixels of a matt ball in a linear photograph, by
-/// least squares with Tukey's weights, so that highlights, stains and cast shadows count for nothing. Which
-/// pixels are lit follows from l and is iterated with it. The lamp is taken to be far away.
+/// Fits I = ambient + strength · n·l (Lambert) to the lit pixels of a matt ball in a linear photograph, by least
+/// squares with Tukey's weights, so that highlights, stains and cast shadows do not count. Which pixels are lit
+/// follows from l, so both are iterated. The lamp is assumed to be far away.
 ///
 /// # Errors
 /// When the ball's figures are impossible, the photograph does not show the ball, or fewer than a hundred
@@ -43,7 +43,7 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
     let dark = || {
         Error::unexpected(
             "the photograph of a matt ball",
-            "at least a hundred pixels of the ball that one lamp lights",
+            "a hundred pixels or more that one lamp lights",
             "fewer",
             "Check that the lamp was on, and the ball's centre and radius",
         )
@@ -92,7 +92,7 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
     })
 }
 
-/// Fits of the lamp. It stays where it is to 1e-4° from about the tenth on.
+/// Rounds of the fit. From about the tenth on the lamp moves by less than 1e-4°.
 const ROUNDS: usize = 20;
 
 /// Pixels at a smaller cosine to the lamp are left out: 84°, where a real ball's shadow begins and what it
@@ -111,7 +111,7 @@ struct Fit {
 }
 
 impl Fit {
-    /// Weighted least squares; `None` where the normals do not determine it.
+    /// Weighted least squares; `None` if the normals do not determine the lamp.
     fn of(pixels: &[(&Pixel, f64)]) -> Option<Self> {
         let (mut square, mut target) = (DMat4::ZERO, DVec4::ZERO);
         for (pixel, weight) in pixels {
@@ -139,8 +139,8 @@ impl Fit {
         pixel.light - self.lamp.dot(pixel.normal) - self.ambient
     }
 
-    /// The standard deviation of the residuals but for outliers: from their median size. At least a
-    /// thousandth of the lamp's strength, because 8 bits hold no more.
+    /// The standard deviation of the residuals without outliers, from their median size. At least a thousandth of
+    /// the lamp's strength, because 8 bits hold no more.
     fn scale(&self, pixels: &[&Pixel]) -> f64 {
         let mut sizes: Vec<f64> = pixels.iter().map(|p| self.residual(p).abs()).collect();
         sizes.sort_by(f64::total_cmp);

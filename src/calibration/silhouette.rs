@@ -31,10 +31,10 @@ pub struct Silhouette {
     /// Where the ball's outline is.
     #[serde(flatten)]
     pub circle: Circle,
-    /// Root-mean-square distance in pixels of the rim, where it was seen, from the circle. Means
-    /// nothing (0) where `rim_share` is 0.
+    /// Root-mean-square distance in pixels of the visible rim from the circle; 0, without meaning, if `rim_share`
+    /// is 0.
     pub residual_px: f64,
-    /// Share of the whole circumference where the rim was seen, beyond what chance gives: 0 to 1.
+    /// Share of the whole circumference where the rim was seen, beyond chance: 0 to 1.
     pub rim_share: f64,
     /// Share of the circumference that lies within the photographs: 1 for a ball in full view.
     pub framed_share: f64,
@@ -43,52 +43,52 @@ pub struct Silhouette {
 }
 
 impl Silhouette {
-    /// What the person should look at before trusting the circle, as a sentence; `None` when the rim was
-    /// seen well all around. To this search anything round is a ball, and the crown of a head may be the
-    /// visible part of one: such parts are warned of.
+    /// What to check before trusting the circle, as a sentence; `None` if the rim was seen well all around. The
+    /// search takes anything round for a ball, even the crown of a head for the visible part of one, and warns of
+    /// such parts.
     pub fn warning(&self) -> Option<String> {
         let seen = self.rim_share / self.framed_share.max(1e-9);
         let seen_percent = 100.0 * seen;
         let cut_percent = 100.0 * (1.0 - self.framed_share);
         if seen < TRUSTED_RIM {
             return Some(format!(
-                "only {seen_percent:.0} % of the mirror ball's rim stand out from the background: look whether \
-                 the circle is the ball's outline"
+                "only {seen_percent:.0} % of the mirror ball's rim can be told from the background. Check that the \
+                 circle is the ball's outline"
             ));
         }
         (self.framed_share < WHOLE).then(|| {
             format!(
-                "the frame cuts {cut_percent:.0} % of the mirror ball's rim off: lamps that only that part \
-                 shows are missing"
+                "the frame cuts {cut_percent:.0} % of the mirror ball's rim off: lamps that only this part \
+                 reflects are missing"
             )
         })
     }
 }
 
-/// With less of the rim within the photographs, a person should look at the circle.
+/// If less of the rim within the photographs is seen, a person should check the circle.
 const TRUSTED_RIM: f64 = 0.6;
-/// With less of the rim within the photographs, the ball is cut; a ray or two may end at the frame.
+/// If less of the rim is within the photographs, the ball is cut; a ray or two may end at the frame.
 const WHOLE: f64 = 0.98;
-/// A ball of fewer pixels shows directions too coarsely: a pixel would span over five degrees.
-pub const LEAST_RADIUS_PX: f64 = 10.0;
+/// A smaller ball shows directions too coarsely: a pixel would span over five degrees.
+pub const MIN_RADIUS_PX: f64 = 10.0;
 /// Of the part of the circumference that the photographs hold, this share must show a rim.
-const LEAST_RIM: f64 = 0.35;
+const MIN_RIM: f64 = 0.35;
 /// Of the whole circumference, this share must.
-const LEAST_ARC: f64 = 0.2;
-/// A circle too small to be used is spoken of when this much of its rim is seen.
+const MIN_ARC: f64 = 0.2;
+/// A circle too small to be used is mentioned if this much of its rim is seen.
 const CLEAR_RIM: f64 = 0.8;
 /// Small circles need nearly all of their rim, large ones less: a ball of 12 pixels in full view has 16.
-const LEAST_EVIDENCE: f64 = 8.0;
-/// A rim is off its circle by no more (root mean square) than this many pixels …
+const MIN_EVIDENCE: f64 = 8.0;
+/// A rim may be off its circle (root mean square) by this many pixels …
 const BLUNT_PX: f64 = 0.2;
-/// … and this share of the radius, as of a ball 10° off the optical axis, whose outline is an ellipse;
-/// round things grown or made by hand are worse.
+/// … and this share of the radius, as for a ball 10° off the optical axis, whose outline is an ellipse. Fruit and
+/// handmade things are less round.
 const OUT_OF_ROUND: f64 = 0.006;
 /// Finds the ball's silhouette.
 ///
 /// # Errors
-/// When the photographs are all black, clipped throughout, or show no circle of which enough can be
-/// seen; when the ball is smaller than [`LEAST_RADIUS_PX`].
+/// When the photographs are all black, clipped everywhere, or show no circle with enough of its rim; when the ball
+/// is smaller than [`MIN_RADIUS_PX`].
 pub fn find(photographs: &Photographs) -> Result<Silhouette> {
     photographs.check_exposure()?;
     let pyramid = pyramid(photographs.average());
@@ -103,8 +103,8 @@ pub fn find(photographs: &Photographs) -> Result<Silhouette> {
             "a mirror ball whose rim can be seen",
             match rims.first() {
                 Some(rim) => format!(
-                    "no circle with enough of a rim (the likeliest, about {:.0}, {:.0} with radius {:.0} pixels, \
-                     shows {:.0} % of one)",
+                    "no circle with enough of a rim (the best, centre {:.0}, {:.0}, radius {:.0} pixels, shows \
+                     {:.0} % of one)",
                     rim.circle.center_px[0],
                     rim.circle.center_px[1],
                     rim.circle.radius_px,
@@ -112,17 +112,17 @@ pub fn find(photographs: &Photographs) -> Result<Silhouette> {
                 ),
                 None => "no circle".to_owned(),
             },
-            "Check that these are the mirror ball's photographs, add ones in which its rim stands out from the \
-             background, or give the circle by hand",
+            "Check that these are the mirror ball's photographs, add photographs in which its rim stands out from \
+             the background, or set the circle by hand",
         ));
     };
     Ok(best.into())
 }
 
-/// Snaps a rough circle, off by up to a fifth of its radius, to the rim nearby.
+/// Snaps a rough circle, up to a fifth of its radius off, to the rim nearby.
 ///
 /// # Errors
-/// When no rim is near the circle, or it is no ball in the photographs (see [`measure`]).
+/// When no rim is near the circle, or it cannot be a ball in the photographs (see [`measure`]).
 pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
     check_by_hand(photographs, rough)?;
     let pyramid = pyramid(photographs.average());
@@ -134,7 +134,7 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
             Error::unexpected(
                 photographs.place(),
                 format!(
-                    "a rim near the circle about {:.1}, {:.1} with radius {:.1} pixels",
+                    "a rim near the circle with centre {:.1}, {:.1} and radius {:.1} pixels",
                     rough.center_px[0], rough.center_px[1], rough.radius_px
                 ),
                 "none",
@@ -144,12 +144,12 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
     Ok(best.into())
 }
 
-/// How well the photographs show a rim at a circle, which is returned as it is: for circles made by
-/// hand. The residual is that of the rim points nearby, up to a fiftieth of the radius away.
+/// How well the photographs show a rim at a circle set by hand, which is returned unchanged. The residual is that
+/// of the rim points nearby, up to a fiftieth of the radius away.
 ///
 /// # Errors
-/// When the circle is none, lies outside the photographs, is larger than twice their longer side or
-/// smaller than [`LEAST_RADIUS_PX`].
+/// When the circle is invalid, lies outside the photographs, is larger than twice their longer side or smaller than
+/// [`MIN_RADIUS_PX`].
 pub fn measure(photographs: &Photographs, circle: &Circle) -> Result<Silhouette> {
     check_by_hand(photographs, circle)?;
     let tolerance = 2.5 * rim::widest_tolerance(circle);
@@ -184,37 +184,37 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     }
     Err(Error::unexpected(
         photographs.place(),
-        format!("a circle within its {width}×{height} pixels"),
+        format!("a circle inside the picture of {width}×{height} pixels"),
         format!("centre {x:.1}, {y:.1}, radius {radius_px:.1}"),
         "Give the ball's circle in pixels of these photographs",
     ))
 }
 
 fn large_enough(circle: &Circle, place: &str) -> Result<()> {
-    if circle.radius_px >= LEAST_RADIUS_PX {
+    if circle.radius_px >= MIN_RADIUS_PX {
         return Ok(());
     }
     Err(Error::unexpected(
         place,
-        format!("a ball of at least {LEAST_RADIUS_PX} pixels' radius"),
-        format!("one of {:.1} pixels", circle.radius_px),
-        "Give the photographs at their full size, or photograph the ball from closer",
+        format!("a ball with a radius of {MIN_RADIUS_PX} pixels or more"),
+        format!("{:.1} pixels", circle.radius_px),
+        "Use the photographs at their full size, or photograph the ball from closer",
     ))
 }
 
 fn is_ball(rim: &Rim, photographs: &Photographs) -> bool {
     rim.contrast >= photographs.faintest_step()
-        && rim.share_within_frame() >= LEAST_RIM
-        && rim.share >= LEAST_ARC
-        && rim.evidence() >= LEAST_EVIDENCE
+        && rim.share_within_frame() >= MIN_RIM
+        && rim.share >= MIN_ARC
+        && rim.evidence() >= MIN_EVIDENCE
         && rim.residual <= BLUNT_PX + OUT_OF_ROUND * rim.circle.radius_px
 }
 
-/// The best of `rims` (best first) that can be a ball; where that is a ring within a larger circle,
-/// as reflections about the camera's axis are, the outermost.
+/// The best of `rims` (best first) that can be a ball. If it is a ring within larger circles, as reflections around
+/// the camera's axis are, the outermost.
 fn outermost<'a>(rims: &'a [Rim], photographs: &Photographs) -> Option<&'a Rim> {
     let mut balls = (rims.iter())
-        .filter(|rim| is_ball(rim, photographs) && rim.circle.radius_px >= LEAST_RADIUS_PX);
+        .filter(|rim| is_ball(rim, photographs) && rim.circle.radius_px >= MIN_RADIUS_PX);
     let mut best = balls.next()?;
     for rim in balls {
         let (inner, outer) = (&best.circle, &rim.circle);

@@ -296,6 +296,6 @@ fn one_picture_under_two_names_is_named() {
     let named = found
         .rig_findings
         .iter()
-        .filter(|sentence| sentence.contains("olat_03, olat_08 of pose01, pose02 are one"));
+        .filter(|sentence| sentence.contains("olat_03, olat_08 of pose01, pose02 are copies"));
     assert_eq!(named.count(), 1, "{:?}", found.rig_findings);
 }

@@ -9,7 +9,6 @@ use clap::ValueEnum;
 use compositor::reference::{lit_lamps, relight};
 use footage::{Exemplar, Frame};
 use imaging::{Image, Mask};
-use light::Environment;
 use light::weights::{Partition, Weighting};
 use project::Project;
 use reflectance::ReflectanceField;
@@ -24,13 +23,13 @@ pub enum Method {
     Network,
     /// The true OLATs: the best that any sum over this rig's lamps can reach.
     TruthOlats,
-    /// The pose of the OLAT session that looks most like the frame, as it is.
+    /// The most similar pose of the OLAT session, unchanged.
     Nearest,
     /// That pose times frame / pose, both under the interview's light.
     Ratio,
 }
 
-/// How near a method came to the truth.
+/// How close a method comes to the truth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
     pub method: Method,
@@ -48,7 +47,7 @@ pub struct Scores {
     pub olat_psnr_by_lamp_db: BTreeMap<usize, Vec<f64>>,
 }
 
-/// Refuses to judge a network by frames that it was trained on.
+/// Refuses to evaluate a network on frames that it was trained on.
 ///
 /// # Errors
 /// Names the frames and the option that keeps them out.
@@ -80,7 +79,7 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
     ))
 }
 
-/// Scores `method` under the shoot's environments. `predict` is asked for [`Method::Network`] alone.
+/// Scores `method` under the shoot's environments. `predict` is called only for [`Method::Network`].
 ///
 /// # Errors
 /// When a picture cannot be read, `predict` fails, or the method has no truth to work with.
@@ -98,7 +97,7 @@ pub fn score(
         .environments
         .iter()
         .map(|named| {
-            let environment = Environment::load(&project.shoot_path(&named.file))?;
+            let environment = light::panorama::load(&project.shoot_path(&named.file))?;
             Ok((
                 named.name.clone(),
                 partition
@@ -354,8 +353,8 @@ mod tests {
         hdri_bank_weights: BTreeMap<String, Weights>,
     }
 
-    /// What an independent program (numpy, OpenCV) gives for this shoot at 128 × 128 by the measure's
-    /// words, with the true response and the true weights. Without the one scale per environment it
+    /// What an independent program (numpy, OpenCV) gives for this shoot at 128 × 128 by the definition of
+    /// the measure, with the true response and the true weights. Without the one scale per environment it
     /// gives the baselines that were published for this shoot: 30.9 and 38.4 dB for the true OLATs,
     /// 22.7 and 22.9 for the nearest pose, 24.2 and 31.1 for the ratio. The scale moves the first of
     /// them most, by 0.44 dB; none of the others by more than 0.14.

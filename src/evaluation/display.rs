@@ -1,12 +1,12 @@
-//! OLATs as people look at them.
+//! OLATs prepared for display.
 
 use compositor::reference::{SOLID, extend_edges, view};
 use imaging::{Encoded, Image, Mask, color::luminance};
 
-/// The subject's mean luminance over a set of OLATs, as they are shown.
+/// The subject's mean luminance over a displayed set of OLATs.
 const DISPLAY_LEVEL: f32 = 0.12;
 
-/// What a set of OLATs is multiplied by to be shown.
+/// The gain that brings a set of OLATs to [`DISPLAY_LEVEL`].
 pub fn display_gain<'a>(olats: impl Iterator<Item = &'a Image>, mask: &Mask) -> f32 {
     let (mut sum, mut count) = (0f64, 0u64);
     for olat in olats {

@@ -1,4 +1,4 @@
-//! One evaluation from a project and a truth to figures, a table and a contact sheet.
+//! One evaluation: from a project and its truth to scores, a table and contact sheets.
 
 use super::display::{display_gain, display_picture};
 use super::{Method, Row, Scores, Truth, excluded_check, markdown, score};
@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What a person asks for.
+/// What to evaluate, and what to write.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EvaluateSettings {
     /// A folder with truth, see [`Truth::open`].
@@ -26,7 +26,7 @@ pub struct EvaluateSettings {
     pub method: Method,
     /// How an environment is given to the lamps.
     pub weighting: Weighting,
-    /// A Markdown file whose section for this shoot is written anew, with all methods.
+    /// A Markdown file whose section for this shoot is replaced by a table of all methods.
     pub table: Option<PathBuf>,
     /// A contact sheet of predicted beside true OLATs.
     pub sheet: Option<PathBuf>,
@@ -35,12 +35,12 @@ pub struct EvaluateSettings {
     pub device: DeviceChoice,
 }
 
-/// The figures.
+/// The scores.
 #[derive(Clone, Debug, Serialize)]
 pub struct EvaluateReport {
     #[serde(flatten)]
     pub scores: Scores,
-    /// Steps and seconds of training of the network that was judged.
+    /// Steps and seconds of training of the network that was evaluated.
     pub training_steps: Option<u64>,
     pub training_seconds: Option<f64>,
 }

@@ -11,16 +11,16 @@ use imaging::{Encoded, Raster};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Pixels to a degree of the viewer's field: a screen of 3840 pixels over 0.7 m, seen from 0.7 m.
+/// Pixels per degree of the viewer's field: a screen of 3840 pixels over 0.7 m, seen from 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = 67.020_64;
 
-/// Pixels to a degree that filters of a sensible size can be made for.
+/// Pixels per degree for which the filters have a sensible size.
 const PIXELS_PER_DEGREE_RANGE: std::ops::RangeInclusive<f32> = 1.0..=1000.0;
 
 /// A difference between two pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlipMap {
-    /// Each pixel's error, from 0, the same, to 1, as different as can be.
+    /// Each pixel's error, from 0 (equal) to 1 (the largest difference).
     pub error: Raster<f32>,
     /// Mean over all pixels; [`super::metrics::mean_inside`] has that of a subject.
     pub mean: f64,
@@ -50,7 +50,7 @@ pub fn flip(reference: &Encoded, test: &Encoded, pixels_per_degree: f32) -> Resu
     let pixels: Vec<f32> = (pairs.zip(features))
         .map(|((&a, &b), (&[edge_a, point_a], &[edge_b, point_b]))| {
             let color = spread(hyab(a, b).powf(COLOR_POWER), most);
-            // 4.3: of edges and points, what differs more.
+            // 4.3: the larger difference of edges and points.
             let change = (edge_a - edge_b).abs().max((point_a - point_b).abs());
             let feature = (change * std::f32::consts::FRAC_1_SQRT_2).sqrt().min(1.0);
             // 4.4
@@ -83,7 +83,7 @@ fn spread(difference: f32, most: f32) -> f32 {
     value.min(1.0)
 }
 
-/// What is left of a picture for the eye.
+/// A picture as the eye perceives it.
 struct PerceivedPicture {
     /// L*a*b* after the eye's blur, by Hunt's adjustment.
     color: Vec<[f32; 3]>,
@@ -127,7 +127,7 @@ impl Filters {
                 })
                 .collect()
         });
-        // The width of a feature that is seen best, in degrees.
+        // The width of the most visible feature, in degrees.
         let deviation = 0.5 * 0.082 * pixels_per_degree;
         let radius = (3.0 * deviation).ceil() as usize;
         let bell = |x: f64| (-0.5 * (x / deviation).powi(2)).exp();
@@ -224,12 +224,12 @@ fn lab(linear: [f32; 3]) -> [f32; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// 4.1.2: colours are less colourful in the dark.
+/// 4.1.2: Hunt's adjustment: colours are less colourful in the dark.
 fn hunt([l, a, b]: [f32; 3]) -> [f32; 3] {
     [l, 0.01 * l * a, 0.01 * l * b]
 }
 
-/// 4.1.3: a distance that is meant for large differences.
+/// 4.1.3: HyAB, a distance for large differences.
 fn hyab([l, a, b]: [f32; 3], [l2, a2, b2]: [f32; 3]) -> f32 {
     (l - l2).abs() + (a - a2).hypot(b - b2)
 }
@@ -242,7 +242,7 @@ pub(super) mod tests {
     use std::path::Path;
     use std::process::Command;
 
-    /// Codes that every program makes alike, of 8 bits.
+    /// 8-bit codes that every program computes alike.
     pub fn pattern(width: usize, height: usize, seed: u64) -> Encoded {
         let code = |x: usize, y: usize, c: usize| {
             let place = (x as u64 / 3) * 7 + (y as u64 / 2) * 131 + c as u64 * 29 + seed * 977;

@@ -1,4 +1,4 @@
-//! Evaluation: how near predicted pictures are to the truth, beside methods that need no network.
+//! Evaluation: how close predicted pictures come to the truth, compared with methods without a network.
 
 mod accuracy;
 mod display;

@@ -15,7 +15,7 @@ pub const SUBJECT: f32 = 0.98;
 /// The power that pictures are encoded by before they are compared.
 const GAMMA: f64 = 2.2;
 
-/// Pictures this alike count as equal; so the figure is finite in every report.
+/// The largest PSNR: pictures that are more alike count as equal, so that reports hold only finite numbers.
 pub const MOST_DECIBELS: f64 = 120.0;
 
 /// Pictures of one frame that are measured together, with their truths: one relit picture, or the
@@ -41,7 +41,7 @@ pub struct Psnr {
 }
 
 /// PSNR of the frames. The pictures of one frame share an exposure, and the error is pooled over them:
-/// of a frame's OLATs the bright ones count, where a mean of decibels would reward those that are black.
+/// so the bright OLATs of a frame count, where a mean of decibels would reward black ones.
 ///
 /// # Errors
 /// When there is no frame, shapes differ, or no pixel is subject.
@@ -73,7 +73,7 @@ pub fn psnr(frames: &[Compared]) -> Result<Psnr> {
     })
 }
 
-/// The subject's pixels of all pictures. What is no number counts as black.
+/// The subject's pixels of all pictures. NaN counts as black.
 fn subject(pictures: &[Image], mask: &Mask) -> Vec<[f32; 3]> {
     let inside = |image: &Image| {
         let pairs = image.pixels.iter().zip(&mask.pixels);
@@ -135,8 +135,8 @@ pub(super) fn scale([pictures, truths]: [f64; 2]) -> f64 {
     }
 }
 
-/// A picture encoded as the measure has it, over black: clip(gain·x, 0, 1)^(1/2.2) where it is covered.
-/// What is no number is black.
+/// A picture encoded as for the measure, over black: clip(gain·x, 0, 1)^(1/2.2) where it is covered.
+/// NaN counts as black.
 pub fn encoded(picture: &Image, mask: &Mask, gain: f32) -> Encoded {
     let pairs = picture.pixels.iter().zip(&mask.pixels);
     let code = |v: f32| unit(v).powf(1.0 / GAMMA as f32);
@@ -158,8 +158,7 @@ fn decibels(error: f64) -> f64 {
     (-10.0 * error.log10()).min(MOST_DECIBELS)
 }
 
-/// The value that `percent` of the values lie below, between neighbours by straight lines (as numpy
-/// has it). At least the smallest normal number, so that black truth has an exposure.
+/// The percentile of the values, interpolated linearly as numpy does. At least the smallest normal number, so that black truth has an exposure.
 fn percentile(values: &[f32], percent: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f32::total_cmp);

@@ -1,5 +1,5 @@
-//! The truth of a rendered shoot: what some interview frames really look like under the shoot's
-//! environments and under each lamp. For judging only; nothing is ever fitted to it.
+//! The ground truth of a rendered shoot: some interview frames as they really look under the shoot's
+//! environments and under each lamp. For evaluation only; nothing is ever fitted to it.
 //!
 //! ```text
 //! truth/FRAME_relit_ENVIRONMENT.exr     linear light
@@ -13,7 +13,7 @@ use project::{Framings, NamedEnvironment, Project};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// Which truth there is for a project, found by file names. Pictures are read when asked for.
+/// The truth of a project, found by file names. Pictures are read on demand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     folder: PathBuf,
@@ -31,7 +31,7 @@ impl Truth {
     /// Finds the truth for `project` in `folder`: the `truth` folder itself or the shoot that has one.
     ///
     /// # Errors
-    /// When there is none, or a frame is relit under one environment and not under another.
+    /// When there is no truth, or a frame is relit under one environment and not under another.
     pub fn open(project: &Project, folder: &Path) -> Result<Self> {
         let shoot = &project.settings.shoot;
         let inside = folder.join("truth");

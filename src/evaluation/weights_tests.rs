@@ -1,5 +1,5 @@
 //! What the kinds of weights do to the true OLATs of the shared head scan: on its truth frames, under a slow
-//! turn of a sunny park, and under every panorama that is at hand.
+//! turn of a sunny park, and under every available panorama.
 
 use super::{Method, Truth, score};
 use base::progress::Progress;
@@ -8,8 +8,8 @@ use compositor::reference::{lit_lamps, relight};
 use footage::{Frame, ImportSettings, import};
 use imaging::color::{luminance, srgb_from_linear};
 use imaging::{Image, resample::resize_area};
+use light::YawTable;
 use light::weights::{Partition, Weighting};
-use light::{Environment, YawTable};
 use project::Project;
 use reflectance::ReflectanceField;
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ fn shared(inside: &str) -> PathBuf {
         .join(inside)
 }
 
-/// The shoot; none where it is not here.
+/// The shoot; None if it is not available.
 fn shoot() -> Option<&'static Shoot> {
     static SHOOT: OnceLock<Option<Shoot>> = OnceLock::new();
     let shoot = SHOOT.get_or_init(|| {
@@ -138,7 +138,7 @@ fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f
 fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells() {
     const SIZE: usize = 64;
     let Some(shoot) = shoot() else { return };
-    let park = Environment::load(&shared("hdri/polyhaven_sunny_vondelpark_1k.hdr")).unwrap();
+    let park = light::panorama::load(&shared("hdri/polyhaven_sunny_vondelpark_1k.hdr")).unwrap();
     let index = shoot.truth.frames[0];
     let olats = shoot.truth.olats(index).unwrap();
     let olats: Vec<Image> = olats.iter().map(|o| resize_area(o, SIZE, SIZE)).collect();
@@ -197,7 +197,7 @@ fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
         {
             continue;
         }
-        let environment = Environment::load(&path).unwrap();
+        let environment = light::panorama::load(&path).unwrap();
         let weights = partition.weights(&environment, 0.0);
         let energy = environment.energy();
         for c in 0..3 {

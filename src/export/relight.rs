@@ -13,8 +13,8 @@ use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
 use light::conventions::Front;
 use light::keyframes::Keyframes;
-use light::lighting::Lit;
-use light::panorama::{self, Reading};
+use light::lighting::EnvironmentWeights;
+use light::panorama::{self, ReadSettings};
 use light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use project::{KnownEnvironment, Project};
 use reflectance::Predictor;
@@ -121,7 +121,8 @@ pub fn relight(
     let compute = ComputeDevice::choose(settings.device);
     progress.say(format!("The network runs on the {}", compute.description));
     let predictor = Predictor::open(project, &compute.device)?;
-    let mut lit = Lit::new(&environment, &calibration.rig, settings.lighting.weighting);
+    let mut lit =
+        EnvironmentWeights::new(&environment, &calibration.rig, settings.lighting.weighting);
     let frame_rate = project.settings.shoot.frame_rate;
     let size = project.settings.size;
     let mut writer = Writer::open(&settings.files, (first, last), size, frame_rate)?;
@@ -284,9 +285,9 @@ pub fn find_environment(
     }
     let file = named.as_ref().map_or(wanted, |named| &named.file);
     if named.is_some() || file.exists() {
-        let reading = Reading {
+        let reading = ReadSettings {
             mapping,
-            ..Reading::default()
+            ..ReadSettings::default()
         };
         let panorama = panorama::read(file, &reading)?;
         panorama.notes.iter().for_each(|note| progress.say(note));

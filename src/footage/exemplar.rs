@@ -47,8 +47,8 @@ impl Exemplar {
         sum
     }
 
-    /// The pose as a sum of all lamps of the shoot, of which `weights` has one each. Reads the OLATs of
-    /// those that the network does not learn, linearised by `response`, a few at a time.
+    /// The pose as a sum of all lamps of the shoot, with a weight for each. Reads the OLATs of lamps that the
+    /// network does not learn, linearised by `response`, a few at a time.
     ///
     /// # Errors
     /// When one of them cannot be read.

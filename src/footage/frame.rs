@@ -30,7 +30,7 @@ impl Frame {
                     "there is no frame {index}: the interview has frames 0 to {}",
                     frames.saturating_sub(1)
                 ),
-                "Ask for frames that the interview has",
+                "Choose frames of the interview",
             ));
         }
         Ok(Self {

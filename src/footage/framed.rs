@@ -1,11 +1,11 @@
-//! Pictures of the subject as the project frames them.
+//! Reads pictures of the subject, cropped to the project's framing.
 
 use base::error::Result;
 use imaging::{Encoded, Image, Mask, Raster, file};
 use project::{Framing, Framings, Padding};
 use std::path::Path;
 
-/// Reads a picture of 8 or 16 bits and cuts its square out, at the picture's own resolution.
+/// Reads a picture of 8 or 16 bits and crops it to its square, at the picture's own resolution.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -14,7 +14,7 @@ pub fn read_encoded(path: &Path, framings: &Framings) -> Result<Encoded> {
     Ok(Encoded(framed(picture, framings)))
 }
 
-/// The same of a linear picture.
+/// The same for a linear picture.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -22,7 +22,7 @@ pub fn read_linear(path: &Path, framings: &Framings) -> Result<Image> {
     Ok(framed(file::read_linear(path)?, framings))
 }
 
-/// The same of a matte, which is empty beyond its edges.
+/// The same for a matte, which is empty beyond its edges.
 ///
 /// # Errors
 /// When the file cannot be read.
@@ -41,7 +41,7 @@ fn framed(picture: Image, framings: &Framings) -> Image {
     cut(picture, &framing, outside)
 }
 
-/// The square of a picture; `outside` is what is beyond its edges, none repeats them.
+/// The square of a picture, filled with `outside` beyond the edges; `None` repeats the edge.
 fn cut<T: Copy>(picture: Raster<T>, framing: &Framing, outside: Option<T>) -> Raster<T> {
     let (width, height) = picture.size();
     let side = framing.side;

@@ -1,4 +1,4 @@
-//! Chooses which square of a project's pictures is worked with.
+//! Chooses which square of a project's pictures is used.
 
 use super::scan::counted;
 use base::error::{Error, Result};
@@ -10,11 +10,11 @@ use std::path::PathBuf;
 /// A square in pixels: left edge, upper edge, side.
 pub type Square = (i32, i32, usize);
 
-/// What a person chooses.
+/// Which squares to use.
 #[derive(Clone, Debug, Default)]
 pub struct FrameSettings {
-    /// The square of the interview's frames; none leaves theirs. It is that of the exemplars too, where they
-    /// have the same size.
+    /// The square of the interview's frames; `None` keeps theirs. If the exemplars have the same size, it is theirs
+    /// too.
     pub interview: Option<Square>,
     /// The square of the exemplars.
     pub exemplars: Option<Square>,
@@ -26,16 +26,16 @@ pub struct FrameSettings {
 pub struct FrameReport {
     pub interview: Framing,
     pub exemplars: Framing,
-    /// Where the calibration and the network of before are now, where there were any.
+    /// The folders into which the old calibration and network were moved, if there were any.
     pub aside: Vec<PathBuf>,
 }
 
 impl FrameSettings {
-    /// Frames the project's pictures, or only finds out how they are framed.
+    /// Sets the framing of the project's pictures, or only reports it.
     ///
     /// # Errors
-    /// When a picture cannot be read, a square shows nothing of it, or two squares are chosen for pictures of
-    /// one size.
+    /// When a picture cannot be read, a square shows none of it, or two squares are chosen for pictures of one
+    /// size.
     pub fn run(&self, project: &mut Project) -> Result<FrameReport> {
         project.check_parts()?;
         let sizes = [
@@ -73,7 +73,7 @@ impl FrameSettings {
 }
 
 impl FrameReport {
-    /// What a person reads.
+    /// The report in sentences.
     pub fn sentence(&self) -> String {
         let said = |framing: &Framing| {
             let [width, height] = framing.source;
@@ -92,7 +92,7 @@ impl FrameReport {
         );
         for folder in &self.aside {
             text += &format!(
-                "\nThe calibration and the network were made under another framing and are in {} now: calibrate \
+                "\nThe calibration and the network were made with another framing and were moved to {}. Calibrate \
                  and train again",
                 folder.display()
             );

@@ -1,4 +1,4 @@
-//! Import: find out what a shoot folder holds, check it, and make a project that points at it.
+//! Import: checks what a shoot folder holds, and makes a project that points to it.
 
 use super::shoot::{Listing, MANIFEST, Manifest, NO_SHOOT, name_of};
 use base::error::{Error, Result};
@@ -9,7 +9,7 @@ use project::{self, Ball, FORMAT, Framings, Project, Settings, Shoot, relative};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// What a person chooses at import.
+/// The settings of an import.
 #[derive(Clone, Debug)]
 pub struct ImportSettings {
     /// Working size, a power of two.
@@ -22,9 +22,9 @@ pub struct ImportSettings {
 /// copies nothing, and stores the shoot's place relative to the project's.
 ///
 /// # Errors
-/// When the manifest is not understood; a pose lacks a lamp that others have; a probe or a matte is
-/// missing; pictures that belong together differ in size; a file cannot be read; or there is a
-/// project already. The error names the file.
+/// When the manifest is invalid; a pose lacks a lamp that others have; a probe or a matte is missing; pictures that
+/// belong together differ in size; a file cannot be read; or the folder holds a project already. The error names
+/// the file.
 pub fn import(
     root: &Path,
     shoot: &Path,
@@ -65,7 +65,7 @@ pub fn import(
             let layout = layout(directions, &lamps);
             if layout.is_empty() {
                 progress.say(format!(
-                    "The manifest's `bank_directions` are not {} directions, one for each lamp: the lamps \
+                    "The manifest's `bank_directions` do not hold {} directions, one for each lamp, so the lamps \
                      will not be checked against them",
                     lamps.len()
                 ));
@@ -108,7 +108,7 @@ pub fn import(
     Ok(project)
 }
 
-/// Reads the header of every picture: all there, all readable, sizes alike within each group.
+/// Reads the header of every picture: all must exist, be readable and have one size within each group.
 fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
     let shoot = &project.settings.shoot;
     let group = |what: &'static str, paths: Vec<PathBuf>| -> Result<(usize, usize)> {
@@ -148,15 +148,15 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
     for (what, (width, height)) in [("frames", frame_size), ("exemplars", olat_size)] {
         if width != height {
             progress.say(format!(
-                "The {what} have {width} × {height} pixels: the largest square in the middle is worked with, until \
-                 another is chosen: afterlight frame"
+                "The {what} have {width} × {height} pixels. The largest square in the middle is used; choose \
+                 another with `afterlight frame`"
             ));
         }
     }
     if frame_size != olat_size {
         progress.say(
-            "Frames and exemplars differ in size. Frame both so that the subject is equally large in them: \
-             afterlight frame",
+            "Frames and exemplars differ in size. Frame both with `afterlight frame` so that the subject is \
+             equally large in them",
         );
     }
     let mut probes = vec![project.interview_probe_path()];
@@ -213,7 +213,7 @@ fn differs(path: &Path, size: (usize, usize), reference: &Path, expected: (usize
             expected.0,
             expected.1
         ),
-        "Bring all pictures of the shoot to one size",
+        "Resize the pictures of the shoot to one size",
     )
 }
 
@@ -221,8 +221,8 @@ fn missing(folder: &Path, what: &str) -> Error {
     Error::missing(format!("{} holds no {what}", folder.display()), NO_SHOOT)
 }
 
-/// Where each lamp is by the manifest: its directions are in the order of the OLATs' numbers, which is
-/// not that of names without leading zeros. Empty where it does not fit the lamps.
+/// Where each lamp is according to the manifest, whose directions follow the OLATs' numbers (names without leading
+/// zeros sort differently). Empty if they do not match the lamps.
 fn layout(directions: serde_json::Value, lamps: &[String]) -> Vec<Vec3> {
     let number = |name: &String| -> Option<u64> {
         let digits = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();

@@ -1,4 +1,4 @@
-//! A look at a shoot's folder before import: what is there, and what is missing and why that matters.
+//! Scans a shoot's folder before import: what it holds, what is missing, and why that matters.
 
 use super::shoot::{Listing, MANIFEST, Manifest, name_of, png_names};
 use imaging::file::dimensions;
@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
     pub folder: PathBuf,
-    /// What the shoot calls itself, or its folder's name.
+    /// The name in the manifest, or the folder's.
     pub name: String,
-    /// What was found, in the order in which it is needed.
+    /// The parts of the shoot, in the order in which they are needed.
     pub lines: Vec<Line>,
     pub frames: usize,
     pub poses: usize,
@@ -24,16 +24,16 @@ pub struct Scan {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     pub part: &'static str,
-    /// What is there, in numbers.
+    /// What was found, in numbers.
     pub found: String,
     /// What is missing or wrong, and why it matters.
     pub lack: Option<String>,
-    /// Whether no project can be made without it.
+    /// Whether a project needs it.
     pub needed: bool,
 }
 
 impl Scan {
-    /// Whether all is there that a project needs.
+    /// Whether the folder holds everything that a project needs.
     pub fn is_complete(&self) -> bool {
         self.lines
             .iter()
@@ -41,14 +41,14 @@ impl Scan {
     }
 }
 
-/// Whether `folder` looks like a shoot: it has a manifest, or an interview beside exemplars.
+/// Whether `folder` looks like a shoot: it has a manifest, or an interview and exemplars.
 pub fn is_shoot(folder: &Path) -> bool {
     let has = |name: &str| folder.join(name).is_dir();
     folder.join(MANIFEST).is_file() || (has("interview") && has("exemplars"))
 }
 
-/// Looks at the shoot in `folder`: lists files, reads the manifest and one picture's header. The import
-/// reads every header.
+/// Scans the shoot in `folder`: lists files, reads the manifest and one picture's header. (The import reads every
+/// header.)
 pub fn scan(folder: &Path) -> Scan {
     let manifest = Manifest::read(folder);
     let listing = Listing::present(folder);
@@ -71,13 +71,13 @@ pub fn scan(folder: &Path) -> Scan {
     let mut lines = vec![line(
         "Manifest",
         match &manifest {
-            Ok(_) => "where camera and mirror ball stood".to_owned(),
+            Ok(_) => "positions of camera and mirror ball".to_owned(),
             Err(_) => "none".to_owned(),
         },
         match &manifest {
             Ok(manifest) => (manifest.check_counts(folder, &listing).err()).map(|e| e.to_string()),
             Err(e) => Some(format!(
-                "{e}. Without it nobody knows where camera and ball stood, so no lamp's direction can be found"
+                "{e}. It holds the positions of camera and ball, without which no lamp's direction can be found"
             )),
         },
     )];
@@ -98,8 +98,8 @@ pub fn scan(folder: &Path) -> Scan {
         ),
         None => line(
             "Interview",
-            "no frame".to_owned(),
-            Some("Bring the frames as PNG into interview/: they are what is relit".to_owned()),
+            "no frames".to_owned(),
+            Some("Add the frames to relight as PNG files to interview/".to_owned()),
         ),
     });
     let olats = poses.iter().flat_map(|pose| {
@@ -113,12 +113,12 @@ pub fn scan(folder: &Path) -> Scan {
         format!("{} × {}", counted(poses.len(), "pose"), counted(lamps.len(), "lamp")),
         if lamps.is_empty() || poses.is_empty() {
             Some(
-                "Bring each pose under each lamp as exemplars/POSE/LAMP.png: from them the network learns what \
-                 every lamp does"
+                "Add a picture of each pose under each lamp as exemplars/POSE/LAMP.png: from these the network \
+                 learns what every lamp does"
                     .to_owned(),
             )
         } else {
-            absent(&olats, "Every pose is needed under every lamp, or a relit pose would lack that light")
+            absent(&olats, "Every pose is needed under every lamp: a relit pose would lack that light")
         },
     ));
     let there = names("probes");
@@ -132,7 +132,7 @@ pub fn scan(folder: &Path) -> Scan {
         counted(there.len(), "photograph"),
         absent(
             &balls,
-            "From the balls the lamps' directions and the interview's light are measured",
+            "The lamps' directions and the interview's light are measured from the balls",
         ),
     ));
     let mattes = [("exemplar_masks", poses), ("interview_masks", frames)];
@@ -151,7 +151,7 @@ pub fn scan(folder: &Path) -> Scan {
         counted(found, "matte"),
         absent(
             &missing,
-            "A matte says what is the subject: only that is learnt and relit",
+            "The mattes mark the subject: only that is learnt and relit",
         ),
     ));
     lines.push(environments(folder, manifest.as_ref().ok()));
@@ -166,7 +166,7 @@ pub fn scan(folder: &Path) -> Scan {
     }
 }
 
-/// Environments can be brought at any time.
+/// Environments can be added at any time.
 fn environments(folder: &Path, manifest: Option<&Manifest>) -> Line {
     let named = manifest.map_or(&[][..], |manifest| &manifest.hdris);
     let missing: Vec<String> = (named.iter())
@@ -178,13 +178,13 @@ fn environments(folder: &Path, manifest: Option<&Manifest>) -> Line {
         found: counted(named.len() - missing.len(), "panorama"),
         lack: if named.is_empty() {
             Some(
-                "The built-in ones light the interview until you add panoramas of your own"
+                "You can relight with the built-in environments, and add your own panoramas later"
                     .to_owned(),
             )
         } else {
             absent(
                 &missing,
-                "The others and the built-in ones can be used all the same",
+                "The others and the built-in environments can still be used",
             )
         },
         needed: false,

@@ -1,4 +1,4 @@
-//! A shoot's folder: what its manifest says, and which files are there.
+//! A shoot's folder: its manifest and its files.
 
 use base::error::{Error, Result};
 use project::{Ball, NamedEnvironment};
@@ -8,10 +8,10 @@ use std::path::Path;
 
 /// The name of a shoot's manifest.
 pub const MANIFEST: &str = "manifest.json";
-/// What to do about a folder that is no shoot.
+/// What to do about a folder that is not a shoot.
 pub const NO_SHOOT: &str = "Check that this is a shoot folder and is complete";
 
-/// The part of a shoot's `manifest.json` that no picture can tell.
+/// What is read from a shoot's `manifest.json`: what the pictures alone do not show.
 #[derive(Deserialize)]
 pub struct Manifest {
     #[serde(default)]
@@ -24,8 +24,8 @@ pub struct Manifest {
     pub probes: Probes,
     #[serde(default)]
     pub hdris: Vec<NamedEnvironment>,
-    /// Directions from the subject to the lamps, in the order of the OLATs' numbers. Any value, because a
-    /// shoot that says it otherwise can be imported all the same.
+    /// Directions from the subject to the lamps, in the order of the OLATs' numbers. Any value is accepted, because
+    /// a shoot with invalid directions can still be imported.
     #[serde(default)]
     pub bank_directions: Option<serde_json::Value>,
     #[serde(default)]
@@ -52,7 +52,7 @@ impl Manifest {
     /// Reads the manifest of the shoot in folder `shoot`.
     ///
     /// # Errors
-    /// When there is none, or it is not understood.
+    /// When it is missing or invalid.
     pub fn read(shoot: &Path) -> Result<Self> {
         let path = shoot.join(MANIFEST);
         let text = std::fs::read_to_string(&path).map_err(|e| {
@@ -60,7 +60,7 @@ impl Manifest {
                 "open",
                 &path,
                 e,
-                "Name the folder that holds a shoot's manifest.json",
+                "Choose the folder that holds a shoot's manifest.json",
             )
         })?;
         serde_json::from_str(&text).map_err(|e| {
@@ -73,7 +73,7 @@ impl Manifest {
         })
     }
 
-    /// Refuses a folder that holds other numbers of things than the manifest says.
+    /// Refuses a folder whose numbers of poses, lamps or frames differ from the manifest's.
     ///
     /// # Errors
     /// Then.
@@ -98,7 +98,7 @@ impl Manifest {
         }
     }
 
-    /// Frames per second of the interview; 24 where the manifest does not say.
+    /// Frames per second of the interview; 24 if the manifest does not say.
     pub fn frame_rate(&self) -> f64 {
         let said = self.frame_rate.filter(|r| *r > 0.0 && r.is_finite());
         said.unwrap_or(24.0)
@@ -120,7 +120,7 @@ impl Manifest {
 #[derive(Default)]
 pub struct Listing {
     pub poses: Vec<String>,
-    /// A lamp that any pose or probe has is a lamp: where it lacks, reading it names the file.
+    /// Every lamp that any pose or probe has. If it is missing elsewhere, reading it names the file.
     pub lamps: Vec<String>,
     pub frames: Vec<String>,
 }
@@ -134,7 +134,7 @@ impl Listing {
         Self::list(shoot, |names| names)
     }
 
-    /// What is there of a shoot that may lack folders.
+    /// Lists a shoot that may lack folders.
     pub fn present(shoot: &Path) -> Self {
         Self::list(shoot, |names| Ok(names.unwrap_or_default())).unwrap_or_default()
     }

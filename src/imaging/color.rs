@@ -49,7 +49,7 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
     }
 }
 
-/// An 8-bit code of a value in `[0, 1]`, rounded to nearest.
+/// The 8-bit code value of a value in `[0, 1]`, rounded to nearest.
 pub fn byte_from_unit(value: f32) -> u8 {
     (unit(value) * 255.0 + 0.5) as u8
 }

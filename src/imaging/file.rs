@@ -47,8 +47,8 @@ pub fn read_encoded(path: &Path) -> Result<Encoded> {
     Ok(Encoded(raster_from_rgb(decode(path)?.into_rgb32f())))
 }
 
-/// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on as they are,
-/// NaN and infinities included: whoever uses them decides.
+/// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on unchanged, NaN and infinities
+/// included.
 pub fn read_linear(path: &Path) -> Result<Image> {
     Ok(raster_from_rgb(decode(path)?.into_rgb32f()))
 }
@@ -200,7 +200,7 @@ pub fn write_beside(
         std::fs::rename(&beside, path).map_err(fail)
     })();
     if written.is_err() {
-        // The half-written file is ours alone; that it may not exist is the expected case.
+        // Removes the half-written file, which usually does not exist.
         let _ = std::fs::remove_file(&beside);
     }
     written

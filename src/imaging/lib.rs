@@ -1,12 +1,12 @@
-//! Pixels without a domain: rasters, colour, resampling and picture files.
+//! Pictures without a subject: rasters, colour, resampling, picture files and camera responses.
 
 pub mod color;
-mod curve;
+mod dual_gamma;
 pub mod file;
 mod raster;
 pub mod resample;
 mod response;
 
-pub use curve::Response;
+pub use dual_gamma::DualGamma;
 pub use raster::{Encoded, Image, Mask, Raster};
-pub use response::DualGamma;
+pub use response::Response;

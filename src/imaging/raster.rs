@@ -57,7 +57,7 @@ impl<T: Copy> Raster<T> {
         (self.width, self.height)
     }
 
-    /// The same raster with every pixel replaced.
+    /// A raster of the same size with every pixel mapped by `f`.
     pub fn map<U>(&self, f: impl FnMut(T) -> U) -> Raster<U> {
         Raster {
             width: self.width,

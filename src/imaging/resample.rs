@@ -1,5 +1,5 @@
-//! Change of size with an area filter: every output pixel is the mean of what it covers, so the
-//! mean of the picture is kept exactly.
+//! Resizes with an area filter: every output pixel is the mean of what it covers, so the mean of the picture is
+//! kept exactly.
 
 use super::raster::Raster;
 use rayon::prelude::*;
@@ -86,7 +86,7 @@ pub fn resize<T: Blend>(source: &Raster<T>, width: usize, height: usize) -> Rast
     resampled(source, &columns, &rows)
 }
 
-/// What each target pixel takes along each axis, put together.
+/// Applies each axis's shares to make the target's pixels.
 fn resampled<T: Blend>(
     source: &Raster<T>,
     columns: &[Vec<(usize, f32)>],

@@ -1,95 +1,99 @@
-//! The camera's response: I' = (1 − I)·I^γ1 + I·I^γ2 (the paper's dual gamma, section 3.1).
+//! Camera responses: the dual gamma that is fitted, a plain power, and standard curves.
 
 use super::color::unit;
-use super::raster::{Encoded, Image, Raster};
-use base::error::{Error, Result};
-use rayon::prelude::*;
+use super::dual_gamma::{DualGamma, decode_with, map_values};
+use super::raster::{Encoded, Image};
+use base::error::Error;
 use serde::{Deserialize, Serialize};
-use std::ops::RangeInclusive;
+use std::fmt;
 
-/// A dual gamma curve: encoded I in `[0, 1]` → linear I' in `[0, 1]`. The curve runs from 0 to 1;
-/// its slope is 0 at black (1 when γ1 = 1) and γ2 at white.
+/// A camera's response: encoded values in `[0, 1]` ↔ linear ones in `[0, 1]`. Every curve runs from
+/// 0 to 1 and never falls. Values outside `[0, 1]` are clipped, NaN gives 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DualGamma {
-    /// Exponent that rules dark pixels.
-    pub gamma1: f32,
-    /// Exponent that rules bright pixels.
-    pub gamma2: f32,
+#[serde(into = "Stored", try_from = "Stored")]
+pub enum Response {
+    /// The fitted curve of two exponents.
+    Dual(DualGamma),
+    /// I' = I^γ, γ within [`DualGamma::BOUNDS`]: the dual gamma of two equal exponents. 2.4 is the
+    /// display of ITU-R BT.1886.
+    Power(f32),
+    /// IEC 61966-2-1.
+    Srgb,
+    /// The inverse of the camera curve of ITU-R BT.709, with the constants of BT.2020, which are the
+    /// same curve without a gap between its two parts.
+    Rec709,
+    /// Encoded values are linear already.
+    Linear,
 }
 
-impl DualGamma {
-    /// Exponents that a camera can have: from none to far beyond any video standard.
-    pub const BOUNDS: RangeInclusive<f32> = 1.0..=4.0;
+/// BT.2020's α and β, to the last digit of an f64.
+const ALPHA: f64 = 1.099_296_826_809_443;
+const BETA: f64 = 0.018_053_968_510_807_81;
 
-    /// A curve of two exponents.
-    ///
-    /// # Errors
-    /// When an exponent is not a number within [`Self::BOUNDS`], or the curve falls anywhere.
-    pub fn new(gamma1: f32, gamma2: f32) -> Result<Self> {
-        let curve = Self { gamma1, gamma2 };
-        // NaN lies in no range, so it is refused here too.
-        if [gamma1, gamma2].iter().all(|g| Self::BOUNDS.contains(g)) && curve.is_monotone() {
-            return Ok(curve);
+impl Response {
+    /// The curve's name in sentences and in the window.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Dual(_) => "dual gamma",
+            Self::Power(_) => "power",
+            Self::Srgb => "sRGB",
+            Self::Rec709 => "Rec. 709",
+            Self::Linear => "linear",
         }
-        Err(Error::unexpected(
-            "the camera's dual gamma",
-            format!(
-                "two exponents from {} to {} whose curve never falls",
-                Self::BOUNDS.start(),
-                Self::BOUNDS.end()
-            ),
-            format!("γ1 = {gamma1}, γ2 = {gamma2}"),
-            "Run the calibration again, or give exponents near 2.2",
-        ))
     }
 
-    /// Whether a brighter code never means less light, checked at 1025 places.
-    pub fn is_monotone(&self) -> bool {
-        (0..=1024).all(|i| self.value_and_slope(f64::from(i) / 1024.0).1 >= 0.0)
+    /// γ1 and γ2 if the curve is a dual gamma or a plain power, else `None`.
+    pub fn exponents(&self) -> Option<[f32; 2]> {
+        match *self {
+            Self::Dual(DualGamma { gamma1, gamma2 }) => Some([gamma1, gamma2]),
+            Self::Power(gamma) => Some([gamma; 2]),
+            _ => None,
+        }
     }
 
-    /// Linear value of an encoded one. Values outside `[0, 1]` are clipped, NaN gives 0.
+    /// Linear value of an encoded one.
     pub fn decode_value(&self, encoded: f32) -> f32 {
-        self.value_and_slope(f64::from(unit(encoded))).0 as f32
+        let x = f64::from(unit(encoded));
+        let light = match self {
+            Self::Dual(curve) => return curve.decode_value(encoded),
+            Self::Power(gamma) => x.powf(f64::from(*gamma)),
+            Self::Srgb if x <= 0.040_45 => x / 12.92,
+            Self::Srgb => ((x + 0.055) / 1.055).powf(2.4),
+            Self::Rec709 if x <= 4.5 * BETA => x / 4.5,
+            Self::Rec709 => ((x + ALPHA - 1.0) / ALPHA).powf(1.0 / 0.45),
+            Self::Linear => x,
+        };
+        light as f32
     }
 
-    /// Encoded value of a linear one, solved to far below 1e-6. Values outside `[0, 1]` are clipped,
-    /// NaN gives 0. The curve must be monotone.
+    /// Encoded value of a linear one, to far below 1e-6.
     pub fn encode_value(&self, linear: f32) -> f32 {
         let y = f64::from(unit(linear));
-        if y == 0.0 || y == 1.0 {
-            return y as f32;
-        }
-        let (g1, g2) = (f64::from(self.gamma1), f64::from(self.gamma2));
-        // The curve is a mean of I^γ1 and I^γ2, so the solution lies between their inverses.
-        let (mut low, mut high) = (y.powf(1.0 / g1.min(g2)), y.powf(1.0 / g1.max(g2)));
-        (low, high) = (low.min(high), low.max(high));
-        let mut x = 0.5 * (low + high);
-        // Newton's steps, kept inside a bracket that every step narrows; 64 halvings exhaust f64.
-        for _ in 0..64 {
-            let (value, slope) = self.value_and_slope(x);
-            if value < y {
-                low = x
-            } else {
-                high = x
-            }
-            let newton = x - (value - y) / slope;
-            let next = if newton >= low && newton <= high {
-                newton
-            } else {
-                0.5 * (low + high)
-            };
-            if (next - x).abs() <= 1e-9 * next {
-                return next as f32;
-            }
-            x = next;
-        }
-        x as f32
+        let code = match self {
+            Self::Dual(curve) => return curve.encode_value(linear),
+            Self::Power(gamma) => y.powf(1.0 / f64::from(*gamma)),
+            Self::Srgb if y <= 0.040_45 / 12.92 => 12.92 * y,
+            Self::Srgb => 1.055 * y.powf(1.0 / 2.4) - 0.055,
+            Self::Rec709 if y <= BETA => 4.5 * y,
+            Self::Rec709 => ALPHA * y.powf(0.45) - (ALPHA - 1.0),
+            Self::Linear => y,
+        };
+        code as f32
     }
 
-    /// d linear / d encoded at an encoded value: 0 at black (1 when γ1 = 1) and γ2 at white.
+    /// d linear / d encoded at an encoded value; finite everywhere, and 0 at black if the curve starts flat.
     pub fn slope(&self, encoded: f32) -> f32 {
-        self.value_and_slope(f64::from(unit(encoded))).1 as f32
+        let x = f64::from(unit(encoded));
+        let slope = match self {
+            Self::Dual(curve) => return curve.slope(encoded),
+            Self::Power(gamma) => f64::from(*gamma) * x.powf(f64::from(*gamma) - 1.0),
+            Self::Srgb if x <= 0.040_45 => 1.0 / 12.92,
+            Self::Srgb => 2.4 / 1.055 * ((x + 0.055) / 1.055).powf(1.4),
+            Self::Rec709 if x <= 4.5 * BETA => 1.0 / 4.5,
+            Self::Rec709 => ((x + ALPHA - 1.0) / ALPHA).powf(1.0 / 0.45 - 1.0) / (0.45 * ALPHA),
+            Self::Linear => 1.0,
+        };
+        slope as f32
     }
 
     /// Linear light of an encoded picture.
@@ -101,70 +105,106 @@ impl DualGamma {
     pub fn encode(&self, picture: &Image) -> Encoded {
         Encoded(map_values(picture, |value| self.encode_value(value)))
     }
+}
 
-    /// I' and dI'/dI for encoded I in `[0, 1]`.
-    fn value_and_slope(&self, x: f64) -> (f64, f64) {
-        let (g1, g2) = (f64::from(self.gamma1), f64::from(self.gamma2));
-        // I^(γ−1) is finite at 0 because γ ≥ 1, so no division by I is needed.
-        let (a, b) = (x.powf(g1 - 1.0), x.powf(g2));
-        (
-            (1.0 - x) * a * x + x * b,
-            g1 * a - (g1 + 1.0) * a * x + (g2 + 1.0) * b,
-        )
+impl From<DualGamma> for Response {
+    fn from(curve: DualGamma) -> Self {
+        Self::Dual(curve)
     }
 }
 
-/// A picture through a decoding curve. Pictures of 8 bits hold 256 values: those come from a table,
-/// any other is computed.
-pub(super) fn decode_with(picture: &Encoded, decode: impl Fn(f32) -> f32 + Sync) -> Image {
-    let codes: [f32; 256] = std::array::from_fn(|code| code as f32 / 255.0);
-    let table = codes.map(&decode);
-    map_values(&picture.0, |value| {
-        let code = (value * 255.0 + 0.5) as usize & 255;
-        if codes[code] == value {
-            table[code]
-        } else {
-            decode(value)
+/// The curve with its exponents, for sentences.
+impl fmt::Display for Response {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Dual(curve) => write!(f, "γ1 = {:.3}, γ2 = {:.3}", curve.gamma1, curve.gamma2),
+            Self::Power(gamma) => write!(f, "γ = {gamma:.3}"),
+            _ => f.write_str(self.name()),
         }
-    })
+    }
 }
 
-/// A picture with every channel of every pixel replaced.
-pub(super) fn map_values(
-    picture: &Raster<[f32; 3]>,
-    value: impl Fn(f32) -> f32 + Sync,
-) -> Raster<[f32; 3]> {
-    let pixels = picture
-        .pixels
-        .par_iter()
-        .with_min_len(4096)
-        .map(|pixel| pixel.map(&value))
-        .collect();
-    Raster {
-        width: picture.width,
-        height: picture.height,
-        pixels,
+/// A response in a file: a standard curve by name, or a dual gamma by its exponents, which are equal for a power.
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    curve: Option<Standard>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gamma1: Option<f32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gamma2: Option<f32>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Standard {
+    Power,
+    Srgb,
+    Rec709,
+    Linear,
+}
+
+impl From<Response> for Stored {
+    fn from(response: Response) -> Self {
+        let [gamma1, gamma2] = response
+            .exponents()
+            .map_or([None; 2], |exponents| exponents.map(Some));
+        let curve = match response {
+            Response::Dual(_) => None,
+            Response::Power(_) => Some(Standard::Power),
+            Response::Srgb => Some(Standard::Srgb),
+            Response::Rec709 => Some(Standard::Rec709),
+            Response::Linear => Some(Standard::Linear),
+        };
+        Self {
+            curve,
+            gamma1,
+            gamma2,
+        }
+    }
+}
+
+impl TryFrom<Stored> for Response {
+    type Error = Error;
+
+    fn try_from(stored: Stored) -> Result<Self, Error> {
+        let dual = || {
+            DualGamma::new(
+                stored.gamma1.unwrap_or(f32::NAN),
+                stored.gamma2.unwrap_or(f32::NAN),
+            )
+        };
+        Ok(match stored.curve {
+            None => Self::Dual(dual()?),
+            Some(Standard::Power) => Self::Power(dual()?.gamma1),
+            Some(Standard::Srgb) => Self::Srgb,
+            Some(Standard::Rec709) => Self::Rec709,
+            Some(Standard::Linear) => Self::Linear,
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Raster;
     use proptest::prelude::*;
 
-    fn exponents() -> impl Strategy<Value = DualGamma> {
+    fn curves() -> impl Strategy<Value = Response> {
         let exponent = || prop_oneof![Just(1.0f32), Just(4.0f32), 1.0f32..=4.0];
-        (exponent(), exponent()).prop_map(|(gamma1, gamma2)| DualGamma { gamma1, gamma2 })
+        prop_oneof![
+            (exponent(), exponent())
+                .prop_map(|(gamma1, gamma2)| Response::Dual(DualGamma { gamma1, gamma2 })),
+            exponent().prop_map(Response::Power),
+            Just(Response::Srgb),
+            Just(Response::Rec709),
+            Just(Response::Linear),
+        ]
     }
 
     proptest! {
         #[test]
-        fn every_curve_within_the_bounds_is_accepted(curve in exponents()) {
-            prop_assert_eq!(DualGamma::new(curve.gamma1, curve.gamma2).unwrap(), curve);
-        }
-
-        #[test]
-        fn codes_and_light_round_trip(curve in exponents(), x in 0.0f32..=1.0) {
+        fn codes_and_light_round_trip(curve in curves(), x in 0.0f32..=1.0) {
             // A code so dark that its light is no normal number cannot come back.
             prop_assume!(x == 0.0 || curve.decode_value(x) > f32::MIN_POSITIVE);
             prop_assert!((curve.encode_value(curve.decode_value(x)) - x).abs() <= 1e-6);
@@ -172,89 +212,110 @@ mod tests {
         }
 
         #[test]
-        fn more_light_is_a_higher_code(curve in exponents(), x in 0.0f32..1.0, step in 1e-5f32..0.1) {
+        fn more_light_is_a_higher_code(curve in curves(), x in 0.0f32..1.0, step in 1e-5f32..0.1) {
             prop_assert!(curve.encode_value(x) < curve.encode_value((x + step).min(1.0)));
         }
-    }
 
-    #[test]
-    fn black_and_white_stay() {
-        for (g1, g2) in [(1.0, 1.0), (1.0, 4.0), (4.0, 1.0), (2.6, 2.1)] {
-            let curve = DualGamma::new(g1, g2).unwrap();
-            for end in [0.0, 1.0] {
-                assert_eq!(curve.decode_value(end), end);
-                assert_eq!(curve.encode_value(end), end);
-            }
+        #[test]
+        fn the_slope_is_that_of_the_curve(curve in curves(), x in 0.01f32..0.99) {
+            let h = 2e-3;
+            let rise = f64::from(curve.decode_value(x + h)) - f64::from(curve.decode_value(x - h));
+            // The curvature of the steepest curve, γ = 4, over the step; the corner of the two curves
+            // with a straight foot is smooth to the first derivative only.
+            prop_assert!((rise / f64::from((x + h) - (x - h)) - f64::from(curve.slope(x))).abs() < 4e-3);
+        }
+
+        #[test]
+        fn two_equal_exponents_are_a_plain_power(gamma in 1.0f32..=4.0, x in 0.0f32..=1.0) {
+            let dual = DualGamma { gamma1: gamma, gamma2: gamma };
+            prop_assert!((dual.decode_value(x) - Response::Power(gamma).decode_value(x)).abs() <= 1e-7);
         }
     }
 
-    #[test]
-    fn the_slope_is_finite_at_both_ends() {
-        for (g1, g2) in [(1.0, 1.0), (1.0, 4.0), (4.0, 1.0), (2.6, 2.1)] {
-            let curve = DualGamma {
-                gamma1: g1,
-                gamma2: g2,
-            };
-            assert_eq!(
-                curve.value_and_slope(0.0).1,
-                if g1 == 1.0 { 1.0 } else { 0.0 }
-            );
-            assert!((curve.value_and_slope(1.0).1 - f64::from(g2)).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn hostile_values_go_to_the_ends() {
-        let curve = DualGamma::new(2.6, 2.1).unwrap();
-        for (value, end) in [
-            (f32::NAN, 0.0),
-            (-1.0, 0.0),
-            (f32::NEG_INFINITY, 0.0),
-            (2.0, 1.0),
-            (f32::INFINITY, 1.0),
-        ] {
-            assert_eq!(curve.decode_value(value), end);
-            assert_eq!(curve.encode_value(value), end);
-        }
-        assert!((0.0..1e-6).contains(&curve.encode_value(f32::from_bits(1))));
-    }
-
-    #[test]
-    fn impossible_exponents_are_refused() {
-        for (g1, g2) in [
-            (f32::NAN, 2.0),
-            (2.0, f32::INFINITY),
-            (0.9, 2.0),
-            (2.0, 4.1),
-            (-2.0, 2.0),
-        ] {
-            assert!(DualGamma::new(g1, g2).is_err(), "({g1}, {g2})");
-        }
-        assert!(
-            !DualGamma {
+    fn all() -> [Response; 7] {
+        [
+            Response::Dual(DualGamma {
                 gamma1: 1.0,
-                gamma2: 20.0
-            }
-            .is_monotone()
-        );
+                gamma2: 4.0,
+            }),
+            Response::Dual(DualGamma {
+                gamma1: 4.0,
+                gamma2: 1.0,
+            }),
+            Response::Power(1.0),
+            Response::Power(4.0),
+            Response::Srgb,
+            Response::Rec709,
+            Response::Linear,
+        ]
     }
 
     #[test]
-    fn a_picture_is_decoded_like_its_values() {
-        let curve = DualGamma::new(2.3, 1.9).unwrap();
-        let picture = Encoded(Raster::from_fn(300, 4, |x, y| {
-            [
-                x as f32 / 255.0,
-                (x * y) as f32 / 1017.0,
-                if x == 7 { f32::NAN } else { -(y as f32) },
-            ]
-        }));
-        let light = curve.decode(&picture);
-        for (pixel, code) in light.pixels.iter().zip(&picture.0.pixels) {
-            assert_eq!(*pixel, code.map(|v| curve.decode_value(v)));
+    fn every_curve_runs_from_black_to_white_with_finite_slopes() {
+        for curve in all() {
+            for end in [0.0, 1.0] {
+                assert_eq!(curve.decode_value(end), end, "{curve:?}");
+                assert_eq!(curve.encode_value(end), end, "{curve:?}");
+                assert!((0.0..=4.0).contains(&curve.slope(end)), "{curve:?}");
+            }
+            for (hostile, end) in [(f32::NAN, 0.0), (-1.0, 0.0), (f32::INFINITY, 1.0)] {
+                assert_eq!(curve.decode_value(hostile), end);
+                assert_eq!(curve.encode_value(hostile), end);
+                assert!(curve.slope(hostile).is_finite());
+            }
         }
-        for (pixel, code) in curve.encode(&light).0.pixels.iter().zip(&picture.0.pixels) {
-            assert!((pixel[1] - code[1].clamp(0.0, 1.0)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_standards_have_their_published_values() {
+        // IEC 61966-2-1: mid-grey code 188 is 0.50289 of light. BT.709: 18 % grey is E' = 0.409.
+        assert!((Response::Srgb.decode_value(188.0 / 255.0) - 0.502_886).abs() < 1e-5);
+        assert!((Response::Rec709.encode_value(0.18) - 0.409_008).abs() < 5e-4);
+        for i in 0..=1000 {
+            let x = i as f32 / 1000.0;
+            let known = crate::color::linear_from_srgb(x);
+            assert!((Response::Srgb.decode_value(x) - known).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_file_keeps_every_curve_and_refuses_what_is_none() {
+        #[derive(PartialEq, Debug, Serialize, Deserialize)]
+        struct File {
+            #[serde(flatten)]
+            response: Response,
+            other: f32,
+        }
+        for response in all() {
+            let file = File {
+                response,
+                other: 1.0,
+            };
+            let text = toml::to_string(&file).unwrap();
+            assert_eq!(toml::from_str::<File>(&text).unwrap(), file, "{text}");
+        }
+        for text in [
+            "",
+            "gamma1 = 2.0",
+            "gamma1 = nan\ngamma2 = 2.0",
+            "curve = \"log\"",
+        ] {
+            assert!(toml::from_str::<File>(&format!("other = 1.0\n{text}")).is_err());
+        }
+    }
+
+    #[test]
+    fn pictures_are_decoded_and_encoded_like_their_values() {
+        let picture = Encoded(Raster::from_fn(256, 2, |x, y| {
+            [x as f32 / 255.0, (x + y) as f32 / 300.0, 0.5]
+        }));
+        for curve in all() {
+            let light = curve.decode(&picture);
+            for (pixel, code) in light.pixels.iter().zip(&picture.0.pixels) {
+                assert_eq!(*pixel, code.map(|v| curve.decode_value(v)));
+            }
+            let back = curve.encode(&light);
+            assert_eq!(back.0.at(7, 1)[2], curve.encode_value(light.at(7, 1)[2]));
         }
     }
 }

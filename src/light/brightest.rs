@@ -1,9 +1,9 @@
 //! The brightest areas of a panorama: the sun, windows, lamps, one by one.
 //!
-//! Texels are taken from the brightest down. Each joins the area that it touches or begins one; where two
-//! areas meet, the lower one is taken in unless it stands out, that is, unless its peak is twice as bright as
-//! the saddle between them (the component tree with persistence; Edelsbrunner, Letscher and Zomorodian
-//! 2002). What lies below a quarter of an area's peak is its surroundings and not part of it.
+//! Texels are taken from the brightest down. Each joins the area that it touches or begins one; where two areas
+//! meet, the dimmer one is merged unless its peak is twice as bright as the saddle between them (the component tree
+//! with persistence; Edelsbrunner, Letscher and Zomorodian 2002). Texels below a quarter of an area's peak are its
+//! surroundings and not part of it.
 
 use super::latlong::{texel_direction, texel_solid_angle};
 use super::{Environment, Rig};
@@ -11,10 +11,10 @@ use glam::{DVec3, Quat, Vec3};
 use imaging::color::luminance;
 use rayon::prelude::*;
 
-/// Columns at most at which areas are looked for: 0.7° a texel. Lamps are many degrees apart, and a finer
-/// panorama would show the rays of a star about the sun one by one.
+/// The most columns at which areas are searched: 0.7° a texel. Lamps are many degrees apart, and a finer panorama
+/// would split the star around a sun into its rays.
 const WIDTH: usize = 512;
-/// A peak stands out where the saddle towards a higher one is below its share of this.
+/// A peak stands out if the saddle towards a higher one is below this share of it.
 const SADDLE: f32 = 0.5;
 /// An area ends where the luminance is below this share of its peak.
 const EDGE: f32 = 0.25;
@@ -41,8 +41,8 @@ impl Area {
         cosine.clamp(-1.0, 1.0).acos().to_degrees()
     }
 
-    /// The usable lamp that it falls on, the nearest, with the angle between them in degrees, once the
-    /// environment is turned; `None` where no lamp is usable.
+    /// The usable lamp nearest to it in the turned environment, and the angle between them in degrees; `None` if no
+    /// lamp is usable.
     pub fn lamp(&self, rig: &Rig, turn: Quat) -> Option<(usize, f32)> {
         let direction = turn * self.direction;
         let usable = rig
@@ -56,8 +56,8 @@ impl Area {
     }
 }
 
-/// The `count` areas with the most energy, by luminance, in descending order; fewer where there are not as
-/// many. They do not overlap, so their shares add up to at most 1. The same panorama gives the same areas.
+/// The `count` areas with the most luminance energy, in descending order; fewer if the panorama has fewer. They do
+/// not overlap, so their shares add up to 1 or less. The same panorama gives the same areas.
 pub fn areas(environment: &Environment, count: usize) -> Vec<Area> {
     if environment.radiance.width > WIDTH {
         return areas(&environment.reduced(WIDTH), count);
@@ -67,7 +67,7 @@ pub fn areas(environment: &Environment, count: usize) -> Vec<Area> {
     let levels: Vec<f32> = pixels.iter().map(|&p| luminance(p)).collect();
     let peaks = peaks(&levels, width);
     let mut sums: Vec<Sum> = Vec::new();
-    // Which sum a peak's texel has.
+    // The index of each peak's sum.
     let mut of_peak = vec![usize::MAX; pixels.len()];
     let mut total = 0.0;
     for (i, (&level, &peak)) in levels.iter().zip(&peaks).enumerate() {
@@ -92,7 +92,7 @@ pub fn areas(environment: &Environment, count: usize) -> Vec<Area> {
     sums.into_iter()
         .take(count)
         .map(|sum| Area {
-            // An even sky has no middle.
+            // An even sky has no centre.
             direction: sum.middle.normalize_or(DVec3::Y).as_vec3(),
             solid_angle: sum.solid_angle as f32,
             energy: sum.energy,

@@ -1,4 +1,4 @@
-//! A yaw in the words of other tools, and which way is front in a file.
+//! A yaw as other tools express it, and which way is front in a file.
 //!
 //! All lay out a lat-long with u to the right as seen from within and differ by a yaw only: by the axis that
 //! the middle column shows, by the way their camera looks, and by the sign of their rotation. In each the
@@ -16,7 +16,7 @@
 use super::latlong::uv_from_direction;
 use serde::{Deserialize, Serialize};
 
-/// A tool that has a rotation of its own for environments.
+/// A tool with its own setting for an environment's rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Tool {
@@ -37,7 +37,7 @@ impl Tool {
         Self::Blender,
     ];
 
-    /// What people call it.
+    /// Its name in the window.
     pub fn title(self) -> &'static str {
         match self {
             Self::OpenExr => "OpenEXR, USD",
@@ -48,7 +48,7 @@ impl Tool {
         }
     }
 
-    /// Where the value belongs.
+    /// The setting that takes the value.
     pub fn setting(self) -> &'static str {
         match self {
             Self::OpenExr => "rotateY of the DomeLight, in degrees",
@@ -64,7 +64,7 @@ impl Tool {
     }
 
     /// Sign and offset of the value.
-    fn law(self) -> (f32, f32) {
+    fn sign_and_offset(self) -> (f32, f32) {
         match self {
             Self::OpenExr | Self::Nuke | Self::Mitsuba => (-1.0, 180.0),
             Self::ThreeJs => (-1.0, 90.0),
@@ -72,22 +72,21 @@ impl Tool {
         }
     }
 
-    /// The tool's value, above −180° and up to 180°, with which it shows an environment file as ours does
-    /// at a yaw.
+    /// The tool's value, above −180° and up to 180°, that shows an environment file as Afterlight does at a yaw.
     pub fn value_of_yaw(self, yaw_deg: f32) -> f32 {
-        let (sign, offset) = self.law();
+        let (sign, offset) = self.sign_and_offset();
         wrapped(offset + sign * yaw_deg)
     }
 
-    /// The yaw, above −180° and up to 180°, at which ours is as the tool shows it with a value.
+    /// The yaw, above −180° and up to 180°, at which Afterlight shows what the tool shows with a value.
     pub fn yaw_of_value(self, value_deg: f32) -> f32 {
-        let (sign, offset) = self.law();
+        let (sign, offset) = self.sign_and_offset();
         wrapped(sign * (value_deg - offset))
     }
 }
 
-/// Which way is front in a panorama file: the yaw in degrees that brings it to the middle column. Kept beside
-/// the file's name; 0 where the file was made for this program.
+/// Which way is front in a panorama file: the yaw in degrees that brings it to the middle column. Kept beside the
+/// file's name; 0 if the file was made for Afterlight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Front {
@@ -95,24 +94,24 @@ pub struct Front {
 }
 
 impl Front {
-    /// An offset in degrees; what is not finite counts as 0.
+    /// An offset in degrees; NaN and infinity count as 0.
     pub fn new(yaw_deg: f32) -> Self {
         Self {
             yaw_deg: wrapped(yaw_deg),
         }
     }
 
-    /// The place u of the file's columns, 0 to 1, is front: where the person points to.
+    /// The column at u, 0 to 1, is front: where a person pointed.
     pub fn at_column(u: f32) -> Self {
         Self::new(360.0 * (0.5 - u))
     }
 
-    /// The place u of the file's columns, 0 up to 1, that is front.
+    /// The column that is front, as u from 0 up to 1.
     pub fn column(self) -> f32 {
         (0.5 - self.yaw_deg() / 360.0).rem_euclid(1.0)
     }
 
-    /// The direction that the unturned panorama has to the front in ours.
+    /// A direction in the unturned panorama is front.
     pub fn at_direction(direction: glam::Vec3) -> Self {
         Self::at_column(uv_from_direction(direction).0)
     }
@@ -124,18 +123,17 @@ impl Front {
 
     /// The offset, above −180° and up to 180°.
     pub fn yaw_deg(self) -> f32 {
-        // A file may hold anything.
+        // A file may hold any value.
         wrapped(self.yaw_deg)
     }
 
-    /// The yaw at which the file is to be shown where the person has chosen `yaw_deg`. Turns stay as they
-    /// are written.
+    /// The yaw at which the file is shown if the person has chosen `yaw_deg`. Whole turns are kept.
     pub fn turned(self, yaw_deg: f32) -> f32 {
         yaw_deg + self.yaw_deg()
     }
 }
 
-/// The same angle above −180° and up to 180°; 0 for what is not finite.
+/// The same angle above −180° and up to 180°; 0 for NaN and infinity.
 fn wrapped(degrees: f32) -> f32 {
     if !degrees.is_finite() {
         return 0.0;
@@ -148,7 +146,7 @@ fn wrapped(degrees: f32) -> f32 {
     }
 }
 
-/// What a yaw of the environment is in other tools, a line each.
+/// The values of a yaw in other tools, one line each.
 pub fn sentence(yaw_deg: f32) -> String {
     let all = Tool::ALL.map(|tool| {
         let value = tool.value_of_yaw(yaw_deg);

@@ -1,19 +1,16 @@
 //! An environment: radiance from every direction as a lat-long panorama.
 
 use super::latlong::{texel_solid_angle, uv_from_direction};
-use super::panorama;
-use base::error::Result;
 use glam::Vec3;
 use imaging::{Image, resample::resize_area};
-use std::path::Path;
 
-/// The largest finite half float: what stands for infinity in a panorama without finite light.
+/// The largest finite half float: replaces infinity in a panorama without finite light.
 pub(super) const HALF_MAX: f32 = 65504.0;
 
-/// A lat-long panorama of radiance, cleaned of values that are not light.
+/// A lat-long panorama of radiance without NaN, infinite or negative values.
 #[derive(Clone, Debug)]
 pub struct Environment {
-    /// What people call it: the file's stem.
+    /// Its name: the file's stem.
     pub name: String,
     /// Radiance, finite and not negative, at any size.
     pub radiance: Image,
@@ -22,17 +19,9 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Reads a panorama file as [`panorama::read`] does by default.
-    ///
-    /// # Errors
-    /// When the file cannot be read or is no panorama.
-    pub fn load(path: &Path) -> Result<Self> {
-        Ok(panorama::read(path, &panorama::Reading::default())?.environment)
-    }
-
-    /// A panorama that is in memory. Values that are not light are repaired and counted:
-    /// negative ones (ringing of a filter) become 0, +∞ becomes the panorama's largest finite value,
-    /// and NaN the median of its neighbours, which a sun among them does not raise.
+    /// A panorama in memory. Values that are not light are repaired and counted: negative ones (a filter's ringing)
+    /// become 0, +∞ becomes the panorama's largest finite value, and NaN the median of its neighbours, which a sun
+    /// among them does not raise.
     pub fn from_radiance(name: impl Into<String>, mut radiance: Image) -> Self {
         let is_light = |v: f32| v.is_finite() && v >= 0.0;
         let broken: Vec<usize> = (0..radiance.pixels.len())
@@ -84,8 +73,8 @@ impl Environment {
         energy
     }
 
-    /// The panorama at `width × width/2` texels (at least one row), averaged by solid angle, so that its
-    /// energy stays. A smaller panorama is enlarged by repetition.
+    /// The panorama at `width × width/2` texels (at least one row), averaged by solid angle, which keeps its
+    /// energy. A smaller panorama is enlarged by repeating texels.
     pub fn reduced(&self, width: usize) -> Self {
         let height = (width / 2).max(1);
         let source = self.radiance.height;
@@ -128,7 +117,7 @@ impl Environment {
         }
     }
 
-    /// Radiance from a direction of any length but zero: bilinear, across the seam and the poles.
+    /// Radiance from a direction of any length above 0: bilinear, across the seam and the poles.
     pub fn radiance(&self, direction: Vec3) -> [f32; 3] {
         let (width, height) = self.radiance.size();
         let (u, v) = uv_from_direction(direction);
@@ -272,13 +261,13 @@ mod tests {
 
     #[test]
     fn a_panorama_of_the_shared_data_is_read() {
-        let path = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
+        let path = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
             .join("../shared/data/hdri/probulator_pisa.hdr");
         if !path.exists() {
             eprintln!("skipped: {} is not here", path.display());
             return;
         }
-        let pisa = Environment::load(&path).unwrap();
+        let pisa = crate::panorama::load(&path).unwrap();
         assert_eq!(
             (pisa.name.as_str(), pisa.repaired_texels),
             ("probulator_pisa", 0)

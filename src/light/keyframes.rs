@@ -22,7 +22,7 @@ pub enum Interpolation {
 pub struct Key {
     /// The frame, which may lie between two.
     pub frame: f64,
-    /// Numbers are gone through as they are written: a yaw from 0 to 720 turns twice.
+    /// Values are interpolated as they are: a yaw from 0 to 720 turns twice.
     pub value: f64,
 }
 
@@ -73,18 +73,18 @@ impl Keyframes {
         &self.keys
     }
 
-    /// Sets the value at a frame, in place of a key that is there. Gives the key's place in the order.
+    /// Sets the value at a frame, replacing a key that is there. Returns the key's index.
     ///
     /// # Errors
-    /// When a number is not finite or larger than a thousand million.
+    /// When a number is not finite or larger than 10⁹.
     pub fn insert(&mut self, frame: f64, value: f64) -> Result<usize> {
         const LARGEST: f64 = 1e9;
         if !(frame.abs() <= LARGEST && value.abs() <= LARGEST) {
             return Err(Error::unexpected(
                 "a keyframe",
-                "a frame and a value of at most a thousand million",
+                "a frame and a value of no more than 1000000000",
                 format!("{value} at frame {frame}"),
-                "Give other numbers",
+                "Give smaller numbers",
             ));
         }
         let key = Key { frame, value };
@@ -96,24 +96,23 @@ impl Keyframes {
         Ok(at)
     }
 
-    /// Takes the key at place `index` out, if there is one.
+    /// Removes the key at `index`, if there is one.
     pub fn remove(&mut self, index: usize) -> Option<Key> {
         (index < self.keys.len()).then(|| self.keys.remove(index))
     }
 
-    /// Moves the key at place `index` to another frame and value, in place of a key that is there. Gives its
-    /// new place.
+    /// Moves the key at `index` to another frame and value, replacing a key that is there. Returns its new index.
     ///
     /// # Errors
-    /// When there is no such key or a number is not usable; nothing is moved then.
+    /// When there is no such key, or as [`Self::insert`]; nothing is moved then.
     pub fn shift(&mut self, index: usize, frame: f64, value: f64) -> Result<usize> {
         let mut moved = self.clone();
         moved.remove(index).ok_or_else(|| {
             Error::unexpected(
                 "a keyframe",
-                format!("one of {} keys, counted from 0", self.keys.len()),
+                format!("one of {} keys, numbered from 0", self.keys.len()),
                 format!("key {index}"),
-                "Choose a key that is there",
+                "Choose an existing key",
             )
         })?;
         let at = moved.insert(frame, value)?;
@@ -121,8 +120,8 @@ impl Keyframes {
         Ok(at)
     }
 
-    /// The value at a frame: that of the first key before it and of the last one after it. `None` without keys;
-    /// a frame that is not a number counts as the first.
+    /// The value at a frame: before the first key that key's, after the last one that key's. `None` without keys; a
+    /// NaN frame counts as the first.
     pub fn at(&self, frame: f64) -> Option<f64> {
         let (first, last) = (self.keys.first()?, self.keys.last()?);
         let next = self.keys.partition_point(|key| key.frame <= frame);
@@ -148,7 +147,7 @@ impl Keyframes {
                     + (t3 - t2) * to
             }
         };
-        // What rounding adds to the ends.
+        // Rounding may overshoot the ends.
         Some(value.clamp(a.value.min(b.value), a.value.max(b.value)))
     }
 

@@ -14,7 +14,7 @@ pub fn direction_from_uv(u: f32, v: f32) -> Vec3 {
     Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
 }
 
-/// Panorama position (u ∈ [0, 1), v ∈ [0, 1]) of a direction of any length but zero.
+/// Panorama position (u ∈ [0, 1), v ∈ [0, 1]) of a direction of any length above 0.
 pub fn uv_from_direction(direction: Vec3) -> (f32, f32) {
     let theta = direction.x.hypot(direction.z).atan2(direction.y);
     let u = 0.5 + direction.x.atan2(-direction.z) / TAU;

@@ -1,5 +1,5 @@
-//! Light from all directions: lat-long panoramas, environments, the rig of lamps and the weights
-//! that give an environment's energy to lamps.
+//! Light from all directions: lat-long panoramas, environments, the rig of lamps, and the weights that distribute
+//! an environment's energy over the lamps.
 
 pub mod brightest;
 pub mod built_in;

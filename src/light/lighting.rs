@@ -1,4 +1,4 @@
-//! How an environment lights the stage: turned freely, graded, and joined by lights placed by hand.
+//! How an environment lights the subject: turned freely, graded, and joined by lights placed by hand.
 
 use super::placed::PlacedLight;
 use super::weights::{LightWeights, Partition, Weighting, rotation};
@@ -7,13 +7,13 @@ use glam::Quat;
 use imaging::{Image, color::luminance};
 use serde::{Deserialize, Serialize};
 
-/// What is done to an environment before it lights the subject, besides its yaw. The default does nothing.
+/// How an environment is changed before it lights the subject, besides its yaw. The default changes nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Lighting {
-    /// How it is given to the lamps.
+    /// How its light is distributed over the lamps.
     pub weighting: Weighting,
-    /// Turns after the yaw in degrees, as [`rotation`] has them: up, and counter-clockwise.
+    /// Turns after the yaw in degrees, as in [`rotation`]: up, and counter-clockwise.
     pub pitch_deg: f32,
     pub roll_deg: f32,
     /// Its brightness in stops, within [`Self::STOPS`].
@@ -21,10 +21,10 @@ pub struct Lighting {
     /// The colour of its light, see [`white::gains`].
     pub temperature_k: f32,
     pub tint: f32,
-    /// How much further in degrees than the light it is turned where it shows behind the subject.
+    /// How much further the background is turned than the light, in degrees.
     pub background_yaw_deg: f32,
-    /// Lights placed by hand. They stand on the stage: no turn moves them, and they do not show behind the
-    /// subject. Their intensity is that of the picture: π lights white that faces it to 1 at 0 stops.
+    /// Lights placed by hand. No turn of the environment moves them, and they do not show in the background. Their
+    /// intensity is relative to the picture: with π, white that faces the light is 1 at 0 stops.
     pub placed: Vec<PlacedLight>,
 }
 
@@ -44,7 +44,7 @@ impl Default for Lighting {
 }
 
 impl Lighting {
-    /// Stops within which an environment can be made darker or brighter.
+    /// The range of the intensity in stops.
     pub const STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
     /// The factor on the environment's radiance per channel; finite and not negative.
@@ -58,12 +58,12 @@ impl Lighting {
         white::gains(self.temperature_k, self.tint).map(|gain| gain * stops.exp2())
     }
 
-    /// The whole turn of the environment, where it is turned by `yaw_deg` first.
+    /// The whole turn of the environment: first by `yaw_deg`, then the tilt.
     pub fn turn(&self, yaw_deg: f32) -> Quat {
         self.tilt() * rotation(yaw_deg, 0.0, 0.0)
     }
 
-    /// The turn after the yaw; none where an angle is not finite.
+    /// The turn after the yaw; the identity if an angle is not finite.
     pub fn tilt(&self) -> Quat {
         let tilt = rotation(0.0, self.pitch_deg, self.roll_deg);
         if tilt.is_finite() {
@@ -74,8 +74,8 @@ impl Lighting {
     }
 }
 
-/// An environment before a rig: its weights under any lighting.
-pub struct Lit {
+/// The weights that a rig's lamps get from an environment, under any lighting.
+pub struct EnvironmentWeights {
     weighting: Weighting,
     partition: Partition,
     reduced: Environment,
@@ -83,8 +83,8 @@ pub struct Lit {
     rig: Rig,
 }
 
-impl Lit {
-    /// An environment of any size before a rig.
+impl EnvironmentWeights {
+    /// Prepares an environment of any size for a rig.
     pub fn new(environment: &Environment, rig: &Rig, weighting: Weighting) -> Self {
         let partition = Partition::of(weighting, rig);
         let reduced = environment.reduced(Partition::WIDTH);
@@ -97,7 +97,7 @@ impl Lit {
         }
     }
 
-    /// The same for another environment; what belongs to the rig alone is kept.
+    /// Replaces the environment and keeps what depends on the rig alone.
     pub fn environment(self, environment: &Environment) -> Self {
         let reduced = environment.reduced(Partition::WIDTH);
         Self {
@@ -107,9 +107,9 @@ impl Lit {
         }
     }
 
-    /// The lamps' weights of the environment, turned and graded, and of the placed lights, whose unit is
-    /// `unit` of the environment's. A yaw alone is a look-up; with pitch or roll the environment is turned
-    /// anew, in about two milliseconds.
+    /// The lamps' weights from the turned and graded environment and from the placed lights. One unit of a placed
+    /// light is `unit` in the environment. A yaw alone is a look-up; with pitch or roll the environment is
+    /// resampled, in about two milliseconds.
     pub fn weights(&mut self, lighting: &Lighting, yaw_deg: f32, unit: f32) -> LightWeights {
         if lighting.weighting != self.weighting {
             *self = Self::new(&self.reduced, &self.rig, lighting.weighting);
@@ -133,7 +133,7 @@ impl Lit {
         let lights = Environment::from_radiance("placed", lights);
         let mut placed = self.partition.weights(&lights, 0.0);
         scale(&mut placed, [unit; 3]);
-        // Shares of what is uncovered count by their energies.
+        // The uncovered shares of both are averaged by their energies.
         let energies = [
             (&self.reduced, gains, weights.uncovered),
             (&lights, [unit; 3], placed.uncovered),
@@ -165,7 +165,7 @@ impl Lit {
     }
 }
 
-/// Times `gains`, and finite.
+/// Multiplies by `gains`, clamped to finite values.
 fn scale(weights: &mut LightWeights, gains: [f32; 3]) {
     for weight in &mut weights.per_lamp {
         *weight = std::array::from_fn(|c| (weight[c] * gains[c]).min(f32::MAX));
@@ -215,9 +215,9 @@ mod tests {
 
     #[test]
     fn the_default_changes_nothing_and_a_turn_keeps_the_light() {
-        for weighting in [Weighting::Fit, Weighting::Soft, Weighting::Cells] {
+        for weighting in [Weighting::Fit, Weighting::Smooth, Weighting::Cells] {
             let (rig, sky) = (rig(), sky());
-            let mut lit = Lit::new(&sky, &rig, weighting);
+            let mut lit = EnvironmentWeights::new(&sky, &rig, weighting);
             let plain = Lighting {
                 weighting,
                 ..Lighting::default()
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_grade_scales_every_channel() {
-        let mut lit = Lit::new(&sky(), &rig(), Weighting::Fit);
+        let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
         let plain = lit.weights(&Lighting::default(), 5.0, 1.0);
         let graded = Lighting {
             intensity_stops: 2.0,
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn a_placed_light_adds_its_energy_and_stays_where_it_is() {
-        let mut lit = Lit::new(&sky(), &rig(), Weighting::Fit);
+        let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
         let light = PlacedLight {
             yaw_deg: 90.0,
             pitch_deg: 10.0,
@@ -269,7 +269,7 @@ mod tests {
             placed: vec![light.clone()],
             ..Lighting::default()
         };
-        let added = |lit: &mut Lit, yaw: f32| -> Vec<f32> {
+        let added = |lit: &mut EnvironmentWeights, yaw: f32| -> Vec<f32> {
             let (a, b) = (
                 lit.weights(&with, yaw, 3.0),
                 lit.weights(&Lighting::default(), yaw, 3.0),
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn numbers_that_make_no_sense_give_finite_light() {
-        let mut lit = Lit::new(&sky(), &rig(), Weighting::Fit);
+        let mut lit = EnvironmentWeights::new(&sky(), &rig(), Weighting::Fit);
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
             let lighting = Lighting {
                 pitch_deg: bad,
@@ -324,7 +324,7 @@ mod tests {
             );
             assert!(weights.uncovered.is_finite());
         }
-        let mut none = Lit::new(&sky(), &Rig::default(), Weighting::Fit);
+        let mut none = EnvironmentWeights::new(&sky(), &Rig::default(), Weighting::Fit);
         assert!(
             none.weights(&Lighting::default(), 0.0, 1.0)
                 .per_lamp

@@ -1,8 +1,7 @@
-//! A patch of light on the sphere, drawn into a panorama with exactly the energy that it has.
+//! A patch of light on the sphere, drawn into a panorama with its exact energy.
 //!
-//! What a texel gets is the part of the patch that lies within it, found by samples within the texel. Their
-//! sum is then brought to the patch's energy, so that it does not depend on the panorama's size, on
-//! the poles or on the seam.
+//! A texel gets the part of the patch inside it, found by samples. The sum is then scaled to the patch's energy, so
+//! that it does not depend on the panorama's size, the poles or the seam.
 
 use super::latlong::texel_solid_angle;
 use glam::DVec3;
@@ -32,8 +31,8 @@ pub(super) struct Patch {
     pub softness: f64,
 }
 
-/// Half a rectangle's side at most: beyond it the two angles no longer name one direction.
-const WIDEST: f64 = 85.0 * PI / 180.0;
+/// The largest half side of a rectangle: beyond it the two angles no longer determine one direction.
+const MAX_HALF_SIDE: f64 = 85.0 * PI / 180.0;
 
 impl Patch {
     /// Adds light of ∫ L dω = `energy` per channel. A patch smaller than a texel is drawn a texel wide.
@@ -44,8 +43,8 @@ impl Patch {
             return;
         }
         let texel = (PI / height as f64).max(TAU / width as f64);
-        let seen = Seen::new(self, 0.5 * texel);
-        // A small patch that moves should not be seen to jump from sample to sample.
+        let seen = DrawnPatch::new(self, 0.5 * texel);
+        // A small patch that moves must not visibly jump from sample to sample.
         let across = match seen.reach / texel {
             0.0..2.0 => 16,
             2.0..8.0 => 4,
@@ -98,14 +97,14 @@ impl Patch {
     }
 }
 
-/// A patch as it is drawn.
-struct Seen {
+/// A patch, prepared for drawing.
+struct DrawnPatch {
     middle: DVec3,
     right: DVec3,
     up: DVec3,
     outline: Outline,
     softness: f64,
-    /// No part of the patch is farther from its middle.
+    /// The largest angle of any part of the patch from its middle.
     reach: f64,
     /// Of a disc's radius, and of the part of it where it is as bright as in the middle.
     cosines: (f64, f64),
@@ -113,7 +112,7 @@ struct Seen {
     tangents: (f64, f64),
 }
 
-impl Seen {
+impl DrawnPatch {
     /// The patch with no radius or half side below `least`.
     fn new(patch: &Patch, least: f64) -> Self {
         let (sin_phi, cos_phi) = patch.azimuth.sin_cos();
@@ -127,7 +126,7 @@ impl Seen {
                 (Outline::Disc(radius), radius)
             }
             Outline::Rectangle(width, height) => {
-                let side = |half: f64| half.clamp(least.min(WIDEST), WIDEST);
+                let side = |half: f64| half.clamp(least.min(MAX_HALF_SIDE), MAX_HALF_SIDE);
                 let (width, height) = (side(width), side(height));
                 tangents = (width.tan(), height.tan());
                 let reach = tangents.0.hypot(tangents.1).atan();

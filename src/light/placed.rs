@@ -1,5 +1,4 @@
-//! Lights placed by hand: a lamp where the person wants one, drawn into a panorama, so that all weights see it
-//! as they see an environment.
+//! Lights placed by hand, drawn into a panorama, so that weights treat them like an environment.
 
 #[cfg(test)]
 use super::Environment;
@@ -14,7 +13,7 @@ const SOFTNESS: f64 = 0.3;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// As small as the panorama shows: a texel.
+    /// As small as the panorama can show: one texel.
     Point,
     /// A disc with a sharp edge: a bulb, a sun.
     Disc,
@@ -42,7 +41,7 @@ pub struct PlacedLight {
     /// The light's energy: ∫ L dω is `intensity · color` per channel, whatever the size. A white matt
     /// surface that faces the light gets radiance `intensity / π` from it.
     pub intensity: f32,
-    /// Whether it shines.
+    /// Whether the light is on.
     pub enabled: bool,
 }
 
@@ -70,7 +69,7 @@ impl PlacedLight {
         }
         self.color.map(|channel| {
             let energy = f64::from(channel) * f64::from(self.intensity);
-            // Beyond what a texel holds it is no light.
+            // Values that a texel cannot hold do not count.
             let is_light = energy > 0.0 && energy < f64::from(f32::MAX) * 1e-9;
             if is_light { energy } else { 0.0 }
         })
@@ -83,8 +82,8 @@ impl PlacedLight {
         glam::Vec3::new(cos_pitch * sin_yaw, sin_pitch, -cos_pitch * cos_yaw)
     }
 
-    /// Adds the light to a panorama, whose energy grows by [`Self::energy`] to the rounding of its texels,
-    /// at any size: weights need no more than a small panorama.
+    /// Adds the light to a panorama, whose energy grows by [`Self::energy`], up to rounding, at any size: a small
+    /// panorama is enough for weights.
     pub fn add_to(&self, panorama: &mut Image) {
         self.patch().add(panorama, self.energy());
     }
@@ -105,7 +104,7 @@ impl PlacedLight {
     }
 }
 
-/// The environment with lights added. Without a light that shines its texels stay as they are.
+/// The environment with lights added. If no light is on, its texels stay as they are.
 #[cfg(test)]
 pub(super) fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> Environment {
     let mut lit = environment.clone();
@@ -222,7 +221,7 @@ mod tests {
         let black = Environment::from_radiance("", Image::filled(256, 128, [0.0; 3]));
         for (i, spot) in spots.iter().enumerate() {
             let lit = with_lights(&black, std::slice::from_ref(spot));
-            for (j, weights) in Partition::soft(&rig, Partition::WIDTH)
+            for (j, weights) in Partition::cells(&rig, Partition::WIDTH)
                 .weights(&lit, 0.0)
                 .per_lamp
                 .iter()

@@ -15,8 +15,8 @@ pub struct Lamp {
     pub energy: [f32; 3],
     /// Root-mean-square angle of the footprint about the centroid, in degrees.
     pub spread_deg: f32,
-    /// How far the direction can be trusted: 0 (not seen) to 1 (the ball shows all of the lamp). A clipped
-    /// lamp is where it seems to be.
+    /// How far the direction can be trusted: 0 (not seen) to 1 (the ball shows all of the lamp). Clipping does not
+    /// lower it.
     pub confidence: f32,
     /// Share of the energy, 0 to 1, from pixels with a clipped channel: there the lamp is brighter than
     /// measured.
@@ -31,8 +31,8 @@ pub struct Rig {
 }
 
 impl Lamp {
-    /// Whether the lamp can stand for light: the ball saw it, in every channel. A lamp without one
-    /// channel could take that channel's energy only with an infinite weight.
+    /// Whether the lamp can be used: the ball shows it, in every channel. A lamp without light in one channel would
+    /// need an infinite weight there.
     pub fn is_usable(&self) -> bool {
         self.confidence > 0.0
             && self.direction.is_finite()

@@ -1,5 +1,4 @@
-//! A few lamps of many, spread evenly: which OLATs to shoot, or to train with, when there is no time for
-//! all.
+//! Chooses a few lamps of many, spread evenly: which OLATs to shoot, or to train with, if there is no time for all.
 
 use super::latlong::texel_direction;
 use base::error::{Error, Result};
@@ -11,20 +10,20 @@ use rayon::prelude::*;
 pub struct Subset {
     /// Which lamps, in ascending order.
     pub indices: Vec<usize>,
-    /// The largest angle in degrees from a direction that the whole rig covers to the nearest chosen lamp.
-    /// The whole rig covers what is at most its spacing (the median angle between nearest neighbours) away
-    /// from one of its lamps. Sampled every 2°, so that up to 1° may be missing.
+    /// The largest angle in degrees from a direction that the whole rig covers to the nearest chosen lamp. The
+    /// whole rig covers a direction if one of its lamps is no farther than its spacing (the median angle between
+    /// nearest neighbours). Sampled every 2°, so up to 1° may be missing.
     pub covering_deg: f32,
-    /// The smallest angle between two chosen lamps in degrees; 180 where only one is chosen.
+    /// The smallest angle between two chosen lamps in degrees; 180 if only one is chosen.
     pub separation_deg: f32,
 }
 
-/// Chooses `count` lamps of a rig with the given unit directions, as evenly as it can be: every direction
-/// that the rig covers should have a chosen lamp near it, and no two chosen lamps should be close. A first
-/// choice takes the farthest lamp from those chosen, again and again (Gonzalez 1985). Then chosen lamps are
-/// swapped for others as long as that lowers the cost; the best swap is found as in FasterPAM
-/// (Schubert and Rousseeuw 2021). Of several such choices, with other first lamps, the most even one is
-/// returned. The same input gives the same choice.
+/// Chooses `count` lamps of a rig with the given unit directions, as evenly as it can be: every direction that the
+/// rig covers should have a chosen lamp near it, and no two chosen lamps should be close. The first choice
+/// repeatedly adds the lamp that is farthest from those chosen (Gonzalez 1985). Then chosen lamps are swapped for
+/// others as long as that lowers the cost; the best swap is found as in FasterPAM (Schubert and Rousseeuw 2021). Of
+/// several such choices, with other first lamps, the most even one is returned. The same input gives the same
+/// choice.
 ///
 /// # Errors
 /// When `count` is 0 or more than there are lamps, or a direction is not of unit length.
@@ -42,7 +41,7 @@ pub fn choose(directions: &[Vec3], count: usize) -> Result<Subset> {
             format!("lamp {lamp} of the rig"),
             "a direction of unit length",
             directions[lamp].to_string(),
-            "Leave lamps out that the mirror ball did not show",
+            "Leave out lamps that the mirror ball did not show",
         ));
     }
     /// Choices with different first lamps: more than these gain little.
@@ -55,7 +54,7 @@ pub fn choose(directions: &[Vec3], count: usize) -> Result<Subset> {
         chosen.sort_unstable();
         measure(directions, &samples, chosen)
     });
-    // In the most even arrangement there is, of hexagons, the covering is 1/√3 of the separation.
+    // In the most even arrangement, hexagons, the covering is 1/√3 of the separation.
     let excess = |s: &Subset| s.covering_deg - s.separation_deg / 3f32.sqrt();
     let best = starts.min_by(|a, b| excess(a).total_cmp(&excess(b)));
     Ok(best.unwrap_or_else(|| measure(directions, &samples, (0..count).collect())))

@@ -1,13 +1,12 @@
-//! Weights: an environment as one number per lamp and channel.
+//! Weights: an environment as one factor per lamp and channel.
 //!
-//! A picture under the environment is Σ_i w_i · OLAT_i with w_i = (energy of the environment given to
-//! lamp i) / e_i. Who gets the energy from a direction is a [`Partition`] of the sphere, made once for
-//! a rig: a yaw of the environment then only shifts columns.
+//! A picture under the environment is Σ_i w_i · OLAT_i with w_i = (energy of the environment given to lamp i) /
+//! e_i. Which lamps get the energy from a direction is defined by a [`Partition`] of the sphere, made once for a
+//! rig: a yaw of the environment then only shifts columns.
 //!
 //! | kind | energy | a small sun that turns | sums of environments |
 //! |---|---|---|---|
 //! | [`Partition::cells`] | kept | jumps from lamp to lamp | linear |
-//! | [`Partition::soft`] | kept | moves over near the cells' borders | linear |
 //! | [`Partition::smooth`] | kept | moves over all the way | linear |
 //! | [`Partition::fit`] | kept | moves over all the way | not linear: a bound decides who is dark |
 
@@ -27,20 +26,21 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 pub use turned::rotation;
 
-/// Which [`Partition`] gives an environment to the lamps.
+/// Which [`Partition`] distributes an environment over the lamps.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Weighting {
-    /// All from a direction to the nearest lamp.
+    /// All light from a direction to the nearest lamp.
     Cells,
-    /// To the three lamps around a direction.
+    /// Light from a direction to the three lamps around it.
     Smooth,
-    /// To the nearest lamp, and near a border to both.
-    Soft,
-    /// The sum of lamps that is nearest to the environment.
+    /// The sum of lamps that is nearest to the environment. Projects and scripts of older versions may ask for
+    /// `soft`, which was removed: they get this.
     #[default]
+    #[serde(alias = "soft")]
+    #[value(alias = "soft")]
     Fit,
 }
 
@@ -57,28 +57,28 @@ pub struct LightWeights {
 pub struct Partition {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// The nodes that share each texel's energy, texel after texel: shares are not negative and, but for
-    /// a fit, add up to 1 for each.
+    /// The nodes that share each texel's energy, texel after texel. Shares are not negative and, except in a fit,
+    /// add up to 1.
     shares: Vec<(u16, f32)>,
     /// Where each texel's part of `shares` ends.
     ends: Vec<u32>,
     /// Per texel whether lamps surround it.
     covered: Vec<bool>,
-    pub(super) division: Arc<Division>,
+    pub(super) division: Arc<LampDivision>,
 }
 
-/// From what the nodes were given to the weights of the lamps.
-pub(super) struct Division {
-    /// Per node the lamps that its energy goes to; shares add up to 1.
+/// Distributes the nodes' energies over the lamps.
+pub(super) struct LampDivision {
+    /// Per node, the lamps that get its energy; shares add up to 1.
     nodes: Vec<Vec<(usize, f64)>>,
-    /// Where it is there, what a node was given is not its energy but how well its footprint agrees with
-    /// the environment, and energies are solved for.
+    /// If present, a node's value is not its energy but how well its footprint agrees with the environment, and the
+    /// energies are solved for.
     fit: Option<Fit>,
     lamp_energy: Vec<[f32; 3]>,
 }
 
-/// What a panorama gives to the nodes of a partition.
-pub(super) struct Gathered {
+/// What the nodes of a partition get from a panorama.
+pub(super) struct NodeEnergies {
     /// Per node Σ share · energy.
     pub nodes: Vec<[f64; 3]>,
     /// Energy from where no lamp is.
@@ -93,7 +93,6 @@ impl Partition {
         let kind = match weighting {
             Weighting::Cells => Self::cells,
             Weighting::Smooth => Self::smooth,
-            Weighting::Soft => Self::soft,
             Weighting::Fit => Self::fit,
         };
         kind(rig, Self::WIDTH)
@@ -102,34 +101,6 @@ impl Partition {
     /// Columns of the panorama that weights are computed at: 1.4° a texel, a tenth of the spacing of 100
     /// lamps, and small enough for a turn of the environment to cost well under a millisecond.
     pub const WIDTH: usize = 256;
-
-    /// Spherical Voronoi cells whose borders are soft: a lamp at angle θ from a texel gets a
-    /// share ∝ exp(−(θ² − θ₀²) / 2σ²), where θ₀ is the nearest lamp's angle and σ a fifth of the lamps'
-    /// spacing. A small light goes to one bank of lamps, as in [`Self::cells`], and moves on continuously
-    /// as it turns, as in [`Self::smooth`], which spreads it over three banks.
-    pub fn soft(rig: &Rig, width: usize) -> Self {
-        let nodes = Nodes::of(rig);
-        let sigma = nodes.softness();
-        Self::build(rig, width, &nodes, None, |nodes, direction, _, _| {
-            let angles: Vec<f64> = nodes
-                .real()
-                .map(|lamp| direction.angle_between(*lamp))
-                .collect();
-            let nearest = angles.iter().copied().fold(f64::INFINITY, f64::min);
-            let softness =
-                |angle: f64| (-(angle * angle - nearest * nearest) / (2.0 * sigma * sigma)).exp();
-            // What is left out below falls to 0 continuously.
-            let raw = angles
-                .iter()
-                .map(|&angle| (softness(angle) - 1e-4).max(0.0));
-            let raw: Vec<(usize, f64)> =
-                raw.enumerate().filter(|(_, share)| *share > 0.0).collect();
-            let sum: f64 = raw.iter().map(|(_, share)| share).sum();
-            raw.into_iter()
-                .map(|(node, share)| (node as u16, (share / sum) as f32))
-                .collect()
-        })
-    }
 
     /// Barycentric shares on the convex hull of the lamps' directions. Lamps in one direction share
     /// equally. Where a rig leaves a gap, the gap's energy goes to the lamps around it and counts as
@@ -156,10 +127,10 @@ impl Partition {
         })
     }
 
-    /// The default. Non-negative least squares of the environment by the lamps' footprints, per channel, both blurred
-    /// to the rig's spacing, among the solutions that keep the environment's energy: so a light in a gap
-    /// of the rig is not lost. A footprint is a round blur of the lamp's spread about its direction. Unlike
-    /// the other kinds it is not linear in the environment, only in its brightness.
+    /// The default. A non-negative least-squares fit of the lamps' footprints to the environment, per channel, both
+    /// blurred to the rig's spacing. The environment's energy is kept, so a light in a gap of the rig is not lost.
+    /// A footprint is a round blur with the lamp's spread around its direction. Unlike the other kinds it is not
+    /// linear in the environment, only in its brightness.
     pub fn fit(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
         let fit = Fit::of(rig, &nodes);
@@ -211,7 +182,7 @@ impl Partition {
             shares,
             ends,
             covered,
-            division: Arc::new(Division {
+            division: Arc::new(LampDivision {
                 nodes,
                 fit: fit.cloned(),
                 lamp_energy,
@@ -219,9 +190,9 @@ impl Partition {
         }
     }
 
-    /// The weights of an environment turned by `yaw_deg`; positive moves its content towards larger u.
-    /// An environment of another size than the partition is brought to it first: for a live turn do that
-    /// once, with [`Environment::reduced`] to [`Self::WIDTH`], or keep a [`super::YawTable`].
+    /// The weights of an environment turned by `yaw_deg`; positive moves its content towards larger u. An
+    /// environment of another size than the partition is resized first: for a live turn do that once, with
+    /// [`Environment::reduced`] to [`Self::WIDTH`], or keep a [`super::YawTable`].
     pub fn weights(&self, environment: &Environment, yaw_deg: f32) -> LightWeights {
         if environment.radiance.size() != (self.width, self.height) {
             return self.weights(&environment.reduced(self.width), yaw_deg);
@@ -245,8 +216,8 @@ impl Partition {
     }
 
     /// What the nodes get when `row` writes the energies of each row's texels.
-    fn gather(&self, mut row: impl FnMut(usize, &mut [[f64; 3]])) -> Gathered {
-        let mut gathered = Gathered {
+    fn gather(&self, mut row: impl FnMut(usize, &mut [[f64; 3]])) -> NodeEnergies {
+        let mut gathered = NodeEnergies {
             nodes: vec![[0.0f64; 3]; self.division.nodes.len()],
             uncovered: [0.0; 3],
             total: [0.0; 3],
@@ -271,7 +242,7 @@ impl Partition {
         gathered
     }
 
-    /// The nodes that share the texel's energy; none without lamps.
+    /// The nodes that share the texel's energy; empty without lamps.
     pub(super) fn texel(&self, x: usize, y: usize) -> &[(u16, f32)] {
         let texel = y * self.width + x;
         let Some(&end) = self.ends.get(texel) else {
@@ -287,14 +258,14 @@ impl Partition {
     }
 }
 
-impl Division {
+impl LampDivision {
     /// How many nodes there are.
     pub fn nodes(&self) -> usize {
         self.nodes.len()
     }
 
-    /// The lamps' weights for what the nodes were given.
-    pub fn weights(&self, gathered: &Gathered) -> LightWeights {
+    /// The lamps' weights for the nodes' energies.
+    pub fn weights(&self, gathered: &NodeEnergies) -> LightWeights {
         let solved = self
             .fit
             .as_ref()
@@ -328,8 +299,8 @@ impl Division {
     }
 }
 
-/// A yaw as whole columns of a panorama `width` wide and the part of a column that is left. A yaw that is
-/// not a number turns nothing.
+/// A yaw as whole columns of a panorama `width` wide and the part of a column that is left. A yaw that is NaN or
+/// infinite turns nothing.
 pub(super) fn columns(yaw_deg: f32, width: usize) -> (usize, f64) {
     let turn = f64::from(yaw_deg).rem_euclid(360.0) / 360.0 * width as f64;
     let turn = if turn.is_finite() { turn } else { 0.0 };

@@ -1,8 +1,8 @@
 //! White light of a temperature and a tint as gains on linear Rec. 709 channels.
 //!
-//! From 5000 K up the colours are the CIE daylight locus (CIE 15, equations for S_D), up to 4000 K the
-//! Planckian locus (the cubic fits of Kim et al., US patent 7024034, within 0.0003 of the locus), and between them
-//! one goes over into the other, evenly in reciprocal temperature.
+//! From 5000 K up the colours are the CIE daylight locus (CIE 15, equations for S_D), up to 4000 K the Planckian
+//! locus (the cubic fits of Kim et al., US patent 7024034, within 0.0003 of the locus), and between them a blend of
+//! both that is linear in reciprocal temperature.
 
 use imaging::color::{linear_from_xyz, luminance};
 
@@ -11,10 +11,10 @@ pub const NEUTRAL_K: f32 = 6504.0;
 /// The temperatures for which the loci are given, in kelvin.
 pub const RANGE_K: std::ops::RangeInclusive<f32> = 1667.0..=25000.0;
 
-/// Linear Rec. 709 gains of luminance 1 for light of a temperature in kelvin, clamped to [`RANGE_K`], and
-/// a tint: 0 is on the locus, +100 is magenta and −100 green by 1/30 in CIE 1960 (u, v), across the locus
-/// (3000 steps to the unit, as photographers' tools count). Colours that Rec. 709 does not hold are
-/// clipped at 0. 6504 K without tint is exactly neutral, and what is not finite counts as that.
+/// Linear Rec. 709 gains of luminance 1 for light of a temperature in kelvin, clamped to [`RANGE_K`], and a tint: 0
+/// is on the locus, +100 is magenta and −100 green by 1/30 in CIE 1960 (u, v), across the locus (3000 steps to the
+/// unit, as photographers' tools count). Colours outside Rec. 709 are clipped at 0. 6504 K without tint is exactly
+/// neutral, and NaN or infinity counts as that.
 pub fn gains(kelvin: f32, tint: f32) -> [f32; 3] {
     let finite = |v: f32, or: f32| if v.is_finite() { v } else { or };
     let kelvin = finite(kelvin, NEUTRAL_K).clamp(*RANGE_K.start(), *RANGE_K.end());

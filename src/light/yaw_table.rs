@@ -7,29 +7,28 @@
 
 use super::Environment;
 use super::latlong::texel_solid_angle;
-use super::weights::{Division, Gathered, LightWeights, Partition, columns};
+use super::weights::{LampDivision, LightWeights, NodeEnergies, Partition, columns};
 use rayon::prelude::*;
 use realfft::num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
-/// One environment in terms of a rig at every yaw: made once in the time of a few turns, read in
+/// The weights of one environment for a rig at every yaw: made once in the time of a few turns, read in
 /// microseconds.
 pub struct YawTable {
     width: usize,
-    /// Per node and channel what it gets at every shift: `[node · 3 + channel][shift]`.
+    /// Per node and channel, the energy at every shift: `[node · 3 + channel][shift]`.
     nodes: Vec<Vec<f64>>,
     /// Per channel the energy from where no lamp is, at every shift.
     uncovered: Vec<Vec<f64>>,
     total: [f64; 3],
-    division: Arc<Division>,
+    division: Arc<LampDivision>,
 }
 
 type Spectrum = Vec<Complex<f64>>;
 
 impl YawTable {
-    /// The table of an environment for a partition of any kind. An environment of another size is
-    /// brought to the partition's first.
+    /// The table of an environment for a partition of any kind. An environment of another size is resized first.
     pub fn new(partition: &Partition, environment: &Environment) -> Self {
         let (width, height) = (partition.width, partition.height);
         if environment.radiance.size() != (width, height) {
@@ -59,13 +58,13 @@ impl YawTable {
             sum.add(block);
         }
         let total = sum.total;
-        // Rounding leaves a few 1e-16 of the brightest light in every place that is dark.
+        // Rounding leaves about 1e-16 of the brightest light in every dark place.
         let at_all_shifts = |(i, spectrum): (usize, &mut Option<Spectrum>)| {
             let mut shifts = vec![0.0f64; width];
             let Some(spectrum) = spectrum else {
                 return shifts;
             };
-            // Of a real signal's, these are real; rounding may say otherwise.
+            // These coefficients of a real signal are real, up to rounding.
             spectrum[0].im = 0.0;
             if width.is_multiple_of(2) {
                 spectrum[width / 2].im = 0.0;
@@ -103,7 +102,7 @@ impl YawTable {
         let next = (shift + 1) % self.width;
         let read = |shifts: &Vec<f64>| fraction * shifts[next] + (1.0 - fraction) * shifts[shift];
         let channels = |table: &[Vec<f64>]| [0, 1, 2].map(|c| read(&table[c]));
-        self.division.weights(&Gathered {
+        self.division.weights(&NodeEnergies {
             nodes: self.nodes.chunks_exact(3).map(channels).collect(),
             uncovered: channels(&self.uncovered),
             total: self.total,

@@ -1,4 +1,4 @@
-//! The environments of a project: the shoot's, and those that a person added; and which way is front in each.
+//! The environments of a project, the shoot's and those that a person added, and which way is front in each.
 
 use super::Project;
 use base::error::{Error, Result};
@@ -11,54 +11,54 @@ use std::path::{Path, PathBuf, absolute};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedEnvironment {
     pub name: String,
-    /// Where it is, relative to the folder that the list says, or absolute.
+    /// Its path, absolute or relative to the shoot's folder (in its list) or the project's (in its).
     pub file: PathBuf,
-    /// Which way is front in it, in degrees of yaw, once the person has said so.
+    /// Which way is front in it, in degrees of yaw; `None` until the person has said so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub front: Option<Front>,
 }
 
 impl NamedEnvironment {
-    /// Which way is front: this program's convention until the person has said another.
+    /// Which way is front: Afterlight's convention unless the person has said otherwise.
     pub fn front(&self) -> Front {
         self.front.unwrap_or_default()
     }
 }
 
-/// What is done to a project's environments.
+/// Changes to a project's environments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnvironmentChange {
     /// Files to add.
     pub add: Vec<PathBuf>,
     /// Which way is front in `add` and in `of`.
     pub front: Option<Front>,
-    /// Names or files of environments that are there, which `front` is for.
+    /// Names or files of existing environments that `front` is for.
     pub of: Vec<PathBuf>,
-    /// Names or files of added environments to take out. The files stay.
+    /// Names or files of added environments to remove. The files stay.
     pub remove: Vec<PathBuf>,
 }
 
-/// An environment of a project as it is found.
+/// An environment of a project, and whether its file exists.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KnownEnvironment {
     pub name: String,
-    /// Its file, below the project's folder as that was given, or absolute.
+    /// Its path, below the project's folder or absolute.
     pub file: PathBuf,
-    /// Which way is front in it, where the person has said so.
+    /// Which way is front in it, if the person has said so.
     pub front: Option<Front>,
     /// Whether a person added it; the others are the shoot's.
     pub added: bool,
-    /// Whether its file is not there.
+    /// Whether its file is missing.
     pub missing: bool,
 }
 
 impl KnownEnvironment {
-    /// What is missing, and what to do; none where the file is there.
+    /// What is missing, and what to do; `None` if the file exists.
     pub fn complaint(&self) -> Option<String> {
         self.missing.then(|| {
             format!(
-                "The environment {} is not where it was: there is no {}. It stays in the list; bring the file \
-                 back, or remove the environment and add it from where it is now",
+                "The file of the environment {} is missing: {}. It stays in the list: restore the file, or remove \
+                 the environment and add the file from its new place",
                 self.name,
                 self.file.display()
             )
@@ -91,8 +91,8 @@ impl Project {
         known.into_iter().nth(place)
     }
 
-    /// Adds a panorama's file, or finds that it is there; `front` is what the person has said of it, if
-    /// anything. The name is the file's stem, with a number where that is taken.
+    /// Adds a panorama's file, unless it is listed already; `front` is which way is front, if the person has said
+    /// so. The name is the file's stem, with a number if that is taken.
     pub fn add_environment(&mut self, file: &Path, front: Option<Front>) {
         let known = self.environments();
         let same = |e: &KnownEnvironment| resolved(&e.file) == resolved(file);
@@ -113,7 +113,7 @@ impl Project {
         }
     }
 
-    /// Says which way is front in the environment of this name or file.
+    /// Sets which way is front in the environment with this name or file.
     ///
     /// # Errors
     /// When there is none.
@@ -125,7 +125,7 @@ impl Project {
         Ok(())
     }
 
-    /// Takes the added environment of this name or file out of the list.
+    /// Removes the added environment with this name or file from the list.
     ///
     /// # Errors
     /// When there is none, or it is the shoot's or built in: those stay.
@@ -147,11 +147,10 @@ impl Project {
         Ok(())
     }
 
-    /// Does what was asked.
+    /// Applies all changes.
     ///
     /// # Errors
-    /// When a file that is to be added is not there, or an environment that is to be changed is unknown or
-    /// the shoot's.
+    /// When a file to add does not exist, or an environment to change is unknown, or one to remove is the shoot's.
     pub fn apply(&mut self, change: &EnvironmentChange) -> Result<()> {
         for file in &change.add {
             if !file.is_file() {
@@ -186,8 +185,8 @@ impl Project {
         }
     }
 
-    /// How a file is written down: relative to the project's folder where it is below that or the shoot's, so
-    /// that both can be moved together.
+    /// The path to store: relative to the project's folder if the file is below that or the shoot's, so that both
+    /// can be moved together.
     fn path_to_keep(&self, file: &Path) -> PathBuf {
         let file = resolved(file);
         let below = |folder: &Path| {
@@ -200,7 +199,7 @@ impl Project {
     }
 }
 
-/// The file's stem, with a number where an environment has that name, or one that is built in.
+/// The file's stem, with a number if an environment, added or built in, has that name.
 pub fn free_name<'a>(file: &Path, taken: impl Iterator<Item = &'a str> + Clone) -> String {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     let built_in = || {
@@ -218,7 +217,7 @@ pub fn free_name<'a>(file: &Path, taken: impl Iterator<Item = &'a str> + Clone) 
         .unwrap_or_default()
 }
 
-/// The absolute path of a file, without links on the way to it; it need not be there.
+/// The absolute path of a file with all links resolved; the file need not exist.
 fn resolved(file: &Path) -> PathBuf {
     let full = absolute(file).unwrap_or_else(|_| file.to_path_buf());
     let folder = full.parent().and_then(|folder| folder.canonicalize().ok());

@@ -1,9 +1,9 @@
-//! Which square of a shoot's pictures is worked with.
+//! Which square of a shoot's pictures is used.
 
 use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// A square over pictures of one size, in their pixels. Where it reaches over their edges they are padded.
+/// A square over pictures of one size, in their pixels. Beyond their edges they are padded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Framing {
     /// Columns and rows of the pictures that it is for.
@@ -14,7 +14,7 @@ pub struct Framing {
     pub y: i32,
     /// The square's side in pixels.
     pub side: usize,
-    /// What is beyond the pictures' edges. The matte is empty there either way.
+    /// What is shown beyond the pictures' edges. The matte is always empty there.
     #[serde(default)]
     pub padding: Padding,
 }
@@ -34,7 +34,7 @@ impl Padding {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::Black, Self::Edge];
 
-    /// What it is called.
+    /// Its name in sentences.
     pub fn name(self) -> &'static str {
         match self {
             Self::Black => "black",
@@ -49,7 +49,7 @@ impl Framing {
         Self::centred((width, height), width.min(height))
     }
 
-    /// The smallest square about all of pictures of `width × height` pixels.
+    /// The smallest square that holds all of pictures of `width × height` pixels.
     pub fn whole((width, height): (usize, usize)) -> Self {
         Self::centred((width, height), width.max(height))
     }
@@ -65,10 +65,10 @@ impl Framing {
         }
     }
 
-    /// The square moved and sized so that [`Self::check`] passes; the source stays.
+    /// The square moved and resized so that [`Self::check`] passes; the source stays.
     pub fn bounded(self) -> Self {
         let [width, height] = self.source.map(|length| length.max(1));
-        let side = self.side.clamp(1, MOST_SIDES * width.max(height));
+        let side = self.side.clamp(1, MAX_SIDES * width.max(height));
         let within = |at: i32, length: usize| at.clamp(1 - side as i32, length as i32 - 1);
         Self {
             x: within(self.x, width),
@@ -90,7 +90,7 @@ impl Framing {
         Err(Error::invalid(
             format!(
                 "the framing, {} pixels from {}, {}, does not fit a picture of {width} × {height} pixels: it must show \
-                 some of it and be at most {MOST_SIDES} times as large",
+                 some of it and be at most {MAX_SIDES} times as large",
                 self.side, self.x, self.y
             ),
             "Correct `framing` in project.toml, or remove it to use the largest square in the middle",
@@ -98,8 +98,8 @@ impl Framing {
     }
 }
 
-/// A square may be so many times as large as the longer side of the pictures.
-const MOST_SIDES: usize = 4;
+/// The largest side of a square, in longer sides of the pictures.
+const MAX_SIDES: usize = 4;
 
 /// The framings of a project: at most one for each size of pictures.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -107,8 +107,8 @@ const MOST_SIDES: usize = 4;
 pub struct Framings(Vec<Framing>);
 
 impl Framings {
-    /// The framing of pictures of `width × height` pixels: the largest square in the middle where a person
-    /// chose no other.
+    /// The framing of pictures of `width × height` pixels: the largest square in the middle unless a person chose
+    /// another.
     pub fn of(&self, size: (usize, usize)) -> Framing {
         let chosen = self
             .0
@@ -117,7 +117,7 @@ impl Framings {
         chosen.copied().unwrap_or_else(|| Framing::largest(size))
     }
 
-    /// Frames pictures of the framing's size by it.
+    /// Sets the framing for pictures of its size.
     pub fn set(&mut self, framing: Framing) {
         let [width, height] = framing.source;
         self.0.retain(|one| one.source != framing.source);

@@ -1,5 +1,5 @@
-//! A project: a folder with a versioned `project.toml`, what was computed for it beside that, and
-//! relative paths to the shoot. Nothing large is copied.
+//! A project: a folder with a versioned `project.toml`, the results beside it, and relative paths to the shoot.
+//! Pictures are not copied.
 //!
 //! ```text
 //! PROJECT/
@@ -48,7 +48,7 @@ pub struct Project {
 pub struct Settings {
     /// Version of this file, [`FORMAT`].
     pub format: u32,
-    /// What people call the project.
+    /// The project's name.
     pub name: String,
     /// Working size: pictures are averaged down to `size × size` pixels. A power of two.
     pub size: usize,
@@ -56,11 +56,11 @@ pub struct Settings {
     pub seed: u64,
     /// Where the pictures are.
     pub shoot: Shoot,
-    /// Environments that a person added; their files are relative to the project's folder where they are
-    /// below it or the shoot's.
+    /// Environments that a person added. Files below the project's or the shoot's folder are relative to the
+    /// project's, others absolute.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub environments: Vec<NamedEnvironment>,
-    /// Which square of the subject's pictures is worked with; the mirror balls' are taken as they are.
+    /// Which square of the subject's pictures is used; photographs of mirror balls are used whole.
     #[serde(default, skip_serializing_if = "Framings::is_empty")]
     pub framing: Framings,
 }
@@ -77,21 +77,20 @@ pub struct Shoot {
     /// Names of the OLATs that the network learns, without extension, the same in every pose and among the
     /// probes: `olat_00` …
     pub lamps: Vec<String>,
-    /// Names of the other OLATs, where the network learns only some: they light the interview too, so the
-    /// calibration needs them. Lamps are numbered through, these after `lamps`.
+    /// Names of the other OLATs, if the network learns only some: they light the interview too, so the calibration
+    /// needs them. Lamp numbers continue from `lamps`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub other_lamps: Vec<String>,
     /// Names of the interview frames without extension: `frame_000` …
     pub frames: Vec<String>,
     /// How the mirror balls were photographed.
     pub ball: Ball,
-    /// Radius of the dome that carries the lamps in metres, where it is known.
+    /// Radius of the dome that carries the lamps in metres, if it is known.
     pub dome_radius_m: Option<f32>,
     /// Environments that belong to the shoot; their files are relative to its folder.
     pub environments: Vec<NamedEnvironment>,
-    /// Where whoever built the dome says that each lamp is, as unit directions from the subject in the
-    /// order of [`Shoot::all_lamps`]; empty where the shoot does not say. Nothing is computed from it: it is what the
-    /// measured rig is checked against.
+    /// The dome's plan: unit directions from the subject to the lamps in the order of [`Shoot::all_lamps`]; empty
+    /// if the shoot has none. Only used to check the measured rig.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lamp_layout: Vec<Vec3>,
 }
@@ -116,17 +115,17 @@ impl Shoot {
         (0..count).map(|lamp| self.lamp(lamp))
     }
 
-    /// The name of lamp number `lamp` of all.
+    /// The name of lamp `lamp`, counted over all lamps.
     ///
     /// # Panics
-    /// When there is no such lamp.
+    /// When the lamp does not exist.
     pub fn lamp(&self, lamp: usize) -> &String {
         (self.lamps.get(lamp)).unwrap_or_else(|| &self.other_lamps[lamp - self.lamps.len()])
     }
 }
 
 impl Project {
-    /// A project in folder `root` whose shoot has no pictures yet: what a fixture starts from. Nothing is written.
+    /// A project in folder `root` whose shoot has no pictures yet, for tests. Nothing is written.
     pub fn without_shoot(root: &Path) -> Self {
         Self {
             root: root.to_path_buf(),
@@ -169,7 +168,7 @@ impl Project {
                 "open",
                 &path,
                 e,
-                "Choose a project's folder, or make one: afterlight import PROJECT --shoot DIR",
+                "Choose a project's folder, or make a project: afterlight import PROJECT --shoot DIR",
             )
         })?;
         let settings: Settings = toml::from_str(&text).map_err(|e| {
@@ -177,7 +176,7 @@ impl Project {
                 "read",
                 &path,
                 e.message(),
-                "Mend the line or import the shoot again",
+                "Correct the line, or import the shoot again",
             )
         })?;
         if settings.format != FORMAT {
@@ -203,9 +202,9 @@ impl Project {
         save_toml(&self.root.join("project.toml"), &self.settings)
     }
 
-    /// Changes the project in folder `root` as it is on the disk by now, and writes `project.toml` where that
-    /// made a difference. Whoever else changes it this way, in this process or another, goes before or after, so
-    /// that nobody's change is lost. (Between processes as far as the system can lock a folder.)
+    /// Reads the project in folder `root` again, changes it, and writes `project.toml` if anything changed. Other
+    /// changes made this way, in this process or another, wait, so that none is lost. (Between processes only if
+    /// the file system can lock a folder.)
     ///
     /// # Errors
     /// As [`Self::open`], [`Self::save`] and `change`; nothing is written then.
@@ -234,7 +233,7 @@ impl Project {
         }
         Err(Error::missing(
             format!("the shoot's folder {} is missing", folder.display()),
-            "If it was moved, say where it is now; if it is on another disk, connect that",
+            "If it was moved, choose where it is now; if it is on another disk, connect the disk",
         ))
     }
 
@@ -262,10 +261,10 @@ impl Project {
         Ok(())
     }
 
-    /// Points at the shoot in `folder`, where it was moved. For [`Self::change`].
+    /// Points the project at the shoot's new place `folder`. For [`Self::change`].
     ///
     /// # Errors
-    /// When it is another shoot: a pose or the first or last frame is not there.
+    /// When it is another shoot: a pose, or the first or last frame, is missing.
     pub fn locate(&mut self, folder: &Path) -> Result<()> {
         let mut moved = self.clone();
         moved.settings.shoot.folder = relative(&self.root, folder)?;
@@ -276,15 +275,15 @@ impl Project {
         if let Some(missing) = needed.find(|path| !path.is_file()) {
             return Err(Error::missing(
                 format!("there is no file {}", missing.display()),
-                "Choose the folder that holds this project's shoot, with its manifest.json",
+                "Choose the folder of this project's shoot, which holds its manifest.json",
             ));
         }
         *self = moved;
         Ok(())
     }
 
-    /// Changes which square of pictures is worked with. A calibration and a network that were made under the
-    /// framing of before are put into a folder of their own, which is returned. For [`Self::change`].
+    /// Changes which square of the pictures is used. A calibration and a network that were made with the old
+    /// framing are moved into a new folder, which is returned. For [`Self::change`].
     ///
     /// # Errors
     /// When the square shows nothing, or the folder cannot be written.
@@ -300,7 +299,7 @@ impl Project {
         Ok(aside)
     }
 
-    /// Moves all that was computed into a new folder `aside-N`, unless there is nothing.
+    /// Moves all results into a new folder `aside-N`; `None` if there are none.
     fn put_aside(&self) -> Result<Option<PathBuf>> {
         const COMPUTED: [&str; 6] = [
             "calibration.toml",
@@ -340,7 +339,7 @@ impl Project {
         self.root.join(&self.settings.shoot.folder).join(inside)
     }
 
-    /// The photograph of pose `pose` under lamp `lamp` of all alone.
+    /// The OLAT of pose `pose` under lamp `lamp`, counted over all lamps.
     pub fn olat_path(&self, pose: usize, lamp: usize) -> PathBuf {
         let shoot = &self.settings.shoot;
         self.shoot_path(format!(
@@ -379,7 +378,7 @@ impl Project {
         self.shoot_path("probes/interview.png")
     }
 
-    /// The mirror ball under lamp `lamp` of all alone.
+    /// The mirror ball under lamp `lamp` alone, counted over all lamps.
     pub fn lamp_probe_path(&self, lamp: usize) -> PathBuf {
         self.shoot_path(format!("probes/{}.png", self.settings.shoot.lamp(lamp)))
     }
@@ -413,14 +412,14 @@ impl Project {
     }
 }
 
-/// The way from folder `from` to folder `to`, both existing.
+/// The relative path from folder `from` to folder `to`; both must exist.
 ///
 /// # Errors
-/// When one of them is not there.
+/// When one of them does not exist.
 pub fn relative(from: &Path, to: &Path) -> Result<PathBuf> {
     let full = |p: &Path| {
         p.canonicalize()
-            .map_err(|e| Error::io("open", p, e, "Check that the folder is there"))
+            .map_err(|e| Error::io("open", p, e, "Check that the folder exists"))
     };
     let (from, to) = (full(from)?, full(to)?);
     let shared = from

@@ -1,23 +1,23 @@
-//! Who may write into a project: one program at a time.
+//! The lock that lets one program at a time write into a project.
 
 use base::error::{Error, Result};
 use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 use std::path::Path;
 
-/// The right to write into a project, until it is dropped. The system takes it back when the process ends,
-/// however that happens.
+/// The right to write into a project, until it is dropped. The system releases it when the process ends, even after
+/// a crash.
 #[derive(Debug)]
 pub struct Lock {
     file: File,
 }
 
 impl Lock {
-    /// Takes the project in folder `root` for `whom`, a phrase such as "the studio" that others are told.
-    /// On a file system that knows no locks nobody is kept out.
+    /// Locks the project in folder `root` for `whom`, a phrase such as "the studio" that others are shown. On a
+    /// file system without locks nobody is kept out.
     ///
     /// # Errors
-    /// When somebody else has it, this process included, or the folder cannot be written.
+    /// When another program, or this one, holds the lock already, or the folder cannot be written.
     pub fn take(root: &Path, whom: &str) -> Result<Self> {
         let path = root.join(".lock");
         let open = File::options()
@@ -37,12 +37,12 @@ impl Lock {
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Error::busy(
                 format!("{} is in use by {}", root.display(), holder(&mut file)),
-                "Close it there, or wait until it is done",
+                "Close the project there, or wait until that job is done",
             ));
         }
         let host = host().map_or(String::new(), |host| format!(" on {host}"));
         let line = format!("{whom}, process {}{host}\n", std::process::id());
-        // Who it is helps others; the lock holds without it.
+        // The name only informs others; the lock holds without it.
         let _ = file
             .set_len(0)
             .and_then(|()| file.write_all(line.as_bytes()));
@@ -52,12 +52,12 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // What stays of it misleads nobody: it is read only where the lock is held.
+        // If this fails, nothing is lost: the name is read only while the lock is held.
         let _ = self.file.set_len(0);
     }
 }
 
-/// Who holds the lock, as far as can be read: some systems lock the file's contents too.
+/// Who holds the lock, if it can be read: some systems lock the file's contents too.
 fn holder(file: &mut File) -> String {
     let mut text = String::new();
     let read = file.take(400).read_to_string(&mut text);

@@ -1,8 +1,8 @@
 //! The trained network on disk: `checkpoint/checkpoint.toml` and the weight files that it names.
 //!
 //! Weight files carry their step in their name and are written before the table that names them, so
-//! a kill at any moment leaves a table whose files are whole. Files that no table names are removed
-//! after the next one is in place.
+//! that a process that is killed leaves a table whose files are complete. Files that the table does not name are
+//! removed after it is written.
 
 use super::unet::{Halved, UNet, UNetConfig};
 use base::error::{Error, Result};
@@ -24,25 +24,25 @@ pub struct CheckpointInfo {
     pub step: u64,
     /// Seconds of training so far.
     pub seconds: f64,
-    /// The exposure of the set: the sigmoid's 1 in linear units (of the ratio, where that is learnt).
+    /// What an output of 1 stands for, in linear units (of the ratio, if that is learnt).
     pub scale: f32,
     /// Interview frames that training has used.
     pub training_frames: Vec<usize>,
     /// The network's shape.
     pub network: UNetConfig,
-    /// How well the network that predicts does on a pose that training does not see.
+    /// The score of the network that predicts on the held-out pose.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
 }
 
-/// A network judged by a pose that it has not seen.
+/// A network's score on a pose held out of training.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
     /// Number of the pose, from 0.
     pub pose: usize,
-    /// The step after which the network was best.
+    /// The step of the best score.
     pub step: u64,
-    /// Its PSNR there, over the encoded OLATs within the matte, in dB.
+    /// PSNR over the encoded OLATs within the matte, in dB.
     pub decibels: f32,
 }
 
@@ -57,7 +57,7 @@ struct Table {
 
 /// The state of a training run as bytes.
 pub struct TrainingState {
-    /// Weights of the averaged network, where another is the one that predicts.
+    /// Weights of the averaged network, if another one predicts.
     pub average_weights: Option<Bytes>,
     /// Weights of the network that learns.
     pub live_weights: Bytes,
@@ -65,14 +65,14 @@ pub struct TrainingState {
     pub optimizer: Bytes,
 }
 
-/// What a starting point needs and no more: the table and the weights of the averaged network.
+/// A starting point for training: the table and the weights of the averaged network.
 #[derive(Clone, Copy)]
 pub struct Starter {
     pub table: &'static str,
     pub weights: &'static [u8],
 }
 
-/// The network that the demo begins with. `make starter` trained it on the virtual stage.
+/// The network that the demo starts from. `make starter` trained it on the virtual stage.
 pub const DEMO_STARTER: Starter = Starter {
     table: include_str!("../../assets/starter/checkpoint.toml"),
     weights: include_bytes!("../../assets/starter/weights.bpk"),
@@ -81,7 +81,7 @@ pub const DEMO_STARTER: Starter = Starter {
 /// The weights' file in a starting point.
 const STARTER_WEIGHTS: &str = "weights.bpk";
 
-/// Writes a checkpoint: the network that predicts, and what training needs to go on.
+/// Writes a checkpoint: the network that predicts, and what training needs to continue.
 pub fn save(
     folder: &Path,
     info: &CheckpointInfo,
@@ -107,7 +107,7 @@ pub fn save(
         save_table(folder, &table)
     };
     written().inspect_err(|_| {
-        // What there was room for is of no use without the rest.
+        // The files that were written are useless without the rest.
         if let Ok(table) = table(folder) {
             remove_unnamed(folder, &table);
         }
@@ -115,7 +115,7 @@ pub fn save(
 }
 
 /// Writes the project's network in `from` as a starting point for other projects into `to`: half
-/// floats, no state of training, no steps made.
+/// floats, without optimiser state, at step 0.
 pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
     let (info, network) = load(from, &Device::flex())?;
     let small = weight_bytes(&network.map(&mut Halved))?;
@@ -137,7 +137,7 @@ pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
     Ok(info)
 }
 
-/// Puts a starting point into a project's empty checkpoint folder.
+/// Writes a starting point into a project's empty checkpoint folder.
 pub fn install(starter: Starter, folder: &Path) -> Result<()> {
     write_beside(&folder.join(STARTER_WEIGHTS), |out| {
         out.write_all(starter.weights)
@@ -147,12 +147,11 @@ pub fn install(starter: Starter, folder: &Path) -> Result<()> {
     })
 }
 
-/// Makes the checkpoint in `from` that of the folder `to` as well. Weight files are never written to
-/// once they have their name, so both may share them on disk. A kill at any moment leaves in `to` what was
-/// there, or this.
+/// Makes the checkpoint in `from` that of the folder `to` as well. Weight files are never changed, so both may
+/// share them on disk. If the process is killed, `to` holds the old checkpoint or this one.
 ///
 /// # Errors
-/// When `from` holds no checkpoint that is understood, or `to` cannot be written.
+/// When `from` holds no readable checkpoint, or `to` cannot be written.
 pub fn link(from: &Path, to: &Path) -> Result<()> {
     let mut table = table(from)?;
     let fail = |path: &Path, e: std::io::Error| {
@@ -168,7 +167,7 @@ pub fn link(from: &Path, to: &Path) -> Result<()> {
     ];
     for name in names.into_iter().flatten() {
         let source = from.join(&*name);
-        // The present checkpoint may use the same names.
+        // The current checkpoint may use the same names.
         let stem = name.strip_suffix(".bpk").unwrap_or(name).to_owned();
         let numbered = (2..).map(|i| format!("{stem}-{i}.bpk"));
         let mut names = std::iter::once(name.clone()).chain(numbered);
@@ -186,8 +185,8 @@ pub fn link(from: &Path, to: &Path) -> Result<()> {
     save_table(to, &table)
 }
 
-/// Whether the checkpoint in `folder` has an optimiser's state, so that training goes on as if it had not
-/// stopped; a starting point has none.
+/// Whether the checkpoint in `folder` has an optimiser's state, so that training continues as if it had not
+/// stopped. A starting point has none.
 pub fn has_optimizer(folder: &Path) -> Result<bool> {
     Ok(table(folder)?.optimizer.is_some())
 }
@@ -210,7 +209,7 @@ fn remove_unnamed(folder: &Path, table: &Table) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let file = entry.file_name().to_string_lossy().into_owned();
         if file.ends_with(".bpk") && !named.contains(&Some(&file)) {
-            // A leftover that cannot be removed costs space and nothing else.
+            // A leftover that cannot be removed only costs space.
             let _ = std::fs::remove_file(entry.path());
         }
     }
@@ -225,22 +224,22 @@ pub fn weight_bytes(network: &UNet) -> Result<Bytes> {
         .map_err(|e| Error::bug(format!("cannot pack the network's weights: {e}")))
 }
 
-/// What the checkpoint in `folder` is, without its weights.
+/// Reads the table of the checkpoint in `folder`, without the weights.
 ///
 /// # Errors
-/// When there is none, or it is not understood.
+/// When there is no checkpoint, or it is damaged.
 pub fn info(folder: &Path) -> Result<CheckpointInfo> {
     Ok(table(folder)?.info)
 }
 
-/// The network of the checkpoint in `folder`, for use.
+/// Loads the network of the checkpoint in `folder` for prediction.
 pub fn load(folder: &Path, device: &Device) -> Result<(CheckpointInfo, UNet)> {
     let Table { weights, info, .. } = table(folder)?;
     let network = network_from_file(&folder.join(weights), &info.network, device)?;
     Ok((info, network))
 }
 
-/// Everything that training needs to go on.
+/// Everything that training needs to continue.
 pub struct Resumed {
     pub info: CheckpointInfo,
     /// The network that predicts, on the plain device.
@@ -253,7 +252,7 @@ pub struct Resumed {
     pub optimizer: Option<Bytes>,
 }
 
-/// Loads what training needs to go on from the checkpoint in `folder`.
+/// Loads what training needs to continue from the checkpoint in `folder`.
 pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
     let Table {
         weights,

@@ -11,8 +11,8 @@ const CHUNK: usize = 512;
 const SUMS: usize = 4096;
 
 /// Orthonormal combinations of a field's planes, the one that carries most light first. A plane is one
-/// channel of one lamp, so red, green and blue of all lamps are combined jointly: at one number of planes to
-/// read that errs by a third to a fifth of what a basis for each channel does.
+/// channel of one lamp, so red, green and blue of all lamps are combined jointly: for the same
+/// number of planes the error is a third to a fifth of that with a basis for each channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LampBasis {
     /// Number of lamps.
@@ -32,14 +32,14 @@ pub struct CompressedField {
     pub lamps: usize,
     /// `basis[k][lamp · 3 + channel]`, orthonormal.
     pub basis: Vec<Vec<f32>>,
-    /// `planes[(k · height + y) · width + x]`. A pixel with a value that is no number has nothing else.
+    /// `planes[(k · height + y) · width + x]`. If one value of a pixel is NaN, all of them are.
     pub planes: Vec<f32>,
 }
 
 impl LampBasis {
     /// The basis that is best in the mean square for all of `fields`, such as frames of one clip: the
-    /// eigenvectors of their planes' products, by falling eigenvalue. Pixels with values that are no
-    /// numbers are left out. `None` where the fields do not have one number of lamps.
+    /// eigenvectors of their planes' products, by falling eigenvalue. Pixels with NaN are left out.
+    /// `None` if the fields differ in their number of lamps.
     pub fn of(fields: &[&ReflectanceField]) -> Option<Self> {
         let lamps = fields.first()?.lamps;
         if fields.iter().any(|field| field.lamps != lamps) {
@@ -53,7 +53,7 @@ impl LampBasis {
         let (energies, components) = eigenvectors(products);
         Some(Self {
             lamps,
-            // Rounding may leave a little less than nothing.
+            // Rounding may leave slightly negative values.
             energies: energies.into_iter().map(|energy| energy.max(0.0)).collect(),
             components,
         })
@@ -77,13 +77,13 @@ impl LampBasis {
         if all > 0.0 { (left / all).sqrt() } else { 0.0 }
     }
 
-    /// The fewest components that err by at most `error`, as [`Self::error`] has it.
+    /// The fewest components whose [`Self::error`] is at most `error`.
     pub fn components_for(&self, error: f64) -> usize {
         let enough = |&count: &usize| self.error(count) <= error;
         (0..=self.len()).find(enough).unwrap_or(self.len())
     }
 
-    /// A field's share in the first `count` components. `None` where the field has another number of lamps.
+    /// A field projected on the first `count` components. `None` if it has another number of lamps.
     pub fn compress(&self, field: &ReflectanceField, count: usize) -> Option<CompressedField> {
         if field.lamps != self.lamps {
             return None;
@@ -117,7 +117,7 @@ impl LampBasis {
 }
 
 impl CompressedField {
-    /// A field in as few components of its own as err by at most `error` of its root mean square.
+    /// A field in the fewest of its own components whose error is at most `error` of its root mean square.
     pub fn of(field: &ReflectanceField, error: f64) -> Self {
         let compressed = LampBasis::of(&[field])
             .and_then(|basis| basis.compress(field, basis.components_for(error)));
@@ -130,19 +130,18 @@ impl CompressedField {
         &self.planes[component * pixels..(component + 1) * pixels]
     }
 
-    /// The field's relative root-mean-square error: what `of`, which it was made of, has and it has not. Values
-    /// that are no numbers are left out.
+    /// The field's relative root-mean-square error against `of`, which it was made from. NaN is left out.
     pub fn error(&self, of: &ReflectanceField) -> f64 {
         let energy = |planes: &[f32]| -> f64 {
             let squares = planes.par_chunks(SUMS).map(|chunk| {
                 let finite = chunk.iter().filter(|v| v.is_finite());
                 finite.map(|&v| f64::from(v) * f64::from(v)).sum::<f64>()
             });
-            // Added in order, so that threads do not matter.
+            // Added in order, so that the number of threads does not matter.
             squares.collect::<Vec<f64>>().iter().sum()
         };
         let (all, kept) = (energy(&of.values), energy(&self.planes));
-        // The basis is orthonormal, so that what is kept and what is left add up.
+        // The basis is orthonormal, so energies of kept and dropped components add up.
         if all > 0.0 {
             ((all - kept).max(0.0) / all).sqrt()
         } else {
@@ -150,14 +149,14 @@ impl CompressedField {
         }
     }
 
-    /// What planes and basis take of memory.
+    /// Bytes of planes and basis.
     pub fn bytes(&self) -> usize {
         size_of::<f32>() * (self.planes.len() + 3 * self.lamps * self.basis.len())
     }
 }
 
-/// What each component of a basis ([`CompressedField::basis`]) adds to red, green and blue under lamps of these
-/// weights, one per lamp: Σ over lamps of basis · weight, summed in f64.
+/// Each component's contribution to red, green and blue under these weights, one per lamp, for a basis
+/// ([`CompressedField::basis`]): Σ over lamps of basis · weight, summed in f64.
 pub fn shares(basis: &[Vec<f32>], weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let share = |component: &Vec<f32>| {
         let mut sums = [0f64; 3];
@@ -171,7 +170,7 @@ pub fn shares(basis: &[Vec<f32>], weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
     basis.iter().map(share).collect()
 }
 
-/// Σ over pixels of the products of any two planes, pixels with values that are no numbers left out.
+/// Σ over pixels of the products of any two planes, without pixels with NaN.
 /// Threads take runs of pixels of one size and their sums are added in order, so that the result does not
 /// depend on how many threads there are.
 fn plane_products(field: &ReflectanceField) -> Symmetric {

@@ -1,4 +1,4 @@
-//! A reflectance field where the network left it: on its device, with or without a copy to memory.
+//! A reflectance field on the network's device, with or without a copy to memory.
 
 use super::compressed::CompressedField;
 use super::field::ReflectanceField;
@@ -27,7 +27,7 @@ pub struct FieldBuffer {
     buffer: Buffer,
 }
 
-/// How a field lies in its buffer.
+/// How a field is stored in its buffer.
 #[derive(Debug)]
 pub enum FieldFormat {
     /// In f32 as [`ReflectanceField::values`].
@@ -46,7 +46,7 @@ pub enum FieldFormat {
 
 #[derive(Debug)]
 enum Buffer {
-    /// The network's own buffer, kept from being used anew.
+    /// The network's own buffer, held so that it is not reused.
     Predicted(ManagedResource<WgpuResource>),
     Own(wgpu::Buffer),
 }

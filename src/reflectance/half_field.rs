@@ -16,8 +16,8 @@ const TASK: usize = 64;
 /// A frame under every lamp, as [`ReflectanceField`], in f16. A value `v` is kept as
 /// `f16(v / scale)`, where the scale is a power of two that puts the largest magnitude of the field in
 /// [2¹⁴, 2¹⁵), below half's 65,504. So what is kept differs from `v` by at most 2⁻¹¹·|v|, and below 2⁻²⁹ of
-/// the field's largest, where halves are denormal, by at most 2⁻³⁹ of that. Infinities and what is no
-/// number stay so.
+/// the field's largest, where halves are denormal, by at most 2⁻³⁹ of that. Infinities and NaN stay
+/// as they are.
 ///
 /// Tiles of `TILE` pixels lie one after the other, so that a sum over lamps reads memory from its start
 /// to its end: `values[((tile · 3 + channel) · lamps + lamp) · TILE + pixel % TILE]`, pixels row by row.
@@ -69,12 +69,12 @@ impl From<&ReflectanceField> for HalfField {
 }
 
 impl HalfField {
-    /// What so many pixels under so many lamps take of memory.
+    /// Bytes of a field with so many pixels and lamps.
     pub fn bytes(pixels: usize, lamps: usize) -> usize {
         size_of::<u16>() * pixels.div_ceil(TILE) * 3 * lamps * TILE
     }
 
-    /// What a stored value is times, a power of two.
+    /// The factor on stored values, a power of two.
     pub fn scale(&self) -> f32 {
         self.scale
     }
@@ -115,7 +115,7 @@ impl HalfField {
 }
 
 /// The power of two that brings the largest finite magnitude to [2¹⁴, 2¹⁵), as far as f32 can hold both
-/// its factor and its inverse; 0 where there is none.
+/// its factor and its inverse; 0 if there is none.
 fn stored_exponent(values: &[f32]) -> i32 {
     // Without its sign the bits of a float are in the order of its magnitude.
     let largest = values

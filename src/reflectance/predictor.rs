@@ -26,7 +26,7 @@ impl Predictor {
     /// Loads the project's checkpoint.
     ///
     /// # Errors
-    /// When there is none, or it was trained for another size or another number of lamps.
+    /// When there is no checkpoint, or it was trained for another size or another number of lamps.
     pub fn open(project: &Project, device: &Device) -> Result<Self> {
         Self::open_at(project, &project.checkpoint_path(), device)
     }
@@ -41,7 +41,7 @@ impl Predictor {
         Ok(Self::new(network, info, device))
     }
 
-    /// A predictor over a network at hand.
+    /// A predictor for a network that is already loaded.
     pub fn new(network: UNet, info: CheckpointInfo, device: &Device) -> Self {
         let half = info.network.precision == Precision::Half && predicts_in_half(device);
         Self {
@@ -52,7 +52,7 @@ impl Predictor {
         }
     }
 
-    /// What the checkpoint says of itself.
+    /// The checkpoint's table.
     pub fn info(&self) -> &CheckpointInfo {
         &self.info
     }
@@ -74,7 +74,7 @@ impl Predictor {
         };
         let network = &self.info.network;
         let light = light(&plate, network.formulation, self.info.scale);
-        // What an output of 1 stands for is as small as a picture: cheap to mask before it is applied.
+        // The light of an output of 1 is only one picture: masking it is cheaper than masking all OLATs.
         let olats = olats(output, &(light * mask.greater_elem(0.0).float()));
         DeviceField::finished(olats)
     }
@@ -93,7 +93,7 @@ pub fn predicts_in_half(device: &Device) -> bool {
     *device != Device::flex() && device.supports_dtype(DType::F16)
 }
 
-/// Refuses a checkpoint that was made for other pictures.
+/// Refuses a checkpoint for another size or number of lamps.
 pub fn check_fits(info: &CheckpointInfo, project: &Project) -> Result<()> {
     let (network, settings) = (&info.network, &project.settings);
     if network.size == settings.size && network.lamps == settings.shoot.lamps.len() {

@@ -1,4 +1,4 @@
-//! Between tensors and light: what the sigmoid's output stands for, and the differentiable renderer.
+//! From the network's output to light: what the sigmoid stands for, and the differentiable renderer.
 
 use super::unet::Formulation;
 use burn::tensor::{Device, Tensor, TensorData};
@@ -18,7 +18,7 @@ pub fn encode<const D: usize>(linear: Tensor<D>) -> Tensor<D> {
     (linear.clamp_min(0.0) + OFFSET).powf_scalar(POWER) - OFFSET.powf(POWER)
 }
 
-/// What [`encode`] makes of white, 1: about 0.88. Black stays 0.
+/// [`encode`] of white, 1: about 0.88. Black stays 0.
 pub fn encoded_white() -> f32 {
     (1.0 + OFFSET).powf(POWER) - OFFSET.powf(POWER)
 }

@@ -52,7 +52,7 @@ fn double(x: Tensor<4>, axis: usize) -> Tensor<4> {
     Tensor::stack::<5>(vec![even, odd], axis + 1).reshape(doubled)
 }
 
-/// `first` followed by all of `x` but its last slice: what stands before each element.
+/// `first` followed by all of `x` but its last slice: the element before each.
 fn before(first: Tensor<4>, x: Tensor<4>, axis: usize) -> Tensor<4> {
     match x.dims()[axis] {
         1 => first,
@@ -60,7 +60,7 @@ fn before(first: Tensor<4>, x: Tensor<4>, axis: usize) -> Tensor<4> {
     }
 }
 
-/// All of `x` but its first slice, followed by `last`: what stands after each element.
+/// All of `x` but its first slice, followed by `last`: the element after each.
 fn after(x: Tensor<4>, last: Tensor<4>, axis: usize) -> Tensor<4> {
     match x.dims()[axis] {
         1 => last,

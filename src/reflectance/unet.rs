@@ -18,7 +18,7 @@ pub struct UNetConfig {
     pub size: usize,
     /// Number of lamps; the output has three channels for each.
     pub lamps: usize,
-    /// Blocks of the encoder and of the decoder; none means log2(size) + 1, ten for 512: down to one pixel.
+    /// Blocks of the encoder and of the decoder; None means log2(size) + 1, ten for 512: down to one pixel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth: Option<usize>,
     /// Channels of the first block; each further block doubles them …
@@ -27,7 +27,7 @@ pub struct UNetConfig {
     pub most_channels: usize,
     /// What follows the encoder's convolutions.
     pub normalization: Normalization,
-    /// Whose statistics batch normalisation goes by in use.
+    /// Whose statistics batch normalisation uses when predicting.
     #[serde(default)]
     pub statistics: Statistics,
     /// What the sigmoid's output stands for.
@@ -44,21 +44,21 @@ pub enum Normalization {
     /// Batch normalisation as in the paper, left out at 1×1, where one picture has no variance.
     Batch,
     /// Group normalisation over eight groups, left out at 4×4 and below. It does not differ between
-    /// training and use, which batch normalisation does with one picture a step.
+    /// training and prediction, as batch normalisation with one picture per step does.
     Group,
     /// None.
     None,
 }
 
-/// Whose mean and variance batch normalisation takes out in use. In training, with one picture a step, they
-/// are always the picture's own.
+/// Whose mean and variance batch normalisation uses when predicting. In training, with one picture per step,
+/// they are always the picture's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Statistics {
-    /// The picture's own: the network does in use what it did in training.
+    /// The picture's own, as in training.
     #[default]
     Own,
-    /// Their moving averages from training, as the operation was published.
+    /// Their moving averages from training, as originally published.
     Running,
 }
 
@@ -79,7 +79,7 @@ impl UNetConfig {
         self.depth.unwrap_or(self.most_blocks())
     }
 
-    /// Blocks that lead down to one pixel.
+    /// Blocks that reduce the picture to one pixel.
     fn most_blocks(&self) -> usize {
         self.size.ilog2() as usize + 1
     }
@@ -89,7 +89,7 @@ impl UNetConfig {
         (self.width << block).min(self.most_channels.max(self.width))
     }
 
-    /// What the network costs, by its shape alone.
+    /// What the network costs, from its shape.
     pub fn cost(&self) -> Cost {
         let mut cost = Cost::default();
         let mut channels = 3;
@@ -97,7 +97,7 @@ impl UNetConfig {
             let weights = (from * to * kernel * kernel) as u64;
             cost.parameters += weights + to as u64;
             cost.multiply_adds += weights * (size * size) as u64;
-            // What it reads, after resampling, and what it gives.
+            // Its input, after resampling, and its output.
             cost.activations += 4 * ((from + to) * size * size) as u64;
         };
         for block in 0..self.blocks() {
@@ -133,7 +133,7 @@ impl UNetConfig {
         }
     }
 
-    /// Refuses what no network can be built from.
+    /// Refuses a configuration that no network can have.
     pub fn check(&self) -> Result<()> {
         project::check_size(self.size)?;
         let widths = [self.width, self.most_channels];
@@ -166,8 +166,8 @@ impl UNetConfig {
     }
 
     /// A network with fresh weights: the last layer starts small, with its bias at the logit of
-    /// `mean_output`, the mean of what it has to predict. From the default start it falls to black
-    /// and does not return.
+    /// `mean_output`, the mean of what it has to predict. From the default start it collapses to
+    /// black.
     pub fn init(&self, mean_output: f32, device: &Device) -> UNet {
         let convolution =
             |from: usize, to: usize, kernel: usize| {
@@ -220,9 +220,9 @@ impl UNetConfig {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     pub parameters: u64,
-    /// Multiplications with an addition in one prediction; a training step makes three times as many.
+    /// Multiply-adds in one prediction; a training step has three times as many.
     pub multiply_adds: u64,
-    /// Bytes of what the layers read and give, kept through a training step.
+    /// Bytes of the layers' inputs and outputs, kept through a training step.
     pub activations: u64,
 }
 
@@ -270,13 +270,13 @@ pub struct UNet {
 }
 
 impl UNet {
-    /// `[n, 3, size, size]` encoded looks → `[n, 3·lamps, size, size]` sigmoid outputs in (0, 1);
+    /// `[n, 3, size, size]` encoded plates → `[n, 3·lamps, size, size]` sigmoid outputs in (0, 1);
     /// channel `lamp · 3 + c` is colour c of a lamp.
     pub fn forward(&self, plate: Tensor<4>) -> Tensor<4> {
         self.forward_lamps(plate, None)
     }
 
-    /// The outputs of some lamps, or of all where none are named. Nothing is computed for others.
+    /// The outputs of some lamps; None means all. The last layer is not computed for the others.
     pub fn forward_lamps(&self, plate: Tensor<4>, lamps: Option<&[usize]>) -> Tensor<4> {
         let precision = self.precision;
         let mut skips = Vec::with_capacity(self.encoder.len());
@@ -353,7 +353,7 @@ impl EncoderBlock {
     }
 }
 
-/// Computes in f32 what is handed over in f16: f16 ends at 65504, which a sum over a picture exceeds.
+/// Computes f16 input in f32: f16 ends at 65504, which a sum over a picture exceeds.
 fn in_full(x: Tensor<4>, compute: impl FnOnce(Tensor<4>) -> Tensor<4>) -> Tensor<4> {
     if x.dtype() == DType::F16 {
         compute(x.cast(FloatDType::F32)).cast(FloatDType::F16)

@@ -1,95 +1,69 @@
-//! The application: it hears the worker, shows the panels, applies their commands and asks for the
+//! The application: it takes in what the threads say, shows the panels, applies their commands and asks for the
 //! picture that the state calls for.
 
-mod applying;
-mod asking;
-mod blind;
-#[macro_use]
-mod drawing;
+mod autosave;
+mod commands;
+mod dialogs;
 mod drops;
-mod exporting;
+mod exports;
+mod gpu_lost;
 mod jobs;
+mod picker;
+mod preview;
 mod projects;
+mod readers;
+mod session;
+mod view;
+mod window;
 
-use asking::Wanted;
-pub use blind::Left;
+pub use gpu_lost::ProjectHandover;
 
+use super::calibration_analysis::CalibrationAnalysis;
 use super::command::Command;
-use super::footages::Footages;
-use super::inspected::Inspected;
-use super::kept::KeptLook;
+use super::environment_library::{EnvironmentEntry, EnvironmentLibrary};
+use super::footage_reader::FootageReader;
 use super::layout::Pane;
-use super::lookout::Lookout;
-use super::news::{News, Phase};
-use super::order::Order;
-use super::palette::Palette;
-use super::panel::{Entry, Sight};
-use super::panels::{JobPanel, StatusPanel, TabsPanel};
-use super::panes::Panes;
+use super::network_review::NetworkReview;
+use super::panel_context::PanelContext;
 use super::preferences::Preferences;
-use super::recents::Recents;
-use super::reviews::Reviews;
-use super::saver::Saver;
-use super::shelf::Shelf;
 use super::state::State;
-use super::studies::Studies;
+use super::status::{Phase, Status};
 use super::training::Training;
 use super::wizard::Wizard;
 use super::{keys, theme};
-use egui::{CentralPanel, Context};
+use autosave::Autosave;
+use dialogs::Dialogs;
+use egui::Context;
+use exports::Exports;
 use gpu::DeviceChoice;
-use project::{Lock, Project};
-use std::path::PathBuf;
+use picker::ProjectPicker;
+use preview::Preview;
+use project::Project;
+use readers::Readers;
+use session::Session;
 use std::sync::Arc;
-use worker::{Blocked, Event, Export, Latest, Relit, Source, Worker};
+use view::WindowView;
+use worker::{Blocked, Event, Export, PreviewPicture, Source, Worker};
 
 /// The window's contents.
 pub struct StudioApp {
     ctx: Context,
     device: DeviceChoice,
-    project: Option<Project>,
-    worker: Option<Worker>,
-    shelf: Shelf,
     state: State,
-    news: News,
-    relit: Option<Arc<Relit>>,
-    /// What the worker was asked for last, and whether something was being dragged.
-    asked: Option<(Wanted, bool)>,
-    inspected: Inspected,
-    studies: Studies,
-    reviews: Reviews,
-    training: Training,
-    /// The worker's line of exports.
-    exports: Vec<Export>,
-    lookout: Lookout,
-    footages: Footages,
-    recents: Recents,
-    wizard: Wizard,
-    /// The folder of a project that a job has made.
-    made: Arc<Latest<PathBuf>>,
-    /// Where the project goes when the window can no longer be drawn.
-    next: Option<Left>,
-    /// Keeps others from writing into the open project.
-    lock: Option<Lock>,
-    /// Why nothing can be written into it, where another keeps us from it.
-    read_only: Option<String>,
-    /// When the next frame is due while playing, in the window's seconds.
-    due: f64,
-    /// What a dialog brought.
-    chosen: Arc<Latest<Command>>,
-    preferences: Preferences,
-    /// The arrangement was changed by a drag that is not over yet.
-    edited: bool,
-    saver: Saver,
-    /// The look that was kept last.
-    kept: KeptLook,
-    panes: Panes,
-    palette: Palette,
+    status: Status,
+    session: Session,
+    library: EnvironmentLibrary,
+    preview: Preview,
+    readers: Readers,
+    exports: Exports,
+    picker: ProjectPicker,
+    dialogs: Dialogs,
+    autosave: Autosave,
+    view: WindowView,
     /// The panes that were drawn last.
     shown: Vec<Pane>,
-    tabs: TabsPanel,
-    job: JobPanel,
-    status: StatusPanel,
+    /// Where the project goes when the window can no longer be drawn.
+    handover: Option<ProjectHandover>,
 }
 
 /// The window's title.
@@ -114,8 +88,7 @@ impl StudioApp {
     ) -> Self {
         let mut app = Self::empty(ctx, preferences, device);
         if let Some(project) = project {
-            let wake = app.wake();
-            let worker = Worker::start(project.clone(), device, wake);
+            let worker = Worker::start(project.clone(), device, app.wake());
             app.open(project, worker);
         }
         app
@@ -142,38 +115,19 @@ impl StudioApp {
         Self {
             ctx: ctx.clone(),
             device,
-            project: None,
-            worker: None,
-            shelf: Shelf::new(ctx),
             state: State::new(0, 24.0),
-            news: News::new(Phase::NoProject),
-            relit: None,
-            asked: None,
-            inspected: Inspected::default(),
-            studies: Studies::default(),
-            reviews: Reviews::default(),
-            training: Training::default(),
-            exports: Vec::new(),
-            lookout: Lookout::new(wake.clone()),
-            footages: Footages::default(),
-            recents: Recents::default(),
-            wizard: Wizard::default(),
-            made: Arc::new(Latest::new(wake.clone())),
-            next: None,
-            lock: None,
-            read_only: None,
-            due: 0.0,
-            chosen: Arc::new(Latest::new(wake.clone())),
-            preferences,
-            edited: false,
-            saver: Saver::start(wake),
-            kept: KeptLook::default(),
-            panes: Panes::default(),
-            palette: Palette::default(),
+            status: Status::new(Phase::NoProject),
+            session: Session::default(),
+            library: EnvironmentLibrary::new(ctx),
+            preview: Preview::default(),
+            readers: Readers::default(),
+            exports: Exports::new(wake.clone()),
+            picker: ProjectPicker::new(wake.clone()),
+            dialogs: Dialogs::new(wake.clone()),
+            autosave: Autosave::new(preferences, wake),
+            view: WindowView::default(),
             shown: Vec::new(),
-            tabs: TabsPanel,
-            job: JobPanel,
-            status: StatusPanel,
+            handover: None,
         }
     }
 
@@ -182,64 +136,64 @@ impl StudioApp {
         &self.state
     }
 
-    /// What happened.
-    pub fn news(&self) -> &News {
-        &self.news
+    /// What can be done, what runs and what went wrong.
+    pub fn status(&self) -> &Status {
+        &self.status
     }
 
     /// The threads behind the open project.
     pub fn worker(&self) -> Option<&Worker> {
-        self.worker.as_ref()
+        self.session.worker.as_ref()
     }
 
     /// The newest picture.
-    pub fn relit(&self) -> Option<&Arc<Relit>> {
-        self.relit.as_ref()
+    pub fn relit(&self) -> Option<&Arc<PreviewPicture>> {
+        self.preview.relit.as_ref()
     }
 
-    /// The light of the probed pixel under each lamp at full power, once it was found.
+    /// The light of the probed pixel under each lamp at full power, once it is known.
     pub fn texel(&self) -> Option<&[[f32; 3]]> {
-        self.inspected.texel()
+        self.readers.inspector.texel()
     }
 
-    /// What was found out about the calibration.
-    pub fn studies(&self) -> &Studies {
-        &self.studies
+    /// What is known of the calibration.
+    pub fn analysis(&self) -> &CalibrationAnalysis {
+        &self.readers.analysis
     }
 
-    /// What was found out about the network.
-    pub fn reviews(&self) -> &Reviews {
-        &self.reviews
+    /// What is known of the network's quality.
+    pub fn review(&self) -> &NetworkReview {
+        &self.readers.review
     }
 
     /// What is known of the network's training.
     pub fn training(&self) -> &Training {
-        &self.training
+        &self.readers.training
     }
 
-    /// The exports that wait, run or are over.
+    /// The exports that wait, run or are finished.
     pub fn exports(&self) -> &[Export] {
-        &self.exports
+        &self.exports.queue
     }
 
     /// The open project.
     pub fn project(&self) -> Option<&Project> {
-        self.project.as_ref()
+        self.session.project.as_ref()
     }
 
-    /// The project that is being made.
+    /// The project that is being planned.
     pub fn wizard(&self) -> &Wizard {
-        &self.wizard
+        &self.picker.wizard
     }
 
     /// The pictures as they were filmed.
-    pub fn footages(&self) -> &Footages {
-        &self.footages
+    pub fn footage(&self) -> &FootageReader {
+        &self.readers.footage
     }
 
     /// The list of environments.
-    pub fn environments(&self) -> &[Entry] {
-        self.shelf.entries()
+    pub fn environments(&self) -> &[EnvironmentEntry] {
+        self.library.entries()
     }
 
     fn wake(&self) -> impl Fn() + Clone + Send + Sync + 'static {
@@ -247,103 +201,118 @@ impl StudioApp {
         move || ctx.request_repaint()
     }
 
-    fn open(&mut self, project: Project, worker: Worker) {
-        let shoot = &project.settings.shoot;
-        self.state = State::new(shoot.frames.len(), shoot.frame_rate);
-        self.state.order = Order::of(&project);
-        self.preferences.opened(&project.root);
-        self.preferences.save(&self.saver);
-        self.recents.renew();
-        self.wizard.set(None);
-        self.start(project.clone(), worker);
-        self.leave_exports();
-        let (list, complaints) = self.shelf.open(&project, self.read_only.is_none());
-        self.state.look.environments = list;
-        complaints.into_iter().for_each(|it| self.news.say(it));
-        self.saver.settle();
-        match KeptLook::load(&project) {
-            Ok(kept) => kept
-                .into_iter()
-                .for_each(|kept| kept.apply(&mut self.state.look)),
-            Err(e) => self.news.refuse(e.to_string()),
-        }
-        self.kept = KeptLook::of(&self.state.look);
-    }
-
     /// Takes in what the threads have to say.
-    fn hear(&mut self) {
-        if let Some(worker) = &self.worker {
-            for event in worker.events() {
-                // A worker without a project has nothing to open.
-                if self.project.is_none() && matches!(event, Event::Opening | Event::Blocked(_)) {
-                    continue;
-                }
-                if matches!(event, Event::Opening | Event::Failed { .. }) {
-                    self.state.playing = false;
-                }
-                if event == Event::Opening {
-                    // Pictures of another network are no longer what was asked for.
-                    (self.relit, self.asked) = (None, None);
-                }
-                if matches!(event, Event::Finished { .. }) {
-                    // The job may have calibrated.
-                    self.studies.renew();
-                    self.reviews.renew();
-                }
-                self.training.hear(&event);
-                self.news.hear(event);
-            }
-            self.training.pictures = worker.pictures().or(self.training.pictures.take());
-            self.relit = worker.relit().or(self.relit.take());
-            let rig = self.relit.as_ref().map(|relit| &relit.rig);
-            self.state.lamps = rig.map_or(0, |rig| rig.lamps.len());
-            self.exports = worker.exports();
-        }
-        self.inspected.hear();
-        self.studies.hear();
-        self.reviews.hear();
-        self.training.read();
-        self.footages.hear(&self.ctx);
-        self.hear_made();
-        let unsaved = self.saver.failures().chain(self.shelf.hear());
-        unsaved.for_each(|failure| self.news.refuse(failure));
+    fn receive(&mut self) {
+        self.receive_events();
+        self.readers.receive(&self.ctx);
+        self.open_made();
+        let unsaved = self.autosave.failures().chain(self.library.receive());
+        unsaved.for_each(|failure| self.status.refuse(failure));
     }
 
-    /// Has the look written where it is another than before.
-    fn keep(&mut self) {
-        let Some(project) = &self.project else {
+    fn receive_events(&mut self) {
+        let Some(worker) = &self.session.worker else {
             return;
         };
-        // The value at a frame that is merely shown is no change where it has keys.
-        let look = KeptLook::of(&self.state.look);
-        if !self.state.playing && self.read_only.is_none() && look != self.kept {
-            self.saver.save(KeptLook::path(project), look.text());
-            self.kept = look;
+        for event in worker.events() {
+            // A worker without a project has nothing to open.
+            if self.session.project.is_none() && matches!(event, Event::Opening | Event::Blocked(_))
+            {
+                continue;
+            }
+            if matches!(event, Event::Opening | Event::Failed { .. }) {
+                self.state.playing = false;
+            }
+            if event == Event::Opening {
+                // Pictures of another network are no longer what was asked for.
+                self.preview.clear();
+            }
+            self.readers.on_event(&event);
+            self.status.on_event(event);
+        }
+        self.readers.training.show(worker.pictures());
+        self.preview.show(worker.relit());
+        self.state.lamps = self.preview.lamps();
+        self.exports.queue = worker.exports();
+    }
+
+    /// Draws the window.
+    fn draw(&mut self, ui: &mut egui::Ui, commands: &mut Vec<Command>) {
+        let context = PanelContext {
+            project: self.session.project.as_ref(),
+            state: &self.state,
+            status: &self.status,
+            environments: self.library.entries(),
+            shown: &self.shown,
+            relit: self.preview.relit.as_ref(),
+            texel: self.readers.inspector.texel(),
+            exports: &self.exports.queue,
+            existing_files: self.exports.destination.found(),
+            probe: self.readers.analysis.probe.as_ref(),
+            gamma: self.readers.analysis.gamma.as_ref(),
+            review: &self.readers.review,
+            training: &self.readers.training,
+            read_only: self.session.read_only.as_deref(),
+            recents: self.picker.recents.list(),
+            wizard: &self.picker.wizard,
+            footage: &self.readers.footage,
+        };
+        let layout = self.autosave.layout();
+        let drawn = self.view.ui(ui, &context, layout, commands);
+        self.autosave.layout_edited |= drawn.layout_edited;
+        self.shown = drawn.panes;
+        self.activate_shown();
+    }
+
+    /// Asks the threads for what is shown and not known yet.
+    fn ask(&mut self) {
+        let wake = self.wake();
+        if let Some(worker) = &self.session.worker {
+            (self.preview).ask(worker, &self.library, &self.state, &mut self.status);
+        }
+        if self.shown.contains(&Pane::Project) {
+            self.picker.ask(self.autosave.recent(), wake.clone());
+        }
+        if let Some(project) = &self.session.project {
+            if self.shown.contains(&Pane::Export) {
+                self.exports.ask(&self.state, &project.root);
+            }
+            let relit = self.preview.relit.as_ref();
+            (self.readers).ask(project, &self.state, &self.shown, relit, wake);
+        }
+    }
+
+    /// Saves what changed, unless a drag is not over yet.
+    fn save(&mut self) {
+        if self.ctx.input(|i| i.pointer.any_down()) {
+            return;
+        }
+        self.state.release();
+        self.save_look();
+        self.autosave.save_layout();
+    }
+
+    /// Saves the look if it changed. The value at a frame that is merely played is no change where it has keys.
+    fn save_look(&mut self) {
+        if let (Some(project), None) = (&self.session.project, &self.session.read_only)
+            && !self.state.playing
+        {
+            self.autosave.save_look(project, &self.state.look);
         }
     }
 }
 
 impl eframe::App for StudioApp {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
-        if self.is_blind(frame) {
+        if self.closes_without_gpu(frame) {
             return;
         }
-        self.hear();
+        self.receive();
         let mut commands = Vec::new();
-        commands.extend(self.chosen.take());
+        commands.extend(self.dialogs.chosen());
         keys::pressed(&self.ctx, self.state.active, &mut commands);
         self.dropped(&mut commands);
-        if self.state.panels && self.project.is_some() {
-            self.bars_ui(ui, &mut commands);
-        }
-        CentralPanel::no_frame().show(ui, |ui| self.panes_ui(ui, &mut commands));
-        if self.state.keys {
-            keys::overlay_ui(ui, self.state.active, &mut commands);
-        }
-        if self.state.palette {
-            let sight = sight!(self);
-            self.palette.ui(ui, &sight, &mut commands);
-        }
+        self.draw(ui, &mut commands);
         if !commands.is_empty() {
             // The panels were drawn before the commands were applied.
             self.ctx.request_repaint();
@@ -351,35 +320,9 @@ impl eframe::App for StudioApp {
         for command in commands {
             self.apply(command);
         }
-        self.shelf.follow(&self.state.look.environments);
-        if !self.ctx.input(|i| i.pointer.any_down()) {
-            self.state.release();
-            self.keep();
-            if std::mem::take(&mut self.edited) {
-                self.preferences.save(&self.saver);
-            }
-        }
-        self.play();
+        self.library.follow(&self.state.look.environments);
+        self.save();
+        self.preview.play(&self.ctx, &mut self.state);
         self.ask();
-        self.look_out();
-        self.look_at_folders();
-        if let (Some(relit), Some(pixel)) = (&self.relit, self.state.probed) {
-            let wake = self.wake();
-            (self.inspected).ask(&relit.predicted, pixel, &self.shown, wake);
-        }
-        if let Some(project) = &self.project {
-            let wake = self.wake();
-            self.training.ask(project, &self.shown, wake.clone());
-            self.studies
-                .ask(project, &self.state, &self.shown, wake.clone());
-            if self
-                .shown
-                .iter()
-                .any(|pane| matches!(pane, Pane::Lamps | Pane::Review))
-            {
-                let still = self.relit.as_ref().filter(|_| !self.state.playing);
-                self.reviews.ask(project, still, wake);
-            }
-        }
     }
 }

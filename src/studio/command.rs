@@ -1,10 +1,11 @@
-//! What a person can ask for. Panels emit commands; the application applies them.
+//! What a person can ask for. Panels emit commands; the application applies them. Each group is matched
+//! exhaustively by the code that handles it: a command without an effect does not compile.
 
-use super::compare::Compare;
-use super::footages::FootageView;
+use super::comparison::CompareSettings;
+use super::export_options::ExportOptions;
+use super::footage_reader::FootageView;
+use super::keyframed::Keyframed;
 use super::layout::{Pane, Workspace};
-use super::order::Order;
-use super::state::Keyed;
 use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
@@ -17,9 +18,24 @@ use scene::{Background, Effects, Inspection};
 use std::path::PathBuf;
 use worker::Need;
 
-/// One wish. Those of the first group can be undone.
+/// One wish, by who handles it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
+    Look(LookCommand),
+    View(ViewCommand),
+    Window(WindowCommand),
+    Calibration(CalibrationCommand),
+    Training(TrainingCommand),
+    Review(ReviewCommand),
+    Export(ExportCommand),
+    Project(ProjectCommand),
+    Job(JobCommand),
+    Dialog(Dialog),
+}
+
+/// Changes settings that can be undone.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LookCommand {
     /// Light the subject by this entry of the list.
     Environment(usize),
     /// Light the subject by the entry this many places further, around the list's end.
@@ -28,23 +44,23 @@ pub enum Command {
     AddEnvironments(Vec<PathBuf>),
     /// Take this entry out of the list, if a person added it; its file stays.
     RemoveEnvironment(usize),
-    /// Which way is front in the file of this entry; none is not to have said it.
+    /// Which way is front in the file of this entry; None if not known.
     Front(usize, Option<Front>),
-    /// Set a key at the shown frame, or take the one there away.
-    ToggleKey(Keyed),
-    /// Bring the key at this place in the order to another frame, in place of a key that is there.
+    /// Set a key at the current frame, or remove the one that is there.
+    ToggleKey(Keyframed),
+    /// Move a key, by its index, to another frame; it replaces a key that is there.
     MoveKey {
-        of: Keyed,
+        of: Keyframed,
         index: usize,
         frame: usize,
     },
-    /// Take the key at this place in the order away.
+    /// Remove a key by its index.
     RemoveKey {
-        of: Keyed,
+        of: Keyframed,
         index: usize,
     },
     /// How values go from key to key.
-    Interpolate(Keyed, Interpolation),
+    Interpolate(Keyframed, Interpolation),
     /// Turn the environment to this yaw in degrees.
     Yaw(f32),
     /// Turn the environment by this many degrees.
@@ -53,39 +69,32 @@ pub enum Command {
     Exposure(f32),
     /// Change the exposure by this many stops.
     StepExposure(f32),
-    /// How the environment's light is turned, graded and joined by lights placed by hand.
+    /// How the environment's light is turned and graded, and the lights placed by hand.
     Lighting(Box<Lighting>),
     /// What is done to the picture.
     Effects(Effects),
     /// What is shown behind the subject.
     Background(Background),
-    /// Take this for the mirror ball's silhouette; none is the project's own.
+    /// Look at this in place of the picture, or at the picture again.
+    Inspect(Inspection),
+    /// Use this outline of the mirror ball; None for the project's own.
     Circle(Option<Circle>),
-    /// Move the silhouette by pixels of the photograph, and enlarge its radius.
-    NudgeCircle {
-        by: [f64; 2],
-        radius: f64,
-    },
-    /// Try this response of the camera; none is the calibration's own.
-    Try(Option<Trial>),
-    /// Change what is tried by these differences of γ1, γ2 and the exposure.
-    NudgeTrial([f32; 3]),
-    /// Train like this from the next start.
-    Train(TrainChoice),
+    /// Try this camera response; None for the calibration's own.
+    Trial(Option<Trial>),
+    /// Train with these settings from the next start.
+    Training(TrainChoice),
+    /// Fit the picture and set the exposure to 0 stops.
+    ResetView,
+    Undo,
+    Redo,
+}
 
-    /// Show another arrangement of the window.
-    Workspace(Workspace),
-    /// Show this pane: its tab comes to the front.
-    Pane(Pane),
-    /// Take this pane away, unless it is a main one.
-    ClosePane(Pane),
-    /// Keys are meant for this pane from now on.
-    Activate(Pane),
-    /// Give the workspace the arrangement that it had at first.
-    ResetLayout,
-    /// Show the mirror ball under this lamp; none is the interview's.
+/// Changes what is shown. It cannot be undone.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ViewCommand {
+    /// Show the mirror ball under this lamp; None for the interview's light.
     Photograph(Option<usize>),
-    /// Show the photograph this many places further; the interview's stands before the lamps'.
+    /// Show the photograph this many places further; the interview's comes before the lamps'.
     StepPhotograph(isize),
     /// Show the pose in training under this lamp.
     TrainedLamp(usize),
@@ -93,58 +102,36 @@ pub enum Command {
     StepTrainedLamp(isize),
     /// Relight this exemplar as the interview.
     Pose(usize),
-    /// Where the line stands that wipes between two pictures: 0 left, 1 right.
+    /// Where the wipe between two pictures is: 0 left, 1 right.
     Wipe(f32),
-    /// Put that line to the right, to the left or into the middle, in turn.
+    /// Move the wipe to the right, to the left or to the middle, in turn.
     StepWipe,
     /// Compare the picture with another.
-    Compare(Compare),
+    Compare(CompareSettings),
     /// Wipe between the two pictures, or stop that.
     ToggleWipe,
     /// Show the other of the two pictures alone.
     ToggleSecond,
-    /// Light the subject by the lamp this many places further alone.
-    StepSolo(isize),
-    /// Look at this in place of the picture, or at the picture again.
-    Inspect(Inspection),
-    /// Look at the pixel in this column and row.
-    Probe(Option<[usize; 2]>),
-    /// Look which checkpoints there are to compare with.
-    ListCheckpoints,
-    /// Ask for the folder of a truth with a dialog, and compare the picture with it.
-    CompareTruth,
-    /// Take the silhouette that was found in the photographs.
-    FindCircle,
-    /// Calibrate with what is set by hand, or by fitting where nothing is.
-    Calibrate,
-
-    /// Show the frame under this lamp alone; none is under the light.
+    /// Show the frame under this lamp alone; None for the environment.
     Solo(Option<usize>),
-    /// Show it under this lamp too, or no longer.
+    /// Add this lamp to those that are shown, or remove it.
     SoloAlso(usize),
-    /// Compare the network with the truth: the one in this folder, or the one that was used last.
-    Measure(Option<PathBuf>),
-    /// Ask for a folder with truth with a dialog, and measure.
-    ChooseTruth,
-    /// Write the review's page.
-    Report(PathBuf),
-    /// Ask where the page shall be with a dialog, and write it.
-    ChooseReport,
-    /// Keep a verdict and a note.
-    Mark(Box<MarkedOlat>),
-
-    /// Undo the last of the above, and do it again.
-    Undo,
-    Redo,
-
+    /// Show the frame under the lamp this many places further.
+    StepSolo(isize),
+    /// Read the values of the pixel in this column and row.
+    Pixel(Option<[usize; 2]>),
+    /// Show another part of the footage, or its mattes.
+    Footage(FootageView),
     /// Go to this frame; playing stops.
     Frame(usize),
     /// Go this many frames on, as far as there are any; playing stops.
     StepFrame(isize),
     LastFrame,
     TogglePlay,
-
-    /// Scale the picture by a factor about a point, given in points from the viewport's centre.
+    /// Play and export from the current frame on, or up to it.
+    MarkIn,
+    MarkOut,
+    /// Scale the picture by a factor about a point, in points from the viewport's centre.
     Zoom {
         factor: f32,
         about: [f32; 2],
@@ -153,83 +140,144 @@ pub enum Command {
     Pan([f32; 2]),
     /// Fit the picture into the viewport.
     Fit,
-    /// Fit the picture and set the exposure to 0 stops.
-    ResetView,
-    /// Magnify so that a pixel of the picture is one of the screen.
-    ActualSize,
+}
+
+/// Changes how the window is arranged and what covers it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WindowCommand {
+    /// Show another arrangement of the window.
+    Workspace(Workspace),
+    /// Show this pane: its tab comes to the front.
+    ShowPane(Pane),
+    /// Close this pane, unless it is a main one.
+    ClosePane(Pane),
+    /// Keys go to this pane from now on.
+    Activate(Pane),
+    /// Give the workspace its original arrangement.
+    ResetLayout,
+    /// Give the focus to the first control of the active pane.
+    FocusPane,
     TogglePanels,
     ToggleFullScreen,
     ToggleKeys,
     /// Open the list of all commands, or close it.
     TogglePalette,
-    /// Close whatever covers the picture, and leave full screen; where there is nothing of it, as
-    /// [`Self::DismissRefusal`].
+    /// Zoom until a pixel of the picture is one of the screen.
+    ActualSize,
+    /// Close what covers the picture, and leave full screen; else as [`Self::DismissRefusal`].
     Dismiss,
-    /// Put away why something could not be done.
+    /// Close the message that says why something could not be done.
     DismissRefusal,
+    /// Close the last message of a job.
+    DismissMessage,
+    ClearLog,
+}
 
-    /// Ask for files with a dialog, and add what is chosen.
-    ChooseEnvironments,
-    /// Ask for a project's folder with a dialog.
-    ChooseProject,
-    /// Open the project in a folder.
-    OpenProject(PathBuf),
+/// Calibrates, by hand or by fitting.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CalibrationCommand {
+    /// Use the outline that was found in the photographs.
+    FindCircle,
+    /// Move the outline by pixels of the photograph, and enlarge its radius.
+    NudgeCircle { by: [f64; 2], radius: f64 },
+    /// Change the tried response by these differences of γ1, γ2 and the exposure.
+    NudgeTrial([f32; 3]),
+    /// Calibrate with what is set by hand; the rest is fitted.
+    Start,
+}
+
+/// Trains the network.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TrainingCommand {
+    /// Train with the chosen settings: from the start, or from the checkpoint on.
+    Start { fresh: bool },
+    /// Restore the saved checkpoint of this name.
+    GoBack(String),
+    /// Read which checkpoints there are.
+    ListCheckpoints,
+}
+
+/// Compares the network with the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ReviewCommand {
+    /// Measure against the truth in this folder, or the one that was used last.
+    Measure(Option<PathBuf>),
+    /// Write the review's page.
+    Report(PathBuf),
+    /// Save a verdict and a note.
+    Mark(Box<MarkedOlat>),
+}
+
+/// Exports clips and stills.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExportCommand {
     /// What the next export is to be.
-    Order(Box<Order>),
-    /// Let the export begin, or end, with the frame that is shown.
-    MarkIn,
-    MarkOut,
-    /// Ask for the export's name with a dialog.
-    ChooseDestination,
-    /// Take this file for the export's name.
+    Options(Box<ExportOptions>),
+    /// Take this file as the export's name.
     Destination(PathBuf),
-    /// Put an export of what is set now at the end of the line.
-    Export,
-    /// Take an export out of the line; the one in hand is asked to stop.
+    /// Add an export of the current settings to the queue.
+    Add,
+    /// Take an export out of the queue; a running one is asked to stop.
     Withdraw(u64),
     /// Show a folder in the system's file manager.
     OpenFolder(PathBuf),
-    /// Give the focus to the first control of the pane that keys are meant for.
-    FocusPane,
-    /// Take a folder out of the list of recent projects; nothing on the disk is changed.
-    ForgetProject(PathBuf),
-    /// Begin to make a project, of the shoot in a folder where it is known.
-    NewProject(Option<PathBuf>),
-    /// Go on with this plan for a project; none gives it up.
+}
+
+/// Opens, makes and changes projects.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ProjectCommand {
+    /// Open the project in a folder.
+    Open(PathBuf),
+    /// Read the open project again.
+    Reopen,
+    /// Remove a folder from the recent projects; nothing on the disk changes.
+    Forget(PathBuf),
+    /// Plan a project, of the shoot in a folder if it is known.
+    New(Option<PathBuf>),
+    /// Change the plan for a project; None gives it up.
     Plan(Option<Box<Plan>>),
-    /// Ask for the shoot's folder, or the new project's, with a dialog.
-    ChooseShoot,
-    ChooseProjectFolder,
     /// Make the planned project and open it.
-    MakeProject,
+    Make,
     /// Make the demo in this folder and open its project.
     MakeDemo(PathBuf),
-    /// Ask with a dialog where the project's shoot is now.
-    ChooseLocation,
     /// The project's shoot is in this folder now.
     Locate(PathBuf),
-    /// Look at another part of the footage, or at its mattes.
-    Footage(FootageView),
+    /// Work with this square of the pictures. What was made with another is put aside.
+    Reframe(Framing),
     /// Read the thumbnails of these frames.
     Thumbnails(Vec<usize>),
-    /// Work with this square of the pictures. What was made under another one is put aside.
-    Reframe(Framing),
-    /// Run the job that brings what is missing.
+}
+
+/// What concerns any job.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JobCommand {
+    /// Run the job that makes what is missing.
     Provide(Need),
-    /// Train as was chosen: anew, or from where the checkpoint stands.
-    StartTraining {
-        fresh: bool,
-    },
-    /// Put the kept checkpoint of this name in place of the present one.
-    GoBack(String),
-    /// Pause the running job, or let it go on.
-    PauseJob,
+    /// Pause the running job, or continue it.
+    Pause,
     /// Stop the running job; what is finished is kept.
-    StopJob,
-    /// Forget what is in the log.
-    ClearLog,
-    /// Put away what the last job said.
-    DismissReport,
-    /// Read the calibration and the network again.
-    Reopen,
+    Stop,
+}
+
+/// What a file dialog asks for; what is chosen comes back as a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dialog {
+    /// Panoramas to add.
+    Environments,
+    /// True OLATs to compare the picture with.
+    ComparisonTruth,
+    /// A project to open.
+    Project,
+    /// The shoot of a new project.
+    Shoot,
+    /// The folder of a new project.
+    ProjectFolder,
+    /// Where the open project's shoot is now.
+    ShootLocation,
+    /// The next export's file.
+    Destination,
+    /// True OLATs to measure against.
+    Truth,
+    /// Where to write the review's page.
+    ReportPage,
 }

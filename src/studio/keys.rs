@@ -5,7 +5,7 @@ mod overlay;
 
 pub use overlay::overlay_ui;
 
-use super::command::Command;
+use super::command::{Command, WindowCommand};
 use super::layout::Pane;
 use bindings::{BINDINGS, Binding, EXPORT};
 use egui::{Key, KeyboardShortcut, Modifiers};
@@ -74,7 +74,9 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
             }
         }
     });
-    if out.contains(&Command::TogglePanels) || out.contains(&Command::FocusPane) {
+    if out.contains(&Command::Window(WindowCommand::TogglePanels))
+        || out.contains(&Command::Window(WindowCommand::FocusPane))
+    {
         // egui moves the focus with the same key.
         ctx.memory_mut(|memory| memory.move_focus(egui::FocusDirection::None));
     }

@@ -2,48 +2,54 @@
 //! [`StudioApp`] applies them; pictures come from [`worker`], and nothing here waits for it.
 
 mod app;
+mod calibration_analysis;
 mod command;
-mod compare;
-mod footages;
+mod comparison;
+mod destination_check;
+mod environment_library;
+mod environment_list;
+mod export_options;
+mod footage_reader;
 mod icons;
-mod inspected;
-mod kept;
-mod keyed;
+mod keyframed;
 mod keys;
 mod layout;
-mod listed;
-mod lookout;
-mod news;
-mod order;
+mod look;
+mod network_review;
 mod palette;
-mod panel;
+mod panel_context;
 mod panels;
-mod panes;
+mod pixel_inspector;
 mod preferences;
 mod recents;
-mod reviews;
+mod saved_look;
 mod saver;
-mod shelf;
 mod state;
-mod studies;
+mod status;
 mod theme;
 mod training;
 mod wizard;
+mod workspace_view;
 
-pub use app::{Left, StudioApp};
-pub use command::Command;
-pub use compare::{Compare, How, With};
-pub use footages::{FootageView, Footages, MatteView};
+pub use app::{ProjectHandover, StudioApp};
+pub use calibration_analysis::CalibrationAnalysis;
+pub use command::{
+    CalibrationCommand, Command, Dialog, ExportCommand, JobCommand, LookCommand, ProjectCommand,
+    ReviewCommand, TrainingCommand, ViewCommand, WindowCommand,
+};
+pub use comparison::{CompareMode, CompareSettings, Reference};
+pub use environment_library::{EnvironmentEntry, PanoramaState};
+pub use environment_list::{ListedEnvironment, Owner};
+pub use export_options::ExportOptions;
+pub use footage_reader::{FootageReader, FootageView, MatteView};
+pub use keyframed::Keyframed;
 pub use layout::{Layout, Pane, Workspace};
-pub use listed::{Listed, Owner};
-pub use news::{Kind, LogLine, News, Phase, Work};
-pub use order::Order;
-pub use panel::{Entry, Reading};
+pub use look::LookSettings;
+pub use network_review::NetworkReview;
 pub use preferences::Preferences;
 pub use recents::{Recent, Recents};
-pub use reviews::Reviews;
-pub use state::{Keyed, Look, State, View};
-pub use studies::Studies;
+pub use state::{State, View};
+pub use status::{LogLine, Phase, RunningJob, Severity, Status};
 pub use training::{TrainChoice, Training};
 pub use wizard::{Plan, Wizard};
 
@@ -65,12 +71,12 @@ const SOON: Duration = Duration::from_secs(20);
 /// # Errors
 /// When there is no display, or no graphics adapter that can draw a window.
 pub fn run(mut project: Option<Project>, device: DeviceChoice) -> Result<()> {
-    let left = Left::new(Latest::new(|| {}));
+    let handover = ProjectHandover::new(Latest::new(|| {}));
     let mut lost = false;
     loop {
         let opened = Instant::now();
-        show(project, device, left.clone(), lost)?;
-        match left.take() {
+        show(project, device, handover.clone(), lost)?;
+        match handover.take() {
             None => return Ok(()),
             Some(_) if opened.elapsed() < SOON => return Err(Error::GpuLost),
             Some(open) => (project, lost) = (open, true),
@@ -79,7 +85,12 @@ pub fn run(mut project: Option<Project>, device: DeviceChoice) -> Result<()> {
 }
 
 /// One window, until it is closed. `lost` says that it stands for one whose GPU was lost.
-fn show(project: Option<Project>, device: DeviceChoice, left: Left, lost: bool) -> Result<()> {
+fn show(
+    project: Option<Project>,
+    device: DeviceChoice,
+    handover: ProjectHandover,
+    lost: bool,
+) -> Result<()> {
     let title = app::title(project.as_ref());
     let mut setup = WgpuSetupCreateNew::without_display_handle();
     setup.device_descriptor = Arc::new(device_descriptor);
@@ -101,7 +112,7 @@ fn show(project: Option<Project>, device: DeviceChoice, left: Left, lost: bool) 
         }
         let said = lost.then(|| Error::GpuLost.to_string());
         let app = StudioApp::of(&cc.egui_ctx, Preferences::of_user(), project, device);
-        Ok(Box::new(app.replaced_by(left, said.as_deref())) as Box<dyn eframe::App>)
+        Ok(Box::new(app.replaced_by(handover, said.as_deref())) as Box<dyn eframe::App>)
     };
     eframe::run_native(&title, options, Box::new(create)).map_err(|e| {
         Error::device(

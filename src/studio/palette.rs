@@ -1,26 +1,29 @@
 //! The list of all commands: what is typed narrows it, Enter runs the first.
 
-use super::command::Command;
+use super::command::{Command, Dialog, LookCommand, WindowCommand};
 use super::keys;
 use super::layout::{Pane, Workspace};
-use super::panel::Sight;
+use super::panel_context::PanelContext;
 use super::theme::{self, GAP};
 use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
 /// Commands that have no key.
 const OTHERS: [(&str, Command); 5] = [
-    ("add environments…", Command::ChooseEnvironments),
-    ("open a project…", Command::ChooseProject),
+    ("add environments…", Command::Dialog(Dialog::Environments)),
+    ("open a project…", Command::Dialog(Dialog::Project)),
     (
         "compare with true OLATs in a folder…",
-        Command::CompareTruth,
+        Command::Dialog(Dialog::ComparisonTruth),
     ),
-    ("reset the arrangement of panels", Command::ResetLayout),
-    ("clear the log", Command::ClearLog),
+    (
+        "reset the arrangement of panels",
+        Command::Window(WindowCommand::ResetLayout),
+    ),
+    ("clear the log", Command::Window(WindowCommand::ClearLog)),
 ];
 
 /// A command, what it is called, and its key if it has one.
-struct Entry {
+struct PaletteEntry {
     says: String,
     key: String,
     command: Command,
@@ -33,7 +36,7 @@ pub struct Palette {
 }
 
 impl Palette {
-    pub fn ui(&mut self, ui: &egui::Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &egui::Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let frame = egui::Frame::window(ui.style()).inner_margin(1.5 * GAP);
         let modal = Modal::new(Id::unique("palette")).frame(frame);
         let shown = modal.show(ui.ctx(), |ui| {
@@ -46,7 +49,7 @@ impl Palette {
                 egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Find a command")
             });
             response.request_focus();
-            let found = matching(all(ui.ctx(), sight), &self.typed);
+            let found = matching(all(ui.ctx(), context), &self.typed);
             let enter = ui.input(|i| i.key_pressed(Key::Enter));
             let mut chosen = (found.first().filter(|_| enter)).map(|first| first.command.clone());
             ScrollArea::vertical()
@@ -72,34 +75,39 @@ impl Palette {
         });
         if shown.inner.is_some() || shown.should_close() {
             self.typed.clear();
-            out.push(Command::TogglePalette);
+            out.push(Command::Window(WindowCommand::TogglePalette));
             out.extend(shown.inner);
         }
     }
 }
 
-fn all(ctx: &egui::Context, sight: &Sight) -> Vec<Entry> {
-    let entry = |says: String, command| Entry {
+fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
+    let entry = |says: String, command| PaletteEntry {
         says,
         key: String::new(),
         command,
     };
-    let bound = keys::listed(ctx, sight.state.active).map(|(key, says, command)| Entry {
+    let bound = keys::listed(ctx, context.state.active).map(|(key, says, command)| PaletteEntry {
         says: says.to_owned(),
         key,
         command,
     });
     let others = OTHERS.map(|(says, command)| entry(says.to_owned(), command));
-    let panes = Pane::ALL.map(|pane| entry(format!("panel {}", pane.name()), Command::Pane(pane)));
+    let panes = Pane::ALL.map(|pane| {
+        entry(
+            format!("panel {}", pane.name()),
+            Command::Window(WindowCommand::ShowPane(pane)),
+        )
+    });
     let workspaces = Workspace::ALL.map(|workspace| {
         let says = format!("workspace {}", workspace.name());
-        entry(says, Command::Workspace(workspace))
+        entry(says, Command::Window(WindowCommand::Workspace(workspace)))
     });
-    let lights = sight.environments.iter().enumerate();
+    let lights = context.environments.iter().enumerate();
     let lights = lights.map(|(i, e)| {
         entry(
-            format!("light by {}", sight.title(e)),
-            Command::Environment(i),
+            format!("light by {}", context.title(e)),
+            Command::Look(LookCommand::Environment(i)),
         )
     });
     bound
@@ -111,7 +119,7 @@ fn all(ctx: &egui::Context, sight: &Sight) -> Vec<Entry> {
 }
 
 /// The entries that have every typed word, in any order.
-fn matching(mut entries: Vec<Entry>, typed: &str) -> Vec<Entry> {
+fn matching(mut entries: Vec<PaletteEntry>, typed: &str) -> Vec<PaletteEntry> {
     let typed = typed.to_lowercase();
     entries.retain(|entry| {
         let says = entry.says.to_lowercase();
@@ -127,7 +135,7 @@ mod tests {
     #[test]
     fn words_narrow_the_list_in_any_order_and_case() {
         let entries = || {
-            OTHERS.map(|(says, command)| Entry {
+            OTHERS.map(|(says, command)| PaletteEntry {
                 says: says.to_owned(),
                 key: String::new(),
                 command,
@@ -136,7 +144,7 @@ mod tests {
         assert_eq!(matching(entries().into(), "").len(), OTHERS.len());
         let found = matching(entries().into(), "  PROJECT open");
         assert_eq!(found.len(), 1);
-        assert_eq!(found[0].command, Command::ChooseProject);
+        assert_eq!(found[0].command, Command::Dialog(Dialog::Project));
         assert!(matching(entries().into(), "no such").is_empty());
     }
 }

@@ -11,7 +11,7 @@ const RECENT: usize = 8;
 /// The contents of the file.
 #[derive(Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-struct Kept {
+struct PreferencesFile {
     /// The newest first.
     recent: Vec<PathBuf>,
     layout: Layout,
@@ -20,7 +20,7 @@ struct Kept {
 /// What is remembered, and where.
 #[derive(Default)]
 pub struct Preferences {
-    kept: Kept,
+    saved: PreferencesFile,
     /// Where they are kept; nowhere in a window that is not a person's.
     file: Option<PathBuf>,
 }
@@ -37,16 +37,16 @@ impl Preferences {
 
     /// Those in `file`, which need not be there yet.
     pub fn from_file(file: &Path) -> Self {
-        let kept = std::fs::read(file).ok().map(|bytes| {
+        let saved = std::fs::read(file).ok().map(|bytes| {
             serde_json::from_slice(&bytes).unwrap_or_else(|_| {
                 // Whatever it is, it is not lost. Where it cannot be moved, nothing more can be done.
                 let _ = std::fs::rename(file, file.with_extension("json.old"));
-                Kept::default()
+                PreferencesFile::default()
             })
         });
-        let Kept { recent, layout } = kept.unwrap_or_default();
+        let PreferencesFile { recent, layout } = saved.unwrap_or_default();
         Self {
-            kept: Kept {
+            saved: PreferencesFile {
                 recent,
                 layout: layout.mended(),
             },
@@ -56,30 +56,30 @@ impl Preferences {
 
     /// The arrangements of panes.
     pub fn layout(&mut self) -> &mut Layout {
-        &mut self.kept.layout
+        &mut self.saved.layout
     }
 
     /// Projects that were opened lately, the newest first.
     pub fn recent(&self) -> &[PathBuf] {
-        &self.kept.recent
+        &self.saved.recent
     }
 
     /// A project was opened.
     pub fn opened(&mut self, project: &Path) {
         let project = std::path::absolute(project).unwrap_or_else(|_| project.to_path_buf());
-        self.kept.recent.retain(|one| *one != project);
-        self.kept.recent.insert(0, project);
-        self.kept.recent.truncate(RECENT);
+        self.saved.recent.retain(|one| *one != project);
+        self.saved.recent.insert(0, project);
+        self.saved.recent.truncate(RECENT);
     }
 
     /// A project is no longer to be listed.
     pub fn forget(&mut self, project: &Path) {
-        self.kept.recent.retain(|one| one != project);
+        self.saved.recent.retain(|one| one != project);
     }
 
     /// Keeps them.
     pub fn save(&self, saver: &Saver) {
-        if let (Some(file), Ok(text)) = (&self.file, serde_json::to_string_pretty(&self.kept)) {
+        if let (Some(file), Ok(text)) = (&self.file, serde_json::to_string_pretty(&self.saved)) {
             saver.save(file.clone(), text);
         }
     }
@@ -104,13 +104,13 @@ mod tests {
         preferences.save(&saver);
         drop(saver);
         let mut read = Preferences::from_file(&file);
-        assert!(read.kept == preferences.kept);
+        assert!(read.saved == preferences.saved);
         assert_eq!(read.recent().len(), RECENT);
         assert!(read.recent()[0].ends_with("p3"));
         assert!(*read.layout() != Layout::default());
 
         std::fs::write(&file, b"{ no settings").unwrap();
-        assert!(Preferences::from_file(&file).kept == Kept::default());
+        assert!(Preferences::from_file(&file).saved == PreferencesFile::default());
         let aside = std::fs::read(file.with_extension("json.old")).unwrap();
         assert_eq!(aside, b"{ no settings");
     }

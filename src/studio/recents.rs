@@ -2,7 +2,7 @@
 
 use project::Project;
 use std::path::PathBuf;
-use worker::Clerk;
+use worker::Lookup;
 
 /// A project that was opened before.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +46,7 @@ impl Recent {
 pub struct Recents {
     list: Vec<Recent>,
     asked: Option<Vec<PathBuf>>,
-    clerk: Option<Clerk<Vec<PathBuf>, Vec<Recent>>>,
+    clerk: Option<Lookup<Vec<PathBuf>, Vec<Recent>>>,
 }
 
 impl Recents {
@@ -64,7 +64,7 @@ impl Recents {
     pub fn look(&mut self, folders: &[PathBuf], wake: impl Fn() + Send + 'static) {
         if self.asked.as_deref() != Some(folders) {
             let clerk = self.clerk.get_or_insert_with(|| {
-                Clerk::start(wake, |folders: Vec<PathBuf>| {
+                Lookup::start(wake, |folders: Vec<PathBuf>| {
                     folders.into_iter().map(Recent::look).collect()
                 })
             });
@@ -72,7 +72,7 @@ impl Recents {
             self.asked = Some(folders.to_vec());
             self.list.retain(|recent| folders.contains(&recent.folder));
         }
-        if let Some(list) = self.clerk.iter().flat_map(Clerk::answers).last() {
+        if let Some(list) = self.clerk.iter().flat_map(Lookup::answers).last() {
             self.list = list;
         }
     }

@@ -1,66 +1,20 @@
 //! What the window shows, as plain data, and how commands change it.
 
-use super::command::Command;
-use super::compare::{Compare, How};
-use super::footages::FootageView;
+use super::command::{LookCommand, ViewCommand};
+use super::comparison::{CompareMode, CompareSettings};
+use super::export_options::ExportOptions;
+use super::footage_reader::FootageView;
 use super::layout::{Pane, Workspace};
-use super::listed::Listed;
-use super::order::Order;
-use super::training::TrainChoice;
-use calibration::{Circle, Trial};
-use light::Lighting;
-use light::keyframes::Keyframes;
-use scene::{Background, Effects, Inspection, Output, Scene};
-use std::sync::Arc;
+use super::look::LookSettings;
+use project::Project;
+use scene::{Inspection, Output, Scene};
+use std::mem::{Discriminant, discriminant, replace};
 
-pub use super::keyed::Keyed;
-
-/// Stops that the exposure can be set to: beyond them a display shows nothing but black or white.
-pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
-
-/// What a difference between two pictures is multiplied with.
+/// What a difference between two pictures is multiplied by.
 pub const GAIN: f32 = 4.0;
 
 /// Magnifications of the fitted picture.
 const ZOOM: std::ops::RangeInclusive<f32> = 0.1..=64.0;
-
-/// The settings that can be undone.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Look {
-    /// The list of environments.
-    pub environments: Arc<Vec<Listed>>,
-    /// Entry of the list.
-    pub environment: usize,
-    /// From −180 (exclusive) to 180 degrees; with keys, their value at the shown frame.
-    pub yaw_deg: f32,
-    /// Yaws over the frames of the interview.
-    pub yaw_keys: Keyframes,
-    /// Stops over the frames of the interview; with keys, `lighting` has their value at the shown frame.
-    pub intensity_keys: Keyframes,
-    pub exposure_stops: f32,
-    pub lighting: Lighting,
-    pub effects: Effects,
-    pub background: Background,
-    /// The mirror ball's silhouette where it was set by hand.
-    pub circle: Option<Circle>,
-    /// The response that is tried by hand.
-    pub trial: Option<Trial>,
-    /// How to train, where it was chosen by hand.
-    pub training: Option<TrainChoice>,
-}
-
-impl Look {
-    /// Sets the yaw; one that has keys may go around any number of times.
-    pub(super) fn turn_to(&mut self, degrees: f32) {
-        if !degrees.is_finite() {
-            return;
-        }
-        self.yaw_deg = match self.is_keyed(Keyed::Yaw) {
-            true => degrees,
-            false => 180.0 - (180.0 - degrees).rem_euclid(360.0),
-        };
-    }
-}
 
 /// Where the picture is in the viewport.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,36 +25,43 @@ pub struct View {
     pub pan: [f32; 2],
 }
 
-const FITTED: View = View {
-    zoom: 1.0,
-    pan: [0.0; 2],
-};
+impl View {
+    /// The picture fills the viewport.
+    pub(super) const FITTED: Self = Self {
+        zoom: 1.0,
+        pan: [0.0; 2],
+    };
+}
 
 /// The window's state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    pub look: Look,
+    pub look: LookSettings,
     pub workspace: Workspace,
-    /// The pane that keys are meant for.
+    /// The pane that keys go to.
     pub active: Pane,
-    /// The lamp whose mirror ball is shown; none is the interview's.
+    /// The lamp whose mirror ball is shown; None for the interview's light.
     pub photograph: Option<usize>,
     /// The lamp under which the pose in training is shown.
     pub trained_lamp: usize,
     /// The exemplar that is relit as the interview.
     pub pose: usize,
-    /// The lamps that the frame is shown under, ascending; none is the light.
+    /// The lamps that the frame is shown under, ascending; none for the environment.
     pub solo: Vec<usize>,
-    /// Where the wipe between two pictures stands: 0 left, 1 right.
+    /// Where the wipe between two pictures is: 0 left, 1 right.
     pub wipe: f32,
-    pub compare: Compare,
-    /// Number of lamps, once it is known.
+    pub compare: CompareSettings,
+    /// Number of the rig's lamps, once it is known.
     pub lamps: usize,
-    /// The pixel that is looked at, in columns and rows.
+    /// Lamps of the shoot that the network is trained with.
+    shoot_lamps: usize,
+    /// Lamps of the shoot with a photograph of the mirror ball.
+    photographed_lamps: usize,
+    /// The pixel whose values are read, in columns and rows.
     pub probed: Option<[usize; 2]>,
-    /// What of the footage is looked at.
+    /// What of the footage is shown.
     pub footage: FootageView,
-    /// Shown frame, from 0.
+    /// Current frame, from 0.
     pub frame: usize,
     /// Frames of the interview.
     pub frames: usize,
@@ -108,7 +69,7 @@ pub struct State {
     pub frame_rate: f64,
     pub playing: bool,
     /// What the next export is to be.
-    pub order: Order,
+    pub export_options: ExportOptions,
     pub view: View,
     pub panels: bool,
     pub full_screen: bool,
@@ -116,47 +77,36 @@ pub struct State {
     pub keys: bool,
     /// The list of commands is open.
     pub palette: bool,
-    undo: Vec<Look>,
-    redo: Vec<Look>,
-    /// The kind of change that a drag in progress makes: all of it is undone at once.
-    dragging: Option<std::mem::Discriminant<Command>>,
+    undo: Vec<LookSettings>,
+    redo: Vec<LookSettings>,
+    /// The kind of change that a drag makes: all of it is undone at once.
+    dragging: Option<Discriminant<LookCommand>>,
 }
 
 impl State {
-    /// The state of a window that was just opened.
+    /// The state of a window that was just opened on so many frames.
     pub fn new(frames: usize, frame_rate: f64) -> Self {
         Self {
-            look: Look {
-                environments: Arc::default(),
-                environment: 0,
-                yaw_deg: 0.0,
-                yaw_keys: Keyframes::default(),
-                intensity_keys: Keyframes::default(),
-                exposure_stops: 0.0,
-                lighting: Lighting::default(),
-                effects: Effects::default(),
-                background: Background::Environment,
-                circle: None,
-                trial: None,
-                training: None,
-            },
+            look: LookSettings::default(),
             workspace: Workspace::default(),
             active: Workspace::default().main()[0],
             photograph: None,
             trained_lamp: 0,
             pose: 0,
             wipe: 0.5,
-            compare: Compare::default(),
+            compare: CompareSettings::default(),
             solo: Vec::new(),
             lamps: 0,
+            shoot_lamps: 0,
+            photographed_lamps: 0,
             probed: None,
             footage: FootageView::default(),
             frame: 0,
             frames,
             frame_rate,
             playing: false,
-            order: Order::default(),
-            view: FITTED,
+            export_options: ExportOptions::default(),
+            view: View::FITTED,
             panels: true,
             full_screen: false,
             keys: false,
@@ -167,10 +117,21 @@ impl State {
         }
     }
 
+    /// The state of a window that was just opened on a project.
+    pub fn of(project: &Project) -> Self {
+        let shoot = &project.settings.shoot;
+        Self {
+            shoot_lamps: shoot.lamps.len(),
+            photographed_lamps: shoot.all_lamps().len(),
+            export_options: ExportOptions::of(project),
+            ..Self::new(shoot.frames.len(), shoot.frame_rate)
+        }
+    }
+
     /// The picture that this state asks for.
     pub fn scene(&self) -> Scene {
         let mut effects = self.look.effects;
-        if self.compare.on && self.compare.how == How::Difference {
+        if self.compare.on && self.compare.mode == CompareMode::Difference {
             effects.inspection = Inspection::Difference { gain: GAIN };
         }
         Scene {
@@ -202,126 +163,41 @@ impl State {
         self.dragging = None;
     }
 
-    /// Applies a command as far as it concerns this state. Commands that need files, threads or the window
-    /// leave it as it is.
-    pub fn apply(&mut self, command: &Command) {
+    /// Changes the settings. What a drag changes is one step of undo, and what changes nothing is none.
+    pub fn change(&mut self, command: LookCommand) {
+        let kind = discriminant(&command);
         let mut look = self.look.clone();
-        let environments = look.environments.len();
-        let last = self.frames.saturating_sub(1);
-        match command.clone() {
-            Command::Environment(entry) if entry < environments => look.environment = entry,
-            Command::StepEnvironment(step) if environments > 0 => {
-                let entry = look.environment as isize + step;
-                look.environment = entry.rem_euclid(environments as isize) as usize;
-            }
-            Command::AddEnvironments(files) => look.add(&files),
-            Command::RemoveEnvironment(entry) => look.remove(entry),
-            Command::Front(entry, front) => look.set_front(entry, front),
-            Command::ToggleKey(_)
-            | Command::MoveKey { .. }
-            | Command::RemoveKey { .. }
-            | Command::Interpolate(..) => look.change_keys(command, self.frame),
-            Command::Yaw(degrees) => look.turn_to(degrees),
-            Command::Turn(degrees) => look.turn_to(look.yaw_deg + degrees),
-            Command::Exposure(stops) => look.exposure_stops = exposure(stops, look.exposure_stops),
-            Command::StepExposure(stops) => {
-                look.exposure_stops = exposure(look.exposure_stops + stops, look.exposure_stops);
-            }
-            Command::Lighting(lighting) => look.lighting = *lighting,
-            Command::Effects(effects) => look.effects = effects.bounded(),
-            Command::Background(background) => look.background = background,
-            Command::Circle(circle) => look.circle = circle,
-            Command::Try(trial) => look.trial = trial,
-            Command::Train(choice) => look.training = Some(choice),
-            Command::Workspace(workspace) => {
-                self.workspace = workspace;
-                self.active = workspace.first();
-                self.view = FITTED;
-            }
-            Command::Activate(pane) | Command::Pane(pane) => self.active = pane,
-            Command::Order(order) => self.order = *order,
-            Command::MarkIn => {
-                let (_, end) = self.order.range(self.frames);
-                self.order.frames = Some((self.frame, end.max(self.frame)));
-            }
-            Command::MarkOut => {
-                let (start, _) = self.order.range(self.frames);
-                self.order.frames = Some((start.min(self.frame), self.frame));
-            }
-            Command::Photograph(lamp) => self.photograph = lamp,
-            Command::TrainedLamp(lamp) => self.trained_lamp = lamp,
-            Command::Pose(pose) => self.pose = pose,
-            Command::Solo(lamp) => self.solo = lamp.into_iter().collect(),
-            Command::SoloAlso(lamp) => match self.solo.binary_search(&lamp) {
-                Ok(place) => drop(self.solo.remove(place)),
-                Err(place) => self.solo.insert(place, lamp),
-            },
-            Command::Wipe(at) if at.is_finite() => self.wipe = at.clamp(0.0, 1.0),
-            Command::Compare(compare) => self.compare = compare,
-            Command::ToggleWipe => self.compare.toggle_wipe(),
-            Command::ToggleSecond => self.compare.toggle_second(),
-            Command::StepSolo(step) if self.lamps > 0 => {
-                // The environment stands before the first lamp.
-                let shown = self.solo.first().map_or(0, |lamp| lamp + 1) as isize + step;
-                let shown = shown.rem_euclid(self.lamps as isize + 1) as usize;
-                self.solo = shown.checked_sub(1).into_iter().collect();
-            }
-            Command::Inspect(inspection) => {
-                let old = &mut look.effects.inspection;
-                *old = if *old == inspection {
-                    Inspection::Picture
-                } else {
-                    inspection
-                };
-            }
-            Command::Probe(pixel) => self.probed = pixel,
-            Command::Footage(view) => self.footage = view,
-            Command::StepWipe => {
-                self.wipe = match self.wipe {
-                    at if at <= 0.0 => 0.5,
-                    at if at >= 1.0 => 0.0,
-                    _ => 1.0,
-                }
-            }
-            Command::ResetView => {
-                self.view = FITTED;
+        match command {
+            LookCommand::Undo => return self.travel(true),
+            LookCommand::Redo => return self.travel(false),
+            LookCommand::ResetView => {
+                self.view = View::FITTED;
                 look.exposure_stops = 0.0;
             }
-            Command::Undo => return self.travel(true),
-            Command::Redo => return self.travel(false),
-            Command::Frame(frame) => return self.go(frame),
-            Command::StepFrame(step) => return self.go(self.frame.saturating_add_signed(step)),
-            Command::LastFrame => return self.go(last),
-            Command::TogglePlay => self.playing = !self.playing && self.frames > 1,
-            Command::Zoom { factor, about } => self.zoom(factor, about),
-            Command::Pan([x, y]) => {
-                self.view.pan = [self.view.pan[0] + x, self.view.pan[1] + y];
-            }
-            Command::Fit => self.view = FITTED,
-            Command::TogglePanels => self.panels = !self.panels,
-            Command::ToggleFullScreen => self.full_screen = !self.full_screen,
-            Command::ToggleKeys => self.keys = !self.keys,
-            Command::TogglePalette => self.palette = !self.palette,
-            Command::Dismiss if self.palette => self.palette = false,
-            Command::Dismiss if self.keys => self.keys = false,
-            Command::Dismiss => self.full_screen = false,
-            _ => {}
+            LookCommand::Environment(entry) => look.light_by(entry),
+            LookCommand::StepEnvironment(step) => look.step_environment(step),
+            LookCommand::AddEnvironments(files) => look.add(&files),
+            LookCommand::RemoveEnvironment(entry) => look.remove(entry),
+            LookCommand::Front(entry, front) => look.set_front(entry, front),
+            LookCommand::ToggleKey(of) => look.toggle_key(of, self.frame),
+            LookCommand::MoveKey { of, index, frame } => look.move_key(of, index, frame),
+            LookCommand::RemoveKey { of, index } => look.remove_key(of, index),
+            LookCommand::Interpolate(of, interpolation) => look.interpolate(of, interpolation),
+            LookCommand::Yaw(degrees) => look.turn_to(degrees),
+            LookCommand::Turn(degrees) => look.turn_to(look.yaw_deg + degrees),
+            LookCommand::Exposure(stops) => look.expose(stops),
+            LookCommand::StepExposure(stops) => look.expose(look.exposure_stops + stops),
+            LookCommand::Lighting(lighting) => look.lighting = *lighting,
+            LookCommand::Effects(effects) => look.effects = effects.bounded(),
+            LookCommand::Background(background) => look.background = background,
+            LookCommand::Inspect(inspection) => look.inspect(inspection),
+            LookCommand::Circle(circle) => look.circle = circle,
+            LookCommand::Trial(trial) => look.trial = trial,
+            LookCommand::Training(choice) => look.training = Some(choice),
         }
-        self.settle(command, look);
-    }
-
-    /// Changes the settings as `command` means, whose effect depends on more than this state.
-    pub fn nudge(&mut self, command: &Command, change: impl FnOnce(&mut Look)) {
-        let mut look = self.look.clone();
-        change(&mut look);
-        self.settle(command, look);
-    }
-
-    fn settle(&mut self, command: &Command, mut look: Look) {
-        look.note(&self.look, self.frame);
+        look.set_keys(&self.look, self.frame);
         look.follow(self.frame);
         if look != self.look {
-            let kind = std::mem::discriminant(command);
             if self.dragging != Some(kind) {
                 self.undo.push(self.look.clone());
                 self.dragging = Some(kind);
@@ -331,9 +207,64 @@ impl State {
         }
     }
 
+    /// Changes what is shown.
+    pub fn show(&mut self, command: ViewCommand) {
+        match command {
+            ViewCommand::Photograph(lamp) => self.photograph = lamp,
+            ViewCommand::StepPhotograph(step) => {
+                self.photograph = next(self.photograph, step, self.photographed_lamps);
+            }
+            ViewCommand::TrainedLamp(lamp) => self.trained_lamp = lamp,
+            ViewCommand::StepTrainedLamp(step) => {
+                let lamps = self.shoot_lamps.max(1) as isize;
+                self.trained_lamp = (self.trained_lamp as isize + step).rem_euclid(lamps) as usize;
+            }
+            ViewCommand::Pose(pose) => self.pose = pose,
+            ViewCommand::Wipe(at) => self.wipe_at(at),
+            ViewCommand::StepWipe => {
+                self.wipe = match self.wipe {
+                    at if at <= 0.0 => 0.5,
+                    at if at >= 1.0 => 0.0,
+                    _ => 1.0,
+                }
+            }
+            ViewCommand::Compare(compare) => self.compare = compare,
+            ViewCommand::ToggleWipe => self.compare.toggle_wipe(),
+            ViewCommand::ToggleSecond => self.compare.toggle_second(),
+            ViewCommand::Solo(lamp) => self.solo = lamp.into_iter().collect(),
+            ViewCommand::SoloAlso(lamp) => match self.solo.binary_search(&lamp) {
+                Ok(place) => drop(self.solo.remove(place)),
+                Err(place) => self.solo.insert(place, lamp),
+            },
+            ViewCommand::StepSolo(step) => {
+                let lamp = next(self.solo.first().copied(), step, self.lamps);
+                self.solo = lamp.into_iter().collect();
+            }
+            ViewCommand::Pixel(pixel) => self.probed = pixel,
+            ViewCommand::Footage(view) => self.footage = view,
+            ViewCommand::Frame(frame) => self.go(frame),
+            ViewCommand::StepFrame(step) => self.go(self.frame.saturating_add_signed(step)),
+            ViewCommand::LastFrame => self.go(usize::MAX),
+            ViewCommand::TogglePlay => self.playing = !self.playing && self.frames > 1,
+            ViewCommand::MarkIn => {
+                let (_, end) = self.export_options.range(self.frames);
+                self.export_options.frames = Some((self.frame, end.max(self.frame)));
+            }
+            ViewCommand::MarkOut => {
+                let (start, _) = self.export_options.range(self.frames);
+                self.export_options.frames = Some((start.min(self.frame), self.frame));
+            }
+            ViewCommand::Zoom { factor, about } => self.zoom(factor, about),
+            ViewCommand::Pan([x, y]) => {
+                self.view.pan = [self.view.pan[0] + x, self.view.pan[1] + y];
+            }
+            ViewCommand::Fit => self.view = View::FITTED,
+        }
+    }
+
     /// Goes on to the next frame, around the end of the range between in and out.
     pub fn advance(&mut self) {
-        let (first, last) = self.order.range(self.frames);
+        let (first, last) = self.export_options.range(self.frames);
         let within = (first..last).contains(&self.frame);
         self.frame = if within { self.frame + 1 } else { first };
         self.look.follow(self.frame);
@@ -352,11 +283,17 @@ impl State {
             (&mut self.redo, &mut self.undo)
         };
         if let Some(look) = from.pop() {
-            to.push(std::mem::replace(&mut self.look, look));
+            to.push(replace(&mut self.look, look));
             // It may have been left at another frame.
             self.look.follow(self.frame);
         }
         self.dragging = None;
+    }
+
+    fn wipe_at(&mut self, at: f32) {
+        if at.is_finite() {
+            self.wipe = at.clamp(0.0, 1.0);
+        }
     }
 
     /// What is under `about` stays there.
@@ -372,25 +309,25 @@ impl State {
     }
 }
 
-fn exposure(stops: f32, old: f32) -> f32 {
-    if stops.is_nan() {
-        old
-    } else {
-        stops.clamp(*EXPOSURE_STOPS.start(), *EXPOSURE_STOPS.end())
-    }
+/// The lamp `step` places after `lamp`, around the end of `count` lamps; None, the environment or the interview's
+/// light, comes before the first.
+fn next(lamp: Option<usize>, step: isize, count: usize) -> Option<usize> {
+    let place = lamp.map_or(0, |lamp| lamp + 1) as isize + step;
+    (place.rem_euclid(count as isize + 1) as usize).checked_sub(1)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::listed::Owner;
+    use super::super::environment_list::{ListedEnvironment, Owner};
     use super::*;
     use light::built_in::{self, BuiltIn};
     use light::conventions::Front;
+    use std::sync::Arc;
     use worker::Origin;
 
     fn state() -> State {
         let mut state = State::new(10, 24.0);
-        let listed = |own: &'static BuiltIn| Listed {
+        let listed = |own: &'static BuiltIn| ListedEnvironment {
             name: own.title.to_owned(),
             origin: Origin::BuiltIn(own),
             front: None,
@@ -403,25 +340,25 @@ mod tests {
     #[test]
     fn a_drag_is_undone_at_once_and_separate_steps_one_by_one() {
         let mut s = state();
-        (1..=30).for_each(|deg| s.apply(&Command::Yaw(deg as f32)));
+        (1..=30).for_each(|deg| s.change(LookCommand::Yaw(deg as f32)));
         s.release();
-        s.apply(&Command::StepExposure(0.5));
+        s.change(LookCommand::StepExposure(0.5));
         s.release();
-        s.apply(&Command::StepEnvironment(-1));
+        s.change(LookCommand::StepEnvironment(-1));
         assert_eq!(
             (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
             (30.0, 0.5, 7)
         );
-        s.apply(&Command::Undo);
+        s.change(LookCommand::Undo);
         assert_eq!(
             (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
             (30.0, 0.5, 0)
         );
-        s.apply(&Command::Undo);
-        s.apply(&Command::Undo);
+        s.change(LookCommand::Undo);
+        s.change(LookCommand::Undo);
         assert_eq!(s.look, state().look);
         assert!(!s.can_undo());
-        (0..3).for_each(|_| s.apply(&Command::Redo));
+        (0..3).for_each(|_| s.change(LookCommand::Redo));
         assert_eq!(
             (s.look.yaw_deg, s.look.exposure_stops, s.look.environment),
             (30.0, 0.5, 7)
@@ -431,9 +368,9 @@ mod tests {
     #[test]
     fn a_change_after_an_undo_forgets_what_was_undone() {
         let mut s = state();
-        s.apply(&Command::Yaw(10.0));
-        s.apply(&Command::Undo);
-        s.apply(&Command::Exposure(1.0));
+        s.change(LookCommand::Yaw(10.0));
+        s.change(LookCommand::Undo);
+        s.change(LookCommand::Exposure(1.0));
         assert!(!s.can_redo());
     }
 
@@ -441,19 +378,19 @@ mod tests {
     fn what_changes_nothing_cannot_be_undone() {
         let mut s = state();
         for command in [
-            Command::Yaw(0.0),
-            Command::Turn(360.0),
-            Command::Environment(99),
-            Command::StepEnvironment(8),
-            Command::RemoveEnvironment(0),
-            Command::Front(0, Some(Front::new(90.0))),
-            Command::Exposure(f32::NAN),
-            Command::Yaw(f32::INFINITY),
-            Command::Fit,
-            Command::Frame(3),
+            LookCommand::Yaw(0.0),
+            LookCommand::Turn(360.0),
+            LookCommand::Environment(99),
+            LookCommand::StepEnvironment(8),
+            LookCommand::RemoveEnvironment(0),
+            LookCommand::Front(0, Some(Front::new(90.0))),
+            LookCommand::Exposure(f32::NAN),
+            LookCommand::Yaw(f32::INFINITY),
         ] {
-            s.apply(&command);
+            s.change(command);
         }
+        s.show(ViewCommand::Fit);
+        s.show(ViewCommand::Frame(3));
         assert!(!s.can_undo());
         assert_eq!(s.look, state().look);
     }
@@ -461,11 +398,11 @@ mod tests {
     #[test]
     fn angles_and_stops_stay_in_their_ranges() {
         let mut s = state();
-        s.apply(&Command::Turn(190.0));
+        s.change(LookCommand::Turn(190.0));
         assert_eq!(s.look.yaw_deg, -170.0);
-        s.apply(&Command::Yaw(-180.0));
+        s.change(LookCommand::Yaw(-180.0));
         assert_eq!(s.look.yaw_deg, 180.0);
-        s.apply(&Command::StepExposure(99.0));
+        s.change(LookCommand::StepExposure(99.0));
         assert_eq!(s.look.exposure_stops, 10.0);
     }
 
@@ -473,35 +410,35 @@ mod tests {
     fn lamps_are_shown_alone_and_together() {
         let mut s = state();
         let lamps = [
-            Command::Solo(Some(7)),
-            Command::SoloAlso(2),
-            Command::SoloAlso(9),
+            ViewCommand::Solo(Some(7)),
+            ViewCommand::SoloAlso(2),
+            ViewCommand::SoloAlso(9),
         ];
-        lamps.iter().for_each(|command| s.apply(command));
+        lamps.into_iter().for_each(|command| s.show(command));
         assert_eq!(s.solo, [2, 7, 9]);
-        s.apply(&Command::SoloAlso(7));
+        s.show(ViewCommand::SoloAlso(7));
         assert_eq!(s.solo, [2, 9]);
-        s.apply(&Command::Solo(Some(4)));
+        s.show(ViewCommand::Solo(Some(4)));
         assert_eq!(s.solo, [4]);
-        s.apply(&Command::Solo(None));
+        s.show(ViewCommand::Solo(None));
         assert!(s.solo.is_empty() && !s.can_undo());
     }
 
     #[test]
     fn frames_stop_at_the_ends_and_playing_goes_around() {
         let mut s = state();
-        s.apply(&Command::StepFrame(-1));
+        s.show(ViewCommand::StepFrame(-1));
         assert_eq!(s.frame, 0);
-        s.apply(&Command::LastFrame);
-        s.apply(&Command::StepFrame(1));
+        s.show(ViewCommand::LastFrame);
+        s.show(ViewCommand::StepFrame(1));
         assert_eq!(s.frame, 9);
-        s.apply(&Command::TogglePlay);
+        s.show(ViewCommand::TogglePlay);
         s.advance();
         assert_eq!((s.frame, s.playing), (0, true));
-        s.apply(&Command::Frame(4));
+        s.show(ViewCommand::Frame(4));
         assert_eq!((s.frame, s.playing), (4, false));
         let mut still = State::new(1, 24.0);
-        still.apply(&Command::TogglePlay);
+        still.show(ViewCommand::TogglePlay);
         assert!(!still.playing, "one frame cannot be played");
     }
 
@@ -509,13 +446,13 @@ mod tests {
     fn between_in_and_out_playing_goes_around() {
         let mut s = state();
         for command in [
-            Command::Frame(6),
-            Command::MarkOut,
-            Command::Frame(4),
-            Command::MarkIn,
-            Command::Frame(8),
+            ViewCommand::Frame(6),
+            ViewCommand::MarkOut,
+            ViewCommand::Frame(4),
+            ViewCommand::MarkIn,
+            ViewCommand::Frame(8),
         ] {
-            s.apply(&command);
+            s.show(command);
         }
         let mut shown = Vec::new();
         for _ in 0..5 {
@@ -528,14 +465,14 @@ mod tests {
     #[test]
     fn lamps_are_shown_one_after_the_other_and_then_the_environment() {
         let mut s = state();
-        s.apply(&Command::StepSolo(1));
+        s.show(ViewCommand::StepSolo(1));
         assert!(s.solo.is_empty(), "no lamp is known yet");
         s.lamps = 3;
         for wanted in [&[0][..], &[1], &[2], &[], &[0]] {
-            s.apply(&Command::StepSolo(1));
+            s.show(ViewCommand::StepSolo(1));
             assert_eq!(s.solo, wanted);
         }
-        s.apply(&Command::StepSolo(-1));
+        s.show(ViewCommand::StepSolo(-1));
         assert!(s.solo.is_empty());
     }
 
@@ -544,41 +481,41 @@ mod tests {
         let mut s = state();
         let red = Inspection::Channel(scene::Channel::Red);
         for wanted in [red, Inspection::Picture] {
-            s.apply(&Command::Inspect(red));
+            s.change(LookCommand::Inspect(red));
             s.release();
             assert_eq!(s.look.effects.inspection, wanted);
         }
-        s.apply(&Command::Undo);
+        s.change(LookCommand::Undo);
         assert_eq!(s.look.effects.inspection, red);
     }
 
     #[test]
     fn what_is_under_the_cursor_stays_there_as_the_picture_is_zoomed() {
         let mut s = state();
-        s.apply(&Command::Pan([7.0, -3.0]));
+        s.show(ViewCommand::Pan([7.0, -3.0]));
         let about = [120.0, 45.0];
         let under = |v: &View| [0, 1].map(|i| (about[i] - v.pan[i]) / v.zoom);
         let before = under(&s.view);
-        s.apply(&Command::Zoom { factor: 2.5, about });
+        s.show(ViewCommand::Zoom { factor: 2.5, about });
         let after = under(&s.view);
         assert!(
             (0..2).all(|i| (before[i] - after[i]).abs() < 1e-3),
             "{before:?} {after:?}"
         );
-        s.apply(&Command::Zoom { factor: 1e9, about });
+        s.show(ViewCommand::Zoom { factor: 1e9, about });
         assert_eq!(s.view.zoom, 64.0);
-        s.apply(&Command::Fit);
-        assert_eq!(s.view, FITTED);
+        s.show(ViewCommand::Fit);
+        assert_eq!(s.view, View::FITTED);
     }
 
     #[test]
     fn resetting_the_view_can_be_undone_where_it_changed_the_exposure() {
         let mut s = state();
-        s.apply(&Command::Exposure(2.0));
+        s.change(LookCommand::Exposure(2.0));
         s.release();
-        s.apply(&Command::ResetView);
+        s.change(LookCommand::ResetView);
         assert_eq!(s.look.exposure_stops, 0.0);
-        s.apply(&Command::Undo);
+        s.change(LookCommand::Undo);
         assert_eq!(s.look.exposure_stops, 2.0);
     }
 }

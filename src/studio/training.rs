@@ -2,7 +2,6 @@
 //! what a run says of itself as it goes.
 
 use super::layout::Pane;
-use super::state::State;
 use base::progress::{Report, TrainingPictures, TrainingPoint};
 use gpu::DeviceChoice;
 use project::Project;
@@ -71,7 +70,7 @@ pub struct Training {
 
 impl Training {
     /// Takes an event in.
-    pub fn hear(&mut self, event: &Event) {
+    pub fn on_event(&mut self, event: &Event) {
         match event {
             Event::Started { what } => {
                 self.running = *what == TRAINING;
@@ -101,6 +100,11 @@ impl Training {
         }
     }
 
+    /// Shows newer pictures, if there are any.
+    pub fn show(&mut self, newer: Option<Arc<TrainingPictures>>) {
+        self.pictures = newer.or(self.pictures.take());
+    }
+
     /// Whether what is known is what was on disk when it was last written to.
     pub fn is_current(&self) -> bool {
         self.current && !self.reading
@@ -117,7 +121,7 @@ impl Training {
     }
 
     /// Takes in what was read.
-    pub fn read(&mut self) {
+    pub fn receive(&mut self) {
         let Some(records) = self.slot.as_ref().and_then(|slot| slot.take()) else {
             return;
         };
@@ -149,8 +153,8 @@ impl Training {
         std::thread::spawn(move || slot.put(Records::read(&project)));
     }
 
-    /// The choice that is shown: a person's, or what fits the checkpoint.
-    pub fn choice(&self, state: &State, project: &Project) -> TrainChoice {
+    /// The choice that is shown: what was `chosen` by hand, or what fits the checkpoint.
+    pub fn choice(&self, chosen: Option<TrainChoice>, project: &Project) -> TrainChoice {
         let fitting = || {
             let present = self.records.as_ref()?.present.as_ref()?;
             let fits = |preset: &Preset| preset.config().network(project) == present.network;
@@ -161,7 +165,7 @@ impl Training {
                 minutes: None,
             })
         };
-        state.look.training.or_else(fitting).unwrap_or_default()
+        chosen.or_else(fitting).unwrap_or_default()
     }
 
     /// Why a run cannot go on from the checkpoint with this choice; nothing where it can.

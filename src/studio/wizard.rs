@@ -3,7 +3,7 @@
 use footage::ImportSettings;
 use footage::scan::{Scan, scan};
 use std::path::{Path, PathBuf};
-use worker::{Clerk, Job};
+use worker::{Job, Lookup};
 
 /// What a person chose for a new project.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +73,7 @@ pub struct Wizard {
     scan: Option<Scan>,
     /// The folder that was asked for last.
     asked: Option<PathBuf>,
-    clerk: Option<Clerk<PathBuf, Scan>>,
+    clerk: Option<Lookup<PathBuf, Scan>>,
 }
 
 impl Wizard {
@@ -104,11 +104,11 @@ impl Wizard {
         {
             let clerk = self
                 .clerk
-                .get_or_insert_with(|| Clerk::start(wake, |folder: PathBuf| scan(&folder)));
+                .get_or_insert_with(|| Lookup::start(wake, |folder: PathBuf| scan(&folder)));
             clerk.ask(shoot.clone());
             self.asked = Some(shoot);
         }
-        let found = self.clerk.iter().flat_map(Clerk::answers).last();
+        let found = self.clerk.iter().flat_map(Lookup::answers).last();
         self.scan = found.or(self.scan.take());
     }
 

@@ -4,8 +4,8 @@ use burn::optim::{AdamState, AdaptiveMomentumState, LearningRate, Optimizer};
 use burn::tensor::{Device, Tensor};
 use reflectance::kernels;
 
-/// Adam (Kingma and Ba, 2015) with the usual moments' decays, 0.9 and 0.999, and ε = 1e-8. On the CPU
-/// one pass over memory does it; its state is that of burn's own, which serves other devices.
+/// Adam (Kingma and Ba, 2015) with the usual decays of its moments, 0.9 and 0.999, and ε = 1e-8. On the CPU it
+/// is one pass over memory; other devices use burn's, whose state it shares.
 #[derive(Clone)]
 pub struct Adam {
     elsewhere: burn::optim::Adam,

@@ -1,10 +1,10 @@
-//! Changes of a picture that leave its lighting honest: shifts and another distance of the camera. A flip
-//! or a turn would need other lamps.
+//! Augmentations that keep the lighting correct: shifts, and another distance of the camera. A flip or a turn
+//! would move the lamps.
 
 use burn::tensor::{Tensor, ops::PadMode};
 use imaging::Raster;
 
-/// A picture enlarged by `factor` about its middle, by bilinear interpolation; what comes in is `outside`.
+/// A picture enlarged by `factor` about its middle, by bilinear interpolation; new pixels are `outside`.
 pub fn zoom<T: Copy>(
     picture: &Raster<T>,
     factor: f32,
@@ -34,7 +34,7 @@ pub fn zoom<T: Copy>(
     })
 }
 
-/// Moves pictures `[n, c, h, w]` by `dx` columns to the right and `dy` rows down; what comes in is 0.
+/// Moves pictures `[n, c, h, w]` by `dx` columns to the right and `dy` rows down; new pixels are 0.
 pub fn shift(x: Tensor<4>, dx: i64, dy: i64) -> Tensor<4> {
     shift_axis(shift_axis(x, 3, dx), 2, dy)
 }

@@ -1,4 +1,4 @@
-//! The moving average of a network's weights, which predicts more steadily than the last step's.
+//! The moving average of a network's weights, which predicts more steadily than those of the last step.
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::Tensor;

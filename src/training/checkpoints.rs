@@ -1,8 +1,8 @@
-//! Checkpoints that a run leaves behind, to go back to: `checkpoints/0012-step-0001200/` holds the
-//! checkpoint after step 1200 with the logs as they were then.
+//! Saved checkpoints to go back to: `checkpoints/0012-step-0001200/` holds the checkpoint after step 1200 with
+//! the logs as they were then.
 //!
-//! Folders are numbered in the order of their making. Those that training leaves thin out as they age;
-//! those that a person put aside (`0013-aside-0003000`), by starting over or by going back, stay.
+//! Folders are numbered in the order in which they were made. Those that training saves thin out as they age;
+//! those that were set aside (`0013-aside-0003000`) when a person started over or went back stay.
 
 use super::log::{HELD_OUT, STEPS};
 use base::error::{Error, Result};
@@ -13,9 +13,9 @@ use reflectance::predictor::check_fits;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Bytes that the checkpoints of training itself may take; the oldest go first.
-const MOST_BYTES: u64 = 4 << 30;
-/// Begins the names of folders that are not finished, or no longer needed.
+/// Bytes that checkpoints saved by training may take; the oldest are removed first.
+const MAX_BYTES: u64 = 4 << 30;
+/// Prefix of folders that are unfinished or no longer needed.
 const HIDDEN: &str = ".";
 
 /// A checkpoint in the list.
@@ -23,11 +23,11 @@ const HIDDEN: &str = ".";
 pub struct SavedCheckpoint {
     /// Its folder in `checkpoints/`, which names it.
     pub name: String,
-    /// Counts what was kept in this project.
+    /// Counts the project's saved checkpoints.
     pub number: u64,
-    /// Whether a person put it aside: then it stays.
+    /// Whether it was set aside, and so is never removed.
     pub aside: bool,
-    /// Whether it is the project's checkpoint now.
+    /// Whether it is the project's current checkpoint.
     pub present: bool,
     /// Bytes on disk.
     pub bytes: u64,
@@ -62,7 +62,7 @@ fn named(number: u64, reason: Reason, step: u64) -> String {
     format!("{number:04}-{reason}-{step:07}")
 }
 
-/// Number and purpose of a folder by its name.
+/// Number and reason of a folder, from its name.
 fn parsed(name: &str) -> Option<(u64, Reason)> {
     let mut parts = name.split('-');
     let number = parts.next()?.parse().ok()?;
@@ -74,7 +74,7 @@ fn parsed(name: &str) -> Option<(u64, Reason)> {
     Some((number, reason))
 }
 
-/// All folders of the list, the newest first: number, purpose, name.
+/// All folders of the list, the newest first: number, reason, name.
 fn entries(project: &Project) -> Vec<(u64, Reason, String)> {
     let names = std::fs::read_dir(folder(project)).into_iter().flatten();
     let mut all: Vec<_> = names
@@ -86,7 +86,7 @@ fn entries(project: &Project) -> Vec<(u64, Reason, String)> {
     all
 }
 
-/// The checkpoints that can be gone back to, the newest first. Those that are not understood are left out.
+/// The checkpoints to go back to, the newest first. Unreadable ones are left out.
 pub fn list(project: &Project) -> Vec<SavedCheckpoint> {
     let present = checkpoint::info(&project.checkpoint_path()).ok();
     let kept = |(number, reason, name): (u64, Reason, String)| {
@@ -111,11 +111,11 @@ fn bytes(folder: &Path) -> u64 {
     sizes.map(|data| data.len()).sum()
 }
 
-/// Keeps the project's checkpoint in the list, with the logs as they are; nothing is done where it is there
-/// already. Weights are shared with the checkpoint where the disk can.
+/// Adds the project's checkpoint to the list, with the current logs, unless it is there already. Weights are
+/// hard links where the disk has them.
 ///
 /// # Errors
-/// When there is no checkpoint that is understood, or the folder cannot be written.
+/// When there is no readable checkpoint, or the folder cannot be written.
 pub fn keep(project: &Project, reason: Reason) -> Result<()> {
     let from = project.checkpoint_path();
     let info = checkpoint::info(&from)?;
@@ -148,12 +148,12 @@ pub fn keep(project: &Project, reason: Reason) -> Result<()> {
         (Some(_), _) => {}
     }
     if reason == Reason::Automatic {
-        thin_out(project, MOST_BYTES);
+        thin_out(project, MAX_BYTES);
     }
     Ok(())
 }
 
-/// Puts the project's checkpoint aside before another takes its place, one that is not understood too.
+/// Sets the project's checkpoint aside before another replaces it, an unreadable one too.
 ///
 /// # Errors
 /// When the folder cannot be written.
@@ -174,8 +174,8 @@ pub fn set_aside(project: &Project) -> Result<()> {
         .map_err(|e| Error::io("move", &present, e, "Check that the folder can be written"))
 }
 
-/// Puts a kept checkpoint, given by its name or by its step (the newest of that step), in place of the
-/// project's, which is put aside. A kill at any moment leaves the one or the other, whole.
+/// Replaces the project's checkpoint, which is set aside, by the saved one of this name or this step (the
+/// newest of that step). If the process is killed, one of the two is there, whole.
 ///
 /// # Errors
 /// When there is no such checkpoint, it was made for other pictures, or files cannot be written.
@@ -204,7 +204,7 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
     Ok(found.info.clone())
 }
 
-/// Makes the log `to` what it was when `from` was kept.
+/// Restores the log `to` from its copy `from`.
 fn restore(from: &Path, to: &Path) -> Result<()> {
     if from.exists() {
         return write_beside(to, |out| {
@@ -220,16 +220,15 @@ fn restore(from: &Path, to: &Path) -> Result<()> {
     }
 }
 
-/// Whether number `number` of those that training leaves still stays when `newest` is the last: of the
-/// numbers that 2^k divides and 2^(k+1) does not, two. So ages grow by doubling, and of n checkpoints no
-/// more than 2·(log2 n + 1) stay.
+/// Whether checkpoint `number` stays when `newest` is the last: of the numbers that 2^k divides and 2^(k+1)
+/// does not, the last two stay. So ages double, and of n checkpoints at most 2·(log2 n + 1) stay.
 fn stays(number: u64, newest: u64) -> bool {
     let lasts = 4u64.checked_shl(number.trailing_zeros());
     lasts.is_none_or(|lasts| newest.saturating_sub(number) < lasts)
 }
 
-/// Removes what has aged out, and the oldest beyond `most_bytes`.
-fn thin_out(project: &Project, most_bytes: u64) {
+/// Removes those that have aged out, and the oldest beyond `max_bytes`.
+fn thin_out(project: &Project, max_bytes: u64) {
     let all = entries(project);
     let newest = all.first().map_or(0, |&(number, ..)| number);
     let mut total = 0;
@@ -239,9 +238,9 @@ fn thin_out(project: &Project, most_bytes: u64) {
         }
         let path = folder(project).join(&name);
         total += bytes(&path);
-        if number != newest && (!stays(number, newest) || total > most_bytes) {
-            // Hidden first: a kill while files are removed leaves nothing that looks whole. What cannot be
-            // removed costs space and nothing else.
+        if number != newest && (!stays(number, newest) || total > max_bytes) {
+            // Hidden first: if the process is killed meanwhile, nothing half-removed is taken for a checkpoint. One
+            // that cannot be removed only costs space.
             let hidden = folder(project).join(format!("{HIDDEN}{name}"));
             let _ = std::fs::rename(&path, hidden);
         }
@@ -249,11 +248,11 @@ fn thin_out(project: &Project, most_bytes: u64) {
     clean(&folder(project));
 }
 
-/// Removes what a kill left unfinished.
+/// Removes folders that were left unfinished.
 fn clean(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_string_lossy().starts_with(HIDDEN) {
-            // It costs space and nothing else.
+            // Otherwise it only costs space.
             let _ = std::fs::remove_dir_all(entry.path());
         }
     }
@@ -263,7 +262,6 @@ fn clean(folder: &Path) {
 mod tests {
     use super::*;
 
-    /// Many saves, and what is left of them at any time.
     #[test]
     fn the_list_stays_short_and_reaches_back_by_doubling() {
         let mut left: Vec<u64> = Vec::new();

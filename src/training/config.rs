@@ -1,4 +1,4 @@
-//! What a training run is made of; a preset is a starting point.
+//! The settings of a training run, and presets to start from.
 
 use base::error::{Error, Result};
 use clap::ValueEnum;
@@ -18,18 +18,18 @@ pub enum Preset {
     FastGpu,
 }
 
-/// Everything that decides what a training run does, apart from the pictures.
+/// All settings of a training run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct TrainingConfig {
-    /// Blocks of the encoder and of the decoder; none means as many as lead down to one pixel.
+    /// Blocks of the encoder and of the decoder. None means as many as reduce the picture to one pixel.
     pub depth: Option<usize>,
     /// Channels of the network's first block.
     pub width: usize,
     /// Channels of its widest blocks.
     pub most_channels: usize,
     pub normalization: Normalization,
-    /// Whose statistics batch normalisation goes by in use.
+    /// Whose statistics batch normalisation uses when predicting.
     pub statistics: Statistics,
     pub formulation: Formulation,
     /// How exactly convolutions multiply on a CPU.
@@ -42,55 +42,55 @@ pub struct TrainingConfig {
     pub perceptual: f32,
     /// Weight of the mean absolute difference between encoded pixels in both losses.
     pub pixel: f32,
-    /// The file of the network whose features both losses compare; none means the built-in ones.
+    /// File of the network whose features both losses compare. None means the built-in features.
     pub features: Option<PathBuf>,
-    /// Lamps whose OLATs a step compares, drawn anew for each step; none means all.
+    /// Lamps whose OLATs a step compares, drawn again for each step. None means all.
     pub lamps_per_step: Option<usize>,
-    /// Exemplar steps from one with the rendering loss to the next. Those between compute no lamps but the
-    /// ones that they compare.
+    /// Every how many exemplar steps the rendering loss is computed. The others compute only the lamps that they
+    /// compare.
     pub rendering_every: u64,
-    /// Adam's learning rate once warmed up.
+    /// Adam's learning rate after the warm-up.
     pub learning_rate: f64,
     /// Steps over which the rate grows linearly from zero.
     pub warm_up: u64,
-    /// Whether the rate falls along a half cosine to 2 % over the run.
+    /// Whether the rate falls along a half cosine to 2 % by the end of the run.
     pub decay: bool,
-    /// The norm of all gradients together is clipped to this.
+    /// The common norm of all gradients is clipped to this.
     pub gradient_norm: f32,
-    /// Time constant of the weights' moving average, which predicts; 0 switches it off.
+    /// Decay of the weights' moving average, which is the network that predicts; 0 switches it off.
     pub averaging: f32,
     /// Exemplars are shifted by up to this share of the picture's size.
     pub shift: f32,
-    /// Exemplars are also shown enlarged and reduced by this share.
+    /// Exemplars are also used enlarged and reduced by this share.
     pub zoom: f32,
     /// The network's input is brightened or darkened, each channel by itself, by up to this many stops.
     pub gain: f32,
-    /// Epochs over the exemplars before each turn over the interview's frames.
+    /// Epochs over the exemplars before each round over the interview's frames.
     pub exemplar_epochs: u32,
-    /// Epochs over the interview's frames in each turn.
+    /// Epochs over the interview's frames in each round.
     pub video_epochs: u32,
-    /// Frames in one epoch over the interview, drawn anew each time; none means all.
+    /// Frames in one epoch over the interview, drawn again each time. None means all.
     pub frames_per_epoch: Option<usize>,
     /// Epochs of the whole run.
     pub epochs: u32,
-    /// Minutes of training, earlier runs counted in, after which the run ends, whatever the epochs.
+    /// Minutes of training, including earlier runs, after which the run ends even before its last epoch.
     pub minutes: Option<f64>,
     /// Seconds from one checkpoint to the next.
     pub checkpoint_seconds: f64,
-    /// Computes what is cheap anew on the way back in place of keeping it: less memory for more time.
+    /// Recompute cheap activations in the backward pass instead of storing them: less memory, more time.
     pub recompute: bool,
 }
 
-/// What a person asks of a run.
+/// What a run is asked to do.
 #[derive(Clone, Debug)]
 pub struct TrainSettings {
     pub config: TrainingConfig,
     /// Interview frames that training must not see.
     pub exclude_frames: Vec<usize>,
-    /// A pose, from 0, that training does not see and that judges it: the network that does best there
-    /// is the one that predicts.
+    /// A pose, from 0, that is held out of training and validates it: the network that does best on it is the one
+    /// that predicts.
     pub hold_out: Option<usize>,
-    /// Start over, where a checkpoint would be gone on from.
+    /// Start over instead of continuing from the checkpoint.
     pub fresh: bool,
     pub device: DeviceChoice,
 }

@@ -9,18 +9,18 @@ use reflectance::UNetConfig;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
     pub seconds_per_step: f64,
-    /// Multiplications with an addition in one prediction of the network that was timed.
+    /// Multiply-adds in one prediction of the network that was timed.
     pub multiply_adds: u64,
 }
 
 /// What a run will cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunCost {
-    /// Seconds of training; none before anything was timed, for a run that no time limits.
+    /// Seconds of training. None if nothing was timed yet and the run is not limited by time.
     pub seconds: Option<f64>,
-    /// Steps that it makes; none before anything was timed, for a run that time limits.
+    /// Steps. None if nothing was timed yet and the run is limited by time.
     pub steps: Option<u64>,
-    /// Whether a network of this very cost was timed. Another's time is taken to follow its multiplications.
+    /// Whether a network of exactly this cost was timed; otherwise its time is scaled by the multiply-adds.
     pub timed: bool,
 }
 
@@ -54,8 +54,8 @@ impl TrainingConfig {
         }
     }
 
-    /// What a run from the start will cost on a machine of this pace, with all of the interview's frames
-    /// and all poses but `held_out` of them.
+    /// What a run from the start will cost at this pace, with all of the interview's frames and all but
+    /// `held_out` poses.
     pub fn cost(&self, project: &Project, held_out: usize, pace: Option<Pace>) -> RunCost {
         let shoot = &project.settings.shoot;
         let poses = shoot.poses.len().saturating_sub(held_out).max(1);

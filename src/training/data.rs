@@ -1,4 +1,4 @@
-//! What training learns from, on the device: the exemplars and the interview's frames.
+//! The training data, on the device: the exemplars and the interview's frames.
 
 use super::config::TrainingConfig;
 use base::error::{Error, Result};
@@ -23,18 +23,18 @@ pub struct Plate {
     pub mask: Tensor<4>,
 }
 
-/// A pose: its plate under the interview's light, simulated, and its OLATs `[lamps, 3, h, w]`, brought
-/// to the interview's exposure and encoded.
+/// A pose: its plate, relit by the interview's light, and its OLATs `[lamps, 3, h, w]` at the interview's
+/// exposure, encoded.
 #[derive(Clone)]
 pub struct TrainingSample {
     pub plate: Plate,
     pub encoded_olats: Tensor<4>,
 }
 
-/// All of it.
+/// All training data.
 pub struct TrainingData {
     pub exemplars: Vec<Vec<TrainingSample>>,
-    /// The pose that training does not see.
+    /// The pose held out of training.
     pub held_out: Option<TrainingSample>,
     pub frames: Vec<Plate>,
     /// The project's numbers of `frames`.
@@ -42,7 +42,7 @@ pub struct TrainingData {
     /// Weights of the lamps in the interview's light, exposure included, `[lamps, 3, 1, 1]`:
     /// [`Calibration::learnt_light`].
     pub weights: Tensor<4>,
-    /// The sigmoid's 1 in linear units (of the ratio, where that is learnt).
+    /// What an output of 1 stands for, in linear units (of the ratio, if that is learnt).
     pub scale: f32,
     /// Brings OLATs to about the exposure of the interview before they are compared.
     pub olat_gain: f32,
@@ -55,7 +55,7 @@ impl TrainingData {
     /// `held_out` apart.
     ///
     /// # Errors
-    /// When a file cannot be read, no pose shows the subject, or there is no such pose or no other.
+    /// When a file cannot be read, no pose shows the subject, the pose does not exist or is the only one.
     pub fn load(
         project: &Project,
         calibration: &Calibration,
@@ -86,7 +86,7 @@ impl TrainingData {
             progress.step("reading exemplars", pose as u64, poses as u64, "");
             let exemplar = Exemplar::load(project, &calibration.response, pose)?;
             let plate = exemplar.relit_by_all(project, &calibration.response, &interview_light)?;
-            // What is held out decides nothing.
+            // The held-out pose decides nothing.
             let samples = (held_out != Some(pose)).then(|| sample_subject(&exemplar, &plate));
             for (level, interview) in samples.into_iter().flatten() {
                 levels.push(level);
@@ -200,7 +200,7 @@ fn zoomed_exemplar(exemplar: &Exemplar, factor: f32) -> Exemplar {
     }
 }
 
-/// Pairs of OLAT and interview plate at every fourth pixel of the subject, for all lamps and channels.
+/// Pairs of OLAT and plate at every fourth pixel of the subject, for all lamps and channels.
 fn sample_subject<'a>(
     exemplar: &'a Exemplar,
     plate: &'a Image,

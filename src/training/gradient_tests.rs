@@ -1,4 +1,4 @@
-//! Gradients of what is ours against central differences, both in f64: the renderer, the encoding, the
+//! Gradients of our own operations against central differences, both in f64: the renderer, the encoding, the
 //! norm, the mask, and the losses as a whole. Kernels for f32 are compared with the same operations
 //! elsewhere.
 

@@ -1,4 +1,4 @@
-//! The curves of a run, of bounded size however long it is: as they come, and as they were written down.
+//! The curves of a run, live or read from its log, of bounded size however long the run is.
 
 use super::log::{HELD_OUT, STEPS};
 use base::error::{Error, Result};
@@ -7,17 +7,17 @@ use std::collections::HashMap;
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::path::Path;
 
-/// Points that a history keeps at most: more than a window is wide.
-pub const MOST_POINTS: usize = 2048;
+/// Most points that a history keeps: more than a window is wide.
+pub const MAX_POINTS: usize = 2048;
 /// Steps at the end of a run that its pace is taken from.
 const PACE_STEPS: usize = 64;
 
-/// The points of a run in the order of their steps. Whenever they become too many, each two neighbours
-/// become one.
+/// The points of a run in the order of their steps. Whenever there are too many, each two neighbours are
+/// joined.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct History {
     points: Vec<LossPoint>,
-    /// How often neighbours became one.
+    /// How often neighbours were joined.
     halvings: u32,
     /// How many points the last one stands for.
     last: u32,
@@ -36,7 +36,7 @@ impl History {
         self.seconds_per_step
     }
 
-    /// Adds a point. A run that went back, or began anew, forgets what is no longer its past.
+    /// Adds a point. Points of later steps, from before the run went back or started over, are dropped.
     pub fn push(&mut self, point: LossPoint) {
         let each = 1 << self.halvings.min(31);
         while self
@@ -57,17 +57,17 @@ impl History {
                 self.last = 1;
             }
         }
-        if self.points.len() > MOST_POINTS {
+        if self.points.len() > MAX_POINTS {
             self.points = halved(&self.points, |a, b| a.joined(*b, 1));
             self.halvings += 1;
         }
     }
 
-    /// Reads what training wrote down beside the project in `root`. Lines that are not whole are passed
-    /// over: the last one may still be on its way. A project that was never trained has no points.
+    /// Reads the logs of the project in `root`. Incomplete lines are skipped: the last one may still be written. A
+    /// project that was never trained has no points.
     ///
     /// # Errors
-    /// When a file is there and cannot be read.
+    /// When a log exists and cannot be read.
     pub fn read(root: &Path) -> Result<Self> {
         let mut judged = HashMap::new();
         whole_lines(&root.join(HELD_OUT), |fields| {
@@ -102,7 +102,7 @@ impl History {
     }
 }
 
-/// Each two neighbours as one; the last of an odd number stays alone.
+/// Joins each two neighbours; the last of an odd number stays as it is.
 pub fn halved<T: Clone>(points: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
     let pairs = points.chunks(2);
     pairs
@@ -113,13 +113,13 @@ pub fn halved<T: Clone>(points: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
         .collect()
 }
 
-/// A line of the log of steps; none where it is none.
+/// A line of the log of steps. None if it is not one.
 fn point(fields: &[&str]) -> Option<LossPoint> {
     let &[step, seconds, reconstruction, rendering, _, _, taken] = fields else {
         return None;
     };
     taken.parse::<bool>().ok()?;
-    // Steps that do without a term leave its field empty; those that are not finite are no points of a curve.
+    // A step without a loss leaves its field empty; NaN and infinite losses are not drawn.
     let loss = |text: &str| text.parse::<f32>().ok().filter(|loss| loss.is_finite());
     Some(LossPoint {
         step: step.parse().ok()?,
@@ -130,7 +130,7 @@ fn point(fields: &[&str]) -> Option<LossPoint> {
     })
 }
 
-/// Hands the fields of each line that has its end to `take`; none where there is no such file.
+/// Passes the fields of each complete line to `take`; a missing file has no lines.
 fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
     let fail = |e: std::io::Error| {
         let remedy = "Check that it can be read, or move it away: training writes a new one";
@@ -176,10 +176,10 @@ mod tests {
         const STEPS: u64 = 100_000;
         for step in 1..=STEPS {
             history.push(point(step));
-            assert!(history.points().len() <= MOST_POINTS);
+            assert!(history.points().len() <= MAX_POINTS);
         }
         let points = history.points();
-        assert!(points.len() > MOST_POINTS / 2);
+        assert!(points.len() > MAX_POINTS / 2);
         assert_eq!(points.last().unwrap().step, STEPS);
         let apart: Vec<u64> = points.windows(2).map(|w| w[1].step - w[0].step).collect();
         let even = apart[0];

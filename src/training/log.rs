@@ -1,4 +1,4 @@
-//! The tables of text that training writes beside the project as it goes.
+//! The tables that training writes into the project's folder.
 
 use super::report::StepReport;
 use base::error::{Error, Result};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Every step's losses.
 pub(super) const STEPS: &str = "training.csv";
-/// What the held-out pose says.
+/// Scores on the held-out pose.
 pub(super) const HELD_OUT: &str = "held_out.csv";
 /// The columns of both.
 pub(super) const STEPS_HEADER: &str =
@@ -24,12 +24,12 @@ pub(super) struct Log {
 }
 
 impl Log {
-    /// Opens the log of steps; a fresh one forgets what was there.
+    /// Opens the log of steps; a fresh one is empty.
     pub fn steps(project: &Project, fresh: bool) -> Result<Self> {
         Self::open(project.root.join(STEPS), STEPS_HEADER, fresh)
     }
 
-    /// Opens the log of the held-out pose; a fresh one forgets what was there.
+    /// Opens the log of the held-out pose; a fresh one is empty.
     pub fn held_out(project: &Project, fresh: bool) -> Result<Self> {
         Self::open(project.root.join(HELD_OUT), HELD_OUT_HEADER, fresh)
     }
@@ -74,13 +74,13 @@ impl Log {
         ))
     }
 
-    /// What the held-out pose says of the network.
+    /// A score on the held-out pose.
     pub fn held_out_score(&mut self, info: &CheckpointInfo, decibels: f32) -> Result<()> {
         self.line(&format!("{},{:.3},{decibels}", info.step, info.seconds))
     }
 
     fn line(&mut self, line: &str) -> Result<()> {
-        // All of a line at once: where there is no room it can be written again.
+        // A whole line at once: if the disk is full it can be written again.
         let line = format!("{line}\n");
         (self.out.write_all(line.as_bytes())).map_err(|e| self.failure(e))
     }
@@ -94,7 +94,7 @@ impl Log {
     }
 }
 
-/// Removes what stands after the last end of a line: a run that was killed leaves part of one.
+/// Removes a last line without an end, which a run leaves when it is killed.
 fn remove_torn_line(path: &Path) -> std::io::Result<()> {
     let text = match std::fs::read(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),

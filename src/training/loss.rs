@@ -2,7 +2,7 @@
 //!
 //! The built-in features need no file: the encoded picture and its horizontal and vertical
 //! differences, at three scales. Differences carry edges and shading, the coarse scales the overall
-//! light; all are linear, so their gradients are cheap. With a file its network's features are compared.
+//! light; all are linear, so their gradients are cheap. With a file the features of its network are compared.
 
 use super::augment;
 use super::features::{Features, PictureId, PictureKind, rows};
@@ -43,11 +43,11 @@ impl Default for Criterion {
 
 impl Criterion {
     /// λ1 · reconstruction + λ2 · rendering of the network's output `[1, 3·lamps, h, w]`, and both losses
-    /// by themselves, `[2]`, the first of them 0 where there are no OLATs to compare with. Where pictures
-    /// are compared by their pixels too, that is in the sum alone.
+    /// by themselves, `[2]`, the first of them 0 without OLATs to compare with. The difference between pixels, if
+    /// it has a weight, is in the sum only.
     ///
-    /// The reconstruction loss is that of the OLATs of `lamps`, of all where none are named. `source` is
-    /// given where its pictures are the same whenever it is met: unmoved.
+    /// The reconstruction loss is that of the OLATs of `lamps`; None means all. `source` is given for samples
+    /// that are not shifted, whose pictures are the same each time.
     pub fn losses(
         &mut self,
         output: Tensor<4>,
@@ -101,7 +101,7 @@ fn per_lamp(output: Tensor<4>) -> Tensor<4> {
     output.reshape([channels / 3, 3, h, w])
 }
 
-/// What the kernels serve: the losses with the built-in features.
+/// The losses with the built-in features, by our kernels.
 fn fused(output: Tensor<4>, with: &LossInputs, lamps: Option<&[usize]>) -> (Tensor<1>, Tensor<1>) {
     let (Some(lamps), Some(truth)) = (lamps, with.olats) else {
         return kernels::losses(output, with);
@@ -131,7 +131,7 @@ fn fused(output: Tensor<4>, with: &LossInputs, lamps: Option<&[usize]>) -> (Tens
     )
 }
 
-/// The losses in burn's operations, with `distance` between encoded pictures, which are told by name.
+/// The losses in burn's operations, with `distance` between encoded pictures of the given kinds.
 fn composed(
     output: Tensor<4>,
     with: &LossInputs,
@@ -158,7 +158,7 @@ fn composed(
     )
 }
 
-/// Predicted and true OLATs as they are compared, encoded, of `lamps` or of all.
+/// Predicted and true OLATs to compare, encoded, of `lamps` or of all.
 fn compared_olats(
     predicted: Tensor<4>,
     truth: &Tensor<4>,
@@ -339,7 +339,7 @@ mod tests {
         let all = losses_of(&mut criterion, None, 1);
         let mut means = all.each_ref().map(|part| vec![0.0; part.len()]);
         let mut samples = 0;
-        // Every pair once is what many draws come to.
+        // Every pair once has the mean of many draws.
         for first in 0..6 {
             for second in first + 1..6 {
                 let sampled = losses_of(&mut criterion, Some(&[first, second]), 1);

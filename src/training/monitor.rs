@@ -1,4 +1,4 @@
-//! What a run shows of itself as it goes: figures a few times a second, pictures now and then.
+//! What a run shows while it runs: figures a few times a second, pictures now and then.
 
 use super::pose_prediction::PosePrediction;
 use super::report::StepReport;
@@ -10,16 +10,16 @@ use base::turn;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Between two points.
+/// Between two reports.
 const POINT_INTERVAL: Duration = Duration::from_millis(250);
 /// Between two sets of pictures at least …
 const PICTURES_INTERVAL: Duration = Duration::from_secs(2);
-/// … and as many times what the last one took, so that they cost a hundredth of training at most.
+/// … and this many times what the last set took, so that they cost at most a hundredth of training.
 const PICTURES_SHARE: u32 = 100;
-/// Steps after which it is said how long the run will take.
+/// Steps after which the run's duration is estimated.
 const FIRST_STEPS: u64 = 20;
 
-/// What was seen since it was last reported.
+/// What has happened since the last report.
 #[derive(Default)]
 pub(super) struct Monitor {
     reconstruction: Mean,
@@ -53,7 +53,7 @@ impl Mean {
 }
 
 impl Monitor {
-    /// Takes in a step and the seconds that it took.
+    /// Notes a step and the seconds that it took.
     pub fn step(&mut self, report: &StepReport, seconds: f64) {
         self.steps += 1;
         self.skipped += u64::from(!report.taken);
@@ -68,7 +68,7 @@ impl Monitor {
         }
     }
 
-    /// Takes in what the held-out pose says.
+    /// Notes the score on the held-out pose.
     pub fn validated(&mut self, decibels: f32) {
         self.held_out_db = Some(decibels);
     }
@@ -78,8 +78,8 @@ impl Monitor {
         self.skipped
     }
 
-    /// Tells how the run stands after step `report`, where that is due or there is news of the held-out
-    /// pose; `dead` are the lamps whose outputs have died.
+    /// Reports how the run stands after step `report`, if that is due or the held-out pose was scored; `dead` are
+    /// the lamps whose outputs have died.
     pub fn report(
         &mut self,
         trainer: &Trainer,
@@ -120,7 +120,7 @@ impl Monitor {
         });
     }
 
-    /// Says once, after the first steps, how long a run takes that ends after `steps` or `minutes`.
+    /// Says once, after the first steps, how long the run will take if it ends after `minutes`.
     pub fn estimate(&self, trainer: &Trainer, minutes: Option<f64>, progress: &Progress) {
         if self.steps != FIRST_STEPS {
             return;
@@ -140,8 +140,7 @@ impl Monitor {
         ));
     }
 
-    /// Shows what the network makes of a pose, where anybody looks and it is due, or is the `last` time: the
-    /// pose that training does not see, or the first.
+    /// Shows a predicted pose, the held-out one or the first, if anybody looks and it is due or the `last` time.
     pub fn show(&mut self, trainer: &Trainer, last: bool, progress: &Progress) {
         let began = Instant::now();
         let due = last || self.pictures_due.is_none_or(|due| began >= due);

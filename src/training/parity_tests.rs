@@ -159,7 +159,7 @@ fn agree(what: &str, ours: TensorData, theirs: TensorData, bound: f64) {
         .map(|(a, b)| (a - b).abs())
         .fold(0.0, f32::max);
     let largest = theirs.iter().fold(0.0f32, |m, v| m.max(v.abs()));
-    // A bias that normalisation takes away again has no gradient but rounding.
+    // The gradient of a bias that normalisation removes is rounding only.
     if largest > 1e-8 {
         let share = f64::from(most / largest);
         assert!(
@@ -169,7 +169,7 @@ fn agree(what: &str, ours: TensorData, theirs: TensorData, bound: f64) {
     }
 }
 
-/// Collects gradients under the names of their parameters, or else the running statistics.
+/// Collects gradients, or else the running statistics, by the names of their parameters.
 struct Named {
     gradients: GradientsParams,
     path: Vec<String>,

@@ -1,5 +1,5 @@
-//! Looks at a network from outside while it trains: how well it does on a pose that it does not see, and
-//! which of its outputs have stopped learning.
+//! Checks a network while it trains: how well it predicts a pose, and which of its outputs have stopped
+//! learning.
 
 use super::data::TrainingSample;
 use burn::tensor::Tensor;
@@ -10,7 +10,7 @@ use reflectance::UNetConfig;
 use reflectance::checkpoint::CheckpointInfo;
 use reflectance::render::{encode, encoded_white, light, olats};
 
-/// A lamp is dead where the slope of its sigmoid, s · (1 − s), is on average below this, a 250th of the
+/// A lamp is dead if the slope of its sigmoid, s · (1 − s), is on average below this, a 250th of the
 /// steepest: its outputs move a 250th as far in a step …
 const DEAD_SLOPE: f32 = 1e-3;
 /// … while they are wrong by more than this share of the truth …
@@ -21,7 +21,7 @@ const LIT: f32 = 0.01;
 /// Longest side of a picture that is shown.
 const PICTURE_PX: usize = 256;
 
-/// What a network makes of a pose, beside the truth.
+/// A pose as a network predicts it, beside the truth.
 pub struct PosePrediction {
     /// Sigmoid outputs, `[lamps, 3, h, w]`.
     outputs: Tensor<4>,
@@ -63,7 +63,7 @@ impl PosePrediction {
         (w.max(h) / PICTURE_PX).max(1)
     }
 
-    /// Encoded OLATs within the matte as bytes, white as 255: `[lamps, h, w, 3]`. None where the device
+    /// Encoded OLATs within the matte as bytes, white as 255: `[lamps, h, w, 3]`. None if the device
     /// fails.
     pub fn predicted_bytes(&self) -> Option<Vec<u8>> {
         self.bytes(&self.predicted)
@@ -87,7 +87,7 @@ impl PosePrediction {
         Some(bytes.collect())
     }
 
-    /// PSNR over the encoded OLATs within the matte in dB, with white as the peak. None where the device
+    /// PSNR over the encoded OLATs within the matte in dB, with white as the peak. None if the device
     /// fails.
     pub fn decibels(&self) -> Option<f32> {
         let [lamps, ..] = self.truth.dims();
@@ -97,8 +97,8 @@ impl PosePrediction {
         Some(-10.0 * (mean / encoded_white().powi(2)).log10())
     }
 
-    /// Lamps whose outputs are saturated far from the truth, so that they hardly learn any more: all black,
-    /// or all white. None where the device fails.
+    /// Lamps whose outputs are saturated, at black or white, and far from the truth, so that they hardly learn
+    /// any more. None if the device fails.
     pub fn dead_lamps(&self) -> Option<Vec<usize>> {
         let [lamps, ..] = self.truth.dims();
         let mean = |x: Tensor<4>| {

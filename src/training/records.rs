@@ -1,4 +1,4 @@
-//! What is on disk of a project's training.
+//! What a project's folder holds of its training.
 
 use super::checkpoints::{self, SavedCheckpoint};
 use super::cost::Pace;
@@ -6,7 +6,7 @@ use super::history::History;
 use project::Project;
 use reflectance::checkpoint::{self, CheckpointInfo};
 
-/// All of it.
+/// Log, checkpoints and calibration of a project, as far as they are there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Records {
     pub history: History,
@@ -16,12 +16,12 @@ pub struct Records {
     pub kept: Vec<SavedCheckpoint>,
     /// Whether the project is calibrated.
     pub calibrated: bool,
-    /// Why something of it cannot be read.
+    /// Why a file could not be read.
     pub failure: Option<String>,
 }
 
 impl Records {
-    /// Reads them: seconds for a run of a million steps.
+    /// Reads them; this takes seconds for a run of a million steps.
     pub fn read(project: &Project) -> Self {
         let mut failure = None;
         let mut sentence = |e: base::Error| failure = Some(e.to_string());

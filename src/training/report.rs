@@ -6,9 +6,9 @@ use serde::Serialize;
 /// What a run did.
 #[derive(Clone, Debug, Serialize)]
 pub struct TrainReport {
-    /// Steps made since the start, earlier runs counted in.
+    /// Steps made since the start, including earlier runs.
     pub steps: u64,
-    /// Seconds of training since the start, earlier runs counted in.
+    /// Seconds of training since the start, including earlier runs.
     pub seconds: f64,
     /// Where the network ran and why.
     pub device: String,
@@ -16,28 +16,28 @@ pub struct TrainReport {
     pub features: String,
     /// Number of the network's parameters.
     pub parameters: usize,
-    /// Mean over the last steps of the reconstruction loss: in encoded units by the built-in features,
-    /// in units of the layers' levels by a file's.
+    /// Mean over the last steps of the reconstruction loss: in encoded units with the built-in features,
+    /// in units of the layers' levels with those of a file.
     pub loss_rec: f32,
     /// The same of the rendering loss.
     pub loss_render: f32,
-    /// Steps that were skipped because they were not finite.
+    /// Steps that were skipped because a loss or gradient was NaN or infinite.
     pub skipped_steps: u64,
-    /// How well the network does on the pose that was held out.
+    /// The best score on the held-out pose.
     pub held_out: Option<HeldOut>,
-    /// Lamps whose outputs were stuck at black or white in the last two looks at them.
+    /// Lamps whose outputs were stuck at black or white in the last two checks.
     pub dead_lamps: Vec<String>,
 }
 
 /// The figures of one step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepReport {
-    /// Reconstruction loss; none for a sample from the interview.
+    /// Reconstruction loss. None for a frame of the interview.
     pub reconstruction: Option<f32>,
-    /// Rendering loss; none in a step that does without.
+    /// Rendering loss. None in a step without it.
     pub rendering: Option<f32>,
     pub gradient_norm: f32,
     pub learning_rate: f64,
-    /// Whether the weights were changed: not by a step that is not finite.
+    /// Whether the weights were changed; a step with a NaN or infinite loss or gradient is skipped.
     pub taken: bool,
 }

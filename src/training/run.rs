@@ -1,4 +1,4 @@
-//! A run of training: steps until its time is over, with checkpoints, logs and warnings as it goes.
+//! A training run: steps until its time is over, with checkpoints, logs and warnings.
 
 use super::checkpoints::{self, Reason};
 use super::config::TrainSettings;
@@ -15,20 +15,20 @@ use gpu::ComputeDevice;
 use project::Project;
 use std::time::Instant;
 
-/// Steps between two checks of the network from outside: each costs a prediction or two.
+/// Steps between two checks of the network, each of which costs a prediction or two.
 const CHECK_STEPS: u64 = 100;
-/// This many steps in a row that are not finite end a run.
-const MOST_BAD_STEPS: u32 = 3;
+/// This many skipped steps in a row end a run.
+const MAX_BAD_STEPS: u32 = 3;
 
 /// Trains the project's network until the schedule or the time is over or a stop is asked for; in
-/// each case the checkpoint is written. Every step's losses go to `training.csv`. Checkpoints that it
-/// passes are kept in a list that thins out as they age, and the one that it begins at is in that list.
+/// each case the checkpoint is written. Every step's losses go to `training.csv`. Its checkpoints
+/// are kept in a list that thins out as they age, and so is the one that it starts from.
 ///
 /// Where a file cannot be written, as on a full disk, and a person is there, it waits ([`Progress::retry`]).
 ///
 /// # Errors
-/// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, or three steps in a row are not
-/// finite: then the last good checkpoint stays.
+/// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, or three steps in a row are
+/// skipped: then the last good checkpoint stays.
 pub fn train(
     project: &Project,
     calibration: &Calibration,
@@ -45,7 +45,7 @@ pub fn train(
     })
 }
 
-/// A run and all that it notes as it goes.
+/// A run, and what it keeps track of.
 struct Run<'a> {
     project: &'a Project,
     settings: &'a TrainSettings,
@@ -57,7 +57,7 @@ struct Run<'a> {
     dead: DeadLamps,
     /// Steps made before this run.
     first_step: u64,
-    /// Steps in a row that were not finite.
+    /// Steps in a row that were skipped.
     bad_steps: u32,
     last: Option<StepReport>,
     saved: Instant,
@@ -77,7 +77,7 @@ impl<'a> Run<'a> {
             trainer.data.bytes() / 1_000_000
         ));
         progress.say(format!("Pictures are compared by {}", trainer.features()));
-        // Nothing that was trained before is lost, whatever becomes of this run.
+        // What was trained before is never lost.
         if settings.fresh {
             checkpoints::set_aside(project)?;
         } else if project.checkpoint_path().join("checkpoint.toml").exists() {
@@ -115,7 +115,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The finished share of the run, by its time or its steps.
+    /// The finished share of the run, by time or by steps.
     fn done(&self) -> f64 {
         let info = &self.trainer.info;
         let minutes = self.settings.config.minutes;
@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
 
     /// Makes a step, and what is due after it; `done` is the finished share of the run.
     fn step(&mut self, done: f64) -> Result<()> {
-        // Seconds count while the network learns: not while it waits for its turn or for a person.
+        // Only the time that the network learns counts, not waiting for the device or a person.
         let turn = turn::DEVICE.lock();
         let began = Instant::now();
         let report = self.trainer.step(done);
@@ -170,7 +170,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Takes in the losses of a step, or that it was skipped.
+    /// Notes the losses of a step, or that it was skipped.
     fn note(&mut self, report: &StepReport) -> Result<()> {
         if report.taken {
             self.bad_steps = 0;
@@ -179,10 +179,10 @@ impl<'a> Run<'a> {
         }
         self.bad_steps += 1;
         self.progress.say(format!(
-            "Step {} was not finite and has been skipped",
+            "Step {} was skipped: a loss or gradient was NaN or infinite",
             self.trainer.info.step
         ));
-        if self.bad_steps < MOST_BAD_STEPS {
+        if self.bad_steps < MAX_BAD_STEPS {
             return Ok(());
         }
         Err(Error::invalid(
@@ -194,7 +194,7 @@ impl<'a> Run<'a> {
         ))
     }
 
-    /// Looks at the network from outside: the held-out pose, and dead lamps on one exemplar after another.
+    /// Checks the network on the held-out pose, and for dead lamps on one exemplar after another.
     fn check(&mut self) -> Result<()> {
         self.validate()?;
         let exemplar = (self.trainer.info.step / CHECK_STEPS) as usize;
@@ -206,7 +206,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Validates by the pose that was held out, where one was.
+    /// Scores the network on the held-out pose, if there is one.
     fn validate(&mut self) -> Result<()> {
         let Some(decibels) = self.trainer.validate() else {
             return Ok(());
@@ -226,7 +226,7 @@ impl<'a> Run<'a> {
         progress.retry(|| self.trainer.save(self.project))?;
         progress.retry(|| self.logs.flush())?;
         if let Err(e) = checkpoints::keep(self.project, Reason::Automatic) {
-            // The checkpoint itself is written: that there is no way back to it ends no run.
+            // The checkpoint itself is written; that it is not in the list does not end a run.
             progress.say(e.to_string());
         }
         progress.saved();
@@ -234,7 +234,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Writes what the run has come to.
+    /// Writes the last checkpoint and reports.
     fn finish(mut self, compute: &ComputeDevice) -> Result<TrainReport> {
         self.validate()?;
         self.save()?;
@@ -270,10 +270,10 @@ impl<'a> Run<'a> {
     }
 }
 
-/// What a run writes down.
+/// The logs of a run.
 struct Logs {
     steps: Log,
-    /// Where a pose is held out.
+    /// If a pose is held out.
     held_out: Option<Log>,
 }
 
@@ -298,12 +298,12 @@ impl Logs {
 struct DeadLamps {
     /// Those of the last check.
     previous: Vec<usize>,
-    /// Those of the last two: one check may meet a lamp on its way.
+    /// Those of the last two checks: in one a lamp may just be passing through black or white.
     confirmed: Vec<usize>,
 }
 
 impl DeadLamps {
-    /// Takes in what a check found; whether there is something new to say.
+    /// Notes what a check found, and tells whether lamps have newly died.
     fn update(&mut self, found: Vec<usize>) -> bool {
         let mut sure = found.clone();
         sure.retain(|lamp| self.previous.contains(lamp));

@@ -1,5 +1,5 @@
-//! Which picture a step learns from: a pure function of the step, so that a resumed run goes on as
-//! if it had never stopped.
+//! Which picture a step learns from: a pure function of the step, so that a resumed run continues as if it
+//! had never stopped.
 
 use super::config::TrainingConfig;
 use chacha20::ChaCha8Rng;
@@ -115,7 +115,7 @@ impl Schedule {
     }
 
     /// The lamps, in rising order, whose OLATs step `step` compares: `count` of `lamps`, each set as
-    /// likely as any other; none where all are.
+    /// likely as any other. None means all.
     pub fn lamps(&self, step: u64, count: Option<usize>, lamps: usize) -> Option<Vec<usize>> {
         let count = count.filter(|count| *count < lamps)?;
         let mut order: Vec<usize> = (0..lamps).collect();

@@ -1,4 +1,4 @@
-//! The trainer: a network, its optimiser and its pictures, and one sample a step.
+//! The trainer: a network, its optimiser and its training data, with one sample per step.
 
 use super::adam::Adam;
 use super::config::{TrainSettings, TrainingConfig};
@@ -34,17 +34,17 @@ pub struct Trainer {
     live: UNet,
     /// On the plain device.
     pub(super) average: UNet,
-    /// The network that predicts, where a pose is held out: the average as it was when it did best.
+    /// The network that predicts if a pose is held out: the average when it scored best.
     best: Option<UNet>,
     hold_out: Option<usize>,
     optimizer: ModuleOptimizer,
 }
 
 impl Trainer {
-    /// A trainer at the start, or where the project's checkpoint stands unless `fresh`.
+    /// A trainer at the project's checkpoint, or at the start without one or if `fresh`.
     ///
     /// # Errors
-    /// When pictures or the features' file cannot be read, or a checkpoint is there that does not fit.
+    /// When pictures or the features' file cannot be read, or the checkpoint does not fit.
     pub fn new(
         project: &Project,
         calibration: &Calibration,
@@ -126,7 +126,7 @@ impl Trainer {
             .schedule
             .lamps(step, self.config.lamps_per_step, network.lamps);
         let renders = olats.is_none() || step.is_multiple_of(self.config.rendering_every);
-        // Without the rendering loss the network computes no other lamps than those compared.
+        // Without the rendering loss the network computes only the lamps that are compared.
         let alone = lamps.as_deref().filter(|_| !renders);
         let (mut olats, mut weights) = (olats.cloned(), self.data.weights.clone());
         if let Some(lamps) = alone {
@@ -141,8 +141,8 @@ impl Trainer {
             plate.encoded.clone()
         };
         let output = self.live.forward_lamps(input * plate.mask.clone(), alone);
-        // Pictures that are moved anew each time are not worth remembering, nor are those of a step whose
-        // lamps have other numbers.
+        // Pictures that are shifted each time are not worth caching, nor are those of a step that computes only
+        // some lamps.
         let still = most == 0 && self.config.zoom == 0.0;
         let unmoved = olats.is_none() || (still && alone.is_none());
         let (total, parts) = self.criterion.losses(
@@ -177,7 +177,7 @@ impl Trainer {
             self.live = self
                 .optimizer
                 .step(learning_rate, self.live.clone(), gradients);
-            // Early on the average follows fast, so that it does not remember the start.
+            // Early on the average follows fast, so that it forgets the start.
             let keep = self
                 .config
                 .averaging
@@ -208,8 +208,8 @@ impl Trainer {
         }
     }
 
-    /// Validates the averaged network by the pose that was held out, and keeps it if it is the best so far.
-    /// None where no pose is, or the device fails.
+    /// Scores the averaged network on the held-out pose, and keeps it if it is the best so far. None if no pose is
+    /// held out, or the device fails.
     pub fn validate(&mut self) -> Option<f32> {
         let (pose, sample) = (self.hold_out?, self.data.held_out.as_ref()?);
         let prediction =
@@ -230,15 +230,15 @@ impl Trainer {
         Some(decibels)
     }
 
-    /// Lamps whose outputs are stuck at black or white on an exemplar, counted round from 0. None if the device
-    /// fails.
+    /// Lamps whose outputs are stuck at black or white on an exemplar, counted from 0 and wrapping
+    /// round. None if the device fails.
     pub fn dead_lamps(&self, exemplar: usize) -> Option<Vec<usize>> {
         let sample = &self.data.exemplars[exemplar % self.data.exemplars.len()][0];
         let live = self.live.valid();
         PosePrediction::new(&live, &self.info, sample, self.data.olat_gain).dead_lamps()
     }
 
-    /// The pose that pictures show, with its number: the one held out, or the first.
+    /// The pose that pictures show, with its number: the held-out one, or the first.
     pub(super) fn shown_sample(&self) -> (usize, &TrainingSample) {
         match (self.hold_out, &self.data.held_out) {
             (Some(pose), Some(sample)) => (pose, sample),

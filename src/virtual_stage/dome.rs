@@ -12,8 +12,8 @@ pub const RADIUS_M: f32 = 4.0;
 pub const LAMP_RADIUS_M: f32 = 0.1;
 /// Lamps per bank, as on the stage of the paper: 931 lamps in 41 conditions.
 const LAMPS_PER_BANK: f64 = 931.0 / 41.0;
-/// So many lamps the dome carries at most, however many banks they form.
-const MOST_LAMPS: usize = 1000;
+/// The most lamps that the dome carries, whatever the number of banks.
+const MAX_LAMPS: usize = 1000;
 
 /// Where the lamps are, and which bank each belongs to. Lamps are sorted by bank.
 #[derive(Clone, Debug)]
@@ -30,7 +30,7 @@ impl Dome {
     /// A dome whose lamps switch in `banks` banks, from 1.
     pub fn new(banks: usize) -> Self {
         let total = ((banks as f64 * LAMPS_PER_BANK).round() as usize)
-            .min(MOST_LAMPS)
+            .min(MAX_LAMPS)
             .max(banks);
         let centres = spiral(banks);
         let mut lamps: Vec<(usize, Vec3)> = spiral(total)
@@ -161,7 +161,7 @@ mod tests {
             let counts = dome.bank_counts();
             assert_eq!(counts.len(), banks);
             assert_eq!(counts.iter().sum::<usize>(), dome.lamps.len());
-            assert!(dome.lamps.len() <= MOST_LAMPS);
+            assert!(dome.lamps.len() <= MAX_LAMPS);
             assert!(counts.iter().all(|&n| n >= 1), "{banks}: {counts:?}");
         }
         assert_eq!(Dome::new(41).lamps.len(), 931);

@@ -1,4 +1,4 @@
-//! Which effects ran, for which share of the samples, and why not for the others.
+//! Which effects ran, for which share of the samples, and why not for the rest.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ pub struct Effect {
     pub share: f64,
     /// What a sample is.
     pub of: &'static str,
-    /// Why it was left out for the others.
+    /// Why it was skipped for the rest.
     pub skipped: &'static str,
 }
 
@@ -54,7 +54,7 @@ impl Tally {
         self.ball += other.ball;
     }
 
-    /// The counts as shares, with reasons.
+    /// The counts as shares, with reasons for what was skipped.
     pub fn effects(&self) -> Vec<Effect> {
         let effect = |name, part: u64, whole: u64, of, skipped| Effect {
             name,

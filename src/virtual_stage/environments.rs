@@ -1,5 +1,5 @@
-//! Environments of the stage's own: the nave and the courtyard of [`light::built_in`], which
-//! know nothing of lamps and weights.
+//! The stage's environments: the nave and the courtyard of [`light::built_in`], which do not depend on lamps and
+//! weights.
 
 use imaging::Image;
 use light::built_in;

@@ -1,5 +1,4 @@
-//! Distances baked into a grid: coarse enough to be made for every pose, fine enough to march
-//! rays through.
+//! Distances baked into a grid: coarse enough to be made for every pose, fine enough to trace rays through.
 
 use super::subject::{BOX_HIGH, BOX_LOW, Subject};
 use glam::Vec3;
@@ -9,8 +8,8 @@ use rayon::prelude::*;
 pub const CELL_M: f32 = 0.004;
 /// Fine cells along the edge of a coarse one.
 const COARSE: usize = 6;
-/// Where the coarse grid tells less than this, the surface can be within the coarse cell: its
-/// diagonal's half, and some for blends, which bend distances a little.
+/// If the coarse grid's distance is less than this, the surface can be within the coarse cell: half its diagonal,
+/// and a margin for blends, which distort distances a little.
 const REACH_M: f32 = CELL_M * COARSE as f32 * 1.2;
 
 /// Stored distances are whole multiples of this length in metres, so that a grid fits the cache.
@@ -32,14 +31,14 @@ struct Nodes {
 /// How a ray passes the subject.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
-    /// The narrowest clearance as seen from the start: distance to the surface over distance
-    /// travelled. 1 where nothing is near, negative where the ray goes through.
+    /// The narrowest clearance as seen from the start: distance to the surface over distance travelled. 1 if
+    /// nothing is near, negative if the ray enters the subject.
     pub clearance: f32,
     /// How deep the ray dips into the subject at most, in metres.
     pub depth_m: f32,
 }
 
-/// Rays that are followed side by side.
+/// Rays that are traced at the same time.
 const ABREAST: usize = 6;
 
 /// A ray on its way: `t` metres travelled, out of the box at `leave`, and whether the surface was far.
@@ -122,7 +121,7 @@ impl Grid {
             },
         );
         let origin = start - BOX_LOW;
-        // Each step of a ray waits for the one before, so several rays go side by side.
+        // Each step of a ray depends on the one before, so several rays are traced at the same time.
         for (directions, passages) in directions.chunks(ABREAST).zip(passages.chunks_mut(ABREAST)) {
             let mut rays: [Ray; ABREAST] = std::array::from_fn(|i| match directions.get(i) {
                 Some(&direction) => Ray {
@@ -151,7 +150,7 @@ impl Grid {
     #[inline(always)]
     fn step(&self, origin: Vec3, ray: &mut Ray, passage: &mut Passage, enough_m: f32) {
         let place = origin + ray.direction * ray.t;
-        // Far from the surface the small coarse grid is enough, and it is at hand.
+        // Far from the surface the coarse grid is enough, and it is in the cache.
         let mut d = if ray.far { self.coarse.at(place) } else { 0.0 };
         if d < REACH_M {
             d = self.fine.at(place);
@@ -166,8 +165,8 @@ impl Grid {
         }
     }
 
-    /// How far a ray from outside the box, that has travelled `from` metres, has to travel until it is
-    /// within `near_m` of the surface; `None` where it misses.
+    /// How far a ray from outside the box, that has travelled `from` metres, has to travel until it is within
+    /// `near_m` of the surface; `None` if it misses.
     pub fn approach(&self, start: Vec3, direction: Vec3, from: f32, near_m: f32) -> Option<f32> {
         let (enter, leave) = crossing(start, direction)?;
         let mut t = from.max(enter);
@@ -223,7 +222,7 @@ fn split(i: usize, nodes: [usize; 3]) -> (usize, usize, usize) {
 fn leave_box(start: Vec3, direction: Vec3) -> f32 {
     let ahead = Vec3::select(direction.cmpge(Vec3::ZERO), BOX_HIGH, BOX_LOW);
     let t = (ahead - start) / direction;
-    // A ray along a side gives 0/0, which must not decide.
+    // A ray along a side gives 0/0 = NaN, which must not decide.
     [t.x, t.y, t.z]
         .into_iter()
         .filter(|t| !t.is_nan())

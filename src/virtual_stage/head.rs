@@ -23,7 +23,7 @@ pub struct Head {
     jaw_from_head: Mat3,
     /// Half the gap between the lips in metres, 0 when they touch.
     gap: f32,
-    /// How far the corners of the mouth are drawn out, up and back, in metres.
+    /// How far the corners of the mouth are pulled out, up and back, in metres.
     smile: f32,
     /// How far the lids are open, from 0 to 1.
     lids: f32,
@@ -56,7 +56,7 @@ impl Head {
     pub fn distances(&self, q: Vec3) -> HeadDistances {
         // Both sides at once, folded over a small round so that no seam shows on the middle line.
         let s = Vec3::new(q.x.hypot(0.005), q.y, q.z);
-        // Where nothing but the skull's bound is near, the details cannot be the nearest.
+        // If only the skull's bound is near, no detail can be the nearest.
         let bound = ellipsoid(
             q - Vec3::new(0.0, -0.01, 0.0),
             Vec3::new(0.105, 0.14, 0.125),

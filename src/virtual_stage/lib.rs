@@ -1,15 +1,15 @@
-//! The virtual stage: a light stage and a subject of our own, so that everything runs with no data.
+//! The virtual stage: a simulated light stage and subject, so that everything runs without data.
 //!
-//! [`write_shoot`] writes an ordinary shoot folder (exemplars under every bank, an interview before a
-//! green screen, mirror balls, a manifest), the environments to relight under, and apart from these
-//! the truth. It is what the rest of the program is tested against, so it takes nothing from
-//! calibration, weights or compositing: its geometry, light and camera are its own.
+//! [`write_shoot`] writes an ordinary shoot folder (exemplars under every bank, an interview before a green screen,
+//! mirror balls, a manifest), the environments to relight under, and apart from these the truth. The rest of the
+//! program is tested against it, so it uses nothing of calibration, weights or compositing: its geometry, light and
+//! camera are its own.
 //!
-//! `subject` is a head and shoulders as signed distances (`head`, `attire`), painted by `material`
-//! and moved by `motion`. `dome` holds the lamps. `picture` finds what the camera sees and
-//! `transport` carries every lamp's light there, with shadows marched through the baked `grid`.
-//! `probe` traces the mirror ball, `camera` turns light into photographs, `shoot` puts everything on
-//! disk. Only what a material or the geometry calls for is traced; `effects` counts it.
+//! `subject` is a head and shoulders as signed distances (`head`, `attire`), painted by `material` and moved by
+//! `motion`. `dome` holds the lamps. `picture` finds what the camera sees and `transport` carries every lamp's
+//! light there, with shadows marched through the baked `grid`. `probe` traces the mirror ball, `camera` turns light
+//! into photographs, `shoot` writes everything to disk. Only what a material or the geometry needs is traced;
+//! `effects` counts it.
 
 mod attire;
 mod camera;
@@ -37,16 +37,16 @@ use base::error::{Error, Result};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 
-/// What the stage is to produce.
+/// What the stage produces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StageSettings {
     /// Frames of the interview, from 1.
     pub frames: usize,
     /// Width and height of every picture in pixels, from 16.
     pub size: usize,
-    /// Camera response, noise and movements follow from this; the same seed gives the same files.
+    /// Determines camera response, noise and movements; the same seed gives the same files.
     pub seed: u64,
-    /// Banks of lamps, that is OLATs per pose, from 4.
+    /// Banks of lamps, and so OLATs per pose, from 4.
     pub lamps: usize,
 }
 
@@ -62,7 +62,7 @@ impl Default for StageSettings {
 }
 
 impl StageSettings {
-    /// Refuses what cannot be produced or would fill the disk.
+    /// Refuses settings that cannot be produced or would fill the disk.
     fn check(&self) -> Result<()> {
         let within = |what: &str, value: usize, range: RangeInclusive<usize>| {
             if range.contains(&value) {
@@ -90,6 +90,6 @@ pub struct StageReport {
     pub files: usize,
     /// Wall-clock time in seconds.
     pub seconds: f64,
-    /// Which effects ran, for which share, and why not elsewhere.
+    /// Which effects ran, for which share of the samples, and why not for the rest.
     pub effects: Vec<Effect>,
 }

@@ -1,5 +1,5 @@
-//! The two descriptions beside the pictures: the manifest, which whoever uses the shoot may read,
-//! and the truth, which only judges read.
+//! The two descriptions beside the pictures: the manifest, for everyone who uses the shoot, and the truth, only for
+//! judging results.
 
 use super::camera;
 use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};

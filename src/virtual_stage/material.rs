@@ -6,7 +6,7 @@ use super::shape::{noise, ramp, rod};
 use super::subject::{Part, Subject};
 use glam::{Vec2, Vec3};
 
-/// How a point of the surface answers light.
+/// How a point of the surface reflects light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Diffuse reflectance per channel.

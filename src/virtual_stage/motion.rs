@@ -1,4 +1,4 @@
-//! How the subject holds still for the exemplars and moves while being interviewed.
+//! The subject's poses in the exemplars, and its movements in the interview.
 
 use chacha20::ChaCha8Rng;
 use glam::{Mat3, Vec3};

@@ -13,11 +13,11 @@ use glam::Vec3;
 use imaging::{Image, Mask, Raster};
 use rayon::prelude::*;
 
-/// What is asked for of one pose.
+/// Which pictures of a pose to make.
 pub struct Request<'a> {
-    /// Whether every bank's own picture is wanted.
+    /// Whether to make every bank's own picture.
     pub banks: bool,
-    /// Sums: for each one weight per lamp and channel.
+    /// Sums of lamps: for each, a weight per lamp and channel.
     pub sums: &'a [&'a [[f32; 3]]],
 }
 
@@ -26,22 +26,21 @@ pub struct Pictures {
     pub coverage: Mask,
     /// Mean normals of the covered part; zero elsewhere.
     pub normals: Image,
-    /// One per bank, in units where all lamps together are a sphere of radiance 1; empty where not
-    /// asked for.
+    /// One per bank, in units where all lamps together are a sphere of radiance 1; empty if not asked for.
     pub banks: Vec<Image>,
     /// One per sum asked for.
     pub sums: Vec<Image>,
     pub tally: Tally,
 }
 
-/// Places inside a pixel that are looked at first, none in line with another.
+/// Sample positions inside a pixel that are traced first, no two in one row or column.
 const FIRST: [[f32; 2]; 4] = [
     [0.375, 0.125],
     [0.875, 0.375],
     [0.125, 0.625],
     [0.625, 0.875],
 ];
-/// A pixel on the silhouette is looked at in so many rows and columns.
+/// Rows and columns of samples in a pixel on the silhouette.
 const SILHOUETTE: usize = 4;
 /// Points whose normals are nearer than this cosine, and whose depths are nearer than this length
 /// in metres, are lit as one.

@@ -21,7 +21,7 @@ pub struct Probe {
     coverage: Vec<f32>,
     /// For every pixel: banks and the share of the pixel that shows their lamps.
     seen: Vec<Vec<(u32, f32)>>,
-    /// Radiance of a lamp when its share of the sphere is to shine with radiance 1.
+    /// Radiance of a lamp whose share of the sphere has a mean radiance of 1.
     lamp_radiance: f32,
 }
 
@@ -117,7 +117,7 @@ fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
     Some((place, ray.reflect(place / BALL_RADIUS_M)))
 }
 
-/// Which lamps can be near a direction: lists for the cells of a coarse panorama.
+/// Which lamps can be near a direction: a list for each cell of a coarse panorama.
 struct LampMap {
     cells: Vec<Vec<u32>>,
 }

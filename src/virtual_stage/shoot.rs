@@ -1,5 +1,5 @@
-//! Writes a whole shoot: poses under every bank, the interview, the mirror balls, the environments,
-//! the truth, and last the manifest, whose presence says that the rest is whole.
+//! Writes a whole shoot: poses under every bank, the interview, the mirror balls, the environments, the truth, and
+//! last the manifest, whose presence means that the rest is complete.
 
 use super::camera::{Sensor, green_screen};
 use super::dome::Dome;
@@ -27,7 +27,7 @@ const OLAT_PEAK: f32 = 0.5;
 const INTERVIEW_PEAK: f32 = 0.75;
 /// The brightest pixel of all probe photographs.
 const PROBE_PEAK: f32 = 0.8;
-/// Light on the mirror ball from nowhere in particular.
+/// Ambient light on the mirror ball.
 const PROBE_AMBIENT: f32 = 2e-4;
 /// The name of the progress bar.
 const STAGE: &str = "virtual stage";
@@ -36,7 +36,7 @@ const STAGE: &str = "virtual stage";
 /// the same names are replaced.
 ///
 /// # Errors
-/// When a setting is out of range, a file cannot be written, or a stop was asked for.
+/// When a setting is out of range, a file cannot be written, or the job was stopped.
 pub fn write_shoot(
     folder: &Path,
     settings: &StageSettings,
@@ -142,7 +142,7 @@ impl<'a> Session<'a> {
             pose,
             self.settings.size,
             &request,
-            Effort::CalledFor,
+            Effort::Needed,
         );
         self.count(&pictures.tally);
         let done = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
@@ -204,7 +204,7 @@ impl<'a> Session<'a> {
         let screen = green_screen(self.settings.size);
         for (i, pose) in self.frames.iter().enumerate() {
             let place = self.truth_frames.iter().position(|&t| t == i);
-            // The last truth frame serves to judge pictures under environments alone.
+            // The last truth frame is only used to judge pictures under environments.
             let banks = place.is_some_and(|p| p < 3);
             let pictures = self.take(pose, place.is_some(), banks, &format!("frame {i}"))?;
             let mut plate = scaled(&pictures.sums[0], exposures.interview);

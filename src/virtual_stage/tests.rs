@@ -190,7 +190,7 @@ fn what_is_left_out_would_not_have_changed_the_picture() {
         sums: &[&weights],
     };
     let pose = exemplar_poses()[3];
-    let thrifty = take(&dome, &pose, 40, &request, Effort::CalledFor);
+    let thrifty = take(&dome, &pose, 40, &request, Effort::Needed);
     let forced = take(&dome, &pose, 40, &request, Effort::Everything);
     assert!(thrifty.tally.shadow_rays < forced.tally.shadow_rays);
     assert!(thrifty.tally.subsurface < forced.tally.subsurface / 3);
@@ -223,7 +223,7 @@ fn a_lamp_in_front_lights_the_face_and_one_behind_leaves_it_dark() {
             banks: true,
             sums: &[],
         },
-        Effort::CalledFor,
+        Effort::Needed,
     );
     let bank = |towards: Vec3| {
         let cosine = |i: &usize| dome.banks[*i].dot(towards);
@@ -258,7 +258,7 @@ fn nothing_of_the_subject_reflects_more_than_it_receives() {
         banks: false,
         sums: &[&weights],
     };
-    let pictures = take(&dome, &Pose::default(), 48, &request, Effort::CalledFor);
+    let pictures = take(&dome, &Pose::default(), 48, &request, Effort::Needed);
     let brightest = pictures.sums[0]
         .pixels
         .iter()

@@ -13,13 +13,13 @@ use std::f32::consts::PI;
 const BLEED: Vec3 = Vec3::new(0.20, 0.11, 0.08);
 /// Share of the light that skin passes on at the very edge of a cast shadow, per channel.
 const LEAK: Vec3 = Vec3::new(0.27, 0.18, 0.14);
-/// Beyond so many mean free paths, less than a hundredth is left.
+/// Beyond this many mean free paths, less than 1 % of the light is left.
 const DEEP: f32 = 5.0;
 
-/// Whether work that cannot change the picture is left out (as always) or done (to prove that).
+/// Whether work that cannot change the picture is skipped (as always) or done (to test that).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    CalledFor,
+    Needed,
     Everything,
 }
 
@@ -107,7 +107,7 @@ impl Transport<'_> {
         }
     }
 
-    /// Share of light that creases finer than the grid leave open: three probes along the normal.
+    /// Share of light that reaches into creases finer than the grid, from three samples along the normal.
     fn openness(&self, point: &Point) -> f32 {
         let missing: f32 = [(0.0016, 0.55), (0.0035, 0.30), (0.0070, 0.15)]
             .iter()

@@ -22,13 +22,13 @@ fn worker(budget_ms: f64) -> Worker {
             rig: rig(),
             device: "test".to_owned(),
             predict: Box::new(|index| Ok(ball(index))),
-            rival: Box::new(|_, index| Ok(ball(index))),
+            comparison: Box::new(|_, index| Ok(ball(index))),
         })
     };
     Worker::within(budget_ms, open, || {})
 }
 
-fn shown(worker: &Worker, yaw_deg: f32, coarse: impl Fn(usize) -> bool) -> Arc<Relit> {
+fn shown(worker: &Worker, yaw_deg: f32, coarse: impl Fn(usize) -> bool) -> Arc<PreviewPicture> {
     wait_for(|| {
         let relit = worker.relit();
         relit.filter(|relit| relit.scene.yaw_deg == yaw_deg && coarse(relit.coarse))
@@ -36,7 +36,7 @@ fn shown(worker: &Worker, yaw_deg: f32, coarse: impl Fn(usize) -> bool) -> Arc<R
 }
 
 fn drag(worker: &Worker, yaw_deg: f32, light: &Arc<Environment>) {
-    worker.show(Ask {
+    worker.show(PreviewRequest {
         dragged: true,
         ..ask(0, yaw_deg, light)
     });
@@ -58,7 +58,7 @@ fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_that_res
     assert_eq!((coarse.width, coarse.height), (64, 64));
     assert_eq!(coarse.rgb.len(), full.rgb.len());
     assert_ne!(coarse.rgb, full.rgb);
-    let light_of = |relit: &Relit| -> f32 {
+    let light_of = |relit: &PreviewPicture| -> f32 {
         let codes = relit.rgb.iter().map(|&code| f32::from(code) / 255.0);
         codes.map(linear_from_srgb).sum()
     };

@@ -1,6 +1,6 @@
 //! What the worker tells the window: numbers and sentences. Heavy things go through [`super::Latest`].
 
-use super::queue::Standing;
+use super::export_queue::ExportStatus;
 use base::progress::{Report, TrainingPoint};
 use std::sync::{Mutex, PoisonError};
 use training::history::halved;
@@ -23,7 +23,7 @@ pub enum Event {
     /// A job is over; the sentence says what came of it.
     Finished { sentence: String },
     /// An export is over, and what came of it.
-    Exported(Standing),
+    Exported(ExportStatus),
 }
 
 /// Why a project cannot be relit.
@@ -48,7 +48,7 @@ pub enum Need {
 /// become fewer when they are too many, so that a window that is not drawn for hours finds a handful, and
 /// misses no end of a job.
 #[derive(Default)]
-pub(super) struct Unread(Mutex<Queue>);
+pub(super) struct UnreadEvents(Mutex<Queue>);
 
 #[derive(Default)]
 struct Queue {
@@ -59,7 +59,7 @@ struct Queue {
 /// Points of a training that wait at most: an hour's, twice thinned.
 const MOST_POINTS: usize = 4096;
 
-impl Unread {
+impl UnreadEvents {
     pub fn push(&self, event: Event) {
         let step = |event: &Event| matches!(event, Event::Report(Report::Step { .. }));
         // Lists are whole at any time, even where a thread panicked with the lock in hand.
@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn points_of_a_training_are_bounded_and_stand_between_its_beginning_and_its_end() {
-        let unread = Unread::default();
+        let unread = UnreadEvents::default();
         let point = |step| TrainingPoint {
             losses: LossPoint {
                 step,
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn a_window_that_looks_away_finds_the_newest_step_and_every_end() {
-        let unread = Unread::default();
+        let unread = UnreadEvents::default();
         let step = |done| {
             Event::Report(Report::Step {
                 stage: "training",

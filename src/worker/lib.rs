@@ -3,47 +3,51 @@
 //! through [`Latest`] slots.
 //!
 //! ```text
-//! window ── Ask ──► relighter ── Wanted ──► network ◄── saved, finished ── jobs ◄── Job, Export ── window
-//!    ▲                 │  ▲                    │
-//!    └──── Relit ──────┘  └── PredictedFrame ──┘
+//! window ─ PreviewRequest ─► relighter ─ FrameRequest ─► network ◄─ saved, finished ─ jobs ◄─ Job, Export ─ window
+//!    ▲                         │  ▲                         │
+//!    └───── PreviewPicture ────┘  └───── PredictedFrame ────┘
 //! ```
 //!
 //! While a job runs, frames are predicted by the network at hand. Whenever the job has saved a newer
 //! one, the source is opened again: fields belong to a generation, and those of an older one are
 //! predicted anew when they are asked for.
 
+mod adaptive_resolution;
 mod cache;
-mod caught;
-mod clerk;
+mod calibration_thread;
+mod catch_panic;
+mod comparison;
+mod comparison_sources;
 pub mod demo;
+mod environment_list_writer;
 mod event;
-mod haste;
+mod export_queue;
 mod job;
-mod keeper;
-mod labour;
+mod job_thread;
 mod latest;
-mod library;
+mod lookup;
 mod network;
-mod queue;
+mod panorama_loader;
 mod relighter;
-mod review;
-mod rivals;
-mod second;
+mod review_thread;
+mod srgb_picture;
 mod stage;
-mod study;
 
-pub use clerk::Clerk;
+pub use calibration_thread::{
+    CalibrationRequest, CalibrationThread, GammaView, ProbeView, SeenLamp,
+};
+pub use comparison::{Comparison, ComparisonSource};
+pub use environment_list_writer::EnvironmentListWriter;
 pub use event::{Blocked, Event, Need};
+pub use export_queue::{Export, ExportStatus, WrittenExport};
 pub use job::{Job, Outcome, TRAINING, WentBack};
-pub use keeper::Keeper;
 pub use latest::Latest;
-pub use library::{Library, Origin, Panorama, Thumbnail};
-pub use network::{Find, Predict, Source, open_project};
-pub use queue::{Export, Standing, Written};
-pub use relighter::{Ask, Relit};
-pub use review::{KeptReview, LampSheet, ReviewDesk};
-pub use second::{Codes, Rival, Second};
-pub use study::{GammaView, ProbeStudy, SeenLamp, Study, StudyAsk};
+pub use lookup::Lookup;
+pub use network::{FindComparison, Predict, Source, open_project};
+pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
+pub use relighter::{PreviewPicture, PreviewRequest};
+pub use review_thread::{LampSheet, ReviewThread, SavedReview};
+pub use srgb_picture::SrgbPicture;
 
 use base::error::Error;
 use base::progress::{Control, Progress, TrainingPictures};
@@ -71,14 +75,14 @@ pub struct PredictedFrame {
 /// The threads behind one open project. Dropping it stops and joins them: that takes as long as one
 /// prediction or one training step.
 pub struct Worker {
-    asks: Arc<Latest<Ask>>,
-    tasks: Arc<Latest<labour::Task>>,
-    in_hand: labour::InHand,
-    queue: queue::Queue,
-    ring_labour: Box<dyn Fn() + Send>,
-    relit: Arc<Latest<Arc<Relit>>>,
+    asks: Arc<Latest<PreviewRequest>>,
+    tasks: Arc<Latest<job_thread::Task>>,
+    current_job: job_thread::CurrentJob,
+    queue: export_queue::ExportQueue,
+    ring_jobs: Box<dyn Fn() + Send>,
+    relit: Arc<Latest<Arc<PreviewPicture>>>,
     pictures: Arc<Latest<Arc<TrainingPictures>>>,
-    events: Arc<event::Unread>,
+    events: Arc<event::UnreadEvents>,
     /// Why no job may write into the project, where none may.
     read_only: Option<String>,
     stop: Control,
@@ -111,7 +115,7 @@ impl Worker {
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        Self::within(haste::WINDOW_FRAME_MS, open, wake)
+        Self::within(adaptive_resolution::WINDOW_FRAME_MS, open, wake)
     }
 
     /// [`Self::over`], with what a picture may take in milliseconds while something is dragged.
@@ -121,7 +125,7 @@ impl Worker {
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
         let stop = Control::default();
-        let events = Arc::new(event::Unread::default());
+        let events = Arc::new(event::UnreadEvents::default());
         let tell = {
             let (events, wake) = (events.clone(), wake.clone());
             move |event| {
@@ -131,10 +135,10 @@ impl Worker {
         };
         let (ring_network, network_bell) = latest::doorbell();
         let (ring_relighter, relighter_bell) = latest::doorbell();
-        let (ring_labour, labour_bell) = latest::doorbell();
+        let (ring_jobs, job_bell) = latest::doorbell();
         let wanted = Arc::new(Latest::new(ring_network.clone()));
         let renew = Arc::new(Latest::new(ring_network.clone()));
-        let tasks = Arc::new(Latest::new(ring_labour.clone()));
+        let tasks = Arc::new(Latest::new(ring_jobs.clone()));
         let opened = Arc::new(Latest::new(ring_relighter.clone()));
         let fields = Arc::new(Latest::new(ring_relighter.clone()));
         let rivals = [(); 2].map(|()| Arc::new(Latest::new(ring_relighter.clone())));
@@ -167,11 +171,11 @@ impl Worker {
             renew: renew.clone(),
             budget_ms,
         };
-        let in_hand = labour::InHand::default();
-        let queue = queue::Queue::default();
-        let labour = labour::Labour {
+        let current_job = job_thread::CurrentJob::default();
+        let queue = export_queue::ExportQueue::default();
+        let jobs = job_thread::JobThread {
             tasks: tasks.clone(),
-            in_hand: in_hand.clone(),
+            current_job: current_job.clone(),
             queue: queue.clone(),
             renew,
             pictures: pictures.clone(),
@@ -181,9 +185,9 @@ impl Worker {
         Self {
             asks,
             tasks,
-            in_hand,
+            current_job,
             queue,
-            ring_labour: Box::new(ring_labour),
+            ring_jobs: Box::new(ring_jobs),
             relit,
             pictures,
             events,
@@ -193,18 +197,18 @@ impl Worker {
             threads: vec![
                 std::thread::spawn(move || network.run(&network_bell)),
                 std::thread::spawn(move || relighter.run(&relighter_bell)),
-                std::thread::spawn(move || labour.run(&labour_bell)),
+                std::thread::spawn(move || jobs.run(&job_bell)),
             ],
         }
     }
 
     /// Asks for a picture in place of any that was asked for before and is not begun.
-    pub fn show(&self, ask: Ask) {
+    pub fn show(&self, ask: PreviewRequest) {
         self.asks.put(ask);
     }
 
     /// The newest picture, once.
-    pub fn relit(&self) -> Option<Arc<Relit>> {
+    pub fn relit(&self) -> Option<Arc<PreviewPicture>> {
         self.relit.take()
     }
 
@@ -247,10 +251,10 @@ impl Worker {
         what: &'static str,
         action: impl FnOnce(&Progress) -> Result<String, Error> + Send + 'static,
     ) -> bool {
-        let control = self.in_hand.begin();
+        let control = self.current_job.begin();
         let begun = control.is_some();
         if let Some(control) = control {
-            self.tasks.put(labour::Task {
+            self.tasks.put(job_thread::Task {
                 what,
                 control,
                 action: Box::new(action),
@@ -264,10 +268,10 @@ impl Worker {
     pub fn export(
         &self,
         name: String,
-        write: impl FnOnce(&Progress) -> Result<Written, Error> + Send + 'static,
+        write: impl FnOnce(&Progress) -> Result<WrittenExport, Error> + Send + 'static,
     ) -> u64 {
         let id = self.queue.push(name, Box::new(write));
-        (self.ring_labour)();
+        (self.ring_jobs)();
         id
     }
 
@@ -284,14 +288,14 @@ impl Worker {
 
     /// Asks the job in hand to pause after what it is at, or to go on.
     pub fn pause(&self, pause: bool) {
-        if let Some(control) = self.in_hand.control() {
+        if let Some(control) = self.current_job.control() {
             control.pause(pause);
         }
     }
 
     /// Asks the job in hand to stop; what it has finished is kept.
     pub fn cancel(&self) {
-        if let Some(control) = self.in_hand.control() {
+        if let Some(control) = self.current_job.control() {
             control.stop();
         }
     }
@@ -302,7 +306,7 @@ impl Drop for Worker {
         self.stop.stop();
         self.cancel();
         self.ring.iter().for_each(|ring| ring());
-        (self.ring_labour)();
+        (self.ring_jobs)();
         for thread in self.threads.drain(..) {
             // A thread that panicked has said so on stderr; there is nothing left to stop.
             let _ = thread.join();

@@ -35,7 +35,7 @@ fn worker_on(device: &wgpu::Device, queue: &wgpu::Queue) -> Worker {
             rig: rig(),
             device: if there { "GPU" } else { "CPU" }.to_owned(),
             predict: Box::new(predict),
-            rival: Box::new(|_, index| Ok(predicted(index))),
+            comparison: Box::new(|_, index| Ok(predicted(index))),
         })
     };
     Worker::over(open, || {})
@@ -83,7 +83,7 @@ fn a_fault_of_a_job_or_of_a_prediction_is_said_and_its_thread_goes_on() {
                 0 => panic!("on purpose"),
                 _ => Ok(predicted(index)),
             }),
-            rival: Box::new(|_, index| Ok(predicted(index))),
+            comparison: Box::new(|_, index| Ok(predicted(index))),
         })
     };
     let worker = Worker::over(open, || {});

@@ -2,11 +2,11 @@
 //! when a job brings one.
 
 use super::PredictedFrame;
-use super::caught::caught;
+use super::catch_panic::catch_panic;
+use super::comparison::ComparisonSource;
+use super::comparison_sources::ComparisonReader;
 use super::event::{Blocked, Event, Need};
 use super::latest::Latest;
-use super::rivals::Rivals;
-use super::second::Rival;
 use base::error::Error;
 use base::progress::Control;
 use calibration::Calibration;
@@ -24,7 +24,7 @@ use std::time::Instant;
 pub type Predict = Box<dyn FnMut(usize) -> Result<(Frame, Field), Error>>;
 
 /// Finds the OLATs of a frame elsewhere than at the network in use.
-pub type Find = Box<dyn FnMut(&Rival, usize) -> Result<(Frame, Field), Error>>;
+pub type FindComparison = Box<dyn FnMut(&ComparisonSource, usize) -> Result<(Frame, Field), Error>>;
 
 /// Where predicted frames come from.
 pub struct Source {
@@ -34,7 +34,7 @@ pub struct Source {
     /// Stays on the thread that made it.
     pub predict: Predict,
     /// What predictions are compared with.
-    pub rival: Find,
+    pub comparison: FindComparison,
 }
 
 /// Opens a project's calibration and network.
@@ -61,11 +61,11 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     let (project, response) = (project.clone(), calibration.response);
     // In f16 twice as many frames stay at hand.
     let mut keeping = Keeping::default();
-    let rivals = Rivals::new(&project, &calibration, &compute);
+    let rivals = ComparisonReader::new(&project, &calibration, &compute);
     Ok(Source {
         rig: calibration.rig,
         device: compute.description.clone(),
-        rival: Box::new(rivals.find()),
+        comparison: Box::new(rivals.find()),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
             let field = compute
@@ -76,42 +76,42 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
 }
 
 /// A source that was opened. The generation counts openings: each may have another network.
-pub(super) struct Opened {
+pub(super) struct OpenedSource {
     pub generation: u64,
     pub rig: Arc<Rig>,
 }
 
 /// A frame to be predicted by the network of a generation.
-pub(super) struct Wanted {
+pub(super) struct FrameRequest {
     pub generation: u64,
     pub frame: usize,
 }
 
 /// OLATs to compare a frame of a generation with.
 #[derive(Clone, PartialEq)]
-pub(super) struct Challenge {
+pub(super) struct ComparisonRequest {
     pub generation: u64,
-    pub rival: Rival,
+    pub source: ComparisonSource,
     pub frame: usize,
 }
 
 /// Those that were found.
-pub(super) struct Challenger {
-    pub of: Challenge,
+pub(super) struct FoundComparison {
+    pub of: ComparisonRequest,
     pub found: Arc<PredictedFrame>,
 }
 
 /// The thread's ends of what connects it.
 pub(super) struct Network<Open, Tell> {
     pub open: Open,
-    pub wanted: Arc<Latest<Wanted>>,
+    pub wanted: Arc<Latest<FrameRequest>>,
     /// There may be a newer network.
     pub renew: Arc<Latest<()>>,
-    pub opened: Arc<Latest<Opened>>,
+    pub opened: Arc<Latest<OpenedSource>>,
     pub fields: Arc<Latest<Arc<PredictedFrame>>>,
     /// What is to be compared, and what was found, for the first picture and the second.
-    pub challenge: [Arc<Latest<Challenge>>; 2],
-    pub rivals: [Arc<Latest<Challenger>>; 2],
+    pub challenge: [Arc<Latest<ComparisonRequest>>; 2],
+    pub rivals: [Arc<Latest<FoundComparison>>; 2],
     pub tell: Tell,
     pub stop: Control,
 }
@@ -159,7 +159,7 @@ where
         match (self.open)() {
             Ok(source) => {
                 *generation += 1;
-                self.opened.put(Opened {
+                self.opened.put(OpenedSource {
                     generation: *generation,
                     rig: Arc::new(source.rig.clone()),
                 });
@@ -193,10 +193,10 @@ where
         matches!(error, Error::GpuLost)
     }
 
-    fn find(&self, source: &mut Source, side: usize, of: Challenge) -> Result<(), Error> {
+    fn find(&self, source: &mut Source, side: usize, of: ComparisonRequest) -> Result<(), Error> {
         let started = Instant::now();
-        let (frame, field) = caught(|| (source.rival)(&of.rival, of.frame))?;
-        self.rivals[side].put(Challenger {
+        let (frame, field) = catch_panic(|| (source.comparison)(&of.source, of.frame))?;
+        self.rivals[side].put(FoundComparison {
             found: Arc::new(PredictedFrame {
                 frame: Arc::new(frame),
                 field: Arc::new(field),
@@ -208,9 +208,9 @@ where
         Ok(())
     }
 
-    fn predict(&self, source: &mut Source, wanted: &Wanted) -> Result<(), Error> {
+    fn predict(&self, source: &mut Source, wanted: &FrameRequest) -> Result<(), Error> {
         let started = Instant::now();
-        let (frame, field) = caught(|| (source.predict)(wanted.frame))?;
+        let (frame, field) = catch_panic(|| (source.predict)(wanted.frame))?;
         self.fields.put(Arc::new(PredictedFrame {
             frame: Arc::new(frame),
             field: Arc::new(field),

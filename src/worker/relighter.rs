@@ -1,14 +1,15 @@
-//! The thread that relights: it keeps the fields at hand and answers the newest [`Ask`], so that a
+//! The thread that relights: it keeps the fields at hand and answers the newest [`PreviewRequest`], so that a
 //! turn of the light is shown at once, whatever the network is doing.
 
 use super::PredictedFrame;
+use super::adaptive_resolution::ReducedFrame;
 use super::cache::FieldCache;
-use super::caught::caught;
+use super::catch_panic::catch_panic;
+use super::comparison::{self, Comparison};
 use super::event::Event;
-use super::haste::Small;
 use super::latest::Latest;
-use super::network::{Challenge, Challenger, Opened, Wanted};
-use super::second::{self, Codes, Second};
+use super::network::{ComparisonRequest, FoundComparison, FrameRequest, OpenedSource};
+use super::srgb_picture::SrgbPicture;
 use super::stage::Stage;
 use base::error::{Error, Result};
 use base::progress::Control;
@@ -28,14 +29,14 @@ const STILL: Duration = Duration::from_millis(120);
 
 /// A picture that the window wants.
 #[derive(Clone, Debug)]
-pub struct Ask {
+pub struct PreviewRequest {
     /// Its output is a display whatever it says.
     pub scene: Scene,
     pub environment: Arc<Environment>,
     /// What is compared in place of the picture.
-    pub first: Option<Second>,
+    pub first: Option<Comparison>,
     /// What it is compared with.
-    pub second: Option<Second>,
+    pub second: Option<Comparison>,
     /// Lamps that light the subject alone, each as bright as half of an even light; none is the light.
     pub solo: Vec<usize>,
     /// Something is being dragged: a picture that is soon there is better than a sharp one.
@@ -44,7 +45,7 @@ pub struct Ask {
 
 /// A relit picture, ready for a texture.
 #[derive(Clone, Debug)]
-pub struct Relit {
+pub struct PreviewPicture {
     /// What the picture shows. While a frame is being predicted, this is an older frame in the new
     /// light.
     pub scene: Scene,
@@ -58,9 +59,9 @@ pub struct Relit {
     pub rgb: Vec<u8>,
     /// What is compared in its place, of the same size; where a scene asks for the difference, that to the
     /// second.
-    pub first: Option<(Second, Codes)>,
+    pub first: Option<(Comparison, SrgbPicture)>,
     /// What it is compared with, of the same size.
-    pub second: Option<(Second, Codes)>,
+    pub second: Option<(Comparison, SrgbPicture)>,
     /// Lamps that light the subject alone.
     pub solo: Vec<usize>,
     /// Scene-linear light of each pixel, premultiplied, where it is in memory at full size.
@@ -85,14 +86,14 @@ pub struct Relit {
 
 /// The thread's ends of what connects it.
 pub(super) struct Relighter<Tell> {
-    pub asks: Arc<Latest<Ask>>,
-    pub opened: Arc<Latest<Opened>>,
+    pub asks: Arc<Latest<PreviewRequest>>,
+    pub opened: Arc<Latest<OpenedSource>>,
     pub fields: Arc<Latest<Arc<PredictedFrame>>>,
-    pub wanted: Arc<Latest<Wanted>>,
+    pub wanted: Arc<Latest<FrameRequest>>,
     /// For the first picture and the second.
-    pub challenge: [Arc<Latest<Challenge>>; 2],
-    pub rivals: [Arc<Latest<Challenger>>; 2],
-    pub relit: Arc<Latest<Arc<Relit>>>,
+    pub challenge: [Arc<Latest<ComparisonRequest>>; 2],
+    pub rivals: [Arc<Latest<FoundComparison>>; 2],
+    pub relit: Arc<Latest<Arc<PreviewPicture>>>,
     pub tell: Tell,
     pub stop: Control,
     pub cache: FieldCache,
@@ -104,20 +105,20 @@ pub(super) struct Relighter<Tell> {
 
 /// One of the two pictures that are compared: the OLATs that were asked for elsewhere, and what was found.
 #[derive(Default)]
-struct Side {
-    challenge: Option<Challenge>,
+struct ComparisonSlot {
+    challenge: Option<ComparisonRequest>,
     rival: Option<Arc<PredictedFrame>>,
 }
 
 /// All that a picture is made of.
-struct Made {
-    ask: Ask,
+struct PreviewInputs {
+    ask: PreviewRequest,
     shown: Arc<PredictedFrame>,
     rivals: [Option<Arc<PredictedFrame>>; 2],
     coarse: usize,
 }
 
-impl Made {
+impl PreviewInputs {
     /// Whether this is the same picture, no coarser.
     fn serves(&self, other: &Self) -> bool {
         let rivals = |made: &Self| {
@@ -148,14 +149,14 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
     pub fn run(mut self, bell: &Receiver<()>) {
         let mut generation = 0;
         let mut stage: Option<Stage> = None;
-        let mut ask: Option<Ask> = None;
+        let mut ask: Option<PreviewRequest> = None;
         let mut shown: Option<Arc<PredictedFrame>> = None;
         // The frame that the network was last sent for: one that fails is not sent for again until
         // another was wanted.
         let mut sent: Option<usize> = None;
         // What the newest picture shows: the same is not made again.
-        let mut made: Option<Made> = None;
-        let mut sides: [Side; 2] = Default::default();
+        let mut made: Option<PreviewInputs> = None;
+        let mut sides: [ComparisonSlot; 2] = Default::default();
         loop {
             let coarse = made.as_ref().is_some_and(|made| made.coarse > 1);
             let wait = if coarse { STILL } else { Duration::MAX };
@@ -206,7 +207,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 shown = self.cache.nearest(wanted).or(shown);
                 if sent != Some(wanted) {
                     sent = Some(wanted);
-                    self.wanted.put(Wanted {
+                    self.wanted.put(FrameRequest {
                         generation,
                         frame: wanted,
                     });
@@ -220,13 +221,13 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             };
             for (i, second) in [&ask.first, &ask.second].into_iter().enumerate() {
                 let side = &mut sides[i];
-                let Some(Second::Rival(of)) = second else {
-                    *side = Side::default();
+                let Some(Comparison::Olats(of)) = second else {
+                    *side = ComparisonSlot::default();
                     continue;
                 };
-                let wanted = Challenge {
+                let wanted = ComparisonRequest {
                     generation,
-                    rival: of.clone(),
+                    source: of.clone(),
                     frame: current.frame.index,
                 };
                 if side.challenge.as_ref() != Some(&wanted) {
@@ -235,8 +236,8 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                     self.challenge[i].put(wanted);
                 }
             }
-            let making = Made {
-                ask: Ask {
+            let making = PreviewInputs {
+                ask: PreviewRequest {
                     scene: scene.clone(),
                     ..ask.clone()
                 },
@@ -244,7 +245,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 rivals: sides.each_ref().map(|side| side.rival.clone()),
                 // What is compared has its full size, and so has what it is compared with.
                 coarse: if ask.dragged && !settled && ask.first.is_none() && ask.second.is_none() {
-                    stage.haste.factor()
+                    stage.resolution.factor()
                 } else {
                     1
                 },
@@ -253,8 +254,8 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
                 continue;
             }
             let predict_ms = (fresh == Some(current.frame.index)).then_some(current.ms);
-            let relit = caught(|| self.relight(stage, &making, predict_ms, started));
-            made = Some(Made {
+            let relit = catch_panic(|| self.relight(stage, &making, predict_ms, started));
+            made = Some(PreviewInputs {
                 coarse: relit.as_ref().map_or(1, |relit| relit.coarse),
                 ..making
             });
@@ -280,11 +281,11 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
     fn relight(
         &self,
         stage: &mut Stage,
-        making: &Made,
+        making: &PreviewInputs,
         predict_ms: Option<f64>,
         started: Instant,
-    ) -> Result<Relit> {
-        let Made {
+    ) -> Result<PreviewPicture> {
+        let PreviewInputs {
             ask, shown, rivals, ..
         } = making;
         let mut scene = ask.scene.clone();
@@ -298,7 +299,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             grain,
             steady,
             reuse,
-            haste,
+            resolution,
             ..
         } = stage;
         let Some(light) = light else {
@@ -314,10 +315,10 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         let (width, height) = shown.frame.mask.size();
         let small = match making.coarse {
             1 => None,
-            factor => haste.small(shown, factor),
+            factor => resolution.small(shown, factor),
         };
         let (coarse, field, mask, reuse) = match small {
-            Some(Small {
+            Some(ReducedFrame {
                 field, mask, reuse, ..
             }) => (making.coarse, &*field, &*mask, reuse),
             None => (1, &*shown.field, &shown.frame.mask, reuse),
@@ -346,17 +347,17 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
             reuse,
         )?;
         let display = picture.display.as_ref().map(|display| match coarse {
-            1 => Codes::of(display),
-            _ => Codes::of(&Encoded(resize(&display.0, width, height))),
+            1 => SrgbPicture::of(display),
+            _ => SrgbPicture::of(&Encoded(resize(&display.0, width, height))),
         });
         if coarse == 1 {
             *steady = picture.steady;
         }
-        haste.took(coarse, composed.elapsed().as_secs_f64() * 1e3);
-        Ok(Relit {
+        resolution.took(coarse, composed.elapsed().as_secs_f64() * 1e3);
+        Ok(PreviewPicture {
             scene: ask.scene.clone(),
-            first: second::differing(first, second.as_ref(), &scene)?,
-            second: second.map(|(of, picture)| (of, Codes::of(&picture))),
+            first: comparison::differing(first, second.as_ref(), &scene)?,
+            second: second.map(|(of, picture)| (of, SrgbPicture::of(&picture))),
             solo: ask.solo.clone(),
             weights: scaled(&weights.per_lamp, light.levels.subject),
             environment: light.environment.name.clone(),

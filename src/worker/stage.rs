@@ -2,14 +2,14 @@
 //! leaves for the next.
 
 use super::PredictedFrame;
-use super::haste::Haste;
-use super::relighter::Ask;
-use super::second::{self, Second};
+use super::adaptive_resolution::AdaptiveResolution;
+use super::comparison::{self, Comparison};
+use super::relighter::PreviewRequest;
 use base::error::Result;
 use compositor::{Grain, Identity, Levels, Reuse, Steady};
 use footage::Frame;
 use imaging::Encoded;
-use light::lighting::Lit;
+use light::lighting::EnvironmentWeights;
 use light::{Environment, LightWeights, Lighting, Rig};
 use scene::{Background, Pass, Scene, ViewTransform};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use std::time::Instant;
 /// What the thread knows of the light.
 pub struct Light {
     pub environment: Arc<Environment>,
-    lit: Lit,
+    lit: EnvironmentWeights,
     pub levels: Levels,
     /// What `weights` are of.
     lighting: Lighting,
@@ -55,7 +55,7 @@ pub struct Stage {
     /// What it hands on to the frame after it.
     pub steady: Option<Steady>,
     pub reuse: Reuse,
-    pub haste: Haste,
+    pub resolution: AdaptiveResolution,
     /// The lights of the pictures that are compared, where they have some of their own.
     others: [Option<Light>; 2],
     /// How many pictures to compare there have been.
@@ -75,7 +75,7 @@ impl Stage {
             grain: None,
             steady: None,
             reuse: Reuse::default(),
-            haste: Haste::within(budget_ms),
+            resolution: AdaptiveResolution::within(budget_ms),
             others: [None, None],
             seconds: 0,
         }
@@ -106,19 +106,19 @@ impl Stage {
     /// made of is at hand.
     pub fn compared(
         &mut self,
-        ask: &Ask,
+        ask: &PreviewRequest,
         side: usize,
         shown: &Arc<PredictedFrame>,
         rival: Option<&PredictedFrame>,
-    ) -> Result<Option<(Second, Encoded)>> {
+    ) -> Result<Option<(Comparison, Encoded)>> {
         let Some(wanted) = [&ask.first, &ask.second][side] else {
             return Ok(None);
         };
         self.seconds += 1;
-        let scene = second::plain(&ask.scene);
+        let scene = comparison::plain(&ask.scene);
         let picture = match (wanted, rival, &mut self.light) {
-            (Second::Plate, ..) => Some(second::plate(&shown.frame.plate, &scene)),
-            (Second::Rival(_), Some(rival), Some(light)) => {
+            (Comparison::Plate, ..) => Some(comparison::plate(&shown.frame.plate, &scene)),
+            (Comparison::Olats(_), Some(rival), Some(light)) => {
                 let solo = (!ask.solo.is_empty()).then(|| light.solo(&ask.solo));
                 let weights = solo.as_ref().unwrap_or(&light.weights);
                 let scene = Scene {
@@ -129,9 +129,9 @@ impl Stage {
                     },
                     ..scene
                 };
-                second::rival(&scene, rival, weights, &light.environment, light.levels)?
+                comparison::rival(&scene, rival, weights, &light.environment, light.levels)?
             }
-            (Second::Light(environment, yaw_deg), ..) => {
+            (Comparison::Light(environment, yaw_deg), ..) => {
                 let yaw_deg = *yaw_deg;
                 let scene = Scene { yaw_deg, ..scene };
                 // The same as the picture itself, with the two lights' places changed.
@@ -142,7 +142,7 @@ impl Stage {
                 let other = self.others[side].as_ref();
                 let made = other.map(|light| {
                     let (weights, levels) = (&light.weights, light.levels);
-                    second::rival(&scene, shown, weights, &light.environment, levels)
+                    comparison::rival(&scene, shown, weights, &light.environment, levels)
                 });
                 made.transpose()?.flatten()
             }
@@ -177,7 +177,7 @@ impl Stage {
                 self.environments += 1;
                 let lit = match other {
                     Some(light) => light.lit.environment(environment),
-                    None => Lit::new(environment, &self.rig, lighting.weighting),
+                    None => EnvironmentWeights::new(environment, &self.rig, lighting.weighting),
                 };
                 let reference = self.reference.as_deref().unwrap_or(shown);
                 let (field, mask) = (&reference.field, &reference.frame.mask);

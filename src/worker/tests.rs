@@ -57,13 +57,13 @@ fn slow_worker() -> (Worker, Sender<()>, Receiver<usize>) {
             rig: rig(),
             device: "test".to_owned(),
             predict: Box::new(predict),
-            rival: Box::new(|_, index| Ok(predicted(index))),
+            comparison: Box::new(|_, index| Ok(predicted(index))),
         })
     };
     (Worker::over(open, || {}), go, begun)
 }
 
-fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> Ask {
+fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> PreviewRequest {
     let scene = Scene {
         frame,
         yaw_deg,
@@ -72,7 +72,7 @@ fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> Ask {
         output: Output::Display,
         ..Scene::default()
     };
-    Ask {
+    PreviewRequest {
         scene,
         environment: environment.clone(),
         first: None,
@@ -220,7 +220,7 @@ fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>)
                 }
                 Ok((frame, field))
             }),
-            rival: Box::new(|_, index| Ok(predicted(index))),
+            comparison: Box::new(|_, index| Ok(predicted(index))),
         })
     };
     (Worker::over(open, || {}), begun)
@@ -425,8 +425,8 @@ fn what_a_picture_is_compared_with_comes_with_it() {
             device: "test".to_owned(),
             predict: Box::new(|index| Ok(predicted(index))),
             // Its lamps have changed places.
-            rival: Box::new(|rival, index| match rival {
-                Rival::Exemplar(1) => {
+            comparison: Box::new(|rival, index| match rival {
+                ComparisonSource::Exemplar(1) => {
                     let (frame, field) = predicted(index);
                     let Field::Memory(field) = field else {
                         unreachable!()
@@ -440,8 +440,8 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     };
     let worker = Worker::over(open, || {});
     let left = from_the_left();
-    let compared = |second: Second, solo: &[usize]| {
-        worker.show(Ask {
+    let compared = |second: Comparison, solo: &[usize]| {
+        worker.show(PreviewRequest {
             second: Some(second.clone()),
             solo: solo.to_vec(),
             ..ask(0, 0.0, &left)
@@ -454,14 +454,14 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     };
     // The outer columns of the middle row.
     let ends = |rgb: &[u8]| [rgb[3 * 8 * 4], rgb[3 * (8 * 4 + 7)]];
-    let codes = |relit: &Relit| relit.second.as_ref().unwrap().1.rgb.clone();
+    let codes = |relit: &PreviewPicture| relit.second.as_ref().unwrap().1.rgb.clone();
 
-    let plate = compared(Second::Plate, &[]);
+    let plate = compared(Comparison::Plate, &[]);
     assert_eq!(codes(&plate), vec![188; 3 * 64], "half of white in sRGB");
 
     let right = Image::from_fn(64, 32, |x, _| [if x < 32 { 0.0 } else { 1.0 }; 3]);
     let right = Arc::new(Environment::from_radiance("right", right));
-    let turned = compared(Second::Light(right, 0.0), &[]);
+    let turned = compared(Comparison::Light(right, 0.0), &[]);
     let [first, second] = [ends(&turned.rgb), ends(&codes(&turned))];
     assert!(
         first[0] > first[1] && second[1] > second[0],
@@ -473,7 +473,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
         "both at one level"
     );
 
-    let rival = compared(Second::Rival(Rival::Exemplar(1)), &[]);
+    let rival = compared(Comparison::Olats(ComparisonSource::Exemplar(1)), &[]);
     assert_eq!(
         ends(&codes(&rival)),
         [first[1], first[0]],
@@ -484,9 +484,9 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     let two = |inspection| {
         let mut wanted = ask(0, 0.0, &left);
         wanted.scene.effects.inspection = inspection;
-        worker.show(Ask {
-            first: Some(Second::Plate),
-            second: Some(Second::Rival(Rival::Exemplar(1))),
+        worker.show(PreviewRequest {
+            first: Some(Comparison::Plate),
+            second: Some(Comparison::Olats(ComparisonSource::Exemplar(1))),
             ..wanted.clone()
         });
         wait_for(|| {
@@ -508,12 +508,12 @@ fn what_a_picture_is_compared_with_comes_with_it() {
     // Both codes were rounded before they were taken from each other here.
     assert!(off.max() <= Some(1));
 
-    let alone = compared(Second::Plate, &[1]);
+    let alone = compared(Comparison::Plate, &[1]);
     let [left_end, right_end] = ends(&alone.rgb);
     assert!(left_end == 0 && right_end > 100, "{left_end} {right_end}");
 
-    worker.show(Ask {
-        second: Some(Second::Rival(Rival::Exemplar(0))),
+    worker.show(PreviewRequest {
+        second: Some(Comparison::Olats(ComparisonSource::Exemplar(0))),
         ..ask(0, 0.0, &left)
     });
     let said = wait_for(|| {
@@ -540,7 +540,7 @@ fn a_dropped_worker_is_gone() {
                 rig: rig(),
                 device: "test".to_owned(),
                 predict: Box::new(predict),
-                rival: Box::new(|_, index| Ok(predicted(index))),
+                comparison: Box::new(|_, index| Ok(predicted(index))),
             })
         },
         || {},
@@ -555,8 +555,8 @@ fn a_dropped_worker_is_gone() {
     );
 }
 
-#[path = "queue_tests.rs"]
-mod queue_tests;
+#[path = "export_queue_tests.rs"]
+mod export_queue_tests;
 
 #[path = "drag_tests.rs"]
 mod drag_tests;

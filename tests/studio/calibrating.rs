@@ -9,7 +9,7 @@ use afterlight::progress::Progress;
 use afterlight::project::Project;
 use afterlight::studio::StudioApp;
 use afterlight::virtual_stage::{StageSettings, write_shoot};
-use afterlight::worker::{GammaView, ProbeStudy};
+use afterlight::worker::{GammaView, ProbeView};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -43,19 +43,19 @@ fn opened(project: &Project) -> Window {
     window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu))
 }
 
-fn study(window: &Window) -> Arc<ProbeStudy> {
-    window.state().studies().probe.clone().unwrap().unwrap()
+fn study(window: &Window) -> Arc<ProbeView> {
+    window.state().analysis().probe.clone().unwrap().unwrap()
 }
 
 fn view(window: &Window) -> Arc<GammaView> {
-    window.state().studies().gamma.clone().unwrap().unwrap()
+    window.state().analysis().gamma.clone().unwrap().unwrap()
 }
 
 /// Waits until what is shown belongs to the circle that was set.
 fn until_studied(window: &mut Window) {
     window.run_steps(2);
     until(window, "mirror ball", |app| {
-        let study = app.studies().probe.as_ref().and_then(|s| s.as_ref().ok());
+        let study = app.analysis().probe.as_ref().and_then(|s| s.as_ref().ok());
         study.is_some_and(|s| {
             let state = app.state();
             (state.look.circle.unwrap_or(s.kept), state.photograph) == (s.circle, s.photograph)
@@ -68,7 +68,7 @@ fn until_studied(window: &mut Window) {
 fn until_tried(window: &mut Window) {
     window.run_steps(2);
     until(window, "relit exemplar", |app| {
-        let view = app.studies().gamma.as_ref().and_then(|v| v.as_ref().ok());
+        let view = app.analysis().gamma.as_ref().and_then(|v| v.as_ref().ok());
         view.is_some_and(|v| {
             app.state().look.trial.unwrap_or(v.calibrated) == v.trial && app.state().pose == v.pose
         })
@@ -79,7 +79,7 @@ fn until_tried(window: &mut Window) {
 fn until_calibrated(window: &mut Window) {
     window.run_steps(2);
     until(window, "end of the calibration", |app| {
-        app.news().work.is_none() && app.news().said.is_some()
+        app.status().job.is_none() && app.status().message.is_some()
     });
 }
 
@@ -126,7 +126,7 @@ fn the_ball_s_circle_is_dragged_found_and_kept() {
         "{moved:?}"
     );
     // A circle beside the ball shows other lamps, and no rim.
-    let turned = |study: &ProbeStudy, other: &ProbeStudy| {
+    let turned = |study: &ProbeView, other: &ProbeView| {
         let pairs = study.lamps.iter().zip(&other.lamps);
         pairs
             .map(|(a, b)| a.lamp.direction.angle_between(b.lamp.direction))
@@ -181,7 +181,7 @@ fn keys_alone_set_the_circle_and_show_each_lamp() {
     window.key_press(Key::PageDown);
     window.run_steps(2);
     until(&mut window, "lamp's ball", |app| {
-        let study = app.studies().probe.as_ref().and_then(|s| s.as_ref().ok());
+        let study = app.analysis().probe.as_ref().and_then(|s| s.as_ref().ok());
         study.is_some_and(|s| s.picture != interview)
     });
     assert_eq!(window.state().state().photograph, Some(0));
@@ -321,7 +321,7 @@ fn what_keeps_a_workspace_empty_is_said_there() {
     window.get_by_label("Gamma").click();
     window.run_steps(2);
     until(&mut window, "reason", |app| {
-        matches!(app.studies().gamma.as_ref(), Some(Err(_)))
+        matches!(app.analysis().gamma.as_ref(), Some(Err(_)))
     });
     window.run_steps(2);
     window.get_by_label_contains("afterlight calibrate");
@@ -330,7 +330,7 @@ fn what_keeps_a_workspace_empty_is_said_there() {
     window.get_by_label("Probe").click();
     window.run_steps(2);
     until(&mut window, "reason", |app| {
-        matches!(app.studies().probe.as_ref(), Some(Err(_)))
+        matches!(app.analysis().probe.as_ref(), Some(Err(_)))
     });
     window.run_steps(2);
     window.get_by_label_contains("interview.png");

@@ -6,7 +6,7 @@ use afterlight::imaging::{Image, Mask, Raster, file::write_exr};
 use afterlight::light::{Lamp, Rig};
 use afterlight::project::{Ball, FORMAT, NamedEnvironment, Project, Settings, Shoot};
 use afterlight::reflectance::ReflectanceField;
-use afterlight::worker::{Blocked, Rival, Source};
+use afterlight::worker::{Blocked, ComparisonSource, Source};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 
@@ -135,10 +135,12 @@ pub fn source() -> Result<Source, Blocked> {
         rig,
         device: "clay, no network".to_owned(),
         // In its pose the ball has rolled as far as in the last frame; the earlier a network is, the darker.
-        rival: Box::new(move |rival, index| {
+        comparison: Box::new(move |rival, index| {
             let (mut frame, mut field) = predicted(&other, FRAMES - 1);
             frame.index = index;
-            if let (Rival::Checkpoint(folder), Field::Memory(field)) = (rival, &mut field) {
+            if let (ComparisonSource::Checkpoint(folder), Field::Memory(field)) =
+                (rival, &mut field)
+            {
                 let name = folder.file_name().unwrap().to_string_lossy();
                 let number: f32 = name[..4].parse().unwrap();
                 field.values.iter_mut().for_each(|v| *v *= 0.25 * number);

@@ -2,7 +2,7 @@
 
 use super::training::trained_project;
 use super::{clay, clay_window, drag, picture, snapshot, until, until_shown, window};
-use afterlight::studio::{How, Pane, StudioApp, With, Workspace};
+use afterlight::studio::{CompareMode, Pane, Reference, StudioApp, Workspace};
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
 
@@ -43,7 +43,7 @@ fn the_picture_is_wiped_against_the_plate_and_a_line_is_dragged() {
     window.key_press(Key::Q);
     window.run_steps(2);
     let compare = window.state().state().compare.clone();
-    assert_eq!((compare.how, compare.second), (How::Toggle, true));
+    assert_eq!((compare.mode, compare.second), (CompareMode::Toggle, true));
     window.key_press(Key::W);
     window.key_press(Key::W);
     until_shown(&mut window);
@@ -66,7 +66,10 @@ fn another_environment_and_a_photographed_pose_stand_beside_the_picture() {
     };
     open(&mut window, &["Compare", "Photographed pose", "pose00"]);
     until_compared(&mut window);
-    assert_eq!(window.state().state().compare.with, With::Exemplar(0));
+    assert_eq!(
+        window.state().state().compare.reference,
+        Reference::Exemplar(0)
+    );
     let shown = window.state().relit().unwrap().clone();
     let (_, rival) = shown.second.as_ref().unwrap();
     assert!(rival.rgb != shown.rgb);
@@ -75,8 +78,8 @@ fn another_environment_and_a_photographed_pose_stand_beside_the_picture() {
         &mut window,
         &["Against pose00, photographed", "Environment", "sky"],
     );
-    let with = window.state().state().compare.with.clone();
-    assert!(matches!(with, With::Environment(_)));
+    let with = window.state().state().compare.reference.clone();
+    assert!(matches!(with, Reference::Environment(_)));
     until(&mut window, "other light", |app| {
         let second = app.relit().and_then(|relit| relit.second.as_ref());
         second.is_some_and(|(_, codes)| *codes != rival)
@@ -121,9 +124,9 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
     let compare = window.state().state().compare.clone();
     for (with, name) in [
         (compare.first.as_ref().unwrap(), "0002-step-0000200"),
-        (&compare.with, "0001-step-0000100"),
+        (&compare.reference, "0001-step-0000100"),
     ] {
-        let With::Checkpoint(folder) = with else {
+        let Reference::Checkpoint(folder) = with else {
             panic!("{with:?}");
         };
         assert!(folder.ends_with(name), "{folder:?}");
@@ -142,7 +145,7 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
     until(&mut window, "the plate", |app| {
         let relit = app.relit().unwrap();
         let first = relit.first.as_ref().map(|(of, _)| of);
-        first == Some(&afterlight::worker::Second::Plate) && relit.second.is_some()
+        first == Some(&afterlight::worker::Comparison::Plate) && relit.second.is_some()
     });
     choose(&mut window, &["First: interview frame", "Relit picture"]);
     until(&mut window, "the relit picture", |app| {

@@ -119,7 +119,7 @@ fn effects_and_log_look_as_they_did() {
     // After a job there may be another network.
     until(&mut window, "new prediction", |app| {
         let predicted = app.relit().is_some_and(|relit| relit.passes[0].ran);
-        predicted && app.news().work.is_none()
+        predicted && app.status().job.is_none()
     });
     window.get_by_label("Close").click();
     force(&mut window, "dither", LEAVE_OUT);
@@ -154,7 +154,7 @@ fn without_a_picture_the_panels_beside_it_say_so() {
     };
     let mut window = window(|ctx| StudioApp::over(ctx, project, source));
     until(&mut window, "reason", |app| {
-        matches!(app.news().phase, Phase::Blocked(_))
+        matches!(app.status().phase, Phase::Blocked(_))
             && app.environments().iter().all(|e| e.panorama.is_done())
     });
     window.get_by_label("Effects").click();

@@ -16,7 +16,7 @@ use afterlight::scene::{Background, Effects};
 use afterlight::studio::StudioApp;
 use afterlight::training::{Preset, TrainSettings, TrainingConfig, train};
 use afterlight::virtual_stage::{StageSettings, write_shoot};
-use afterlight::worker::{Standing, Written};
+use afterlight::worker::{ExportStatus, WrittenExport};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers};
 use egui_kittest::kittest::Queryable;
@@ -93,7 +93,7 @@ fn until_exported(window: &mut Window, count: usize) {
         let over = app
             .exports()
             .iter()
-            .filter(|e| e.standing.sentence().is_some());
+            .filter(|e| e.status.sentence().is_some());
         over.count() == count && app.exports().len() == count
     });
 }
@@ -130,7 +130,7 @@ fn retype(window: &mut Window, text: &str) {
 }
 
 fn sentence(window: &Window, export: usize) -> String {
-    let standing = &window.state().exports()[export].standing;
+    let standing = &window.state().exports()[export].status;
     standing.sentence().unwrap_or_default().to_owned()
 }
 
@@ -147,11 +147,12 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     retype(&mut window, "1");
     window.key_press(Key::Enter);
     window.run_steps(2);
-    assert_eq!(window.state().state().order.frames, Some((0, 1)));
+    assert_eq!(window.state().state().export_options.frames, Some((0, 1)));
     window.get_by_label_contains("2 frames: mouse.0000.png … mouse.0001.png");
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 1);
-    let Standing::Done(Written { folder, .. }) = &window.state().exports()[0].standing else {
+    let ExportStatus::Done(WrittenExport { folder, .. }) = &window.state().exports()[0].status
+    else {
         panic!("{:?}", window.state().exports());
     };
     assert_eq!(*folder, root.join("exports"));
@@ -231,7 +232,7 @@ fn keys_alone_lead_through_an_export() {
     press(&mut window, Key::Space);
     tab_to(&mut window, Role::TextInput, "Name");
     retype(&mut window, "exports/keys");
-    let order = window.state().state().order.clone();
+    let order = window.state().state().export_options.clone();
     assert_eq!((order.frames, order.size), (Some((1, 2)), Some(24)));
     assert_eq!(order.background, Some(Background::None));
     assert!(window.state().state().panels && !window.state().state().playing);
@@ -264,7 +265,7 @@ fn keys_alone_lead_through_an_export() {
     press(&mut window, Key::I);
     press(&mut window, Key::ArrowRight);
     press(&mut window, Key::O);
-    assert_eq!(window.state().state().order.frames, Some((1, 2)));
+    assert_eq!(window.state().state().export_options.frames, Some((1, 2)));
     tab_to(&mut window, Role::SpinButton, "In");
 }
 
@@ -288,7 +289,7 @@ fn an_export_is_what_was_shown_when_it_was_added() {
     window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
     window.run_steps(2);
     add(&mut window, "exports/now");
-    assert_eq!(window.state().exports()[1].standing, Standing::Waiting);
+    assert_eq!(window.state().exports()[1].status, ExportStatus::Waiting);
     drop(job);
     until_exported(&mut window, 3);
     let bytes = |name: &str| std::fs::read(root.join("exports").join(name)).unwrap();
@@ -405,7 +406,7 @@ fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
                 Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => break,
             }
         }
-        Ok(Written {
+        Ok(WrittenExport {
             sentence: format!("{frames} frames at 12 ms each: exports/{name}"),
             name,
             folder,
@@ -417,8 +418,8 @@ fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
 /// Waits until the export in hand has written so much.
 fn until_share(window: &mut Window, share: f32) {
     until(window, "share of the export", |app| {
-        app.news()
-            .work
+        app.status()
+            .job
             .as_ref()
             .is_some_and(|work| work.share == share)
     });
@@ -446,20 +447,20 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     window.run_steps(3);
     window.get_by_label("Cancel clay.%04d.png").click();
     until(&mut window, "end of the export", |app| {
-        matches!(app.exports()[0].standing, Standing::Cancelled(_))
+        matches!(app.exports()[0].status, ExportStatus::Cancelled(_))
     });
     window.get_by_label("Cancelled: 2 frames are kept: clay.%04d.png");
     for frame in 0..2 {
         assert!(folder.path().join(format!("clay.{frame:04}.png")).exists());
     }
     until(&mut window, "the next export", |app| {
-        app.exports()[1].standing == Standing::Running
+        app.exports()[1].status == ExportStatus::Running
     });
     drop(next);
     until_exported(&mut window, 2);
     let log: Vec<_> = window
         .state()
-        .news()
+        .status()
         .log
         .iter()
         .map(ToString::to_string)
@@ -485,7 +486,7 @@ fn what_is_in_the_way_of_an_export_is_said_beside_the_button() {
     type_name(&mut window, "exports/clay");
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 1);
-    let Standing::Failed(said) = &window.state().exports()[0].standing else {
+    let ExportStatus::Failed(said) = &window.state().exports()[0].status else {
         panic!("{:?}", window.state().exports());
     };
     assert!(said.contains("afterlight calibrate"), "{said}");
@@ -512,7 +513,7 @@ fn the_export_s_panel_looks_as_it_did() {
     snapshot(&mut window, "studio_export_filled");
     window.get_by_label("Cancel clay.%04d.png").click();
     until(&mut window, "end of the export", |app| {
-        matches!(app.exports()[1].standing, Standing::Cancelled(_))
+        matches!(app.exports()[1].status, ExportStatus::Cancelled(_))
     });
 }
 

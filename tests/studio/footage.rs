@@ -18,19 +18,19 @@ fn footage(project: &Project) -> Window {
     window.run_steps(2);
     window.get_by_label("Footage").click();
     until(&mut window, "picture", |app| {
-        app.footages().picture().is_some()
+        app.footage().picture().is_some()
     });
     window
 }
 
 fn until_drawn(window: &mut Window) {
     until(window, "thumbnails", |app| {
-        let footages = app.footages();
-        let wanted = footages.wanted();
+        let footage = app.footage();
+        let wanted = footage.wanted();
         !wanted.is_empty()
             && wanted
                 .iter()
-                .all(|&frame| footages.thumbnail(frame).is_some())
+                .all(|&frame| footage.thumbnail(frame).is_some())
     });
 }
 
@@ -64,7 +64,7 @@ fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
     window.get_by_label("frames 0 to 2");
     let file = |end: &'static str| {
         move |app: &StudioApp| {
-            let shown = app.footages().picture().and_then(|p| p.as_ref().ok());
+            let shown = app.footage().picture().and_then(|p| p.as_ref().ok());
             shown.is_some_and(|shown| shown.file().ends_with(end))
         }
     };
@@ -148,20 +148,20 @@ fn a_frame_that_is_gone_is_named_in_place_of_its_picture() {
     let mut window = footage(&project);
     window.key_press(Key::ArrowRight);
     until(&mut window, "reason", |app| {
-        app.footages().picture().is_some_and(Result::is_err)
+        app.footage().picture().is_some_and(Result::is_err)
     });
     window.get_by_label("This picture cannot be read");
     window.get_by_label_contains("interview/frame_001.png");
     until(&mut window, "thumbnails", |app| {
         [0, 2]
             .iter()
-            .all(|&frame| app.footages().thumbnail(frame).is_some())
+            .all(|&frame| app.footage().thumbnail(frame).is_some())
     });
     let places = lines_with(&window, "interview/frame_001.png", 250.0, 790.0);
     snapshot_without(&mut window, "studio_footage_error", &places);
     window.key_press(Key::ArrowRight);
     until(&mut window, "next picture", |app| {
-        app.footages().picture().is_some_and(Result::is_ok)
+        app.footage().picture().is_some_and(Result::is_ok)
     });
 }
 

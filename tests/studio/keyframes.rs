@@ -1,11 +1,11 @@
 //! Keys of yaw and intensity: set, gone through, moved and removed; and what else the keyboard moves.
 
 use super::{MIDDLE, Window, clay, clay_window, drag, picture, until, until_shown};
-use afterlight::studio::{Keyed, StudioApp};
+use afterlight::studio::{Keyframed, StudioApp};
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
 
-fn frames(app: &StudioApp, of: Keyed) -> Vec<f64> {
+fn frames(app: &StudioApp, of: Keyframed) -> Vec<f64> {
     let keys = app.state().look.keys(of).keys();
     keys.iter().map(|key| key.frame).collect()
 }
@@ -23,7 +23,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     let last = clay::FRAMES - 1;
     window.key_press(Key::K);
     window.run_steps(2);
-    assert_eq!(frames(window.state(), Keyed::Yaw), [0.0]);
+    assert_eq!(frames(window.state(), Keyframed::Yaw), [0.0]);
     go(&mut window, Key::End, last);
     let right = MIDDLE + vec2(200.0, 0.0);
     drag(
@@ -33,7 +33,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
         PointerButton::Primary,
         Modifiers::NONE,
     );
-    assert_eq!(frames(window.state(), Keyed::Yaw), [0.0, last as f64]);
+    assert_eq!(frames(window.state(), Keyframed::Yaw), [0.0, last as f64]);
     window.get_by_label_contains(&format!("Yaw has keys: a change sets one at frame {last}"));
     let yaw = window.state().state().look.yaw_deg;
     assert!(yaw > 60.0, "{yaw}");
@@ -63,7 +63,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
         Modifiers::NONE,
     );
     until_shown(&mut window);
-    assert_eq!(frames(window.state(), Keyed::Yaw), [0.0, 3.0]);
+    assert_eq!(frames(window.state(), Keyframed::Yaw), [0.0, 3.0]);
     assert_eq!(window.state().state().look.yaw_deg, yaw);
     let turned = picture(&window);
 
@@ -74,7 +74,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     assert_ne!(picture(&window), turned);
     window.key_press(Key::Delete);
     until_shown(&mut window);
-    assert_eq!(frames(window.state(), Keyed::Yaw), [3.0]);
+    assert_eq!(frames(window.state(), Keyframed::Yaw), [3.0]);
     assert_eq!(
         window.state().state().look.yaw_deg,
         yaw,
@@ -83,7 +83,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     for expected in [vec![0.0, 3.0], vec![0.0, last as f64], vec![0.0], vec![]] {
         window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         window.run_steps(2);
-        assert_eq!(frames(window.state(), Keyed::Yaw), expected);
+        assert_eq!(frames(window.state(), Keyframed::Yaw), expected);
     }
 }
 
@@ -93,15 +93,15 @@ fn intensity_is_keyed_by_its_diamond_and_by_key() {
     let mut window = clay_window(folder.path());
     window.get_by_label("Intensity key at this frame").click();
     window.run_steps(2);
-    assert_eq!(frames(window.state(), Keyed::Intensity), [0.0]);
+    assert_eq!(frames(window.state(), Keyframed::Intensity), [0.0]);
     go(&mut window, Key::ArrowRight, 1);
     window.key_press_modifiers(Modifiers::SHIFT, Key::K);
     window.run_steps(2);
-    assert_eq!(frames(window.state(), Keyed::Intensity), [0.0, 1.0]);
-    assert!(frames(window.state(), Keyed::Yaw).is_empty());
+    assert_eq!(frames(window.state(), Keyframed::Intensity), [0.0, 1.0]);
+    assert!(frames(window.state(), Keyframed::Yaw).is_empty());
     window.get_by_label("Intensity key at this frame").click();
     window.run_steps(2);
-    assert_eq!(frames(window.state(), Keyed::Intensity), [0.0]);
+    assert_eq!(frames(window.state(), Keyframed::Intensity), [0.0]);
 }
 
 #[test]

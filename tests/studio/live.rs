@@ -4,7 +4,7 @@ use super::{
     MIDDLE, Window, clay, clay_window, export, snapshot, told_job, until, until_shown, window,
 };
 use afterlight::Error;
-use afterlight::studio::{Left, Pane, StudioApp, Workspace};
+use afterlight::studio::{Pane, ProjectHandover, StudioApp, Workspace};
 use afterlight::worker::Latest;
 use eframe::egui_wgpu::{WgpuSetup, WgpuSetupExisting};
 use egui::accesskit::Role;
@@ -234,17 +234,17 @@ fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
     })
     .unwrap();
     until(&mut window, "the pause", |app| {
-        app.news()
-            .work
+        app.status()
+            .job
             .as_ref()
             .is_some_and(|work| work.held.is_some())
     });
-    assert!(window.state().news().work.as_ref().unwrap().is_paused());
+    assert!(window.state().status().job.as_ref().unwrap().is_paused());
     window.get_by_label_contains("cannot write checkpoint/live.bpk");
     window.get_by_label("Go on").click();
     until(&mut window, "the step after it", |app| {
-        app.news()
-            .work
+        app.status()
+            .job
             .as_ref()
             .is_some_and(|work| work.note == "Ok(())")
     });
@@ -270,7 +270,7 @@ fn a_window_whose_gpu_is_lost_draws_nothing_closes_and_leaves_its_project() {
     });
     let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
-    let left = Left::new(Latest::new(|| {}));
+    let left = ProjectHandover::new(Latest::new(|| {}));
     let next = left.clone();
     let mut window = Harness::builder()
         .with_size(vec2(1280.0, 720.0))

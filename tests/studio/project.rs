@@ -52,7 +52,7 @@ fn no_project() -> Window {
 }
 
 pub fn needs(need: Option<Need>) -> impl Fn(&StudioApp) -> bool {
-    move |app| matches!(&app.news().phase, Phase::Blocked(blocked) if blocked.need == need)
+    move |app| matches!(&app.status().phase, Phase::Blocked(blocked) if blocked.need == need)
 }
 
 /// A snapshot without what differs from run to run: paths of the folder `made`.
@@ -137,7 +137,7 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
         app.wizard().scan().is_some()
     });
     window.get_by_label("Mirror balls: missing");
-    window.get_by_label_contains("probes/olat_03.png is missing. From the balls");
+    window.get_by_label_contains("probes/olat_03.png is missing. The lamps");
     window.get_by_label_contains("interview_masks/frame_001.png is missing");
     let make = window.get_by_label("Make project");
     assert!(make.accesskit_node().is_disabled());
@@ -219,7 +219,7 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
     };
     assert!(!second.state().worker().unwrap().run(job));
     until(&mut second, "refusal", |app| {
-        let failure = app.news().failure.as_deref();
+        let failure = app.status().failure.as_deref();
         failure.is_some_and(|f| f.contains("Nothing can be written"))
     });
     // Neither the look nor the list of environments is kept.
@@ -320,7 +320,7 @@ fn each_damage_has_its_sentence_and_loses_nothing() {
         }
         drop_onto(&mut window, &root);
         until(&mut window, says, |app| {
-            app.news()
+            app.status()
                 .log
                 .iter()
                 .any(|line| line.sentence.contains(says))

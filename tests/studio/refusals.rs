@@ -1,6 +1,11 @@
 //! What cannot be done is said over the picture, and stays there until it is answered.
 
-use super::{MIDDLE, clay_window, drag, drop_onto, snapshot_without, until, until_shown};
+use super::{
+    MIDDLE, Window, clay, clay_window, drag, drop_onto, snapshot_without, told_job, until,
+    until_shown,
+};
+use afterlight::project::Lock;
+use afterlight::studio::StudioApp;
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
 
@@ -26,7 +31,7 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
         let said = window
             .query_by_label_contains("notes.txt is neither")
             .is_some();
-        assert_eq!(said, window.state().news().refusal.is_some());
+        assert_eq!(said, window.state().status().refusal.is_some());
         said
     };
     refused(&mut window);
@@ -53,16 +58,64 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
     refused(&mut window);
     drop_onto(&mut window, folder.path().join("sky.exr"));
     assert!(!is_said(&window));
-    assert_eq!(window.state().news().log.len(), 1, "once in the log");
+    assert_eq!(window.state().status().log.len(), 1, "once in the log");
 
     // A damaged project leaves what is open, and says why it is not opened.
     let damaged = folder.path().join("film");
     std::fs::create_dir(&damaged).unwrap();
     std::fs::write(damaged.join("project.toml"), "size = x").unwrap();
     drop_onto(&mut window, &damaged);
-    until(&mut window, "reason", |app| app.news().refusal.is_some());
+    until(&mut window, "reason", |app| app.status().refusal.is_some());
     window.key_press(Key::E);
     until_shown(&mut window);
     window.get_by_label_contains("Mend the line");
     assert!(window.state().project().is_some());
+}
+
+/// Presses a key with Ctrl.
+fn press(window: &mut Window, key: Key) {
+    window.key_press_modifiers(Modifiers::COMMAND, key);
+    window.run_steps(3);
+}
+
+#[test]
+fn a_job_that_is_begun_while_another_runs_is_refused_in_every_workspace() {
+    let folder = crate::temporary();
+    let mut window = clay_window(folder.path());
+    let job = told_job(&mut window);
+    // The mirror ball, where no picture is seen, and the network.
+    for workspace in [Key::Num1, Key::Num2] {
+        press(&mut window, workspace);
+        if workspace == Key::Num2 {
+            until(&mut window, "checkpoints", |app| {
+                app.training().records.is_some()
+            });
+        }
+        assert!(window.query_by_label_contains("Another job").is_none());
+        press(&mut window, Key::Enter);
+        window.get_by_label_contains("Another job is running. Wait until it ends, or stop it");
+        window.get_by_label("Put the message away").click();
+        window.run_steps(3);
+    }
+    assert!(window.query_by_label_contains("Another job").is_none());
+    drop(job);
+    until(&mut window, "end of the job", |app| {
+        app.status().job.is_none()
+    });
+    window.key_press(Key::P);
+    window.run_steps(3);
+    window.get_by_label_contains("No job is running");
+}
+
+#[test]
+fn a_job_that_may_not_write_is_refused_where_no_picture_is_seen() {
+    let folder = crate::temporary();
+    let project = clay::project(folder.path(), clay::environments(folder.path()));
+    project.save().unwrap();
+    let _lock = Lock::take(folder.path(), "another program").unwrap();
+    let mut window = super::window(|ctx| StudioApp::over(ctx, project, clay::source));
+    press(&mut window, Key::Num1);
+    press(&mut window, Key::Enter);
+    window.get_by_label_contains("Nothing can be written here");
+    assert!(window.state().status().job.is_none());
 }

@@ -64,7 +64,7 @@ fn opened(project: &Project) -> Window {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
     window.run_steps(2);
     until(&mut window, "review", |app| {
-        app.reviews().kept.is_some() && app.reviews().sheet.is_some()
+        app.review().kept.is_some() && app.review().sheet.is_some()
     });
     window
 }
@@ -131,7 +131,7 @@ fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
     assert_eq!(
         window
             .state()
-            .reviews()
+            .review()
             .sheet
             .as_ref()
             .unwrap()
@@ -181,7 +181,7 @@ fn a_cell_is_found_looked_at_and_marked() {
     window.get_by_label("PSNR by lamp and frame");
     let worst = window
         .state()
-        .reviews()
+        .review()
         .kept
         .as_ref()
         .unwrap()
@@ -212,9 +212,9 @@ fn what_changed_since_the_measurement_is_said_and_a_measurement_that_fails_too()
     window.get_by_label("Measure").click();
     window.run_steps(2);
     until(&mut window, "end of the measurement", |app| {
-        app.news().said.is_some()
+        app.status().message.is_some()
     });
-    let said = window.state().news().said.clone().unwrap();
+    let said = window.state().status().message.clone().unwrap();
     assert!(said.contains("calibration.toml"), "{said}");
 }
 
@@ -226,14 +226,7 @@ fn the_review_looks_as_it_did() {
     click(&mut window, at, Modifiers::NONE);
     until_shown(&mut window);
     until(&mut window, "sheet of the frame", |app| {
-        app.reviews()
-            .sheet
-            .as_ref()
-            .unwrap()
-            .as_ref()
-            .unwrap()
-            .frame
-            == 5
+        app.review().sheet.as_ref().unwrap().as_ref().unwrap().frame == 5
     });
     window.get_by_label("Doubtful").click();
     window.run_steps(2);

@@ -45,7 +45,7 @@ fn until_step(window: &mut Window, least: u64) {
 /// Waits for the end of the job, and for what it has left on disk to be read.
 fn until_over(window: &mut Window) {
     until(window, "end of the job", |app| {
-        app.news().work.is_none() && app.training().is_current()
+        app.status().job.is_none() && app.training().is_current()
     });
 }
 
@@ -87,7 +87,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
 
     window.get_by_label("Pause").click();
     until(&mut window, "pause", |app| {
-        app.news()
+        app.status()
             .log
             .iter()
             .any(|line| line.sentence.starts_with("Paused after step"))
@@ -295,7 +295,7 @@ fn a_window_in_which_a_network_trains_looks_as_it_did() {
     window.key_press(Key::P);
     drop(job);
     until(&mut window, "end of the job", |app| {
-        app.news().work.is_none()
+        app.status().job.is_none()
     });
     window.run_steps(2);
     window.get_by_label(TRAINED);

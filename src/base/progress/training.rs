@@ -1,24 +1,24 @@
-//! What a training run reports of itself: figures as events, pictures in a slot where the newest wins.
+//! What a training run reports: figures as events, pictures in a slot that keeps the newest.
 
 use std::sync::Arc;
 
 /// Where the losses stand after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LossPoint {
-    /// Steps made since the start of the run, earlier sittings counted in.
+    /// Steps made since the start of the run, including earlier runs.
     pub step: u64,
     /// Seconds of training since the start of the run.
     pub seconds: f64,
-    /// Mean reconstruction loss since the point before; none where no exemplar was learnt from.
+    /// Mean reconstruction loss since the point before; None if no step used an exemplar.
     pub reconstruction: Option<f32>,
-    /// Mean rendering loss since the point before; none where no step had it.
+    /// Mean rendering loss since the point before; None if no step computed it.
     pub rendering: Option<f32>,
-    /// PSNR on the pose that training does not see in dB, where it was measured since the point before.
+    /// PSNR on the held-out pose in dB, if it was measured since the point before.
     pub held_out_db: Option<f32>,
 }
 
 impl LossPoint {
-    /// This point, which stands for `count` of its kind, and the next as one.
+    /// The mean of this point, which already stands for `count` points, and the next.
     pub fn joined(self, next: Self, count: u32) -> Self {
         let mean = |old: Option<f32>, new: Option<f32>| match (old, new) {
             (Some(old), Some(new)) => Some(old + (new - old) / (count + 1) as f32),
@@ -48,25 +48,25 @@ pub struct TrainingPoint {
     pub learning_rate: f64,
     /// Norm of all gradients of the last step, before it was clipped.
     pub gradient_norm: f32,
-    /// Steps a second, pauses and looks from outside left out.
+    /// Steps per second, without pauses and checks.
     pub steps_per_second: f64,
-    /// Multiplications with an addition in one prediction of the network: with the rate, what another
-    /// network will take.
+    /// Multiply-adds in one prediction of the network. With the rate they tell how long another network will
+    /// take.
     pub multiply_adds: u64,
-    /// Memory that the process holds in bytes; none where the system does not say.
+    /// Memory that the process holds in bytes; None if the system does not say.
     pub memory_bytes: Option<u64>,
-    /// Steps of this sitting that were skipped because they were not finite.
+    /// Steps of this run that were skipped because a loss or gradient was NaN or infinite.
     pub skipped_steps: u64,
     /// Lamps whose outputs are stuck at black or white, by their numbers.
     pub dead_lamps: Vec<usize>,
 }
 
-/// What the network makes of one pose under every lamp, beside the truth.
+/// One pose under every lamp, as the network predicts it and as it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainingPictures {
-    /// Steps that the network has learnt.
+    /// Training steps of the network.
     pub step: u64,
-    /// Number of the pose, and whether training sees it.
+    /// Number of the pose, and whether it is held out of training.
     pub pose: usize,
     pub held_out: bool,
     /// Width and height in pixels.
@@ -86,8 +86,8 @@ impl TrainingPictures {
         3 * self.size[0] * self.size[1]
     }
 
-    /// The pose under a lamp: predicted, true, and how far they are apart, `gain` times; none where there
-    /// is no such lamp.
+    /// The pose under a lamp: predicted, true, and their difference times `gain`. None if there is no such
+    /// lamp.
     pub fn of_lamp(&self, lamp: usize, gain: u32) -> Option<[Vec<u8>; 3]> {
         let place = lamp * self.bytes()..(lamp + 1) * self.bytes();
         let (predicted, truth) = (self.predicted.get(place.clone())?, self.truth.get(place)?);

@@ -1,6 +1,6 @@
-//! How well other curves would do in place of the dual gamma.
+//! How well other curves explain the pictures, compared with the dual gamma.
 
-use super::{CHANGED, Fitted, LEFT_ALONE, bounds};
+use super::{CHANGED, InspectableFit, LEFT_ALONE, bounds};
 use base::error::Result;
 use base::progress::Progress;
 use imaging::Response;
@@ -14,12 +14,11 @@ pub struct CurveFit {
     pub parameters: usize,
     /// Its best exposure.
     pub exposure: f32,
-    /// −2·ln of how much less probable it makes the pictures than the dual gamma does; the priors of
-    /// the exponents are left out, as other curves have none. 10 is strong evidence; below 0, the curve is
-    /// better than the dual gamma.
+    /// Evidence against the curve: −2·ln of how probable it makes the pictures, relative to the dual gamma, without
+    /// the priors of the exponents. 10 is strong evidence; below 0, the curve is better than the dual gamma.
     pub evidence: f32,
-    /// Root-mean-square encoded distance of the subject: of its quantiles, or of pixels where a frame
-    /// shows a pose.
+    /// Root-mean-square encoded distance of the subject: of its quantiles, or of its pixels if a frame shows a
+    /// pose.
     pub subject: f32,
     /// Root-mean-square encoded distance on the mirror balls, pixel for pixel.
     pub ball: f32,
@@ -37,17 +36,16 @@ impl CurveFit {
     }
 }
 
-/// −20·log10 of a root-mean-square distance; that of a millionth at most.
+/// −20·log10 of a root-mean-square distance of a millionth or more.
 fn psnr(distance: f32) -> f32 {
     -20.0 * distance.max(1e-6).log10()
 }
 
-/// A standard curve is better than every dual gamma from this much evidence on: odds of more than a
-/// hundred to one.
+/// Below this evidence a standard curve is better than every dual gamma: odds of more than a hundred to one.
 const BETTER: f32 = -10.0;
 
-impl Fitted<'_> {
-    /// The standard curve that explains the pictures better than the fit does, where there is one.
+impl InspectableFit<'_> {
+    /// The standard curve that explains the pictures better than the fit, if there is one.
     pub(super) fn better_curve(&self) -> Option<CurveFit> {
         let least = self.curve(Response::Dual(self.fit.response), 2, 0.0).1;
         let standards = [Response::Srgb, Response::Rec709, Response::Linear];
@@ -58,13 +56,13 @@ impl Fitted<'_> {
         best.filter(|curve| curve.evidence < BETTER)
     }
 
-    /// How a curve does beside one of this cost, and its own cost. The exposure is that of the more
-    /// probable case, which need not be that of the fit: a wrong curve makes an exposure seem changed.
+    /// How well a curve does against the cost `least`, and its own cost. The exposure is that of the more probable
+    /// case, which need not be that of the fit: a wrong curve makes the exposure look changed.
     fn curve(&self, response: Response, parameters: usize, least: f64) -> (CurveFit, f64) {
-        let seen = self.objective.see_response(&response);
+        let linear = self.objective.linearize_by(&response);
         let [alone, changed] =
-            [LEFT_ALONE, CHANGED].map(|prior| self.objective.stand_under(prior, &seen));
-        let standing = if changed.cost < alone.cost {
+            [LEFT_ALONE, CHANGED].map(|prior| self.objective.score_under(prior, &linear));
+        let score = if changed.cost < alone.cost {
             changed
         } else {
             alone
@@ -72,18 +70,18 @@ impl Fitted<'_> {
         let fit = CurveFit {
             response,
             parameters,
-            exposure: standing.log_exposure.exp() as f32,
-            evidence: (standing.cost - least) as f32,
-            subject: standing.subject as f32,
-            ball: standing.ball as f32,
+            exposure: score.log_exposure.exp() as f32,
+            evidence: (score.cost - least) as f32,
+            subject: score.subject as f32,
+            ball: score.ball as f32,
         };
-        (fit, standing.cost)
+        (fit, score.cost)
     }
 
     /// The dual gamma first, then a fitted power, sRGB, Rec. 709 and linear.
     ///
     /// # Errors
-    /// When a stop was asked for.
+    /// When the job was stopped.
     pub fn compare(&self, progress: &Progress) -> Result<Vec<CurveFit>> {
         let curves = [
             (Response::Dual(self.fit.response), 2),
@@ -105,14 +103,13 @@ impl Fitted<'_> {
         Ok(fits)
     }
 
-    /// The exponent of the plain power that does best: from a row of places, the best one's neighbourhood
-    /// in ever finer rows.
+    /// The exponent of the best plain power, by ever finer rows around the best value so far.
     fn best_power(&self) -> f32 {
         const PLACES: usize = 9;
         let (mut low, mut high) = bounds();
         let cost = |gamma: f64| {
-            let seen = self.objective.see_response(&Response::Power(gamma as f32));
-            self.objective.stand(&seen).cost
+            let linear = self.objective.linearize_by(&Response::Power(gamma as f32));
+            self.objective.score(&linear).cost
         };
         let mut best = (low, f64::INFINITY);
         while high - low > 2e-3 {

@@ -1,25 +1,24 @@
-//! How sure the fit is: standard deviations that hold although errors are not independent.
+//! How certain the fit is: standard deviations that hold although errors are not independent.
 //!
-//! The curvature of the cost alone would be too sure of itself: it counts errors as independent of each
-//! other, but a pose that is darker than the frames is so in all its quantiles, and a lamp that is not
-//! where it was is so in all its pixels. So each group of errors (a pose, a frame, a lamp's pixels, a
-//! part of a picture) pulls at the answer with a force of its own, and the spread of these forces
-//! replaces the curvature's own idea of it: the sandwich A⁻¹·B·A⁻¹ of White (1982) and Liang and Zeger
-//! (1986), A the curvature and B the covariance of the forces.
+//! The curvature of the cost alone would be too certain: it takes errors for independent, but a pose that is darker
+//! than the frames is darker in all its quantiles, and a lamp that has moved has moved in all its pixels. So each
+//! group of errors (a pose, a frame, a lamp's pixels, a part of a picture) pulls at the answer with a force of its
+//! own, and the spread of these forces replaces the curvature's own idea of it: the sandwich A⁻¹·B·A⁻¹ of White
+//! (1982) and Liang and Zeger (1986), A the curvature and B the covariance of the forces.
 
-use super::objective::{BLOCKS, Objective, Seen, rounding};
+use super::objective::{BLOCKS, LinearPictures, Objective, rounding};
 use super::subject::Quantiles;
 use super::{GAMMA_PRIOR, bounds};
-use crate::code::Table;
+use crate::code_values::ResponseTable;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-/// Relative error that a lamp's weight has at least: what 8 bits and the blur of the comparison leave of
-/// weights of known truth.
+/// The smallest relative error of a lamp's weight: what 8 bits and the blur of the comparison leave where the truth
+/// is known.
 const WEIGHT_ERROR: f32 = 0.005;
-/// Step of ln exposure for differences.
+/// Step of ln exposure for finite differences.
 const EXPOSURE_STEP: f64 = 0.02;
-/// Steps of the exponents: at first, and at least and at most later. Below, the roughness of 8-bit data
-/// shows; above, the cost is no parabola.
+/// Steps of the exponents: the first, and the smallest and largest later. With smaller ones the roughness of 8-bit
+/// data shows; with larger ones the cost is not a parabola.
 const STEPS: [f64; 3] = [0.03, 0.01, 0.1];
 
 /// Standard deviations of γ1, γ2 and ln exposure at the fit. None is larger than that of its prior.
@@ -30,8 +29,8 @@ pub(super) fn deviation(
 ) -> [f32; 3] {
     let at = DVec2::new(gamma1, gamma2);
     let [first, least, most] = STEPS;
-    // Along its valley the cost is nearly flat and across it is steep, so a first look along γ1 and γ2
-    // finds the valley and the second goes along and across it, by about one deviation.
+    // The cost is nearly flat along its valley and steep across it. The first round steps along γ1 and γ2 and finds
+    // the valley; the second steps along and across it, by about one deviation.
     let mut steps = DMat2::from_diagonal(DVec2::splat(first));
     let mut found = None;
     for _ in 0..2 {
@@ -66,12 +65,12 @@ fn axes(covariance: DMat2) -> (DMat2, DVec2) {
     (axes, DVec2::new(along(axes.x_axis), along(axes.y_axis)))
 }
 
-/// What is seen around the fit. Derivatives are per step along two directions of the exponents, and per
+/// The pictures around the fit. Derivatives are per step along two directions of the exponents, and per
 /// [`EXPOSURE_STEP`].
 struct Neighbours<'a> {
     objective: &'a Objective<'a>,
     /// At −1, 0 and 1 steps along the first direction, and within that along the second.
-    seen: Vec<Seen>,
+    linear: Vec<LinearPictures>,
     steps: DMat2,
     log_exposure: f64,
     /// How the encoded subject changes, for each of its pairs.
@@ -87,20 +86,20 @@ impl<'a> Neighbours<'a> {
         steps: DMat2,
         log_exposure: f64,
     ) -> Option<Self> {
-        // Near a bound, the neighbourhood is that of a place as far inside as the steps need.
+        // Near a bound, the neighbourhood moves inside by as much as the steps need.
         let reach = steps.x_axis.abs() + steps.y_axis.abs();
         let (low, high) = bounds();
         let at = at.clamp(DVec2::splat(low) + reach, DVec2::splat(high) - reach);
-        let mut seen = Vec::new();
+        let mut linear = Vec::new();
         for i in -1..=1 {
             for j in -1..=1 {
                 let place = at + steps * DVec2::new(f64::from(i), f64::from(j));
-                seen.push(objective.see([place.x, place.y])?);
+                linear.push(objective.linearize([place.x, place.y])?);
             }
         }
         let mut neighbours = Self {
             objective,
-            seen,
+            linear,
             steps,
             log_exposure,
             slopes: vec![],
@@ -133,12 +132,12 @@ impl<'a> Neighbours<'a> {
         Some(neighbours)
     }
 
-    fn at(&self, i: i32, j: i32) -> &Seen {
-        &self.seen[(3 * (i + 1) + j + 1) as usize]
+    fn at(&self, i: i32, j: i32) -> &LinearPictures {
+        &self.linear[(3 * (i + 1) + j + 1) as usize]
     }
 
-    /// The covariance of γ1, γ2 and ln exposure; `None` where the curvature is not that of a minimum:
-    /// then nothing is known beyond the priors.
+    /// The covariance of γ1, γ2 and ln exposure; `None` if the curvature is not that of a minimum, when only the
+    /// priors are known.
     fn covariance(&self) -> Option<DMat3> {
         let to_unknowns = DMat3::from_cols(
             self.steps.x_axis.extend(0.0),
@@ -178,8 +177,8 @@ impl<'a> Neighbours<'a> {
         self.objective.ball_count / square
     }
 
-    /// Half the second derivatives of the balls' cost. The squared distance is a parabola much farther
-    /// than its logarithm is.
+    /// Half the second derivatives of the balls' cost, from the squared distance, which is close to a parabola over
+    /// a wider range than its logarithm.
     fn ball_curvature(&self) -> DMat3 {
         let square = |i: i32, j: i32| self.objective.ball_square(&self.at(i, j).ball);
         let middle = square(0, 0);
@@ -217,7 +216,7 @@ impl<'a> Neighbours<'a> {
     /// of the pixels, and one for each lamp's weight.
     fn subject_forces(&self) -> DMat3 {
         let (objective, middle) = (self.objective, self.at(0, 0));
-        if !objective.twins.is_empty() {
+        if !objective.matched.is_empty() {
             let errors: Vec<f64> = (middle.encoded(self.log_exposure).iter().zip(&middle.pairs))
                 .map(|(found, (_, is))| found - f64::from(*is))
                 .collect();
@@ -241,7 +240,7 @@ impl<'a> Neighbours<'a> {
             pictures.iter().map(force).collect()
         };
         let of_frames = spread(&forces(frames));
-        // A single pose is taken to be as special as a single frame is.
+        // A single pose is assumed to vary as much as a single frame does.
         let of_poses = if poses.len() > 1 {
             spread(&forces(&poses))
         } else {
@@ -250,14 +249,14 @@ impl<'a> Neighbours<'a> {
         of_frames + of_poses + self.weight_forces()
     }
 
-    /// Covariance of the forces of the lamps' weights, in which all pixels err together: by how far the
-    /// weight of a lamp's whole light is from that of its pixels one by one.
+    /// Covariance of the forces of the lamps' weights, whose error all pixels share: the difference between the
+    /// weight from a lamp's whole light and the weight from its pixels one by one.
     fn weight_forces(&self) -> DMat3 {
-        let seen = self.at(0, 0);
-        let here = seen.encoded(self.log_exposure);
+        let linear = self.at(0, 0);
+        let here = linear.encoded(self.log_exposure);
         let mut sum = DMat3::ZERO;
-        for (lamp, other) in seen.ball.weights.iter().enumerate() {
-            let mut weights = seen.weights.clone();
+        for (lamp, other) in linear.ball.weights.iter().enumerate() {
+            let mut weights = linear.weights.clone();
             for (weight, other) in weights[lamp].iter_mut().zip(other) {
                 // A lamp without pixels of its own has no weight there.
                 let is_known = *weight > 0.0 && *other > 0.0;
@@ -268,8 +267,8 @@ impl<'a> Neighbours<'a> {
                 };
                 *weight *= 1.0 + error.clamp(WEIGHT_ERROR, 1.0);
             }
-            let pairs = self.objective.pairs(&seen.table, &weights);
-            let moved = encoded(&seen.table, &pairs, self.log_exposure);
+            let pairs = self.objective.pairs(&linear.table, &weights);
+            let moved = encoded(&linear.table, &pairs, self.log_exposure);
             let errors: Vec<f64> = moved.iter().zip(&here).map(|(a, b)| a - b).collect();
             sum += outer(self.force(&errors, &self.slopes));
         }
@@ -283,14 +282,14 @@ impl<'a> Neighbours<'a> {
     }
 }
 
-impl Seen {
+impl LinearPictures {
     /// The subject's encoded values at an exposure.
     fn encoded(&self, log_exposure: f64) -> Vec<f64> {
         encoded(&self.table, &self.pairs, log_exposure)
     }
 }
 
-fn encoded(table: &Table, pairs: &[(f32, f32)], log_exposure: f64) -> Vec<f64> {
+fn encoded(table: &ResponseTable, pairs: &[(f32, f32)], log_exposure: f64) -> Vec<f64> {
     let exposure = log_exposure.exp() as f32;
     let encode = |(light, _): &(f32, f32)| f64::from(table.encode(exposure * light));
     pairs.iter().map(encode).collect()
@@ -300,8 +299,7 @@ fn outer(v: DVec3) -> DMat3 {
     DMat3::from_cols(v * v.x, v * v.y, v * v.z)
 }
 
-/// The covariance of the sum of forces that groups of equal standing pull with: by their spread about
-/// their mean.
+/// The covariance of the sum of the forces of equal groups, from their spread about their mean.
 fn spread(forces: &[DVec3]) -> DMat3 {
     let n = forces.len() as f64;
     if n < 2.0 {

@@ -1,19 +1,19 @@
-//! What the fit rests on, and what it leaves open.
+//! What the fitted response is based on, and how certain it is.
 
 use super::{Comparison, GAMMA_PRIOR, GammaFit};
 use project::Shoot;
 use serde::{Deserialize, Serialize};
 
-/// What the fit of the response rests on, as kept in `calibration.toml`. Files without it give the
-/// default, which warns of nothing.
+/// What the fitted response is based on, as kept in `calibration.toml`. Files without it give the default, which
+/// warns of nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Evidence {
-    /// Whether a person set the response; then nothing was fitted, and the deviations are 0.
+    /// Whether the response was set by hand; then nothing was fitted, and the deviations are 0.
     pub by_hand: bool,
     /// What was compared between the relit poses and the interview.
     pub comparison: Comparison,
-    /// The poses that a frame shows, by name, beside that frame.
+    /// The poses that a frame shows: the names of pose and frame.
     pub same_poses: Vec<[String; 2]>,
     /// Standard deviation of ln exposure.
     pub exposure_deviation: f32,
@@ -22,8 +22,8 @@ pub struct Evidence {
     pub changed_exposure: f32,
     /// Exposure, γ1 and γ2 in the other case.
     pub other_case: [f32; 3],
-    /// The hundredth part of the compared pixels, of OLATs, frames and balls, is darker than the first
-    /// and another brighter than the second, in encoded values from 0 to 1.
+    /// The 1 % and the 99 % quantile of the compared pixels, of OLATs, frames and balls, in encoded values from 0
+    /// to 1.
     pub darkest: f32,
     pub brightest: f32,
     /// Root-mean-square encoded distance on the mirror balls, pixel for pixel.
@@ -50,7 +50,7 @@ impl Default for Evidence {
 }
 
 impl Evidence {
-    /// What a fit to a shoot rests on.
+    /// The evidence of a fit to a shoot.
     pub(crate) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
         let name = |names: &[String], i: usize| names.get(i).cloned().unwrap_or_default();
         Self {
@@ -77,19 +77,18 @@ impl Evidence {
         }
     }
 
-    /// An exponent that is no surer than this is not told by the pictures: less than half of what is
-    /// known of it comes from them, the rest is the prior.
+    /// From this deviation on, the pictures do not determine an exponent: less than half of what is known comes
+    /// from them, the rest is the prior.
     pub const UNDETERMINED: f32 = (GAMMA_PRIOR.1 * std::f64::consts::FRAC_1_SQRT_2) as f32;
-    /// An exponent that is no surer than this is only roughly known: where an encoded value is a fifth of
-    /// the range, a tenth of an exponent is a quarter of a stop.
+    /// From this deviation on, an exponent is only roughly known: at an encoded value of 0.2, a tenth of an
+    /// exponent is a quarter of a stop.
     pub const ROUGH: f32 = 0.1;
-    /// ln exposure beyond this is no camera that was left alone.
+    /// Beyond this ln exposure, the camera's exposure was changed.
     pub const OTHER_EXPOSURE: f32 = 0.08;
-    /// From this probability on, a changed exposure is worth a sentence.
+    /// From this probability on, a changed exposure is warned of.
     pub const DOUBT: f32 = 0.05;
 
-    /// Which poses were compared with a frame pixel by pixel, in a sentence; `None` where distributions
-    /// were compared.
+    /// Which poses were compared with a frame pixel by pixel, in a sentence; `None` if distributions were compared.
     pub fn same_poses_sentence(&self) -> Option<String> {
         let pairs: Vec<String> = self
             .same_poses
@@ -98,48 +97,48 @@ impl Evidence {
             .collect();
         (!pairs.is_empty()).then(|| {
             format!(
-                "the camera's response was fitted pixel by pixel, because {}",
+                "the camera's response was fitted pixel by pixel: {}",
                 pairs.join(", ")
             )
         })
     }
 
-    /// What the person should know before trusting the response, a sentence each.
+    /// What to know before trusting the response, one sentence each.
     pub fn warnings(&self, deviation: [f32; 2], exposure: f32) -> Vec<String> {
         let mut warnings = Vec::new();
         let tones = [
             (
                 "γ1",
                 "dark",
-                format!("hardly anything is darker than {:.2}", self.darkest),
-                "Give poses and frames with shadows, and balls whose lamps have soft edges",
+                format!("99 % of the values are above {:.2}", self.darkest),
+                "Use poses and frames with shadows, and balls on which the lamps have soft edges",
             ),
             (
                 "γ2",
                 "bright",
-                format!("hardly anything is brighter than {:.2}", self.brightest),
-                "Expose the OLATs and the interview brighter, just short of clipping, or the balls through a thinner \
-                 filter",
+                format!("99 % of the values are below {:.2}", self.brightest),
+                "Expose the OLATs and the interview brighter, just below clipping, or photograph the balls through \
+                 a weaker filter",
             ),
         ];
         for (deviation, (exponent, tone, extent, remedy)) in deviation.into_iter().zip(tones) {
             if deviation >= Self::UNDETERMINED {
                 warnings.push(format!(
-                    "the pictures do not tell the camera's {exponent}, which rules {tone} pixels ({extent} in \
-                     encoded values from 0 to 1): it is an assumption. {remedy}"
+                    "the pictures do not determine the camera's {exponent}, which shapes the {tone} tones, so it \
+                     is assumed ({extent}, on a scale from 0 to 1). {remedy}"
                 ));
             } else if deviation >= Self::ROUGH {
                 warnings.push(format!(
-                    "the camera's {exponent}, which rules {tone} pixels, is known only to ± {deviation:.2} \
-                     ({extent} in encoded values from 0 to 1). {remedy}"
+                    "the camera's {exponent}, which shapes the {tone} tones, is known only to ± {deviation:.2} \
+                     ({extent}, on a scale from 0 to 1). {remedy}"
                 ));
             }
         }
         if let Some(curve) = &self.better_curve {
-            // What the fit made of such pictures needs no further comment.
+            // Warnings about the dual gamma's fit would only follow from this.
             return vec![format!(
-                "the camera encodes as {curve} does, which no dual gamma comes near: its response was taken to be \
-                 that. Fit a dual gamma by hand where you know better"
+                "the camera encodes like {curve}, which no dual gamma matches, so {curve} is used. If you know \
+                 better, set a dual gamma by hand"
             )];
         }
         let is_other =
@@ -153,15 +152,16 @@ impl Evidence {
         let [other_exposure, gamma1, gamma2] = self.other_case;
         if is_other(exposure) {
             warnings.push(format!(
-                "the interview is {} than the mirror balls say (± {:.0} %), so its camera's exposure seems to have \
-                 been changed between the balls and the filming, and the response is less sure. {REMEDY}",
+                "the interview is {} than the mirror balls say (± {:.0} %): the camera's exposure was probably \
+                 changed between the balls and the filming, which makes the response less certain. {REMEDY}",
                 words(exposure),
                 100.0 * self.exposure_deviation,
             ));
         } else if self.changed_exposure > Self::DOUBT && is_other(other_exposure) {
             warnings.push(format!(
-                "the interview's exposure may have been changed between the balls and the filming (a chance of \
-                 {:.0} %): it would be {} than the balls say, with γ1 = {gamma1:.2} and γ2 = {gamma2:.2}. {REMEDY}",
+                "the camera's exposure may have been changed between the balls and the filming (probability {:.0} \
+                 %). The interview would then be {} than the balls say, with γ1 = {gamma1:.2} and γ2 = \
+                 {gamma2:.2}. {REMEDY}",
                 100.0 * self.changed_exposure,
                 words(other_exposure),
             ));
@@ -189,7 +189,7 @@ mod tests {
         let [dark] = &evidence.warnings([0.6, 0.03], 1.0)[..] else {
             panic!("one doubt, one sentence");
         };
-        assert!(dark.contains("do not tell the camera's γ1") && dark.contains("0.40"));
+        assert!(dark.contains("do not determine the camera's γ1") && dark.contains("0.40"));
         let [bright] = &evidence.warnings([0.03, 0.2], 1.0)[..] else {
             panic!("one doubt, one sentence");
         };

@@ -1,73 +1,73 @@
 //! The fit of the camera's dual gamma (the curve itself is [`imaging::DualGamma`]).
 //!
-//! Two things must agree under the right curve. The OLATs of the poses, summed with the interview's
-//! weights, must look like the interview: pixel for pixel where a frame shows the pose itself, and
-//! else, as the poses differ from the frames, by their quantiles. And on the mirror balls, where
-//! nothing moves, the sum of the lamps must be the interview's ball pixel for pixel. The first rules
-//! the power of the curve, the second its shape; a valley of the one crosses that of the other.
+//! Two things must agree under the right curve. The OLATs of the poses, summed with the interview's weights, must
+//! look like the interview: pixel for pixel where a frame shows the pose itself, and else, as the poses differ from
+//! the frames, by their quantiles. And on the mirror balls, where nothing moves, the sum of the lamps must be the
+//! interview's ball pixel for pixel. The first determines the power of the curve, the second its shape.
 //!
-//! A brighter interview and a higher power look alike, so the data hardly tell the exposure: it
-//! keeps close to 1, because the balls share one filter and the cameras were not touched
-//! (the paper's section 3.1). That somebody did turn the dial is fitted as a second hypothesis, and the
-//! more probable one is the answer; the doubt between both is part of its deviations.
+//! A brighter interview and a higher power look alike, so the data hardly determine the exposure. It is assumed to
+//! be close to 1, because the balls share one filter and nobody touched the cameras (the paper's section 3.1). That
+//! the exposure was changed is fitted as a second hypothesis. The more probable one is the answer, and the doubt
+//! between both is part of its deviations.
 
 mod compare;
 mod confidence;
 mod evidence;
+mod frame_match;
+mod matte;
 mod objective;
 mod study;
 mod subject;
 mod surface;
-mod twin;
 
 use super::Trial;
-use super::code::Table;
-use super::minimum::{self, Search};
+use super::code_values::ResponseTable;
+use super::minimizer::{self, Search};
 use super::probe::Probes;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use imaging::{DualGamma, Response};
-use objective::{Objective, Seen, gamma_prior};
+use objective::{LinearPictures, Objective, gamma_prior};
 use project::Shoot;
 use serde::{Deserialize, Serialize};
 
 pub use compare::CurveFit;
 pub use evidence::Evidence;
+use frame_match::FrameMatch;
 pub use study::{CurvePoint, GammaStudy, Histogram, curve};
 pub(super) use subject::Subject;
 pub use surface::Surface;
-use twin::Twin;
 
-/// What may have been done to the exposure between the balls and the filming.
+/// An assumption about the exposure between the photographs of the balls and the filming.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ExposurePrior {
-    /// How often that is so.
+    /// How often it holds.
     chance: f64,
-    /// The standard deviation of ln exposure then.
+    /// The standard deviation of ln exposure if it holds.
     deviation: f64,
 }
 
-/// Nearly always the cameras were not touched, and a few hundredths of a stop are left.
+/// Nearly always nobody touched the cameras, and a few hundredths of a stop remain.
 const LEFT_ALONE: ExposurePrior = ExposurePrior {
     chance: 0.9,
     deviation: 0.03,
 };
-/// Now and then somebody did turn the dial.
+/// Now and then somebody changed the exposure.
 const CHANGED: ExposurePrior = ExposurePrior {
     chance: 0.1,
     deviation: 0.3,
 };
-/// The weak prior on each exponent: video cameras are near 2.2.
+/// Mean and deviation of the weak prior on each exponent: video cameras are near 2.2.
 const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
 
 /// What is compared between the relit poses and the interview.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Comparison {
-    /// How often each level occurs in the subject: right for whatever poses.
+    /// How often each level occurs in the subject: works for any poses.
     #[default]
     Distribution,
-    /// Pixel by pixel, for frames that show one of the poses.
+    /// Pixel by pixel, if a frame shows one of the poses.
     Pixels,
 }
 
@@ -92,18 +92,18 @@ pub struct GammaFit {
     /// Exposure and response in the other case.
     pub other_exposure: f32,
     pub other_response: DualGamma,
-    /// What a hundredth of the compared values is darker than, and a hundredth is brighter than.
+    /// The 1 % and the 99 % quantile of the compared values.
     pub extent: [f32; 2],
-    /// Poses that a frame shows, beside the frame: the project's numbers of both.
+    /// Poses that a frame shows: pose and frame by their numbers in the project.
     pub same_poses: Vec<[usize; 2]>,
-    /// A standard curve that is no dual gamma and explains the pictures better.
+    /// A standard curve that explains the pictures better than any dual gamma.
     pub better_curve: Option<CurveFit>,
 }
 
-/// The response that a calibration goes by: fitted, the standard curve that beats the fit, or a person's.
-pub(super) struct Found {
+/// The response that a calibration uses: the fitted one, a standard curve that beats the fit, or one set by hand.
+pub(super) struct ChosenResponse {
     pub response: Response,
-    /// Standard deviations of γ1 and γ2; 0 where the response was not fitted.
+    /// Standard deviations of γ1 and γ2; 0 if the response was not fitted.
     pub deviation: [f32; 2],
     pub exposure: f32,
     /// Root-mean-square encoded distance of the quantiles, or of the pixels.
@@ -111,8 +111,8 @@ pub(super) struct Found {
     pub evidence: Evidence,
 }
 
-impl Found {
-    /// What a fit found.
+impl ChosenResponse {
+    /// The fitted response, or the standard curve that beats it.
     pub fn fitted(fit: &GammaFit, shoot: &Shoot) -> Self {
         let evidence = Evidence::new(fit, shoot);
         match &fit.better_curve {
@@ -136,7 +136,7 @@ impl Found {
         }
     }
 
-    /// What a person set.
+    /// A response set by hand.
     pub fn by_hand(subject: &Subject, probes: &Probes, trial: &Trial) -> Self {
         let objective = Objective::new(subject, probes, vec![]);
         let [residual, ball_residual] = objective.distances(&trial.response, trial.exposure);
@@ -157,42 +157,42 @@ impl Found {
     }
 }
 
-/// A fit beside the comparison that it was made by, to ask for more: [`Fitted::surface`] and
-/// [`Fitted::compare`].
-pub struct Fitted<'a> {
+/// A fit with the data that it was made from, for a closer look: [`InspectableFit::surface`] and
+/// [`InspectableFit::compare`].
+pub struct InspectableFit<'a> {
     objective: Objective<'a>,
     /// The fit.
     pub fit: GammaFit,
 }
 
-/// Fits γ1, γ2 and the exposure: by what the caller wants compared, or by pixels where a frame shows a
-/// pose itself and by distributions where none does.
+/// Fits γ1, γ2 and the exposure with the wanted comparison; with `None`, pixel by pixel if a frame shows a pose,
+/// else by distributions.
 ///
 /// # Errors
-/// When pixels are to be compared and no frame shows a pose, or a stop was asked for.
+/// When pixels are to be compared and no frame shows a pose, or the job was stopped.
 pub(super) fn fit<'a>(
     subject: &'a Subject,
     probes: &'a Probes,
     wanted: Option<Comparison>,
     progress: &Progress,
-) -> Result<Fitted<'a>> {
+) -> Result<InspectableFit<'a>> {
     let found = fit_by(Objective::new(subject, probes, vec![]), progress)?;
     if wanted == Some(Comparison::Distribution) {
         return Ok(found);
     }
-    // Which poses are those of frames shows only under a response that is about right.
-    let table = Table::new(&found.fit.response);
+    // Whether a frame shows a pose can only be told under a response that is about right.
+    let table = ResponseTable::new(&found.fit.response);
     let nearest = subject.nearest(&table, &probes.fit(&table).weights);
     let same: Vec<_> = nearest
         .iter()
-        .filter(|(.., mismatch)| *mismatch <= Twin::LARGEST_MISMATCH)
+        .filter(|(.., mismatch)| *mismatch <= FrameMatch::MAX_MISMATCH)
         .collect();
     if !same.is_empty() {
-        let twins = same.iter().map(|(pose, ..)| *pose).collect();
-        let mut found = fit_by(Objective::new(subject, probes, twins), progress)?;
+        let matched = same.iter().map(|(pose, ..)| *pose).collect();
+        let mut found = fit_by(Objective::new(subject, probes, matched), progress)?;
         found.fit.same_poses = same
             .iter()
-            .map(|(_, twin, _)| [twin.pose, twin.frame])
+            .map(|(_, frame_match, _)| [frame_match.pose, frame_match.frame])
             .collect();
         return Ok(found);
     }
@@ -201,17 +201,17 @@ pub(super) fn fit<'a>(
     }
     let best = nearest.iter().min_by(|a, b| a.2.total_cmp(&b.2));
     Err(Error::unexpected(
-        "the comparison pixel by pixel",
+        "the pixel-by-pixel comparison",
         format!(
-            "a frame that shows a pose, at a mismatch of {} or less",
-            Twin::LARGEST_MISMATCH
+            "a frame that shows a pose, with a mismatch of {} or less",
+            FrameMatch::MAX_MISMATCH
         ),
         best.map_or(
             "no frame with the outline of a pose".into(),
-            |(_, twin, mismatch)| {
+            |(_, frame_match, mismatch)| {
                 format!(
-                    "{mismatch:.2} at best, of pose {} and frame {}",
-                    twin.pose, twin.frame
+                    "{mismatch:.2} at best, for pose {} and frame {}",
+                    frame_match.pose, frame_match.frame
                 )
             },
         ),
@@ -220,8 +220,8 @@ pub(super) fn fit<'a>(
 }
 
 /// Fits γ1, γ2 and the exposure by one comparison.
-fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitted<'a>> {
-    // The surface has valleys, so walks start from the three best places of a grid.
+fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<InspectableFit<'a>> {
+    // The cost has valleys, so searches start from the three best places of a grid.
     const GRID: [f64; 6] = [1.2, 1.6, 2.0, 2.4, 2.8, 3.3];
     const WALKS: usize = 3;
     let total = (GRID.len() + WALKS) as u64;
@@ -233,10 +233,10 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
         grid.extend(
             places
                 .into_iter()
-                .filter_map(|place| Some((place, objective.see(place)?))),
+                .filter_map(|place| Some((place, objective.linearize(place)?))),
         );
     }
-    let best_ball = |a: &&([f64; 2], Seen), b: &&([f64; 2], Seen)| {
+    let best_ball = |a: &&([f64; 2], LinearPictures), b: &&([f64; 2], LinearPictures)| {
         objective
             .ball_square(&a.1.ball)
             .total_cmp(&objective.ball_square(&b.1.ball))
@@ -250,7 +250,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
     }
     let mut starts: Vec<([f64; 2], f64)> = grid
         .iter()
-        .map(|(place, seen)| (*place, objective.stand(seen).cost + gamma_prior(*place)))
+        .map(|(place, linear)| (*place, objective.score(linear).cost + gamma_prior(*place)))
         .collect();
     starts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let mut best = ([GAMMA_PRIOR.0; 2], f64::INFINITY);
@@ -262,9 +262,9 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
             best = found;
         }
     }
-    // The grid's best is a coarse judge of what is noise; the walk's best is a good one.
-    if let Some(seen) = objective.see(best.0) {
-        objective.weigh(&seen);
+    // The best place of the grid tells roughly what is noise; the best of the searches tells it well.
+    if let Some(linear) = objective.linearize(best.0) {
+        objective.weigh(&linear);
     }
     let alone = Hypothesis::fit(&mut objective, LEFT_ALONE, best.0)?;
     let changed = Hypothesis::fit(&mut objective, CHANGED, best.0)?;
@@ -276,17 +276,17 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
     };
     objective.exposure = found.prior;
     let response = found.response()?;
-    let standing = objective.stand(&objective.see_response(&response.into()));
+    let score = objective.score(&objective.linearize_by(&response.into()));
     let fit = GammaFit {
         response,
-        exposure: standing.log_exposure.exp() as f32,
-        comparison: if objective.twins.is_empty() {
+        exposure: score.log_exposure.exp() as f32,
+        comparison: if objective.matched.is_empty() {
             Comparison::Distribution
         } else {
             Comparison::Pixels
         },
-        residual: standing.subject as f32,
-        ball_residual: standing.ball as f32,
+        residual: score.subject as f32,
+        ball_residual: score.ball as f32,
         deviation: found.deviation_beside(&other, doubt),
         changed_exposure: changed_exposure as f32,
         other_exposure: other.log_exposure.exp() as f32,
@@ -295,7 +295,7 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Fitte
         same_poses: vec![],
         better_curve: None,
     };
-    let mut fitted = Fitted { objective, fit };
+    let mut fitted = InspectableFit { objective, fit };
     fitted.fit.better_curve = fitted.better_curve();
     Ok(fitted)
 }
@@ -305,7 +305,7 @@ struct Hypothesis {
     prior: ExposurePrior,
     gammas: [f64; 2],
     log_exposure: f64,
-    /// −2·ln of its probability, the chance of the assumption included, but for a constant.
+    /// −2·ln of its probability, up to a constant; the chance of the assumption is included.
     cost: f64,
     deviation: [f32; 3],
 }
@@ -314,8 +314,8 @@ impl Hypothesis {
     fn fit(objective: &mut Objective, prior: ExposurePrior, start: [f64; 2]) -> Result<Self> {
         objective.exposure = prior;
         let (gammas, cost) = minimise(|gammas| objective.total(gammas), start)?;
-        let seen = objective.see(gammas);
-        let log_exposure = seen.map_or(0.0, |seen| objective.stand(&seen).log_exposure);
+        let linear = objective.linearize(gammas);
+        let log_exposure = linear.map_or(0.0, |linear| objective.score(&linear).log_exposure);
         let deviation = confidence::deviation(objective, gammas, log_exposure);
         // The probability of all exposures nearby, not of the best alone (Laplace's approximation).
         let cost = cost - 2.0 * f64::from(deviation[2]).max(1e-6).ln();
@@ -332,7 +332,7 @@ impl Hypothesis {
         DualGamma::new(self.gammas[0] as f32, self.gammas[1] as f32)
     }
 
-    /// Standard deviations about this hypothesis where another holds with probability `doubt`.
+    /// Standard deviations about this hypothesis if another holds with probability `doubt`.
     fn deviation_beside(&self, other: &Self, doubt: f64) -> [f32; 3] {
         let unknowns = |h: &Self| [h.gammas[0], h.gammas[1], h.log_exposure];
         let (here, there) = (unknowns(self), unknowns(other));
@@ -345,10 +345,10 @@ impl Hypothesis {
 }
 
 impl Objective<'_> {
-    /// The cost of two exponents at their best exposure, with all priors; +∞ where there is no curve.
+    /// The cost of two exponents at their best exposure, with all priors; +∞ if they make no valid curve.
     fn total(&self, gammas: [f64; 2]) -> f64 {
-        self.see(gammas).map_or(f64::INFINITY, |seen| {
-            self.stand(&seen).cost + gamma_prior(gammas)
+        self.linearize(gammas).map_or(f64::INFINITY, |linear| {
+            self.score(&linear).cost + gamma_prior(gammas)
         })
     }
 }
@@ -359,19 +359,19 @@ fn bounds() -> (f64, f64) {
     (f64::from(*bounds.start()), f64::from(*bounds.end()))
 }
 
-/// The bottom near `start` of a cost over two exponents, within [`DualGamma::BOUNDS`], and its height.
+/// The minimum near `start` of a cost over two exponents, within [`DualGamma::BOUNDS`], and the cost there.
 fn minimise(cost: impl Fn([f64; 2]) -> f64, start: [f64; 2]) -> Result<([f64; 2], f64)> {
     let (low, high) = bounds();
     let search = Search {
         start,
         low: [low; 2],
         high: [high; 2],
-        // From half the distance of the grid's places to a tenth of what any picture can tell.
+        // From half the spacing of the grid to a tenth of what any picture can resolve.
         first_step: 0.2,
         last_step: 5e-4,
         evaluations: 120,
     };
-    minimum::minimise(cost, &search)
+    minimizer::minimise(cost, &search)
 }
 
 #[cfg(test)]

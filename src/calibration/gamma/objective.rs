@@ -1,31 +1,31 @@
-//! What a response costs: how far the relit poses are from the interview under it, and the sum of the
-//! lamps' balls from the interview's ball.
+//! The cost of a response: how far, under it, the relit poses are from the interview, and the sum of the lamps'
+//! balls is from the interview's ball.
 
-use super::super::code::{STEPS, Table};
+use super::super::code_values::{ResponseTable, STEPS};
 use super::super::probe::{NeighbourDifferences, Probes, Profile};
+use super::frame_match::MatchedPixel;
 use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
-use super::twin::TwinPixel;
 use super::{ExposurePrior, GAMMA_PRIOR, LEFT_ALONE};
 use imaging::{DualGamma, Response};
 
-/// Rounding to 8 bits alone leaves this root-mean-square distance; below it nothing can be told.
+/// The root-mean-square distance that rounding to 8 bits leaves; nothing smaller can be measured.
 pub(super) fn rounding() -> f64 {
     1.0 / 255.0 / 12f64.sqrt()
 }
 
-/// The pictures under one response, before the exposure is chosen.
-pub(super) struct Seen {
-    pub table: Table,
+/// All pictures linearised by one response, before the exposure is chosen.
+pub(super) struct LinearPictures {
+    pub table: ResponseTable,
     pub weights: Vec<[f32; 3]>,
-    /// Light of the relit poses beside the encoded value that the interview has there: quantiles, channel
-    /// by channel, or the channels of pixels.
+    /// Pairs of the relit poses' light and the interview's encoded value: quantiles, channel by channel, or the
+    /// channels of pixels.
     pub pairs: Vec<(f32, f32)>,
     /// The balls, pixel by pixel.
     pub ball: Profile,
 }
 
-impl Seen {
-    /// Mean squared distance of the subject, encoded, at an exposure.
+impl LinearPictures {
+    /// Mean squared distance of the encoded subject at an exposure.
     pub fn subject_square(&self, log_exposure: f64) -> f64 {
         let exposure = log_exposure.exp() as f32;
         let square: f64 = self
@@ -37,10 +37,10 @@ impl Seen {
     }
 }
 
-/// Where a response stands, at its best exposure.
+/// How good a response is, at its best exposure.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Standing {
-    /// −2·ln of its probability, but for a constant and the priors of the exponents.
+pub(super) struct Score {
+    /// −2·ln of its probability, up to a constant and without the priors of the exponents.
     pub cost: f64,
     pub log_exposure: f64,
     /// Root-mean-square distances in encoded values.
@@ -48,13 +48,13 @@ pub(super) struct Standing {
     pub ball: f64,
 }
 
-/// The comparison that responses are judged by.
+/// What responses are compared by.
 pub(super) struct Objective<'a> {
     pub subject: &'a Subject,
     pub probes: &'a Probes,
-    /// Poses that are compared with their twins pixel by pixel; none where distributions are compared.
-    pub twins: Vec<&'a Pose>,
-    /// Distances below these cannot be told from the right response.
+    /// Poses that are compared with their frames pixel by pixel; empty if distributions are compared.
+    pub matched: Vec<&'a Pose>,
+    /// Distances below this cannot be told from those of the right response.
     pub subject_floor: f64,
     /// How many independent errors there are.
     pub subject_count: f64,
@@ -64,9 +64,9 @@ pub(super) struct Objective<'a> {
 }
 
 impl<'a> Objective<'a> {
-    /// The comparison of a subject and its probes: by the pixels of `twins`, poses that a frame shows, or
-    /// by distributions where there are none.
-    pub fn new(subject: &'a Subject, probes: &'a Probes, twins: Vec<&'a Pose>) -> Self {
+    /// Compares a subject and its probes: by the pixels of `matched`, poses that a frame shows, or by distributions
+    /// if there are none.
+    pub fn new(subject: &'a Subject, probes: &'a Probes, matched: Vec<&'a Pose>) -> Self {
         let mut objective = Self {
             subject,
             probes,
@@ -75,25 +75,25 @@ impl<'a> Objective<'a> {
             subject_count: QUANTILES as f64,
             ball_count: subject.lamps as f64,
             exposure: LEFT_ALONE,
-            twins,
+            matched,
         };
-        if objective.twins.is_empty() {
+        if objective.matched.is_empty() {
             let middle = DualGamma {
                 gamma1: GAMMA_PRIOR.0 as f32,
                 gamma2: GAMMA_PRIOR.0 as f32,
             };
-            let table = Table::new(&middle);
+            let table = ResponseTable::new(&middle);
             let weights = probes.fit(&table).weights;
             objective.subject_floor = objective.scatter(&table, &weights).max(rounding());
         }
         objective
     }
 
-    /// Sets the counts of independent errors from the best response so far. As far as noise explains the
-    /// distance on the balls, each pixel is an error of its own; the rest, such as a ball that was moved,
-    /// is one for each lamp. Likewise for the pixels of a pose and its twin, where the rest is one for
-    /// each of [`BLOCKS`].
-    pub fn weigh(&mut self, best: &Seen) {
+    /// Sets the counts of independent errors from the best response so far. As far as noise explains the distance
+    /// on the balls, each pixel is an independent error; the rest, such as a ball that was moved, is one error for
+    /// each lamp. Likewise for the pixels of a pose and its frame, where the rest is one error for each of
+    /// [`BLOCKS`].
+    pub fn weigh(&mut self, best: &LinearPictures) {
         let independent = |square: f64, noise: f64, pixels: usize, others: usize| {
             let noise = noise.max(rounding().powi(2));
             let own = noise / square.max(noise);
@@ -105,25 +105,28 @@ impl<'a> Objective<'a> {
             self.probes.profile_pixels(),
             self.subject.lamps,
         );
-        if !self.twins.is_empty() {
-            let x = self.stand(best).log_exposure;
+        if !self.matched.is_empty() {
+            let x = self.score(best).log_exposure;
             self.subject_count = independent(
                 best.subject_square(x),
-                self.twin_noise(best, x),
+                self.matched_noise(best, x),
                 best.pairs.len() / 3,
                 BLOCKS,
             );
         }
     }
 
-    /// Mean square of the noise between poses and twins.
-    fn twin_noise(&self, seen: &Seen, log_exposure: f64) -> f64 {
+    /// Mean square of the noise between poses and their frames.
+    fn matched_noise(&self, linear: &LinearPictures, log_exposure: f64) -> f64 {
         let exposure = log_exposure.exp() as f32;
         let mut channels: [NeighbourDifferences; 3] = Default::default();
-        let pixels = self.twins.iter().flat_map(|pose| self.twin_pixels(pose));
-        for (pixel, pairs) in pixels.zip(seen.pairs.chunks_exact(3)) {
+        let pixels = self
+            .matched
+            .iter()
+            .flat_map(|pose| self.matched_pixels(pose));
+        for (pixel, pairs) in pixels.zip(linear.pairs.chunks_exact(3)) {
             for (channel, (light, is)) in channels.iter_mut().zip(pairs) {
-                let off = f64::from(seen.table.encode(exposure * light) - is);
+                let off = f64::from(linear.table.encode(exposure * light) - is);
                 channel.add(pixel.place as usize, off);
             }
         }
@@ -134,11 +137,14 @@ impl<'a> Objective<'a> {
             / 3.0
     }
 
-    /// The pixels by which a pose is compared with its twin: two thousand of all tell enough.
-    fn twin_pixels(&self, pose: &'a Pose) -> impl Iterator<Item = &'a TwinPixel> {
-        let pixels = pose.twin.as_ref().map_or(&[][..], |twin| &twin.pixels);
-        let step = (pixels.len() * self.twins.len())
-            .div_ceil(TWIN_PIXELS)
+    /// The pixels by which a pose is compared with its frame: two thousand in all are enough.
+    fn matched_pixels(&self, pose: &'a Pose) -> impl Iterator<Item = &'a MatchedPixel> {
+        let pixels = pose
+            .frame_match
+            .as_ref()
+            .map_or(&[][..], |frame_match| &frame_match.pixels);
+        let step = (pixels.len() * self.matched.len())
+            .div_ceil(MATCHED_PIXELS)
             .max(1);
         let kept = pixels
             .iter()
@@ -147,10 +153,15 @@ impl<'a> Objective<'a> {
         kept.map(|(_, pixel)| pixel)
     }
 
-    /// A pose's light beside its twin's encoded values, by pixel and channel.
-    fn twin_pairs(&self, pose: &'a Pose, table: &Table, weights: &[[f32; 3]]) -> Vec<(f32, f32)> {
+    /// Pairs of a pose's light and its frame's encoded value, by pixel and channel.
+    fn matched_pairs(
+        &self,
+        pose: &'a Pose,
+        table: &ResponseTable,
+        weights: &[[f32; 3]],
+    ) -> Vec<(f32, f32)> {
         let encoded = |code: u16| f32::from(code) / f32::from(STEPS);
-        self.twin_pixels(pose)
+        self.matched_pixels(pose)
             .flat_map(|pixel| {
                 let light = self
                     .subject
@@ -162,22 +173,22 @@ impl<'a> Objective<'a> {
 
     /// Root-mean-square encoded distances of the subject and on the balls.
     pub fn distances(&self, response: &Response, exposure: f32) -> [f32; 2] {
-        let seen = self.see_response(response);
-        let subject = seen.subject_square(f64::from(exposure).ln());
-        [subject, self.ball_square(&seen.ball)].map(|square| square.sqrt() as f32)
+        let linear = self.linearize_by(response);
+        let subject = linear.subject_square(f64::from(exposure).ln());
+        [subject, self.ball_square(&linear.ball)].map(|square| square.sqrt() as f32)
     }
 
-    /// The pictures under two exponents; `None` where the curve is none that a camera can have.
-    pub fn see(&self, [gamma1, gamma2]: [f64; 2]) -> Option<Seen> {
+    /// The pictures under two exponents; `None` if no camera can have their curve.
+    pub fn linearize(&self, [gamma1, gamma2]: [f64; 2]) -> Option<LinearPictures> {
         let curve = DualGamma::new(gamma1 as f32, gamma2 as f32).ok()?;
-        Some(self.see_response(&Response::Dual(curve)))
+        Some(self.linearize_by(&Response::Dual(curve)))
     }
 
     /// The pictures under any response.
-    pub fn see_response(&self, response: &Response) -> Seen {
-        let table = Table::of(response);
+    pub fn linearize_by(&self, response: &Response) -> LinearPictures {
+        let table = ResponseTable::of(response);
         let (fit, ball) = rayon::join(|| self.probes.fit(&table), || self.probes.profile(&table));
-        Seen {
+        LinearPictures {
             pairs: self.pairs(&table, &fit.weights),
             weights: fit.weights,
             table,
@@ -185,12 +196,12 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// The relit subject's light beside the interview's encoded values: quantiles, channel by channel, or
-    /// the channels of pixels.
-    pub fn pairs(&self, table: &Table, weights: &[[f32; 3]]) -> Vec<(f32, f32)> {
-        if !self.twins.is_empty() {
-            let pairs = |pose: &&'a Pose| self.twin_pairs(pose, table, weights);
-            return self.twins.iter().flat_map(pairs).collect();
+    /// Pairs of the relit subject's light and the interview's encoded values: quantiles, channel by channel, or the
+    /// channels of pixels.
+    pub fn pairs(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<(f32, f32)> {
+        if !self.matched.is_empty() {
+            let pairs = |pose: &&'a Pose| self.matched_pairs(pose, table, weights);
+            return self.matched.iter().flat_map(pairs).collect();
         }
         let relit = self.subject.all_relit(table, weights);
         (0..3)
@@ -201,8 +212,7 @@ impl<'a> Objective<'a> {
             .collect()
     }
 
-    /// What a hundredth of the compared values is darker than, and a hundredth is brighter than: OLATs,
-    /// frames and balls, encoded in `[0, 1]`.
+    /// The 1 % and the 99 % quantile of the compared values: OLATs, frames and balls, encoded in `[0, 1]`.
     pub fn extent(&self) -> [f32; 2] {
         let subject = self.subject;
         let poses = subject.poses.iter().flat_map(|pose| &pose.codes);
@@ -229,36 +239,36 @@ impl<'a> Objective<'a> {
 
     /// −2·ln of the probability at an exposure: independent errors of unknown size, n·ln(distance²) over
     /// both comparisons, and the prior of the exposure.
-    fn cost(&self, prior: ExposurePrior, seen: &Seen, log_exposure: f64) -> f64 {
-        let subject = seen.subject_square(log_exposure) + self.subject_floor.powi(2);
-        let ball = self.ball_square(&seen.ball) + rounding().powi(2);
+    fn cost(&self, prior: ExposurePrior, linear: &LinearPictures, log_exposure: f64) -> f64 {
+        let subject = linear.subject_square(log_exposure) + self.subject_floor.powi(2);
+        let ball = self.ball_square(&linear.ball) + rounding().powi(2);
         self.subject_count * subject.ln() + self.ball_count * ball.ln() + prior.cost(log_exposure)
     }
 
-    /// The standing of what was seen, at the best exposure.
-    pub fn stand(&self, seen: &Seen) -> Standing {
-        self.stand_under(self.exposure, seen)
+    /// The score at the best exposure.
+    pub fn score(&self, linear: &LinearPictures) -> Score {
+        self.score_under(self.exposure, linear)
     }
 
-    /// The same where another is known of the exposure.
-    pub fn stand_under(&self, prior: ExposurePrior, seen: &Seen) -> Standing {
-        let cost = |x: f64| self.cost(prior, seen, x);
-        let log_exposure = best_exposure(cost, |x| seen.subject_square(x));
-        Standing {
+    /// The same with another prior of the exposure.
+    pub fn score_under(&self, prior: ExposurePrior, linear: &LinearPictures) -> Score {
+        let cost = |x: f64| self.cost(prior, linear, x);
+        let log_exposure = best_exposure(cost, |x| linear.subject_square(x));
+        Score {
             cost: cost(log_exposure),
             log_exposure,
-            subject: seen.subject_square(log_exposure).sqrt(),
-            ball: self.ball_square(&seen.ball).sqrt(),
+            subject: linear.subject_square(log_exposure).sqrt(),
+            ball: self.ball_square(&linear.ball).sqrt(),
         }
     }
 
-    /// How far apart the quantiles are to be expected under the right response, because the poses are
-    /// not the frames: the standard error of both means, from the differences among poses and among
-    /// frames. Root-mean-square, in encoded values.
-    fn scatter(&self, table: &Table, weights: &[[f32; 3]]) -> f64 {
+    /// How far apart quantiles must be expected even under the right response, because poses and frames differ: the
+    /// standard error of both means, from the differences among poses and among frames. Root-mean-square, in
+    /// encoded values.
+    fn scatter(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> f64 {
         let poses = self.pose_quantiles(table, weights, 1.0);
         let frames = variance(&self.subject.frame_quantiles);
-        // A single pose is taken to be as special as a single frame is.
+        // A single pose is assumed to vary as much as a single frame does.
         let poses_variance = if poses.len() > 1 {
             variance(&poses)
         } else {
@@ -271,7 +281,7 @@ impl<'a> Objective<'a> {
     /// The encoded quantiles of each relit pose.
     pub fn pose_quantiles(
         &self,
-        table: &Table,
+        table: &ResponseTable,
         weights: &[[f32; 3]],
         exposure: f32,
     ) -> Vec<Quantiles> {
@@ -286,13 +296,13 @@ impl<'a> Objective<'a> {
     }
 }
 
-/// Pixels by which all poses and their twins are compared.
-const TWIN_PIXELS: usize = 2000;
-/// Parts of the pixels of poses and twins that are taken to err independently.
+/// Pixels by which all poses and their frames are compared.
+const MATCHED_PIXELS: usize = 2000;
+/// Parts of the compared pixels whose errors are taken to be independent.
 pub(super) const BLOCKS: usize = 20;
 
 impl ExposurePrior {
-    /// −2·ln of the prior of ln exposure, but for a constant.
+    /// −2·ln of the prior of ln exposure, up to a constant.
     pub fn cost(&self, log_exposure: f64) -> f64 {
         (log_exposure / self.deviation).powi(2) + 2.0 * (self.deviation / self.chance).ln()
     }
@@ -304,14 +314,14 @@ pub(super) fn gamma_prior(gammas: [f64; 2]) -> f64 {
     gammas.into_iter().map(prior).sum()
 }
 
-/// The exposure of least cost. The prior has its valley at 1 and the pictures have theirs where
-/// `distance` is least; the cost has its own at either or in between.
+/// The exposure of least cost. The prior is lowest at 1, the pictures where `distance` is least; the minimum of the
+/// cost is at one of them or between.
 fn best_exposure(cost: impl Fn(f64) -> f64, distance: impl Fn(f64) -> f64) -> f64 {
     const WIDEST: f64 = 1.0;
     let free = valley(distance, [-WIDEST, WIDEST], 1e-2);
     let reach = 4.0 * LEFT_ALONE.deviation;
     if free.abs() < 2.0 * reach {
-        // The two valleys are one.
+        // Both minima lie in one valley.
         let range = [free.min(0.0) - reach, free.max(0.0) + reach];
         return valley(&cost, range, 1e-4);
     }
@@ -326,7 +336,7 @@ fn best_exposure(cost: impl Fn(f64) -> f64, distance: impl Fn(f64) -> f64) -> f6
     .unwrap_or(0.0)
 }
 
-/// The bottom of a valley between two places, to an `accuracy` (golden section search, Kiefer 1953).
+/// The minimum between two places, to an `accuracy` (golden section search, Kiefer 1953).
 fn valley(height: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], accuracy: f64) -> f64 {
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let inner = |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];
@@ -346,7 +356,7 @@ fn valley(height: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], accuracy: 
     0.5 * (low + high)
 }
 
-/// Mean variance of the quantiles of several pictures; 0 for one.
+/// Mean variance of the quantiles of several pictures; 0 for a single one.
 fn variance(pictures: &[Quantiles]) -> f64 {
     let n = pictures.len() as f64;
     let mut sum = 0.0;

@@ -1,10 +1,10 @@
-//! Everything that is needed to look at a response: the pictures are read once, and any response can
-//! then be tried in milliseconds.
+//! Everything that is needed to inspect a response: the pictures are read once, then any response can be tried in
+//! milliseconds.
 
 use super::objective::Objective;
 use super::subject::sample;
-use super::{Comparison, Fitted, Subject, fit};
-use crate::code::{Code, STEPS, Table};
+use super::{Comparison, InspectableFit, Subject, fit};
+use crate::code_values::{CodeValues, ResponseTable, STEPS};
 use crate::probe::Probes;
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -13,7 +13,7 @@ use imaging::{DualGamma, Encoded, Mask, Raster, Response, resample::resize_area}
 use project::Project;
 use rayon::prelude::*;
 
-/// How often each of 256 encoded levels occurs, per channel: `[red, green, blue]`.
+/// How often each of 256 encoded levels occurs, for red, green and blue.
 pub type Histogram = [[u32; 256]; 3];
 
 /// A point of a curve for drawing, all in `[0, 1]`.
@@ -23,9 +23,9 @@ pub struct CurvePoint {
     pub encoded: f32,
     /// Linear light under the dual gamma.
     pub linear: f32,
-    /// I^γ1, which the curve follows in dark pixels.
+    /// I^γ1, which the curve approaches in the darks.
     pub dark: f32,
-    /// I^γ2, which it follows in bright ones.
+    /// I^γ2, which the curve approaches in the brights.
     pub bright: f32,
 }
 
@@ -39,16 +39,16 @@ pub struct GammaStudy {
 
 /// One pose at the working size: `codes[pixel · lamps + lamp]`.
 struct PosePicture {
-    codes: Vec<Code>,
+    codes: Vec<CodeValues>,
     lamps: usize,
     mask: Mask,
 }
 
 impl GammaStudy {
-    /// Reads the shoot, and pose `pose` for pictures.
+    /// Reads the shoot, and pose `pose` to be shown.
     ///
     /// # Errors
-    /// As [`crate::calibrate`], and when there is no such pose.
+    /// As [`crate::calibrate`], and when the pose does not exist.
     pub fn load(project: &Project, pose: usize, progress: &Progress) -> Result<Self> {
         project.check_parts()?;
         let probes = Probes::load(project, progress)?;
@@ -68,27 +68,31 @@ impl GammaStudy {
         })
     }
 
-    /// Reads another pose for pictures.
+    /// Reads another pose to be shown.
     ///
     /// # Errors
-    /// When there is no such pose, or a file cannot be read or does not fit the others.
+    /// When the pose does not exist, or a file cannot be read or does not match the others.
     pub fn show_pose(&mut self, project: &Project, pose: usize) -> Result<()> {
         self.picture = PosePicture::load(project, pose)?;
         Ok(())
     }
 
-    /// Fits the response as [`crate::calibrate`] does, for [`Fitted::surface`] and
-    /// [`Fitted::compare`].
+    /// Fits the response as [`crate::calibrate`] does, for [`InspectableFit::surface`] and
+    /// [`InspectableFit::compare`].
     ///
     /// # Errors
-    /// When pixels are to be compared and no frame shows a pose, or a stop was asked for.
-    pub fn fit(&self, wanted: Option<Comparison>, progress: &Progress) -> Result<Fitted<'_>> {
+    /// When pixels are to be compared and no frame shows a pose, or the job was stopped.
+    pub fn fit(
+        &self,
+        wanted: Option<Comparison>,
+        progress: &Progress,
+    ) -> Result<InspectableFit<'_>> {
         fit(&self.subject, &self.probes, wanted, progress)
     }
 
     /// The interview's weights under a response: for each lamp and channel, its share.
     pub fn weights(&self, response: &Response) -> Vec<[f32; 3]> {
-        self.probes.fit(&Table::of(response)).weights
+        self.probes.fit(&ResponseTable::of(response)).weights
     }
 
     /// Root-mean-square encoded distances (0 to 1) of the subject's quantiles, and on the mirror balls,
@@ -110,7 +114,7 @@ impl GammaStudy {
         exposure: f32,
         weights: &[[f32; 3]],
     ) -> Histogram {
-        let table = Table::of(response);
+        let table = ResponseTable::of(response);
         let relit = self.subject.all_relit(&table, weights);
         histogram(
             relit
@@ -119,11 +123,11 @@ impl GammaStudy {
         )
     }
 
-    /// The chosen pose relit, as the camera would encode it, at the working size; black where its matte
-    /// is. Pixels are picked, not averaged, so each is a sum of real codes.
+    /// The chosen pose relit, as the camera would encode it, at the working size; black where its matte is. Pixels
+    /// are picked, not averaged, so each is a sum of real code values.
     pub fn relit(&self, response: &Response, exposure: f32, weights: &[[f32; 3]]) -> Encoded {
         let PosePicture { codes, lamps, mask } = &self.picture;
-        let table = Table::of(response);
+        let table = ResponseTable::of(response);
         let pixels = codes
             .par_chunks_exact(*lamps)
             .zip(&mask.pixels)
@@ -154,7 +158,7 @@ impl PosePicture {
                 "the pose to show",
                 format!("a pose from 0 to {}", shoot.poses.len().saturating_sub(1)),
                 pose.to_string(),
-                "Choose one that the shoot has",
+                "Choose a pose of the shoot",
             ));
         }
         let mask_path = project.exemplar_mask_path(pose);

@@ -1,14 +1,14 @@
-//! The subject's pixels in the poses and in the interview, as codes.
+//! The subject's pixels in the poses and in the interview, as code values.
 
 use super::super::StandIn;
-use super::super::code::{CLIPPED, Code, STEPS, Table, codes};
+use super::super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS, codes};
 use super::super::least_squares::NormalEquations;
 use super::super::probe::Probes;
 use super::GAMMA_PRIOR;
-use super::twin::{Candidate, Twin};
+use super::frame_match::{FrameMatch, PoseSamples};
+use super::matte::inside;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use footage;
 use imaging::{DualGamma, Mask};
 use project::{Framings, Project};
 use rayon::prelude::*;
@@ -18,9 +18,9 @@ use std::path::Path;
 pub(super) const QUANTILES: usize = 20;
 /// Pixels taken of each pose and of each frame: enough for steady quantiles.
 const SAMPLES: usize = 3000;
-/// Interview frames that are pooled, spread over the clip so that the head's turning averages out.
+/// Interview frames that are pooled, spread over the clip so that the head's movement averages out.
 const FRAMES: usize = 8;
-/// Interview frames among which a pose is looked for: the first, and others spread over the clip.
+/// Interview frames that are searched for a pose: the first, and others spread over the clip.
 const SEARCHED_FRAMES: usize = 96;
 
 /// Quantiles per channel.
@@ -28,18 +28,18 @@ pub(crate) type Quantiles = [[f32; QUANTILES]; 3];
 
 /// A pose's pixels.
 pub(crate) struct Pose {
-    /// Per pixel, one code for each lamp: `codes[pixel · lamps + lamp]`.
-    pub codes: Vec<Code>,
-    /// The interview frame that shows this pose best, where one can be compared.
-    pub twin: Option<Twin>,
+    /// Per pixel, the code values under each lamp: `codes[pixel · lamps + lamp]`.
+    pub codes: Vec<CodeValues>,
+    /// The interview frame that shows this pose best, if one can be compared.
+    pub frame_match: Option<FrameMatch>,
 }
 
-/// The poses' and the frames' pixels inside the subject, as codes.
+/// The poses' and the frames' pixels inside the subject, as code values.
 pub(crate) struct Subject {
-    /// The poses that show anything.
+    /// The poses whose matte shows a subject.
     pub poses: Vec<Pose>,
-    /// Pixels of some frames that are spread over the clip.
-    pub frames: Vec<Vec<Code>>,
+    /// Pixels of some frames, spread over the clip.
+    pub frames: Vec<Vec<CodeValues>>,
     /// The encoded quantiles of all frames together and of each.
     pub interview: Quantiles,
     pub frame_quantiles: Vec<Quantiles>,
@@ -51,136 +51,31 @@ impl Subject {
     /// The probes' weights under a plausible response find the frame that is nearest to each pose.
     ///
     /// # Errors
-    /// When a file cannot be read or does not fit its matte, a stop was asked for, or the mattes show no
-    /// subject, or one that is black or clipped everywhere.
+    /// When a file cannot be read or has another size than its matte, the job was stopped, the mattes show no
+    /// subject, or the subject is black or clipped everywhere.
     pub fn load(project: &Project, probes: &Probes, progress: &Progress) -> Result<Self> {
-        let provisional = &Table::new(&DualGamma {
+        let provisional = &ResponseTable::new(&DualGamma {
             gamma1: GAMMA_PRIOR.0 as f32,
             gamma2: GAMMA_PRIOR.0 as f32,
         });
         let weights = &probes.fit(provisional).weights;
-        let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
-        let lamps = shoot.all_lamps().len();
-        let mut poses = Vec::new();
-        let mut candidates = Vec::new();
-        for (pose, name) in shoot.poses.iter().enumerate() {
-            progress.check("nothing was changed")?;
-            progress.step(
-                "poses",
-                pose as u64 + 1,
-                shoot.poses.len() as u64,
-                name.clone(),
-            );
-            let mask_path = project.exemplar_mask_path(pose);
-            let mask = footage::read_mask(&mask_path, framing)?;
-            let inside = inside(&mask, SAMPLES);
-            let olats = (0..lamps)
-                .into_par_iter()
-                .map(|lamp| {
-                    let path = project.olat_path(pose, lamp);
-                    sample(&path, framing, &mask, &mask_path, &inside)
-                })
-                .collect::<Result<Vec<_>>>()?;
-            let codes: Vec<Code> = (0..inside.len())
-                .flat_map(|i| olats.iter().map(move |olat| olat[i]))
-                .collect();
-            if !codes.is_empty() {
-                let relit = relit(&codes, lamps, provisional, weights);
-                candidates.push(Candidate::new(pose, mask.size(), inside, relit));
-                poses.push(Pose { codes, twin: None });
-            }
-        }
-        let step = shoot.frames.len().div_ceil(FRAMES).max(1);
-        let search = shoot.frames.len().div_ceil(SEARCHED_FRAMES).max(1);
-        let wanted: Vec<usize> = (0..shoot.frames.len())
-            .filter(|frame| frame % step == 0 || frame % search == 0)
-            .collect();
-        let (mut frames, mut twins) = (Vec::new(), vec![None; poses.len()]);
-        // A few pictures at a time are in memory.
-        for (part, some) in wanted.chunks(8).enumerate() {
-            progress.check("nothing was changed")?;
-            progress.step("frames", (8 * part) as u64, wanted.len() as u64, "");
-            let read = some
-                .par_iter()
-                .map(|&frame| {
-                    let mask_path = project.frame_mask_path(frame);
-                    let mask = footage::read_mask(&mask_path, framing)?;
-                    let path = project.frame_path(frame);
-                    let picture = read_codes(&path, framing, &mask, &mask_path)?;
-                    let found: Vec<Option<Twin>> = candidates
-                        .iter()
-                        .map(|candidate| candidate.compare(frame, &mask, &picture, provisional))
-                        .collect();
-                    let places = inside(&mask, SAMPLES);
-                    let sample = places.iter().map(|&place| picture[place]).collect();
-                    Ok((frame, sample, found))
-                })
-                .collect::<Result<Vec<(usize, Vec<Code>, Vec<Option<Twin>>)>>>()?;
-            for (frame, sample, found) in read {
-                if frame % step == 0 && !sample.is_empty() {
-                    frames.push(sample);
-                }
-                for (best, new) in twins.iter_mut().zip(found) {
-                    *best = Twin::nearer(best.take(), new);
-                }
-            }
-        }
-        for (what, empty) in [
-            ("exemplar_masks", poses.is_empty()),
-            ("interview_masks", frames.is_empty()),
-        ] {
-            if empty {
-                return Err(Error::unexpected(
-                    project.shoot_path(what).display(),
-                    "a subject: pixels of coverage above 0.98",
-                    "none",
-                    "Check the mattes; white is the subject",
-                ));
-            }
-        }
-        let subject_of = |pictures: &mut dyn Iterator<Item = &Code>| {
-            let (mut all, mut lit, mut open) = (0, false, 0);
-            for code in pictures {
-                all += 1;
-                lit |= *code != [0; 3];
-                open += usize::from(code.iter().all(|&c| c < CLIPPED));
-            }
-            match (lit, 10 * open < all) {
-                (false, _) => Some("a subject that is black everywhere"),
-                (_, true) => Some("a subject that is clipped to white"),
-                _ => None,
-            }
-        };
-        for (what, found) in [
-            (
-                "exemplars",
-                subject_of(&mut poses.iter().flat_map(|pose| &pose.codes)),
-            ),
-            ("interview", subject_of(&mut frames.iter().flatten())),
-        ] {
-            if let Some(found) = found {
-                return Err(Error::unexpected(
-                    project.shoot_path(what).display(),
-                    "pictures with light on the subject, and short of clipping",
-                    found,
-                    "Check that the pictures and the mattes belong together, and their exposure",
-                ));
-            }
-        }
-        for (pose, twin) in poses.iter_mut().zip(twins) {
-            pose.twin = twin;
+        let (mut poses, samples) = load_poses(project, provisional, weights, progress)?;
+        let (frames, matched) = load_frames(project, &samples, provisional, progress)?;
+        check_light(project, &poses, &frames)?;
+        for (pose, frame_match) in poses.iter_mut().zip(matched) {
+            pose.frame_match = frame_match;
         }
         Ok(Self {
             interview: encoded_quantiles(&frames),
             frame_quantiles: frames.chunks(1).map(encoded_quantiles).collect(),
             poses,
             frames,
-            lamps,
+            lamps: project.settings.shoot.all_lamps().len(),
         })
     }
 
     /// A pose's pixels as the sum of its OLATs.
-    pub fn relit(&self, pose: &Pose, table: &Table, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    pub fn relit(&self, pose: &Pose, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
         relit(&pose.codes, self.lamps, table, weights)
     }
 
@@ -189,31 +84,35 @@ impl Subject {
         &self,
         pose: &Pose,
         sample: usize,
-        table: &Table,
+        table: &ResponseTable,
         weights: &[[f32; 3]],
     ) -> [f32; 3] {
         let codes = pose.codes.chunks_exact(self.lamps).nth(sample);
         sum(codes.unwrap_or_default(), table, weights)
     }
 
-    /// The poses beside the mismatch with their nearest frame under a response, where one has their
-    /// outline.
-    pub fn nearest(&self, table: &Table, weights: &[[f32; 3]]) -> Vec<(&Pose, &Twin, f32)> {
-        let twins = self
+    /// Each pose with its nearest frame and their mismatch under a response; poses whose outline no frame has are
+    /// left out.
+    pub fn nearest(
+        &self,
+        table: &ResponseTable,
+        weights: &[[f32; 3]],
+    ) -> Vec<(&Pose, &FrameMatch, f32)> {
+        let matched = self
             .poses
             .iter()
-            .filter_map(|pose| Some((pose, pose.twin.as_ref()?)));
-        twins
-            .map(|(pose, twin)| {
+            .filter_map(|pose| Some((pose, pose.frame_match.as_ref()?)));
+        matched
+            .map(|(pose, frame_match)| {
                 let relit = self.relit(pose, table, weights);
-                (pose, twin, twin.mismatch_under(&relit, table))
+                (pose, frame_match, frame_match.mismatch_under(&relit, table))
             })
             .collect()
     }
 
-    /// The sum of the first `learnt` lamps that is nearest to the sum of all under `weights`, in linear
-    /// light over all poses' pixels, per channel.
-    pub fn stand_in(&self, table: &Table, weights: &[[f32; 3]], learnt: usize) -> StandIn {
+    /// The sum of the first `learnt` lamps that is nearest to the sum of all lamps under `weights`, in linear light
+    /// over all poses' pixels, per channel.
+    pub fn stand_in(&self, table: &ResponseTable, weights: &[[f32; 3]], learnt: usize) -> StandIn {
         let pixels = || (self.poses.iter()).flat_map(|pose| pose.codes.chunks_exact(self.lamps));
         let mut stand_in = StandIn {
             weights: vec![[0.0; 3]; learnt],
@@ -257,7 +156,7 @@ impl Subject {
     }
 
     /// The relit pixels of all poses.
-    pub fn all_relit(&self, table: &Table, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    pub fn all_relit(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
         self.poses
             .iter()
             .flat_map(|pose| self.relit(pose, table, weights))
@@ -265,8 +164,150 @@ impl Subject {
     }
 }
 
+/// The poses that show anything, with their samples relit under `weights` to look for their frames.
+fn load_poses(
+    project: &Project,
+    provisional: &ResponseTable,
+    weights: &[[f32; 3]],
+    progress: &Progress,
+) -> Result<(Vec<Pose>, Vec<PoseSamples>)> {
+    let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
+    let lamps = shoot.all_lamps().len();
+    let (mut poses, mut samples) = (Vec::new(), Vec::new());
+    for (pose, name) in shoot.poses.iter().enumerate() {
+        progress.check("nothing was changed")?;
+        progress.step(
+            "poses",
+            pose as u64 + 1,
+            shoot.poses.len() as u64,
+            name.clone(),
+        );
+        let mask_path = project.exemplar_mask_path(pose);
+        let mask = footage::read_mask(&mask_path, framing)?;
+        let inside = inside(&mask, SAMPLES);
+        let olats = (0..lamps)
+            .into_par_iter()
+            .map(|lamp| {
+                let path = project.olat_path(pose, lamp);
+                sample(&path, framing, &mask, &mask_path, &inside)
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let codes: Vec<CodeValues> = (0..inside.len())
+            .flat_map(|i| olats.iter().map(move |olat| olat[i]))
+            .collect();
+        if !codes.is_empty() {
+            let relit = relit(&codes, lamps, provisional, weights);
+            samples.push(PoseSamples::new(pose, mask.size(), inside, relit));
+            poses.push(Pose {
+                codes,
+                frame_match: None,
+            });
+        }
+    }
+    Ok((poses, samples))
+}
+
+/// Pixels of some frames, and for each pose the frame that shows it best.
+fn load_frames(
+    project: &Project,
+    poses: &[PoseSamples],
+    provisional: &ResponseTable,
+    progress: &Progress,
+) -> Result<(Vec<Vec<CodeValues>>, Vec<Option<FrameMatch>>)> {
+    type FrameSample = (usize, Vec<CodeValues>, Vec<Option<FrameMatch>>);
+    let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
+    let step = shoot.frames.len().div_ceil(FRAMES).max(1);
+    let search = shoot.frames.len().div_ceil(SEARCHED_FRAMES).max(1);
+    let wanted: Vec<usize> = (0..shoot.frames.len())
+        .filter(|frame| frame % step == 0 || frame % search == 0)
+        .collect();
+    let (mut frames, mut matched) = (Vec::new(), vec![None; poses.len()]);
+    // A few pictures at a time are in memory.
+    for (part, some) in wanted.chunks(8).enumerate() {
+        progress.check("nothing was changed")?;
+        progress.step("frames", (8 * part) as u64, wanted.len() as u64, "");
+        let read = some
+            .par_iter()
+            .map(|&frame| {
+                let mask_path = project.frame_mask_path(frame);
+                let mask = footage::read_mask(&mask_path, framing)?;
+                let path = project.frame_path(frame);
+                let picture = read_codes(&path, framing, &mask, &mask_path)?;
+                let found = poses
+                    .iter()
+                    .map(|pose| pose.compare(frame, &mask, &picture, provisional))
+                    .collect();
+                let places = inside(&mask, SAMPLES);
+                let sample = places.iter().map(|&place| picture[place]).collect();
+                Ok((frame, sample, found))
+            })
+            .collect::<Result<Vec<FrameSample>>>()?;
+        for (frame, sample, found) in read {
+            if frame % step == 0 && !sample.is_empty() {
+                frames.push(sample);
+            }
+            for (best, new) in matched.iter_mut().zip(found) {
+                *best = FrameMatch::nearer(best.take(), new);
+            }
+        }
+    }
+    Ok((frames, matched))
+}
+
+/// Refuses mattes without a subject, and a subject that is black or clipped everywhere.
+fn check_light(project: &Project, poses: &[Pose], frames: &[Vec<CodeValues>]) -> Result<()> {
+    for (what, empty) in [
+        ("exemplar_masks", poses.is_empty()),
+        ("interview_masks", frames.is_empty()),
+    ] {
+        if empty {
+            return Err(Error::unexpected(
+                project.shoot_path(what).display(),
+                "a subject, that is, pixels with a coverage above 0.98",
+                "none",
+                "Check the mattes: the subject is white in them",
+            ));
+        }
+    }
+    let fault = |pictures: &mut dyn Iterator<Item = &CodeValues>| {
+        let (mut all, mut lit, mut open) = (0, false, 0);
+        for code in pictures {
+            all += 1;
+            lit |= *code != [0; 3];
+            open += usize::from(code.iter().all(|&c| c < CLIPPED));
+        }
+        match (lit, 10 * open < all) {
+            (false, _) => Some("a subject that is black everywhere"),
+            (_, true) => Some("a subject that is clipped to white"),
+            _ => None,
+        }
+    };
+    for (what, fault) in [
+        (
+            "exemplars",
+            fault(&mut poses.iter().flat_map(|pose| &pose.codes)),
+        ),
+        ("interview", fault(&mut frames.iter().flatten())),
+    ] {
+        if let Some(fault) = fault {
+            return Err(Error::unexpected(
+                project.shoot_path(what).display(),
+                "a subject that is lit and not clipped",
+                fault,
+                "Check the exposure, and that the pictures and the mattes belong together",
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Pixels as sums of their OLATs.
-fn relit(codes: &[Code], lamps: usize, table: &Table, weights: &[[f32; 3]]) -> Vec<[f32; 3]> {
+fn relit(
+    codes: &[CodeValues],
+    lamps: usize,
+    table: &ResponseTable,
+    weights: &[[f32; 3]],
+) -> Vec<[f32; 3]> {
     codes
         .par_chunks_exact(lamps)
         .with_min_len(256)
@@ -275,7 +316,7 @@ fn relit(codes: &[Code], lamps: usize, table: &Table, weights: &[[f32; 3]]) -> V
 }
 
 /// One pixel's light: the sum of its OLATs.
-fn sum(codes: &[Code], table: &Table, weights: &[[f32; 3]]) -> [f32; 3] {
+fn sum(codes: &[CodeValues], table: &ResponseTable, weights: &[[f32; 3]]) -> [f32; 3] {
     codes
         .iter()
         .zip(weights)
@@ -284,8 +325,8 @@ fn sum(codes: &[Code], table: &Table, weights: &[[f32; 3]]) -> [f32; 3] {
         })
 }
 
-/// The pooled quantiles of some pictures' codes, encoded in `[0, 1]`.
-fn encoded_quantiles(pictures: &[Vec<Code>]) -> Quantiles {
+/// The quantiles of all pixels of some pictures together, encoded in `[0, 1]`.
+fn encoded_quantiles(pictures: &[Vec<CodeValues>]) -> Quantiles {
     [0, 1, 2].map(|c| {
         let codes = pictures.iter().flatten();
         quantiles(
@@ -296,70 +337,43 @@ fn encoded_quantiles(pictures: &[Vec<Code>]) -> Quantiles {
     })
 }
 
-/// Up to about `count` places whose whole neighbourhood is the subject, spread over it.
-fn inside(mask: &Mask, count: usize) -> Vec<usize> {
-    let (width, height) = mask.size();
-    let margin = margin(width);
-    let solid = |x: usize, y: usize| mask.at(x, y) > SOLID;
-    let places: Vec<usize> = (margin..height.saturating_sub(margin))
-        .flat_map(|y| (margin..width.saturating_sub(margin)).map(move |x| (x, y)))
-        .filter(|&(x, y)| {
-            solid(x, y)
-                && (y - margin..=y + margin)
-                    .all(|row| (x - margin..=x + margin).all(|col| solid(col, row)))
-        })
-        .map(|(x, y)| y * width + x)
-        .collect();
-    // Two neighbours at a time: their difference tells noise from a misfit.
-    let step = places.len().div_ceil(count).max(1);
-    places
-        .into_iter()
-        .enumerate()
-        .filter(|(i, _)| (i / 2) % step == 0)
-        .map(|(_, place)| place)
-        .collect()
-}
-
-/// Coverage from here on is the subject alone.
-pub(super) const SOLID: f32 = 0.98;
-
-/// How far a picture's samples keep from the matte's edge, in pixels.
-pub(super) fn margin(width: usize) -> usize {
-    width.div_ceil(128)
-}
-
-/// The codes of a picture at some places of its matte.
+/// The code values of a picture at some places of its matte.
 pub(super) fn sample(
     path: &Path,
     framing: &Framings,
     mask: &Mask,
     mask_path: &Path,
     places: &[usize],
-) -> Result<Vec<Code>> {
+) -> Result<Vec<CodeValues>> {
     let codes = read_codes(path, framing, mask, mask_path)?;
     Ok(places.iter().map(|&place| codes[place]).collect())
 }
 
-/// The codes of a picture that has its matte's size.
-fn read_codes(path: &Path, framing: &Framings, mask: &Mask, mask_path: &Path) -> Result<Vec<Code>> {
+/// The code values of a picture, which must have its matte's size.
+fn read_codes(
+    path: &Path,
+    framing: &Framings,
+    mask: &Mask,
+    mask_path: &Path,
+) -> Result<Vec<CodeValues>> {
     let picture = footage::read_encoded(path, framing)?;
     if picture.0.size() != mask.size() {
         return Err(Error::unexpected(
             path.display(),
             format!(
-                "{}×{} pixels as in {}",
+                "{}×{} pixels, like {}",
                 mask.width,
                 mask.height,
                 mask_path.display()
             ),
             format!("{}×{}", picture.0.width, picture.0.height),
-            "Give the matte that belongs to the picture",
+            "Use the matte that belongs to the picture",
         ));
     }
     Ok(codes(&picture))
 }
 
-/// The quantiles of values, at least one; interpolated.
+/// The interpolated quantiles of one or more values.
 pub(super) fn quantiles(mut values: Vec<f32>) -> [f32; QUANTILES] {
     values.sort_unstable_by(f32::total_cmp);
     std::array::from_fn(|i| {
@@ -380,24 +394,5 @@ mod tests {
             assert!((q - (i as f32 + 0.5) / QUANTILES as f32).abs() < 1e-4);
         }
         assert_eq!(quantiles(vec![0.3]), [0.3; QUANTILES]);
-    }
-
-    #[test]
-    fn only_pixels_deep_inside_the_subject_count() {
-        let mask = Mask::from_fn(20, 20, |x, y| {
-            if (5..12).contains(&x) && (5..12).contains(&y) {
-                1.0
-            } else {
-                0.5
-            }
-        });
-        let places = inside(&mask, 100);
-        assert_eq!(places.len(), 25);
-        assert!(
-            places
-                .iter()
-                .all(|p| (6..11).contains(&(p % 20)) && (6..11).contains(&(p / 20)))
-        );
-        assert!(inside(&Mask::filled(1, 1, 1.0), 10).is_empty());
     }
 }

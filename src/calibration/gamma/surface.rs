@@ -1,35 +1,35 @@
-//! The cost of every pair of exponents, for looking at.
+//! The cost of every pair of exponents, to be drawn.
 
 use super::objective::gamma_prior;
-use super::{Fitted, bounds};
+use super::{InspectableFit, bounds};
 use base::error::Result;
 use base::progress::Progress;
 use rayon::prelude::*;
 
-/// The cost over a square of exponents, each at its best exposure.
+/// The cost over a grid of exponents, each at its best exposure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// The places along either axis, rising.
+    /// The exponents along either axis, rising.
     pub gammas: Vec<f32>,
-    /// Row by row: `cost[i2 · gammas.len() + i1]` is that of γ1 = `gammas[i1]`, γ2 = `gammas[i2]`, above
-    /// the cost of the fit: −2·ln of how much less probable it is. 1 is one standard deviation away, 4 two.
-    /// NaN where the curve is not monotone. A little below 0 where a place beats the fit by rounding.
+    /// Row by row: `cost[i2 · gammas.len() + i1]` is that of γ1 = `gammas[i1]`, γ2 = `gammas[i2]`, above the cost
+    /// of the fit: −2·ln of how much less probable it is. 1 is one standard deviation away, 4 is two. NaN if the
+    /// curve is not monotone. Rounding may take it slightly below 0.
     pub cost: Vec<f32>,
-    /// Root-mean-square encoded distances there: of the subject, and on the balls.
+    /// Root-mean-square encoded distances of the subject, and on the balls.
     pub subject: Vec<f32>,
     pub ball: Vec<f32>,
-    /// The exposure that is best there.
+    /// The best exposure for each pair.
     pub exposure: Vec<f32>,
     /// The fit: its γ1, γ2 and exposure.
     pub optimum: [f32; 3],
 }
 
-impl Fitted<'_> {
-    /// Samples the cost at `count` × `count` places (at least 2 × 2) over all exponents that a camera
-    /// can have. A place takes some 10 ms on one core; 16 × 16 show the valley.
+impl InspectableFit<'_> {
+    /// Samples the cost at `count` × `count` pairs (at least 2 × 2) of all exponents that a camera can have. A pair
+    /// takes about 10 ms on one core; 16 × 16 are enough to show the valley.
     ///
     /// # Errors
-    /// When a stop was asked for.
+    /// When the job was stopped.
     pub fn surface(&self, count: usize, progress: &Progress) -> Result<Surface> {
         let count = count.max(2);
         let (low, high) = bounds();
@@ -54,8 +54,11 @@ impl Fitted<'_> {
                 .into_par_iter()
                 .map(|column| {
                     let gammas = [place(column), place(row)];
-                    let standing = self.objective.see(gammas).map(|s| self.objective.stand(&s));
-                    standing.map_or([f32::NAN; 4], |s| {
+                    let score = self
+                        .objective
+                        .linearize(gammas)
+                        .map(|s| self.objective.score(&s));
+                    score.map_or([f32::NAN; 4], |s| {
                         [
                             (s.cost + gamma_prior(gammas) - least) as f32,
                             s.subject as f32,

@@ -8,7 +8,7 @@ const SIZE: usize = 96;
 
 /// How a small shoot of a spotted ball was made.
 #[derive(Clone, Copy)]
-struct Making {
+struct SmallShoot {
     response: Response,
     /// Of the interview's camera beside that of the OLATs.
     exposure: f32,
@@ -32,7 +32,7 @@ fn dual(gamma1: f32, gamma2: f32) -> Response {
     Response::Dual(DualGamma { gamma1, gamma2 })
 }
 
-impl Default for Making {
+impl Default for SmallShoot {
     fn default() -> Self {
         Self {
             response: dual(2.5, 1.9),
@@ -61,7 +61,7 @@ fn dome() -> Vec<(Vec3, f32)> {
         .collect()
 }
 
-impl Making {
+impl SmallShoot {
     fn project(&self, root: &Path) -> Project {
         let ball = Ball {
             center_px: [48.0, 48.0],
@@ -190,28 +190,28 @@ impl Making {
 }
 
 /// A dark shoot: nothing is brighter than a quarter of the range.
-fn without_bright() -> Making {
-    Making {
+fn without_bright() -> SmallShoot {
+    SmallShoot {
         subject: 0.01,
         fill: 0.0002,
         ball: 0.03,
-        ..Making::default()
+        ..SmallShoot::default()
     }
 }
 
 /// A shoot in fog: every lamp lights all of a pale subject, and lamps are even discs on the balls.
-fn without_dark() -> Making {
-    Making {
+fn without_dark() -> SmallShoot {
+    SmallShoot {
         subject: 0.05,
         fill: 0.2,
         darkest_spot: 0.7,
         flat: true,
-        ..Making::default()
+        ..SmallShoot::default()
     }
 }
 
-fn fitted(making: &Making, wanted: Option<Comparison>) -> GammaFit {
-    let (subject, probes) = making.load();
+fn fitted(settings: &SmallShoot, wanted: Option<Comparison>) -> GammaFit {
+    let (subject, probes) = settings.load();
     fit(&subject, &probes, wanted, &Progress::silent())
         .unwrap()
         .fit
@@ -229,7 +229,7 @@ fn off(fit: &GammaFit, [gamma1, gamma2]: [f32; 2]) -> [f32; 2] {
 
 /// The sentences that a calibration of this fit would warn with.
 fn warnings(fit: &GammaFit) -> Vec<String> {
-    let shoot = Making::default()
+    let shoot = SmallShoot::default()
         .project(Path::new("nowhere"))
         .settings
         .shoot;
@@ -251,10 +251,10 @@ fn the_truth_lies_within_two_deviations() {
     let mut within = 0;
     for (i, [gamma1, gamma2]) in truths.into_iter().enumerate() {
         let fit = fitted(
-            &Making {
+            &SmallShoot {
                 response: dual(gamma1, gamma2),
                 seed: 10 + i as u32,
-                ..Making::default()
+                ..SmallShoot::default()
             },
             None,
         );
@@ -272,15 +272,15 @@ fn the_truth_lies_within_two_deviations() {
 
 #[test]
 fn a_frame_that_shows_a_pose_is_compared_pixel_by_pixel() {
-    let making = Making {
+    let settings = SmallShoot {
         turn: 0.0,
-        ..Making::default()
+        ..SmallShoot::default()
     };
-    let fit = fitted(&making, None);
+    let fit = fitted(&settings, None);
     assert!(off(&fit, [2.5, 1.9]).iter().all(|off| off.abs() < 0.03));
     assert_eq!(fit.comparison, Comparison::Pixels);
     assert_eq!(fit.same_poses, [[0, 0], [1, 1], [2, 2], [3, 3]]);
-    let asked = fitted(&making, Some(Comparison::Distribution));
+    let asked = fitted(&settings, Some(Comparison::Distribution));
     assert_eq!(
         (asked.comparison, asked.same_poses.len()),
         (Comparison::Distribution, 0)
@@ -289,7 +289,7 @@ fn a_frame_that_shows_a_pose_is_compared_pixel_by_pixel() {
 
 #[test]
 fn pixels_of_other_poses_are_not_compared() {
-    let (subject, probes) = Making::default().load();
+    let (subject, probes) = SmallShoot::default().load();
     let fit = |wanted| fit(&subject, &probes, wanted, &Progress::silent());
     assert_eq!(fit(None).unwrap().fit.comparison, Comparison::Distribution);
     let Err(error) = fit(Some(Comparison::Pixels)) else {
@@ -375,7 +375,7 @@ fn without_bright_pixels_gamma2_is_said_to_be_an_assumption() {
     assert!(
         warnings
             .iter()
-            .any(|w| w.contains("do not tell the camera's γ2")),
+            .any(|w| w.contains("do not determine the camera's γ2")),
         "{warnings:?}"
     );
     assert!(!warnings.iter().any(|w| w.contains("γ1")), "{warnings:?}");
@@ -401,9 +401,9 @@ fn a_much_changed_exposure_raises_doubt_even_on_small_balls() {
     // pass unnoticed there, though not on balls of 230 pixels under 41 lamps (see the shared shoot).
     for exposure in [0.75, 1.4] {
         let fit = fitted(
-            &Making {
+            &SmallShoot {
                 exposure,
-                ..Making::default()
+                ..SmallShoot::default()
             },
             None,
         );
@@ -429,20 +429,20 @@ fn a_much_changed_exposure_raises_doubt_even_on_small_balls() {
 fn a_camera_of_another_curve_is_noticed() {
     for response in [Response::Srgb, Response::Rec709] {
         let fit = fitted(
-            &Making {
+            &SmallShoot {
                 response,
-                ..Making::default()
+                ..SmallShoot::default()
             },
             None,
         );
         assert_eq!(fit.better_curve.map(|curve| curve.response), Some(response));
         assert!(warnings(&fit)[0].contains(response.name()));
         // It is what the calibration goes by.
-        let shoot = Making::default()
+        let shoot = SmallShoot::default()
             .project(Path::new("nowhere"))
             .settings
             .shoot;
-        let found = Found::fitted(&fit, &shoot);
+        let found = ChosenResponse::fitted(&fit, &shoot);
         assert_eq!((found.response, found.deviation), (response, [0.0; 2]));
         // Two of the deviations (0.03 to 0.04) that dual gammas of such small shoots have.
         assert!((found.exposure - 1.0).abs() < 0.08, "{}", found.exposure);
@@ -452,9 +452,9 @@ fn a_camera_of_another_curve_is_noticed() {
 #[test]
 fn the_dual_gamma_beats_others_where_the_camera_has_one_and_ties_with_a_power() {
     let compare = |response: Response| {
-        let (subject, probes) = Making {
+        let (subject, probes) = SmallShoot {
             response,
-            ..Making::default()
+            ..SmallShoot::default()
         }
         .load();
         let fitted = fit(&subject, &probes, None, &Progress::silent()).unwrap();
@@ -482,7 +482,7 @@ fn the_dual_gamma_beats_others_where_the_camera_has_one_and_ties_with_a_power() 
 
 #[test]
 fn the_surface_is_lowest_at_the_fit_and_its_valley_holds_the_truth() {
-    let (subject, probes) = Making::default().load();
+    let (subject, probes) = SmallShoot::default().load();
     let fitted = fit(&subject, &probes, None, &Progress::silent()).unwrap();
     let surface = fitted.surface(7, &Progress::silent()).unwrap();
     assert_eq!(surface.gammas, [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0]);
@@ -502,9 +502,9 @@ fn the_surface_is_lowest_at_the_fit_and_its_valley_holds_the_truth() {
 #[test]
 fn a_study_shows_what_a_response_makes_of_the_pictures() {
     let folder = tempfile::tempdir().unwrap();
-    let project = Making {
+    let project = SmallShoot {
         turn: 0.0,
-        ..Making::default()
+        ..SmallShoot::default()
     }
     .shoot(folder.path());
     let mut study = GammaStudy::load(&project, 1, &Progress::silent()).unwrap();

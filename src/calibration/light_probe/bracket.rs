@@ -1,9 +1,9 @@
-//! An exposure bracket: several photographs of one ball, merged to more range than one of them has.
+//! An exposure bracket: several photographs of one ball, merged for more dynamic range.
 //!
-//! Each photograph says of a pixel's radiance x/t, with x its linear light and t its exposure time (Debevec
-//! and Malik 1997). These are averaged with the reciprocals of their variances as weights, which is the
-//! most likely radiance under the sensor's noise (Granados et al. 2010): the coding's steps and the
-//! photons. Clipped pixels and those within two deviations of black say nothing.
+//! Each photograph measures a pixel's radiance as x/t, with x its linear light and t its exposure time (Debevec and
+//! Malik 1997). The average, weighted with the reciprocals of the variances, is the most likely radiance under the
+//! sensor's noise (Granados et al. 2010): quantisation and photon noise. Clipped pixels and those within two
+//! deviations of black do not count.
 
 use super::photograph::Photograph;
 use base::error::{Error, Result};
@@ -13,48 +13,47 @@ use imaging::{Image, Raster};
 #[derive(Clone, Copy, Debug)]
 pub struct Exposure<'a> {
     pub photograph: &'a Photograph,
-    /// Exposure in stops: log2 of the exposure time over any common time. With time alone varied; a
-    /// change of aperture or sensitivity counts likewise.
+    /// Exposure in stops: log2 of the exposure time over any common time. A change of aperture or sensitivity
+    /// counts likewise.
     pub stops: f32,
 }
 
 /// A merged bracket, and what to know before trusting it.
 #[derive(Clone, Debug)]
 pub struct Bracket {
-    /// The light as an exposure of 0 stops would have recorded it, with what even the shortest exposure
+    /// The light as an exposure of 0 stops would have recorded it. What even the shortest exposure clipped stays
     /// clipped.
     pub photograph: Photograph,
     /// Pixels with a channel that even the shortest exposure clipped.
     pub clipped_pixels: usize,
     /// Pixels with a channel that not even the longest exposure raised above black.
     pub dark_pixels: usize,
-    /// Pixels with a channel that fell between two exposures: clipped in one and black in the next.
+    /// Pixels with a channel that is clipped in one exposure and black in the next.
     pub gap_pixels: usize,
-    /// Each photograph's exposure in stops above the first's as the pictures themselves have it; `None` where
-    /// too few pixels are well exposed in both it and its neighbour.
+    /// Each photograph's exposure in stops above the first's, measured from the pictures; `None` if too few pixels
+    /// are well exposed in both it and its neighbour.
     pub measured_stops: Vec<Option<f32>>,
-    /// The largest difference between measured and given steps from one exposure to the next, in stops; 0
-    /// where nothing could be measured. A tenth is what shutters are off by; more means wrong figures, a
-    /// wrong response or changing light.
+    /// The largest difference between measured and given steps from one exposure to the next, in stops; 0 if
+    /// nothing could be measured. Shutters are off by a tenth; more means wrong exposures, a wrong response or
+    /// changing light.
     pub disagreement_stops: f32,
 }
 
 /// Well-exposed pixels that two photographs must share for their exposures to be compared.
-const ENOUGH: usize = 32;
+const MIN_SHARED_PIXELS: usize = 32;
 /// Exposures closer than this many stops are the same.
-const SAME: f32 = 0.05;
-/// So many stops the wrong way round are no measuring error.
-const REVERSED: f32 = 0.25;
-/// From here to the clipping level, of which it is a share, a sensor's response bends: weights fall to
-/// almost nothing.
-const BENDS: f32 = 0.85;
-const NEARLY_NOTHING: f32 = 1e-3;
+const SAME_STOPS: f32 = 0.05;
+/// So many stops in the wrong direction are not a measuring error.
+const REVERSED_STOPS: f32 = 0.25;
+/// The shoulder: from this share of the clipping level on, a sensor's response bends, so weights fall to almost 0.
+const SHOULDER: f32 = 0.85;
+const SHOULDER_WEIGHT: f32 = 1e-3;
 
 /// Merges an exposure bracket, given in any order.
 ///
 /// # Errors
-/// When there is no photograph, their sizes differ, an exposure is no number, two are the same, or the
-/// pictures contradict the order of the exposures.
+/// When there is no photograph, sizes differ, an exposure is NaN or infinite, two are the same, or the pictures
+/// contradict the order of the exposures.
 pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
     const PLACE: &str = "the exposure bracket";
     let refuse = |expected: &str, found: String, remedy: &str| {
@@ -64,7 +63,7 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
         return refuse(
             "at least one photograph",
             "none".into(),
-            "Give the ball's photographs",
+            "Choose the photographs of the ball",
         );
     };
     let size = first.photograph.size();
@@ -74,12 +73,12 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
             return refuse(
                 "photographs of one size",
                 format!("{}×{} and {}×{} pixels", size.0, size.1, found.0, found.1),
-                "Give uncropped photographs from one camera that did not move",
+                "Use uncropped photographs from one camera that did not move",
             );
         }
         if !exposure.stops.is_finite() || exposure.stops.abs() > 64.0 {
             return refuse(
-                "exposures in stops",
+                "finite exposures in stops",
                 format!("{} for photograph {}", exposure.stops, i + 1),
                 "Give each photograph's exposure relative to the first, such as 0, -2, -4",
             );
@@ -93,17 +92,17 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
         let (long, short) = (&exposures[pair[0]], &exposures[pair[1]]);
         let given = long.stops - short.stops;
         let names = format!("photographs {} and {}", pair[0] + 1, pair[1] + 1);
-        if given < SAME {
+        if given < SAME_STOPS {
             return refuse(
                 "different exposures",
-                format!("the same, {} stops, for {names}", long.stops),
+                format!("{} stops for both {names}", long.stops),
                 "Leave one of them out, or correct its exposure",
             );
         }
         if let Some(measured) = stops_between(short.photograph, long.photograph) {
-            if measured < -REVERSED {
+            if measured < -REVERSED_STOPS {
                 return refuse(
-                    &format!("{names} in the order of their exposures"),
+                    &format!("{names} to differ as their exposures say"),
                     format!(
                         "the one given as {given:.1} stops longer to be {:.1} stops darker",
                         -measured
@@ -133,15 +132,14 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
                 if photograph.clipped.pixels[i][c] || x <= 2.0 * sigma {
                     continue;
                 }
-                let bend = 1.0 - (x / photograph.white - BENDS) / (1.0 - BENDS);
+                let bend = 1.0 - (x / photograph.white - SHOULDER) / (1.0 - SHOULDER);
                 let time = f64::from(*stops).exp2();
                 let weight =
-                    (time / f64::from(sigma)).powi(2) * f64::from(bend.clamp(NEARLY_NOTHING, 1.0));
+                    (time / f64::from(sigma)).powi(2) * f64::from(bend.clamp(SHOULDER_WEIGHT, 1.0));
                 sum += weight * f64::from(x) / time;
                 weights += weight;
             }
-            // A shortest exposure that clips says more than a longer one's clipping; a longest one that is
-            // black more than a shorter one's black.
+            // If all exposures are clipped or black: clipping tells most in the shortest, black in the longest.
             let all_clipped = shortest.photograph.clipped.pixels[i][c];
             let fallback = if weights > 0.0 {
                 None
@@ -191,9 +189,9 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
     })
 }
 
-/// Each photograph's exposure in stops above the first's, from the pictures alone: along their order from
-/// bright to dark, the median ratio of what is well exposed in both neighbours. `None` for those that are
-/// not tied to the first by such pixels.
+/// Each photograph's exposure in stops above the first's, from the pictures alone: along their order from bright to
+/// dark, the median ratio of what is well exposed in both neighbours. `None` for those that no such pixels connect
+/// to the first.
 pub fn measured_stops(photographs: &[&Photograph]) -> Vec<Option<f32>> {
     let brightness = |p: &Photograph| -> f64 {
         let values = p.light.pixels.iter().flatten();
@@ -224,12 +222,12 @@ pub fn measured_stops(photographs: &[&Photograph]) -> Vec<Option<f32>> {
     stops
 }
 
-/// By how many stops one photograph is exposed longer than another: the median over channels that both
-/// have well above their noise and below the bend of their response.
+/// By how many stops one photograph is exposed longer than another: the median over channels that in both are well
+/// above the noise and below the shoulder.
 fn stops_between(short: &Photograph, long: &Photograph) -> Option<f32> {
     let good = |p: &Photograph, i: usize, c: usize| {
         let x = p.light.pixels[i][c];
-        let clear = x > 10.0 * p.deviation.pixels[i][c] && x < BENDS * p.white;
+        let clear = x > 10.0 * p.deviation.pixels[i][c] && x < SHOULDER * p.white;
         (clear && !p.clipped.pixels[i][c]).then_some(x)
     };
     let pixels = short.light.pixels.len().min(long.light.pixels.len());
@@ -237,7 +235,7 @@ fn stops_between(short: &Photograph, long: &Photograph) -> Option<f32> {
         .flat_map(|i| (0..3).map(move |c| (i, c)))
         .filter_map(|(i, c)| Some((good(long, i, c)? / good(short, i, c)?).log2()))
         .collect();
-    if ratios.len() < ENOUGH {
+    if ratios.len() < MIN_SHARED_PIXELS {
         return None;
     }
     let middle = ratios.len() / 2;

@@ -1,10 +1,10 @@
 //! Clipped lamps: their light estimated from the flanks that are not clipped.
 //!
-//! A lamp's image, blurred by the lens, is taken for an elliptic Gaussian lobe over an even background, so
-//! that the logarithm of what exceeds the background is a quadratic polynomial of the place, fitted to
-//! the lobe's unclipped flank. Clipped pixels are at least as bright as the clipping level; a lobe that
-//! leaves many of them darker is no image of that lamp, and the lamp stays as it is: an even disc with a
-//! sharp edge says nothing of its brightness. Only a shorter exposure does ([`super::merge`]).
+//! A lamp's image, blurred by the lens, is modelled as an elliptic Gaussian lobe over an even background: the
+//! logarithm of what exceeds the background is a quadratic polynomial of the position, fitted to the lobe's
+//! unclipped flank. Clipped pixels are at least as bright as the clipping level; if a lobe leaves many of them
+//! darker it does not fit, and the lamp stays as it is. The brightness of an even disc with a sharp edge cannot be
+//! estimated: it takes a shorter exposure ([`super::merge`]).
 
 use imaging::color::luminance;
 use imaging::{Image, Raster};
@@ -12,21 +12,21 @@ use imaging::{Image, Raster};
 /// What was estimated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Estimate {
-    /// Clipped pixels without a flank that says anything, left as they are.
+    /// Clipped pixels without a usable flank, left as they are.
     pub unestimated_pixels: usize,
     /// Share of the ball's luminous energy that was added.
     pub energy_share: f32,
 }
 
-/// A lobe that exceeds the clipping level more than this often is not trusted: so short a flank is as
-/// well explained by any other height.
-const HIGHEST: f64 = 100.0;
-/// The share of a lamp's clipped pixels that its lobe may leave darker than the clipping level.
-const CONTRADICTED: f64 = 0.2;
-/// How far the lobe may be from its flank, of the flank's own light (root mean square): more is another
-/// shape.
-const ANOTHER_SHAPE: f64 = 0.1;
-/// Flanks start this far above the background, of the clipping level.
+/// A lobe that exceeds the clipping level by more than this factor is not trusted: its flank is too short to
+/// determine the height.
+const MAX_PEAK: f64 = 100.0;
+/// The largest share of a lamp's clipped pixels that its lobe may leave darker than the clipping level.
+const MAX_DARKER_SHARE: f64 = 0.2;
+/// The largest root-mean-square residual of the lobe, relative to its flank's light: with more, the lamp has
+/// another shape.
+const MAX_RESIDUAL: f64 = 0.1;
+/// Flanks start this far above the background, as a share of the clipping level.
 const FAINTEST: f64 = 0.02;
 
 /// Raises the clipped lamps of a ball's photograph. `usable` is above 0 for pixels of the ball, `angles` are
@@ -51,7 +51,7 @@ pub(super) fn estimate(
                 false => lobe(&before, clipped, usable, &lamp, &channels[c], c),
             })
             .collect();
-        // A lamp of which only some channels rose would change its colour.
+        // If only some channels could be raised, the lamp would change its colour.
         let Some(lobes) = lobes else {
             lamp.iter().for_each(|&i| unestimated[i] = true);
             continue;
@@ -112,7 +112,7 @@ fn around(i: usize, (width, height): (usize, usize), reach: usize) -> impl Itera
         .flat_map(move |row| columns.clone().map(move |column| row * width + column))
 }
 
-/// The light of the `hot` pixels of a lamp in channel `c`; `None` where no lobe fits.
+/// The light of the `hot` pixels of a lamp in channel `c`; `None` if no lobe fits.
 fn lobe(
     light: &Image,
     clipped: &Raster<[bool; 3]>,
@@ -137,7 +137,7 @@ fn lobe(
     levels.sort_by(f64::total_cmp);
     let background = *levels.get(levels.len() / 10)?;
     let range = white - background;
-    // Places count from the lamp's middle, in its radii, so that the equations are well scaled.
+    // Positions are from the lamp's middle, in its radii, so that the equations are well scaled.
     let middle = |place: &dyn Fn(usize) -> f64| {
         lamp.iter().map(|&i| place(i)).sum::<f64>() / lamp.len() as f64
     };
@@ -166,7 +166,7 @@ fn lobe(
         let off = polynomial(&fit, place).exp() - value;
         (sum.0 + off * off, sum.1 + value * value)
     });
-    if error > ANOTHER_SHAPE * ANOTHER_SHAPE * power {
+    if error > MAX_RESIDUAL * MAX_RESIDUAL * power {
         return None;
     }
     // A lobe falls in every direction.
@@ -178,8 +178,8 @@ fn lobe(
         .collect();
     let highest = values.iter().copied().fold(0.0, f64::max);
     let darker = values.iter().filter(|v| **v < 1.0).count();
-    let fits = darker as f64 <= CONTRADICTED * values.len() as f64;
-    (fits && highest <= HIGHEST).then(|| {
+    let fits = darker as f64 <= MAX_DARKER_SHARE * values.len() as f64;
+    (fits && highest <= MAX_PEAK).then(|| {
         let lit = values
             .iter()
             .map(|v| (background + range * v.max(1.0)) as f32);
@@ -191,8 +191,8 @@ fn polynomial(fit: &[f64; 6], place: &[f64; 6]) -> f64 {
     fit.iter().zip(place).map(|(a, b)| a * b).sum()
 }
 
-/// The quadratic polynomial of least squared error to the logarithms of positive values, weighted by the
-/// values' squares: errors of the light itself count. `None` where many are equally good.
+/// The quadratic polynomial of least squared error to the logarithms of positive values, weighted by the values'
+/// squares: so that errors count in linear light. `None` if the solution is not unique.
 fn solve(flank: &[([f64; 6], f64)]) -> Option<[f64; 6]> {
     let mut rows = [[0.0f64; 7]; 6];
     for (place, value) in flank {

@@ -1,4 +1,4 @@
-//! What no pixel shows: filled by the smoothest light that meets what is seen around it.
+//! Fills what no pixel shows with the smoothest light that continues what is seen around it.
 
 use imaging::Image;
 use std::f64::consts::PI;
@@ -8,9 +8,9 @@ const SWEEPS: usize = 40;
 /// Over-relaxation (Young 1954).
 const RELAXATION: f64 = 1.6;
 
-/// Fills the texels of a lat-long panorama that are not `seen` with the solution of Laplace's equation on
-/// the sphere whose border is the seen ones: no new brightest or darkest place arises, and nothing
-/// jumps. Where nothing is seen everything is black.
+/// Fills the texels of a lat-long panorama that are not `seen` with the solution of Laplace's equation on the
+/// sphere whose border is the seen ones: the fill is nowhere brighter or darker than its border, and has no jumps.
+/// If nothing is seen, everything is black.
 pub(super) fn fill(panorama: &mut Image, seen: &[bool]) {
     if seen.iter().all(|&s| s) {
         return;

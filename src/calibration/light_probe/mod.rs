@@ -1,9 +1,9 @@
 //! From photographs of a mirror ball to a light probe: a lat-long panorama of radiance.
 //!
-//! [`Photograph`] is a picture as light, [`merge`] makes one of an exposure bracket, [`light_probe`] unwraps
-//! the ball, and [`merge_balls`] joins two balls so that neither camera shows. Every result says what
-//! it had to make up: light filled in behind the ball, estimated where the picture was clipped, or
-//! repaired. All panoramas are in the frame of [`light::latlong`], with the (first) camera on +Z.
+//! [`Photograph`] is a picture as light, [`merge`] makes one of an exposure bracket, [`light_probe`] unwraps the
+//! ball, and [`merge_balls`] joins two balls so that neither camera shows. Every result says what was not measured:
+//! light filled in behind the ball, estimated where the picture was clipped, or repaired. All panoramas are in the
+//! frame of [`light::latlong`], with the (first) camera on +Z.
 
 mod bracket;
 mod clipped;
@@ -31,23 +31,23 @@ use light::mapping::{Kind, resample};
 /// What to do about light that the photograph clipped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ClippedLight {
-    /// Take it as dark as the photograph shows it; it is counted.
+    /// Keep it as the photograph shows it, and count it.
     #[default]
     Keep,
-    /// Continue the clipped lamps from their unclipped flanks; see [`LightProbe::estimated_energy_share`].
+    /// Estimate clipped lamps from their unclipped flanks; see [`LightProbe::estimated_energy_share`].
     Estimate,
 }
 
 /// A light probe from one photograph of a mirror ball, and what to know before trusting it.
 #[derive(Clone, Debug)]
 pub struct LightProbe {
-    /// Radiance from every direction as a lat-long panorama, the ball's reflectivity divided out. Finite
-    /// and not negative. Its middle is what is behind the ball, seen from the camera.
+    /// Radiance from every direction as a lat-long panorama, the ball's reflectivity divided out. Finite and not
+    /// negative. Its middle shows what is behind the ball as seen from the camera.
     pub panorama: Image,
     /// Pixels that lie wholly on the ball and within the frame.
     pub ball_pixels: usize,
-    /// Mean distance in degrees between what neighbouring pixels show: the square root of the solid angle
-    /// that one shows on average.
+    /// Mean angle in degrees between neighbouring pixels' directions: the square root of the mean solid angle of a
+    /// pixel.
     pub resolution_deg: f32,
     /// Half angle in degrees of the cone behind the ball that its silhouette hides.
     pub blind_half_angle_deg: f32,
@@ -56,13 +56,12 @@ pub struct LightProbe {
     pub blind_share: f32,
     /// Share of the panorama's luminous energy that was filled in there.
     pub filled_share: f32,
-    /// Ball pixels with a clipped channel: their light is at least as strong as shown.
+    /// Ball pixels with a clipped channel: their light is as strong as shown, or stronger.
     pub clipped_pixels: usize,
-    /// Of these, the pixels that no lamp's flank says anything about; they are left as they are. 0 where no
-    /// estimate was asked for.
+    /// Of these, the pixels that could not be estimated and are left as they are. 0 if no estimate was asked for.
     pub unestimated_pixels: usize,
-    /// Share of the ball's luminous energy that was estimated, on the assumption that a clipped lamp's
-    /// image is one elliptic Gaussian lobe over an even background. A flatter lamp is overestimated.
+    /// Share of the ball's luminous energy that was estimated, assuming that a clipped lamp's image is one elliptic
+    /// Gaussian lobe over an even background. A flatter lamp is overestimated.
     pub estimated_energy_share: f32,
     /// Pixels of the photograph that were NaN, infinite or negative and have been repaired.
     pub repaired_pixels: usize,
@@ -71,7 +70,7 @@ pub struct LightProbe {
 /// Unwraps a mirror ball's photograph into a lat-long panorama of `size` pixels.
 ///
 /// # Errors
-/// When the ball's figures are impossible, no pixel lies wholly on the ball, or the size is empty.
+/// When the ball's values are impossible, no pixel lies wholly on the ball, or the size is empty.
 pub fn light_probe(
     photograph: &Photograph,
     view: &BallView,
@@ -126,12 +125,12 @@ impl Ball {
             let (width, height) = photograph.size();
             return Err(Error::unexpected(
                 "the mirror ball",
-                format!("a ball within the photograph of {width}×{height} pixels"),
+                format!("a ball inside the photograph of {width}×{height} pixels"),
                 format!(
-                    "none of its pixels wholly on one at {:?} with radius {}",
+                    "no pixel that lies wholly on the ball at {:?} with radius {}",
                     view.centre_px, view.radius_px
                 ),
-                "Correct the ball's centre and radius, or photograph it from nearer",
+                "Correct the ball's centre and radius, or photograph the ball from closer",
             ));
         }
         let channels = photograph.clipped.pixels.iter().zip(&usable);
@@ -155,12 +154,12 @@ impl Ball {
         })
     }
 
-    /// The angle from the camera in radians that the ball shows at a distance from its middle, of its radius.
+    /// The angle from the camera in radians that the ball shows at a distance from its middle, in radii.
     fn angle_at(&self, r: f64) -> f64 {
         self.view.profile().angle(r.max(0.0)).0
     }
 
-    /// The ball as a panorama with the world turned, and the share of each texel that it shows.
+    /// The ball unwrapped to a panorama, with the world turned, and how much of each texel it shows.
     fn unwrapped(&self, size: (usize, usize), turn: DQuat) -> Result<(Image, Vec<f32>)> {
         let target = Mapping::LatLong.projection(size)?;
         let source = self.view.projection(self.radiance.size())?;
@@ -169,8 +168,8 @@ impl Ball {
     }
 }
 
-/// Fills what is not shown. Returns the panorama, the share of its luminous energy that was filled in, and
-/// the share of the sphere that this was for.
+/// Fills what is not shown. Returns the panorama, the filled-in share of its luminous energy, and the filled-in
+/// share of the sphere.
 fn filled(mut panorama: Image, shown: &[f32], angles: &Raster<f64>) -> (Image, f32, f32) {
     let seen: Vec<bool> = shown.iter().map(|s| *s > 0.0).collect();
     fill::fill(&mut panorama, &seen);

@@ -1,11 +1,11 @@
-//! A photograph as light, with what is known of each pixel's certainty.
+//! A photograph as linear light, with the uncertainty of each pixel.
 
-use super::super::code::{CLIPPED, STEPS};
+use super::super::code_values::{CLIPPED, STEPS};
 use imaging::{Encoded, Image, Raster, Response};
 use light::Environment;
 
-/// Electrons of a pixel at the clipping level, as small sensors hold them. They scale the photon noise,
-/// which only balances a bracket's photographs against each other.
+/// Full-well capacity of a small sensor's pixel in electrons. It scales the photon noise, which only balances a
+/// bracket's photographs against each other.
 const FULL_WELL: f32 = 20_000.0;
 
 /// The linear light of a photograph.
@@ -13,19 +13,19 @@ const FULL_WELL: f32 = 20_000.0;
 pub struct Photograph {
     /// Linear light; finite and not negative.
     pub light: Image,
-    /// Channels that are clipped: their light is at least what `light` says.
+    /// Channels that are clipped: their light is as strong as in `light`, or stronger.
     pub clipped: Raster<[bool; 3]>,
-    /// Standard deviation of `light`: of the coding's steps and of the photons.
+    /// Standard deviation of `light`, from quantisation and photon noise.
     pub(super) deviation: Image,
-    /// The light at which pixels clip; infinite where they never do.
+    /// The light at which pixels clip; infinite if they never do.
     pub(super) white: f32,
     /// Pixels that were NaN, infinite or negative and have been repaired.
     pub repaired_pixels: usize,
 }
 
 impl Photograph {
-    /// A camera's encoded photograph. The last 8-bit code is clipped, and light is uncertain by one such
-    /// code.
+    /// A camera's encoded photograph. The highest 8-bit code value is clipped, and light is uncertain by one code
+    /// value.
     pub fn from_encoded(picture: &Encoded, response: &Response) -> Self {
         let white = f32::from(CLIPPED) / f32::from(STEPS);
         let step = |code: f32| {
@@ -33,7 +33,7 @@ impl Photograph {
             let rise = response.decode_value(high) - response.decode_value(low);
             rise / (255.0 * (high - low))
         };
-        // Eight bits hold 256 values; finer pictures take the step of the nearest one.
+        // Eight bits hold 256 values; finer pictures use the step of the nearest one.
         let steps: Vec<f32> = (0..=255).map(|code| step(code as f32 / 255.0)).collect();
         let light = response.decode(picture);
         let deviation = Image {
@@ -57,10 +57,10 @@ impl Photograph {
         }
     }
 
-    /// Linear light as a raw converter or a renderer wrote it. `white` is the level at which it clips, where
-    /// it does; infinite values count as clipped in any case. Values that are not light are repaired as in
-    /// [`Environment::from_radiance`]. Light is uncertain by a step of twelve bits below `white`;
-    /// without one, by the precision of half floats.
+    /// Linear light as a raw converter or a renderer wrote it. `white` is the level at which it clips, if it does;
+    /// infinite values always count as clipped. NaN, infinite and negative values are repaired as in
+    /// [`Environment::from_radiance`]. Light is uncertain by a step of twelve bits below `white`; without `white`,
+    /// by the precision of half floats.
     pub fn from_linear(picture: Image, white: Option<f32>) -> Self {
         let white = white.filter(|w| *w > 0.0).unwrap_or(f32::INFINITY);
         let clipped = picture.map(|pixel| pixel.map(|v| v >= white || v == f32::INFINITY));

@@ -1,11 +1,10 @@
 //! Two photographs of the ball from different sides, joined so that neither camera shows.
 //!
-//! In every direction the two are mixed by how well each shows it: not at all near its own camera,
-//! whose reflection stands in the ball's middle, nor near its blind cone, and less towards the rim, where
-//! pixels grow long. What one misses the other shows in its well-resolved part when the cameras are
-//! about a right angle apart.
+//! In every direction the two are mixed by how well each shows it: not at all near its own camera, which is
+//! reflected in the ball's middle, nor near its blind cone, and less towards the rim, where pixels are stretched.
+//! If the cameras are about a right angle apart, what one ball misses the other shows well.
 
-use super::super::minimum::{Search, minimise};
+use super::super::minimizer::{Search, minimise};
 use super::{Ball, BallView, ClippedLight, Photograph, filled};
 use base::error::{Error, Result};
 use glam::{DQuat, DVec3, Quat, Vec3};
@@ -19,10 +18,10 @@ use light::{Environment, Mapping};
 pub struct TwoBallsSettings {
     /// Size of the panorama.
     pub size: (usize, usize),
-    /// Half angle in degrees of the cone around each camera that is left out: the camera, its stand and
-    /// who works it.
+    /// Half angle in degrees of the cone around each camera that is left out: the camera, its stand and its
+    /// operator.
     pub camera_half_angle_deg: f32,
-    /// Width in degrees of the soft edge beside what is left out.
+    /// Width in degrees of the soft edge around what is left out.
     pub feather_deg: f32,
     /// Whether the given rotation is refined until the two pictures agree.
     pub refine: bool,
@@ -47,16 +46,16 @@ impl Default for TwoBallsSettings {
 pub struct TwoBalls {
     /// Radiance as a lat-long panorama in the first camera's frame and exposure.
     pub panorama: Image,
-    /// How many times brighter the second photograph recorded the same light, from what both show.
+    /// How many times brighter the second photograph is, measured where both show the same light.
     pub exposure_ratio: f32,
-    /// Median difference in stops between the two after that, where both show a direction; tells of moved
-    /// lights, a wrong rotation or near objects.
+    /// Median difference in stops between the two after that, where both show a direction. More than noise means
+    /// moved lights, a wrong rotation or near objects.
     pub disagreement_stops: f32,
-    /// The rotation that was used: from directions in the second camera's frame to those in the first's.
+    /// The rotation that was used, from the second camera's frame to the first's.
     pub turn: Quat,
     /// By how many degrees it differs from the given one; 0 when it was not refined.
     pub refined_deg: f32,
-    /// Share of the sphere that neither photograph shows free of its camera and rim.
+    /// Share of the sphere that neither photograph shows away from its camera and rim.
     pub blind_share: f32,
     /// Share of the panorama's luminous energy that was filled in there.
     pub filled_share: f32,
@@ -66,13 +65,13 @@ pub struct TwoBalls {
     pub unestimated_pixels: [usize; 2],
     /// See [`super::LightProbe::estimated_energy_share`]; of each photograph.
     pub estimated_energy_share: [f32; 2],
-    /// Pixels that were no light and have been repaired, in each photograph.
+    /// Pixels of each photograph that were NaN, infinite or negative and have been repaired.
     pub repaired_pixels: [usize; 2],
 }
 
 /// Columns of the panoramas that are compared.
 const COMPARED: usize = 128;
-/// A refinement beyond this is another place, not an inexact rotation.
+/// A larger refinement would be another rotation, not a correction.
 const FARTHEST_DEG: f32 = 10.0;
 
 /// Joins two photographs of a ball. `turn` takes directions of the second camera's frame to the first's:
@@ -80,7 +79,7 @@ const FARTHEST_DEG: f32 = 10.0;
 /// first as the first sees it (towards +X).
 ///
 /// # Errors
-/// As [`super::light_probe`], for either photograph, and when the rotation or an angle is no number.
+/// As [`super::light_probe`], for either photograph, and when the rotation or an angle is NaN or infinite.
 pub fn merge_balls(
     photographs: [(&Photograph, &BallView); 2],
     turn: Quat,
@@ -149,7 +148,7 @@ pub fn merge_balls(
     })
 }
 
-/// One photograph and what of it counts.
+/// One photograph, and which part of it counts.
 struct Side {
     ball: Ball,
     /// Half angles in radians around the camera and around the blind cone that are left out.
@@ -161,7 +160,7 @@ struct Side {
 impl Side {
     fn new(photograph: &Photograph, view: &BallView, settings: &TwoBallsSettings) -> Result<Self> {
         let ball = Ball::new(photograph, view, settings.clipped)?;
-        // The rim's pixels are cut: the outermost whole ones are up to one and a half pixels from it.
+        // Pixels on the rim are cut: the outermost whole ones are up to one and a half pixels inside.
         let rim = ball.angle_at(1.0 - 1.5 / view.radius_px);
         Ok(Self {
             ball,
@@ -215,7 +214,7 @@ impl Overlap<'_> {
             .collect()
     }
 
-    /// The median of log2 (second over first), and the median distance from it; `None` without overlap.
+    /// The median of log2 (second over first), and the median distance from it; `None` if nothing overlaps.
     fn ratio(&self, turn: Quat) -> Option<(f32, f32)> {
         let mut differences = self.differences(turn);
         let ratio = weighted_median(&mut differences)?;
@@ -229,7 +228,7 @@ impl Overlap<'_> {
     fn refined(&self, given: Quat) -> Quat {
         let turned =
             |[x, y, z]: [f64; 3]| DQuat::from_scaled_axis(DVec3::new(x, y, z)).as_quat() * given;
-        // More than any that can be reached: the search wants numbers.
+        // Above any value that occurs: the search needs finite numbers.
         const BEYOND: f64 = 2.0;
         let cost = |offset: [f64; 3]| {
             if DVec3::from_array(offset).length() > f64::from(FARTHEST_DEG).to_radians() {
@@ -239,7 +238,7 @@ impl Overlap<'_> {
             let Some(ratio) = weighted_median(&mut differences) else {
                 return BEYOND;
             };
-            // Differences of more than a stop are other things, not an inexact rotation.
+            // Differences of more than a stop have other causes than an inexact rotation.
             let (mut sum, mut weights) = (0.0f64, 0.0f64);
             for (difference, weight) in differences {
                 sum += f64::from(weight * (difference - ratio).abs().min(1.0));
@@ -259,14 +258,14 @@ impl Overlap<'_> {
             evaluations: 150,
         };
         match minimise(cost, &search) {
-            // Noise alone always finds a little.
+            // Noise alone always leaves a small improvement.
             Ok((offset, best)) if best < 0.98 * start => turned(offset),
             _ => given,
         }
     }
 }
 
-/// The value that half the weight lies below; `None` without any. Sorts the values.
+/// The weighted median; `None` if there are no values. Sorts the values.
 fn weighted_median(values: &mut [(f32, f32)]) -> Option<f32> {
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = 0.5 * values.iter().map(|(_, weight)| weight).sum::<f32>();

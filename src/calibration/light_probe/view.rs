@@ -1,4 +1,4 @@
-//! How a mirror ball was photographed: where it is in the picture, and from how far.
+//! How a mirror ball was photographed: its position in the picture and its distance.
 
 use base::error::{Error, Result};
 use glam::Vec3;
@@ -7,9 +7,8 @@ use project::Ball;
 
 /// A mirror ball in a photograph.
 ///
-/// Directions are those of the line from the ball to the camera, which is +Z; this is the camera's
-/// optical axis where the ball is in the middle of the uncropped frame, and otherwise the directions are
-/// turned by the angle between the two.
+/// The line from the ball to the camera is +Z. This is the camera's optical axis if the ball is in the middle of
+/// the uncropped frame; otherwise directions are turned by the angle between the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallView {
     /// Centre in pixels from the top left corner of the photograph (0 is the left edge of column 0).
@@ -18,19 +17,19 @@ pub struct BallView {
     pub radius_px: f64,
     /// How far the camera was.
     pub camera: BallCamera,
-    /// Distance of what the ball reflects from its centre, in radii of the ball: a dome's radius.
-    /// `None` for far away. Directions are then those from the ball's centre.
+    /// Distance from the ball's centre to what it reflects, in radii of the ball: a dome's radius. With it,
+    /// directions are those from the ball's centre. `None` if the surroundings are far away.
     pub surroundings_radii: Option<f64>,
     /// The part of the light that the ball reflects, per channel, 0 < ρ ≤ 1.
     pub reflectivity: [f32; 3],
 }
 
-/// The distance of the camera, by any of the figures that say it. The half angle σ of the silhouette ties
-/// them together: sin σ = radius / distance = 1 / `ball_radii`, and tan σ = `radius_px` / focal length in
-/// pixels, which is half the frame over the tangent of half the field of view.
+/// The distance of the camera, in any of its forms. The half angle σ of the silhouette relates them: sin σ = radius
+/// / distance = 1 / `ball_radii`, and tan σ = `radius_px` / focal length in pixels, which is half the frame over
+/// the tangent of half the field of view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BallCamera {
-    /// So far that all rays are parallel.
+    /// So far away that all rays are parallel.
     Far,
     /// From the camera to the ball's centre, in radii of the ball; more than 1.
     Distance { ball_radii: f64 },
@@ -42,8 +41,8 @@ pub enum BallCamera {
 }
 
 impl BallCamera {
-    /// From the camera to the ball's centre in radii of the ball, where its silhouette has a radius of
-    /// `radius_px`; infinite for a far camera.
+    /// From the camera to the ball's centre in radii of the ball, for a silhouette of `radius_px`; infinite for a
+    /// far camera.
     pub fn distance_radii(&self, radius_px: f64) -> f64 {
         match *self {
             Self::Far => f64::INFINITY,
@@ -77,8 +76,7 @@ impl BallCamera {
 }
 
 impl BallView {
-    /// The ball of a shoot, a perfect mirror. Where the dome's radius in metres is known, directions are
-    /// those to the dome.
+    /// The ball of a shoot, a perfect mirror. With the dome's radius in metres, directions are those to the dome.
     pub fn of(ball: &Ball, dome_radius_m: Option<f32>) -> Self {
         let radii = |metres: f32| f64::from(metres) / f64::from(ball.radius_m);
         Self {
@@ -97,13 +95,13 @@ impl BallView {
         180.0 - self.profile().last_angle().to_degrees()
     }
 
-    /// Where a photograph of `size` pixels shows a direction; `None` where it does not.
+    /// Where a photograph of `size` pixels shows a direction; `None` if it does not.
     pub fn place(&self, direction: Vec3, size: (usize, usize)) -> Option<[f32; 2]> {
         let (x, y) = self.projection(size).ok()?.place(direction.as_dvec3())?;
         Some([x as f32, y as f32])
     }
 
-    /// Which angle each distance from the ball's middle shows.
+    /// The angle that each distance from the ball's middle shows.
     pub(super) fn profile(&self) -> Profile {
         Profile::Ball {
             camera: 1.0 / self.camera.distance_radii(self.radius_px),
@@ -114,7 +112,7 @@ impl BallView {
     /// The geometry of a photograph of `width × height` pixels.
     ///
     /// # Errors
-    /// When the ball's figures are impossible.
+    /// When the ball's values are impossible.
     pub(super) fn projection(&self, (width, height): (usize, usize)) -> Result<Projection> {
         let possible = self.centre_px.iter().all(|c| c.is_finite())
             && self.radius_px > 1.0
@@ -136,8 +134,8 @@ impl BallView {
         }
         Err(Error::unexpected(
             "the mirror ball",
-            "a silhouette of more than one pixel, a camera and surroundings outside the ball, and a \
-             reflectivity above 0 and up to 1",
+            "a radius of more than one pixel, a camera and surroundings outside the ball, and a reflectivity above \
+             0 and up to 1",
             format!("{self:?}"),
             "Correct the ball's centre, radius, distance or reflectivity",
         ))

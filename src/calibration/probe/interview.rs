@@ -1,6 +1,6 @@
-//! The interview's light as a sum of lamps, by the balls.
+//! The interview's light as a sum of lamps, from the mirror balls.
 
-use super::super::code::{Code, Table};
+use super::super::code_values::{CodeValues, ResponseTable};
 use super::super::least_squares::NormalEquations;
 use super::{Probes, median};
 use imaging::color::luminance;
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 /// The interview's light in terms of the lamps.
 pub struct InterviewFit {
-    /// For each lamp and channel, its share.
+    /// Per lamp and channel, its share.
     pub weights: Vec<[f32; 3]>,
     /// Relative root-mean-square residual of the blurred ball.
     pub residual: f32,
@@ -17,8 +17,8 @@ pub struct InterviewFit {
 }
 
 impl Probes {
-    /// Light that is on every ball whatever the lamp: the room's own, and the sensor's floor.
-    pub(super) fn ambient(&self, table: &Table) -> [f32; 3] {
+    /// Light that every ball shows whatever the lamp: the room's own, and the sensor's black level.
+    pub(super) fn ambient(&self, table: &ResponseTable) -> [f32; 3] {
         let backgrounds: Vec<[f32; 3]> = self
             .footprints
             .iter()
@@ -27,11 +27,10 @@ impl Probes {
         [0, 1, 2].map(|c| median(backgrounds.iter().map(|b| b[c])))
     }
 
-    /// Light on the interview's ball that is no lamp's image. What is dark under single lamps is the
-    /// room's own light, which stays as it is, or the lamps' stray light, which adds up; how dark the
-    /// interview's ball is between the lamps tells which. More than the stray light of all is light of
-    /// its own, from where no lamp is.
-    fn interview_ambient(&self, table: &Table) -> [f32; 3] {
+    /// Light on the interview's ball that is no lamp's image. What is dark under single lamps is the room's own
+    /// light, which stays as it is, or the lamps' stray light, which adds up; how dark the interview's ball is
+    /// between the lamps tells which. What exceeds the stray light of all lamps comes from where no lamp is.
+    fn interview_ambient(&self, table: &ResponseTable) -> [f32; 3] {
         let ambient = self.ambient(table);
         let dark = table.rgb(self.interview_dark);
         let mut energy = [0.0f64; 3];
@@ -63,8 +62,8 @@ impl Probes {
         })
     }
 
-    /// The median code of the interview's ball where no lamp is.
-    pub(super) fn find_interview_dark(&self) -> Code {
+    /// The median code values of the interview's ball where no lamp is.
+    pub(super) fn find_interview_dark(&self) -> CodeValues {
         let mut is_lit = vec![false; self.interview.len()];
         for (pixel, _) in self.footprints.iter().flat_map(|f| &f.pixels) {
             is_lit[*pixel as usize] = true;
@@ -79,7 +78,7 @@ impl Probes {
 
     /// The interview's light as a sum of lamps under a response: non-negative least squares of the
     /// interview's ball by the lamps' balls, per channel, both blurred to half the lamps' spacing.
-    pub(crate) fn fit(&self, table: &Table) -> InterviewFit {
+    pub(crate) fn fit(&self, table: &ResponseTable) -> InterviewFit {
         let n = self.blur.len().isqrt();
         let blurred = |energy: &[[f32; 3]]| -> Vec<[f32; 3]> {
             let lit: Vec<usize> = (0..n).filter(|&i| energy[i] != [0.0; 3]).collect();

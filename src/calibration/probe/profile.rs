@@ -1,14 +1,14 @@
-//! The balls pixel for pixel, by which a response is told.
+//! The balls compared pixel for pixel: what shows the shape of the response.
 
-use super::super::code::{Code, STEPS, Table};
+use super::super::code_values::{CodeValues, ResponseTable, STEPS};
 use super::super::least_squares::NormalEquations;
 use super::Probes;
 use rayon::prelude::*;
 
 /// A pixel of the interview's ball beside the same pixel under each lamp that reaches it.
 pub(super) struct ProfilePixel {
-    interview: Code,
-    lamps: Vec<(usize, Code)>,
+    interview: CodeValues,
+    lamps: Vec<(usize, CodeValues)>,
     /// The brightest of these lamps here.
     strongest: usize,
     /// Its place in the photograph.
@@ -19,22 +19,21 @@ pub(super) struct ProfilePixel {
 pub(crate) struct Profile {
     /// For each lamp, the sum of squared encoded distances where it is the strongest.
     pub squares: Vec<f64>,
-    /// Mean square of the part of these distances that changes from pixel to pixel: noise, where the
-    /// rest is a misfit that neighbours share.
+    /// Mean square of the part of these distances that changes from pixel to pixel: the noise. The rest is a misfit
+    /// that neighbours share.
     pub noise: f64,
-    /// The weights that explain the pixels best. They are not those of [`Probes::fit`], which sees the
-    /// lamps' whole light, but under the right response both agree.
+    /// The weights that explain the pixels best. [`Probes::fit`], which uses the lamps' whole light, finds others;
+    /// under the right response both agree.
     pub weights: Vec<[f32; 3]>,
 }
 
 impl Probes {
-    /// Squared distance in encoded values between the interview's ball and the best sum of the lamps'
-    /// balls, pixel for pixel, as the mean over channels: one sum for the pixels in which each lamp is
-    /// the strongest, and the weights of that sum. A lamp's image has bright and dim pixels, and each lamp has
-    /// another weight: only the right shape of the response makes all of them proportional. What it
-    /// cannot tell is a power of the response, because that is a response too, with powers of the
-    /// weights.
-    pub(crate) fn profile(&self, table: &Table) -> Profile {
+    /// Squared distance in encoded values between the interview's ball and the best sum of the lamps' balls, pixel
+    /// for pixel, as the mean over channels: one sum for the pixels in which each lamp is the strongest, and the
+    /// weights of that sum. A lamp's image has bright and dim pixels, and each lamp has its own weight: only the
+    /// right shape of the response makes all of them proportional. A power of the response cannot be told this way:
+    /// it fits as well, with powers of the weights.
+    pub(crate) fn profile(&self, table: &ResponseTable) -> Profile {
         let backgrounds: Vec<[f32; 3]> = self
             .footprints
             .iter()
@@ -43,7 +42,7 @@ impl Probes {
         let channels: Vec<(Vec<f64>, f64, Vec<f64>)> = (0..3usize)
             .into_par_iter()
             .map(|c| {
-                let light = |&(lamp, code): &(usize, Code)| {
+                let light = |&(lamp, code): &(usize, CodeValues)| {
                     (
                         lamp,
                         f64::from((table.light(code[c]) - backgrounds[lamp][c]).max(0.0)),
@@ -106,8 +105,8 @@ impl Probes {
         self.profile.len()
     }
 
-    /// The codes that [`Self::profile`] compares, of the lamps' balls and of the interview's.
-    pub(crate) fn profile_codes(&self) -> impl Iterator<Item = &Code> {
+    /// The code values that [`Self::profile`] compares, of the lamps' balls and of the interview's.
+    pub(crate) fn profile_codes(&self) -> impl Iterator<Item = &CodeValues> {
         self.profile.iter().flat_map(|pixel| {
             let lamps = pixel.lamps.iter().map(|(_, code)| code);
             lamps.chain(std::iter::once(&pixel.interview))
@@ -115,20 +114,20 @@ impl Probes {
     }
 
     /// The pixels that [`Self::profile`] compares.
-    pub(super) fn make_profile(&self, provisional: &Table) -> Vec<ProfilePixel> {
-        /// Enough pixels to tell a response; more only take time.
+    pub(super) fn make_profile(&self, provisional: &ResponseTable) -> Vec<ProfilePixel> {
+        /// Enough pixels to determine a response; more only take time.
         const ENOUGH: usize = 16_384;
-        /// A pixel counts from this many times the room's own light: nearer to it, the sensor's noise
-        /// and what every lamp's footprint leaves out bend the curve.
+        /// A pixel counts from this many times the room's own light on: below, the sensor's noise and the light
+        /// outside the lamps' footprints bend the curve.
         const LIT: f32 = 10.0;
-        let mut lamps: Vec<Vec<(usize, Code)>> = vec![vec![]; self.interview.len()];
+        let mut lamps: Vec<Vec<(usize, CodeValues)>> = vec![vec![]; self.interview.len()];
         for (lamp, footprint) in self.footprints.iter().enumerate() {
             for (pixel, code) in &footprint.pixels {
                 lamps[*pixel as usize].push((lamp, *code));
             }
         }
         let ambient = self.ambient(provisional);
-        let lit = |code: &Code| (0..3).all(|c| provisional.light(code[c]) > LIT * ambient[c]);
+        let lit = |code: &CodeValues| (0..3).all(|c| provisional.light(code[c]) > LIT * ambient[c]);
         let profile: Vec<ProfilePixel> = self
             .interview
             .iter()
@@ -139,9 +138,10 @@ impl Probes {
                 !lamps.is_empty() && lit(code) && **comparable
             })
             .map(|(((code, lamps), _), place)| {
-                let level = |codes: &Code| provisional.rgb(*codes).into_iter().sum::<f32>();
-                let brighter =
-                    |a: &&(usize, Code), b: &&(usize, Code)| level(&a.1).total_cmp(&level(&b.1));
+                let level = |codes: &CodeValues| provisional.rgb(*codes).into_iter().sum::<f32>();
+                let brighter = |a: &&(usize, CodeValues), b: &&(usize, CodeValues)| {
+                    level(&a.1).total_cmp(&level(&b.1))
+                };
                 ProfilePixel {
                     interview: *code,
                     index: place.index,
@@ -180,7 +180,7 @@ impl NeighbourDifferences {
         self.last = Some((place, error));
     }
 
-    /// Mean square of the noise; 0 where no two places were neighbours.
+    /// Mean square of the noise; 0 if no two places were neighbours.
     pub fn noise(&self) -> f64 {
         self.square / self.count.max(1.0)
     }

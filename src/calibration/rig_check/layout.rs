@@ -1,12 +1,12 @@
-//! The measured rig against the layout: which lamps are where others should be.
+//! Compares the measured rig with the layout: which lamps are where others should be.
 
 use super::{Fault, Finding, names};
 use glam::{Mat3, Quat, Vec3};
 use light::{Lamp, Rig};
 
-/// How a rig lies in its layout.
-pub(super) struct Comparison {
-    /// Where each lamp should be, turned to the rig; empty where that cannot be told.
+/// How a rig fits its layout.
+pub(super) struct LayoutComparison {
+    /// Where each lamp should be, turned to the rig; empty if that cannot be determined.
     places: Vec<Vec3>,
     outcome: Outcome,
 }
@@ -14,24 +14,24 @@ pub(super) struct Comparison {
 enum Outcome {
     /// Nothing to compare.
     Nothing,
-    /// Lamps that are where another lamp should be (who, whose place), and lamps that are nowhere.
+    /// Lamps that are where another lamp should be (lamp, whose place), and lamps that are where no lamp should be.
     Placed {
         moved: Vec<(usize, usize)>,
         lost: Vec<usize>,
     },
-    /// All lamps are where some lamp should be, under other names; one of them.
+    /// All lamps are where some lamp should be, but under other names (lamp, whose place).
     Reordered(Vec<(usize, usize)>),
     /// Left and right are exchanged.
     Mirrored,
-    /// No turn brings the layout near the rig; the median angle between both in degrees.
-    Foreign(f32),
-    /// So many directions for so many lamps.
+    /// No rotation brings the layout near the rig; the median angle between both in degrees.
+    OtherDome(f32),
+    /// The layout has this many directions, and the rig another number of lamps.
     WrongCount(usize),
 }
 
-/// Compares the lamps that were clearly seen with the layout, but for `twins`, of which one is wrong.
-pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Comparison {
-    let nothing = |outcome| Comparison {
+/// Compares the lamps that were clearly seen with the layout, without `duplicates`, one of which is wrong.
+pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], duplicates: &[usize]) -> LayoutComparison {
+    let nothing = |outcome| LayoutComparison {
         places: vec![],
         outcome,
     };
@@ -49,8 +49,9 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Compa
     let plain = Alignment::find(lamps, layout, &seen, tolerance);
     let flipped: Vec<Vec3> = layout.iter().map(|d| d.with_x(-d.x)).collect();
     let mirrored = Alignment::find(lamps, &flipped, &seen, tolerance);
-    // Chance brings one lamp in a hundred within the tolerance of its place, and the pair that suggested the
-    // turn is always there: more than half of all lamps are no chance. Two swapped of few are two less.
+    // By chance one lamp in a hundred is within the tolerance of its place, and the pair that suggested the
+    // rotation always is: more than half of all lamps cannot be chance. In a small rig two swapped lamps are two
+    // less.
     let enough = if seen.len() < 8 {
         seen.len().saturating_sub(2).max(3)
     } else {
@@ -67,14 +68,16 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Compa
     }
     let places: Vec<Vec3> = layout.iter().map(|d| plain.rotation * *d).collect();
     let off = |lamp: usize, place: usize| lamps[lamp].direction.angle_between(places[place]);
-    // A place is free where its own lamp is elsewhere, or was not seen.
+    // A place is free if its own lamp is elsewhere, or was not seen.
     let displaced: Vec<usize> = seen
         .iter()
         .copied()
-        .filter(|&i| off(i, i) > tolerance.min(self::tolerance(spacings[i])) && !twins.contains(&i))
+        .filter(|&i| {
+            off(i, i) > tolerance.min(self::tolerance(spacings[i])) && !duplicates.contains(&i)
+        })
         .collect();
     let free: Vec<usize> = (0..lamps.len())
-        .filter(|i| displaced.contains(i) || !seen.contains(i) || twins.contains(i))
+        .filter(|i| displaced.contains(i) || !seen.contains(i) || duplicates.contains(i))
         .collect();
     let (mut moved, mut lost) = (vec![], vec![]);
     for &lamp in &displaced {
@@ -87,7 +90,7 @@ pub(super) fn compare(lamps: &[Lamp], layout: &[Vec3], twins: &[usize]) -> Compa
             None => lost.push(lamp),
         }
     }
-    Comparison {
+    LayoutComparison {
         places,
         outcome: Outcome::Placed { moved, lost },
     }
@@ -110,7 +113,7 @@ fn spacings(layout: &[Vec3]) -> Vec<f32> {
     layout.iter().enumerate().map(nearest).collect()
 }
 
-/// Where names tell nothing: is each lamp where some lamp should be?
+/// Without names: is each lamp where some lamp should be?
 fn without_names(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32) -> Outcome {
     let off = |lamp: usize, place: usize| lamps[lamp].direction.angle_between(layout[place]);
     let mut moved = Vec::new();
@@ -129,23 +132,23 @@ fn without_names(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32
         moved.retain(|(lamp, place)| lamp != place);
         return Outcome::Reordered(moved);
     }
-    Outcome::Foreign(super::median(seen.iter().map(|&i| off(i, i))).to_degrees())
+    Outcome::OtherDome(super::median(seen.iter().map(|&i| off(i, i))).to_degrees())
 }
 
-/// A turn of the layout and how many lamps it brings near their places.
+/// A rotation of the layout and how many lamps it brings near their places.
 struct Alignment {
     rotation: Quat,
     matches: usize,
 }
 
 impl Alignment {
-    /// The turn that most lamps agree on: each pair of lamps suggests one (the TRIAD method, Black 1964),
-    /// and lamps that have been swapped or moved suggest others than the rest.
+    /// The rotation that most lamps agree on: each pair of lamps suggests one (the TRIAD method, Black 1964), and
+    /// lamps that were swapped or moved suggest others than the rest.
     fn find(lamps: &[Lamp], layout: &[Vec3], seen: &[usize], tolerance: f32) -> Self {
-        /// Pairs tried: of lamps half of which are wrong, a quarter of the pairs are right.
+        /// Pairs tried: if half of the lamps are wrong, a quarter of the pairs are right.
         const PAIRS: usize = 400;
         let n = seen.len();
-        // A lamp counts by how near it is (MSAC, Torr and Zisserman 2000): by numbers alone, many that are
+        // A lamp counts by how near it is (MSAC, Torr and Zisserman 2000): by number alone, many lamps that are
         // near by chance would beat fewer that fit.
         let judge = |rotation: Quat| {
             let off = seen
@@ -184,7 +187,7 @@ impl Alignment {
     }
 }
 
-/// Three axes that two directions define; none where they are nearly one line.
+/// The three axes that two directions define; `None` if they are nearly on one line.
 fn frame(a: Vec3, b: Vec3) -> Option<Mat3> {
     let normal = a.cross(b);
     (normal.length() > 0.2).then(|| {
@@ -193,7 +196,7 @@ fn frame(a: Vec3, b: Vec3) -> Option<Mat3> {
     })
 }
 
-/// The turn of least squared distances for the lamps that are near their places, by Gauss–Newton steps.
+/// The rotation of least squared distances for the lamps that are near their places, by Gauss–Newton steps.
 fn refine(
     lamps: &[Lamp],
     layout: &[Vec3],
@@ -211,7 +214,7 @@ fn refine(
                 inertia += Mat3::IDENTITY - outer;
             }
         }
-        // Lamps in one direction leave the turn about it open.
+        // Lamps in one direction do not determine the rotation about it.
         if inertia.determinant() < 1e-3 {
             break;
         }
@@ -220,8 +223,8 @@ fn refine(
     rotation
 }
 
-impl Comparison {
-    /// Where lamp `i` should be by the layout, if that is known.
+impl LayoutComparison {
+    /// Where the layout has lamp `i`, if that is known.
     pub fn place(&self, i: usize) -> Option<Vec3> {
         self.places.get(i).copied()
     }
@@ -252,19 +255,19 @@ impl Comparison {
         match &self.outcome {
             Outcome::Nothing => vec![],
             Outcome::WrongCount(count) => whole(format!(
-                "The layout has {count} directions for {} lamps: nothing was checked against it. Mend the \
+                "The layout has {count} directions for {} lamps, so nothing was checked against it. Correct the \
                  directions in the manifest and import again",
                 rig.lamps.len()
             )),
             Outcome::Mirrored => whole(
-                "The layout is the mirror image of the measured lamps: left and right are exchanged in it, or the \
-                 pictures are flopped. Change the sign of x in the manifest's directions, or flip the pictures"
+                "The layout is the mirror image of the measured lamps: left and right are swapped in it, or the \
+                 pictures are flopped. Change the sign of x in the manifest's directions, or flop the pictures"
                     .into(),
             ),
-            Outcome::Foreign(median_deg) => whole(format!(
-                "The measured lamps are not where the layout has them, {median_deg:.0}° away in the median, and no turn \
-                 of it helps. Check that the manifest is of this dome and uses the axes +X right, +Y up, +Z to \
-                 the camera"
+            Outcome::OtherDome(median_deg) => whole(format!(
+                "The measured lamps are {median_deg:.0}° (median) away from where the layout has them, and no \
+                 rotation of the layout helps. Check that the manifest belongs to this dome and uses the axes +X \
+                 right, +Y up, +Z to the camera"
             )),
             Outcome::Reordered(moved) => {
                 let mut lamps: Vec<usize> = moved.iter().map(|(lamp, _)| *lamp).collect();
@@ -273,8 +276,8 @@ impl Comparison {
                     fault: Fault::Swapped,
                     lamps,
                     sentence: format!(
-                        "The lamps are where the layout has lamps, but in another order: {}. Name the OLATs and balls \
-                         in the layout's order, or mend the order in the manifest",
+                        "The lamps are where the layout has lamps, but in another order: {}. Rename the OLATs and \
+                         balls to follow the layout, or correct the order in the manifest",
                         chain(moved)
                     ),
                 }]
@@ -290,8 +293,8 @@ impl Comparison {
                             fault: Fault::Swapped,
                             lamps: vec![a, b],
                             sentence: format!(
-                                "{} and {} are swapped: each is where the layout has the other. Exchange their names, \
-                                 of the balls and of the OLATs of every pose",
+                                "{} and {} are swapped: each is where the layout has the other. Swap their names, \
+                                 for the balls and for the OLATs of every pose",
                                 name(a),
                                 name(b)
                             ),
@@ -303,8 +306,8 @@ impl Comparison {
                         fault: Fault::Swapped,
                         lamps: rest.iter().map(|(lamp, _)| *lamp).collect(),
                         sentence: format!(
-                            "By the layout, {}. Look for an OLAT that is missing or was taken twice, after which all \
-                             names are one off, and rename",
+                            "According to the layout, {}. Look for an OLAT that is missing or was taken twice and \
+                             shifts all later names by one, then rename",
                             chain(&rest)
                         ),
                     });
@@ -314,8 +317,8 @@ impl Comparison {
                         fault: Fault::Misplaced,
                         lamps: lost.clone(),
                         sentence: format!(
-                            "{}: not where the layout has a lamp. Check whether the lamp was moved, or whether its \
-                             ball shows a reflection in the room instead",
+                            "{}: the layout has no lamp in this direction. Check whether the lamp was moved, or \
+                             whether its ball shows a reflection in the room instead",
                             names(rig, lost)
                         ),
                     });

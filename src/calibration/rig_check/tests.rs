@@ -306,7 +306,7 @@ fn pictures_under_two_names_are_found() {
 
 #[test]
 fn the_shared_shoot_has_a_proper_rig() {
-    use super::super::{code::Table, probe::Probes, tests::shared_shoot};
+    use super::super::{code_values::ResponseTable, probe::Probes, tests::shared_shoot};
     use base::progress::Progress;
     use imaging::DualGamma;
     let Some((project, _home, truth, layout)) = shared_shoot("probes") else {
@@ -314,7 +314,7 @@ fn the_shared_shoot_has_a_proper_rig() {
     };
     let probes = Probes::load(&project, &Progress::silent()).unwrap();
     let gamma = |name: &str| truth[name].as_f64().unwrap() as f32;
-    let table = Table::new(&DualGamma {
+    let table = ResponseTable::new(&DualGamma {
         gamma1: gamma("g1"),
         gamma2: gamma("g2"),
     });

@@ -1,4 +1,4 @@
-use super::super::code::{Table, codes};
+use super::super::code_values::{ResponseTable, codes};
 use super::super::footprint::Footprint;
 use super::*;
 use imaging::color::linear_from_srgb;
@@ -128,7 +128,7 @@ fn a_chrome_ball_and_a_grey_one_agree_on_twelve_lamps() {
         file::read_encoded(&photographs(what).join(format!("{what}.{lamp}.png"))).unwrap()
     };
     let geometry = MirrorBall::new(&chrome, None, read("chrome", 0).0.size()).unwrap();
-    let table = Table::new(&DualGamma {
+    let table = ResponseTable::new(&DualGamma {
         gamma1: 2.2,
         gamma2: 2.2,
     });

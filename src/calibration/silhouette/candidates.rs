@@ -1,5 +1,4 @@
-//! Circles that may be the ball: searched in pictures of moderate size, measured at the full size, best
-//! first.
+//! Circles that may be the ball: searched in reduced pictures, measured at full size, best first.
 
 use super::circle::Circle;
 use super::edges::Edges;
@@ -16,7 +15,7 @@ const COARSE_PX: usize = 320;
 const FINE_PX: usize = 1280;
 /// Circles that are looked at more closely.
 const PROMISING: usize = 6;
-/// Radius in pixels at which the rim and reflections close to it are told apart well enough.
+/// Radius in pixels at which the rim can be told from reflections close to it.
 const AMPLE_PX: f64 = 110.0;
 /// Least radius in pixels of a searched picture that shows a circle well; below, the next finer
 /// picture is searched.
@@ -24,7 +23,7 @@ const WELL_SHOWN_PX: f32 = 10.0;
 /// Least radius that is searched at all, so that a ball too small is recognised as such.
 const BARELY_SHOWN_PX: f32 = 4.0;
 
-/// A rim and by what it is preferred to others.
+/// A rim and its rank: higher is better.
 pub(super) type Ranked = (Rim, f64);
 
 /// Circles with a rim, found anywhere, best first.
@@ -64,7 +63,7 @@ pub(super) fn anywhere(pyramid: &[Raster<[f32; 3]>]) -> Vec<Rim> {
     )
 }
 
-/// The picture in which a circle has the radius at which its edges are told apart.
+/// The level of the pyramid in which a circle is large enough to tell its edges apart.
 fn ample_level(pyramid: &[Raster<[f32; 3]>], circle: &Circle) -> usize {
     let halvings = (circle.radius_px / AMPLE_PX).log2().ceil().max(0.0) as usize;
     halvings.min(pyramid.len() - 1)
@@ -136,11 +135,11 @@ pub(super) fn distinct(mut found: Vec<Ranked>) -> Vec<Rim> {
     rims
 }
 
-/// By what a circle is preferred to others: the evidence for its rim, lessened for steps as faint as
-/// those between codes (whose contours in a lamp's glare are circles too), and up to doubled where there
-/// are clear edges within, as a mirror shows and a grey ball or a disc does not.
+/// The rank of a circle: the evidence for its rim, reduced if its steps are as faint as those between code values
+/// (whose contours in a lamp's glare are circles too), and up to doubled if there are clear edges inside, as in a
+/// mirror and not in a grey ball or a disc.
 fn rank(rim: &Rim, edges: &Edges, circle: &Circle) -> f64 {
-    /// Three codes of eight bits.
+    /// Three 8-bit code values.
     const FAINT: f64 = 0.012;
     /// Edges per pixel: a few windows' worth in a ball of 30 pixels.
     const BUSY: f64 = 0.03;

@@ -1,4 +1,4 @@
-//! Circles: through three points, fitted to many, fitted robustly to the points that agree.
+//! Circles: through three points, fitted to many points, or fitted robustly to those that agree.
 
 use base::error::{Error, Result};
 use glam::{DMat3, DVec2, DVec3};
@@ -14,15 +14,15 @@ pub struct Circle {
     pub radius_px: f64,
 }
 
-/// Three clicks within this part of a circle's diameter do not determine it: a click's error of one
-/// part in a hundred would move the radius by half.
+/// Three points within this part of a circle's diameter do not determine it: an error of 1 % in a click would
+/// change the radius by half.
 const FLATTEST: f64 = 10.0;
 
 impl Circle {
     /// A circle by its centre and radius in pixels.
     ///
     /// # Errors
-    /// When a figure is not finite or the radius is not positive.
+    /// When a value is not finite or the radius is not positive.
     pub fn new(center_px: [f64; 2], radius_px: f64) -> Result<Self> {
         if center_px.iter().all(|c| c.is_finite()) && radius_px.is_finite() && radius_px > 0.0 {
             return Ok(Self {
@@ -34,7 +34,7 @@ impl Circle {
             "the mirror ball's circle",
             "a centre and a positive radius in pixels",
             format!("centre {center_px:?}, radius {radius_px}"),
-            "Give the ball's centre and radius as they are in the photograph",
+            "Give the ball's centre and radius in the photograph",
         ))
     }
 
@@ -66,8 +66,8 @@ impl Circle {
         ))
     }
 
-    /// The circle with the least sum of squared distances to `points` (pixels), of which there are three
-    /// or more. Starts from Kåsa's algebraic fit and ends with Gauss and Newton's geometric one.
+    /// The circle with the least sum of squared distances to three or more `points` (pixels). Starts from Kåsa's
+    /// algebraic fit and ends with Gauss and Newton's geometric one.
     ///
     /// # Errors
     /// When there are fewer than three points, or they lie nearly on a line.
@@ -113,8 +113,8 @@ impl Circle {
         }
     }
 
-    /// One step of Gauss and Newton towards the least weighted squared distances; `None` when the
-    /// points determine no step or no circle.
+    /// One Gauss–Newton step towards the least weighted squared distances; `None` if the points determine no step
+    /// or no circle.
     fn improved(&self, points: &[DVec2], weight: impl Fn(f64) -> f64) -> Option<Self> {
         let (mut normal, mut right) = (DMat3::ZERO, DVec3::ZERO);
         for &point in points {
@@ -138,12 +138,11 @@ impl Circle {
         (improved.radius_px > 0.0 && improved.radius_px.is_finite()).then_some(improved)
     }
 
-    /// The circle that most of `points` agree on, near this one: Tukey's biweight within `reach` pixels,
-    /// then within ever less while the points crowd together. Returns their standard deviation in pixels
-    /// too, without those that stray.
+    /// The circle near this one that most of `points` agree on: Tukey's biweight within `reach` pixels, then within
+    /// ever less as the points converge. Also returns their standard deviation in pixels, without outliers.
     pub(super) fn agreed(&self, points: &[DVec2], reach: f64) -> Option<(Self, f64)> {
-        // 4.685 deviations keep 95 % of a normal distribution's efficiency (Holland and Welsch 1977);
-        // fewer find the crowd first, from farther away.
+        // 4.685 deviations keep 95 % of a normal distribution's efficiency (Holland and Welsch 1977); fewer find
+        // most of the points first, from farther away.
         const CROWD: f64 = 2.5;
         const EFFICIENT: f64 = 4.685;
         let (mut circle, mut cut) = (*self, reach);
@@ -167,7 +166,7 @@ impl Circle {
             }
             let middle = distances.len() / 2;
             let median = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
-            // 1.4826 makes the median deviation a normal distribution's standard deviation. No rim is
+            // 1.4826 turns the median deviation into a normal distribution's standard deviation. No rim can be
             // measured to better than a twentieth of a pixel.
             deviation = (1.4826 * median).max(0.05);
             cut = if round < 12 {

@@ -11,7 +11,7 @@ pub(super) struct Edge {
     pub place: Vec2,
     /// Unit vector across the edge; its sign means nothing.
     pub across: Vec2,
-    /// From 0 to 1: how far it stands out from what most of the picture does.
+    /// From 0 to 1: how far it stands out from most of the picture.
     pub weight: f32,
 }
 
@@ -28,13 +28,13 @@ pub(super) struct Edges {
 /// nearly always shows noise alone.
 const STANDS_OUT: f32 = 3.0;
 
-/// Changes below this per pixel are rounding of the arithmetic, not of any camera (16 bits: 1.5e-5).
-const LEAST_STEEPNESS: f32 = 1e-6;
+/// Changes per pixel below this are rounding of the arithmetic, not of a camera (16 bits: 1.5e-5).
+const MIN_STEEPNESS: f32 = 1e-6;
 
 impl Edges {
-    /// Edges by Canny's rule (1986): local maxima of steepness across the edge, over a binomial blur
-    /// of one pixel; the channels are joined by their structure tensor (Di Zenzo 1986), so that an
-    /// edge between two colours of one brightness is one too. No threshold: faint edges weigh less.
+    /// Edges by Canny's rule (1986): local maxima of steepness across the edge, over a binomial blur of one pixel;
+    /// the channels are joined by their structure tensor (Di Zenzo 1986), so that an edge between two colours of
+    /// equal brightness counts too. No threshold: faint edges weigh less.
     pub fn find(picture: &Raster<[f32; 3]>) -> Self {
         let (width, height) = picture.size();
         let smooth = blurred(picture);
@@ -53,12 +53,12 @@ impl Edges {
             .into_par_iter()
             .map(|i| {
                 let (x, y) = (i % width, i / width);
-                // The frame repeats its border, which would bend edges there.
+                // The border pixels are repeated outside, which would bend edges there.
                 if x < 2 || y < 2 || x + 2 >= width || y + 2 >= height {
                     return None;
                 }
                 let (steepness, across) = slopes[i];
-                if steepness < LEAST_STEEPNESS {
+                if steepness < MIN_STEEPNESS {
                     return None;
                 }
                 let place = Vec2::new(x as f32, y as f32);
@@ -74,7 +74,7 @@ impl Edges {
                 if steepness <= before || steepness < after {
                     return None;
                 }
-                // The top of the parabola through the three.
+                // The peak of the parabola through the three.
                 let shift = 0.5 * (before - after) / (before - 2.0 * steepness + after);
                 let weight = steepness.powi(2) / (steepness.powi(2) + reference);
                 Some(Edge {

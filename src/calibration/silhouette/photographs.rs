@@ -1,4 +1,4 @@
-//! Photographs of the balls by one fixed camera, averaged.
+//! The average of photographs of the balls by one fixed camera.
 
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -7,7 +7,7 @@ use imaging::{Encoded, Raster, file};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// The average of photographs by one fixed camera. It takes the memory of one, however many there are.
+/// The average of photographs by one fixed camera. It takes the memory of one photograph.
 ///
 /// Encoded values are averaged, not light: a lamp's highlight, thousands of times as bright as the
 /// rest, would drown the rim of the ball in the dark.
@@ -19,11 +19,11 @@ pub struct Photographs {
     first: String,
 }
 
-/// Photographs that are decoded at once: each takes twelve bytes a pixel.
+/// Photographs that are decoded at once: each takes twelve bytes per pixel.
 const AT_ONCE: usize = 4;
-/// Below this on a scale of 0 to 1, two codes of eight bits, nothing is seen.
+/// Below this, on a scale of 0 to 1 (two 8-bit code values), nothing can be seen.
 const BLACK: f32 = 2.5 / 255.0;
-/// From this on, a value is clipped: the last code of eight bits, and what rounds to it.
+/// From here on, a value is clipped: the highest 8-bit code value, and what rounds to it.
 const CLIPPED: f32 = 254.5 / 255.0;
 
 impl Photographs {
@@ -39,7 +39,7 @@ impl Photographs {
                 name,
                 "a photograph of at least 16×16 pixels",
                 format!("{width}×{height}"),
-                "Give the mirror ball's photographs at their full size",
+                "Use the mirror ball's photographs at their full size",
             ));
         }
         Ok(Self {
@@ -58,11 +58,11 @@ impl Photographs {
             return Err(Error::unexpected(
                 name.as_ref().display(),
                 format!(
-                    "{}×{} pixels as in {}",
+                    "{}×{} pixels, like {}",
                     self.average.width, self.average.height, self.first
                 ),
                 format!("{}×{}", picture.0.width, picture.0.height),
-                "Give all mirror-ball photographs from the same camera, uncropped",
+                "Use uncropped photographs of the mirror ball from one camera",
             ));
         }
         self.count += 1;
@@ -83,8 +83,7 @@ impl Photographs {
     /// Reads and averages the photographs at `paths`, a few at a time.
     ///
     /// # Errors
-    /// When there are none, one cannot be read or differs in size from the others, or a stop was asked
-    /// for.
+    /// When there are none, one cannot be read or differs in size from the others, or the job was stopped.
     pub fn read(paths: &[PathBuf], progress: &Progress) -> Result<Self> {
         let mut photographs: Option<Self> = None;
         for (chunk, group) in paths.chunks(AT_ONCE).enumerate() {
@@ -107,17 +106,17 @@ impl Photographs {
                 "the mirror ball's photographs",
                 "at least one",
                 "none",
-                "Give the interview's photograph of the ball, and those under each lamp",
+                "Choose the photographs of the ball: the interview's, and one under each lamp",
             )
         })
     }
 
-    /// The averaged picture, encoded, in `[0, 1]`: what a person should see behind the circle.
+    /// The averaged picture, encoded, in `[0, 1]`: the picture to show behind the circle.
     pub fn average(&self) -> &Raster<[f32; 3]> {
         &self.average
     }
 
-    /// Where it is that a message speaks of.
+    /// The photographs' name in messages.
     pub(super) fn place(&self) -> String {
         match self.count {
             1 => self.first.clone(),
@@ -125,17 +124,17 @@ impl Photographs {
         }
     }
 
-    /// The least change of the average that can be a rim: two thirds of a code of eight bits (what a
-    /// measured edge keeps of a whole code), less where noise in many photographs carries smaller ones.
-    /// Fainter steps are contours of smooth light, in which one channel's code changes before the others'.
+    /// The smallest change of the average that can be a rim: two thirds of an 8-bit code value (what a measured
+    /// edge keeps of a whole one), less if noise in many photographs dithers smaller ones. Fainter steps are
+    /// contours of smooth light, where one channel's code value changes before the others'.
     pub(super) fn faintest_step(&self) -> f64 {
         2.0 / 3.0 / 255.0 / (self.count as f64).sqrt()
     }
 
-    /// Refuses what shows nothing.
+    /// Refuses photographs that are black or clipped everywhere.
     pub(super) fn check_exposure(&self) -> Result<()> {
         let values = || self.average.pixels.iter().flatten().copied();
-        // Averaged over many, a highlight in one photograph is fainter by their number.
+        // In an average of n photographs, a highlight of one of them is n times fainter.
         let brightest = self.count as f32 * values().fold(0.0, f32::max);
         let darkest = values().fold(1.0, f32::min);
         let (found, remedy) = if brightest < BLACK {

@@ -34,7 +34,7 @@ impl Rim {
         }
     }
 
-    /// How unlikely the rim's agreement is by chance, per place, times the places.
+    /// The evidence for the rim: how unlikely its agreement is by chance, summed over its places.
     pub fn evidence(&self) -> f64 {
         let share = self.share_within_frame();
         let raw = share + (1.0 - share) * CHANCE;
@@ -42,26 +42,26 @@ impl Rim {
     }
 }
 
-/// Rays are cut at this many tolerances from the circle, so that an edge anywhere on a ray is within
-/// one tolerance once in four times.
+/// Rays reach this many tolerances from the circle, so that an edge anywhere on a ray is within one tolerance with
+/// a probability of one in four.
 const REACH: f64 = 4.0;
 const CHANCE: f64 = 1.0 / REACH;
-/// A silhouette off the optical axis is an ellipse, and lenses distort: places may be off a circle
-/// by this share of the radius.
+/// A silhouette off the optical axis is an ellipse, and lenses distort: places may be off the circle by this share
+/// of the radius.
 const OUT_OF_ROUND: f64 = 0.008;
-/// With less evidence at the first size, the larger ones are spared.
+/// With less evidence at the first size, larger ones are skipped.
 const HOPELESS: f64 = 2.0;
 /// Samples per pixel along a ray.
 const SAMPLES: f64 = 2.0;
 /// Samples side by side across a ray at most.
-const MOST_SAMPLES: f64 = 6.0;
+const MAX_SAMPLES: f64 = 6.0;
 /// Standard deviation in pixels of the Gaussian whose derivative finds edges along a ray.
 const BLUR: f64 = 0.7;
-/// Edges at least this strong, relative to a ray's strongest, can be the rim. The outermost is: what
-/// lies within is a reflection.
+/// Edges at least this strong, relative to a ray's strongest, can be the rim. The outermost of them is the rim: the
+/// inner ones are reflections.
 const OUTER: f64 = 0.35;
-/// Changes below this (in encoded values) are rounding of the arithmetic, not of any camera.
-const LEAST_CONTRAST: f64 = 2e-6;
+/// Changes below this (in encoded values) are rounding of the arithmetic, not of a camera.
+const MIN_CONTRAST: f64 = 2e-6;
 /// An edge found on a ray.
 #[derive(Clone, Copy)]
 struct Crossing {
@@ -69,9 +69,9 @@ struct Crossing {
     contrast: f64,
 }
 
-/// Fits the circle to the rim near `rough` (both in pixels of the full size): from the smallest of the
-/// pictures `levels` of the `pyramid` (full size first, each half of the one before) to the largest, or
-/// to the largest in which the rim still stands out of the noise. `None` when nothing is there.
+/// Fits the circle to the rim near `rough` (both in pixels of the full size): from the smallest of the pictures
+/// `levels` of the `pyramid` (full size first, each half of the one before) to the largest, or to the largest in
+/// which the rim still stands out from the noise. `None` if there is no rim.
 pub(super) fn fit(
     pyramid: &[Raster<[f32; 3]>],
     rough: &Circle,
@@ -107,8 +107,8 @@ pub(super) fn fit(
     best
 }
 
-/// Fits the circle at one size: to the outermost edges, within which reflections lie, or to all, among
-/// which the rim's agree best where things behind the ball are outermost.
+/// Fits the circle at one size: to the outermost edges, inside which reflections lie, or to all edges, in case
+/// things behind the ball are outermost.
 fn fit_at(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64) -> Option<Rim> {
     let to_outermost = fit_to(picture, rough, band, true);
     let to_all = fit_to(picture, rough, band, false);
@@ -141,17 +141,17 @@ fn fit_to(picture: &Raster<[f32; 3]>, rough: &Circle, band: f64, outermost: bool
             return None;
         }
         circle = better;
-        tolerance = (3.0 * deviation).clamp(LEAST_TOLERANCE, widest_tolerance(&circle));
+        tolerance = (3.0 * deviation).clamp(MIN_TOLERANCE, widest_tolerance(&circle));
     }
     Some(measured(picture, &circle, tolerance))
 }
 
 /// No camera's rim is sharper than this, in pixels.
-const LEAST_TOLERANCE: f64 = 0.8;
+const MIN_TOLERANCE: f64 = 0.8;
 
 /// How far from a circle the rim may be.
 pub(super) fn widest_tolerance(circle: &Circle) -> f64 {
-    (OUT_OF_ROUND * circle.radius_px).max(LEAST_TOLERANCE)
+    (OUT_OF_ROUND * circle.radius_px).max(MIN_TOLERANCE)
 }
 
 /// What the picture shows of a circle's rim.
@@ -179,7 +179,7 @@ pub(super) fn measured(picture: &Raster<[f32; 3]>, circle: &Circle, tolerance: f
     }
 }
 
-/// A ray for every other pixel of the circumference, but not more than say something.
+/// A ray for every other pixel of the circumference, up to a useful number.
 fn ray_count(circle: &Circle) -> usize {
     (0.5 * TAU * circle.radius_px).ceil().clamp(48.0, 720.0) as usize
 }
@@ -194,7 +194,8 @@ fn crossings(picture: &Raster<[f32; 3]>, circle: &Circle, reach: f64) -> Vec<Vec
         .with_min_len(16)
         .filter(|&i| {
             let towards = DVec2::from_angle(TAU * i as f64 / rays as f64);
-            // An edge shows if a pixel on either side of it does; farther out the border is repeated.
+            // An edge can be seen if a pixel on either side of it is in the picture; farther out the border is
+            // repeated.
             [circle.radius_px - 1.0, circle.radius_px + 1.0]
                 .iter()
                 .all(|&r| {
@@ -214,11 +215,11 @@ fn edges_on_ray(
     index: usize,
     rays: usize,
 ) -> Vec<Crossing> {
-    // A ray is as wide as the part of the circumference that it stands for, and a pixel more: its
-    // samples are means along the circle, which keeps faint rims above the noise.
+    // A ray is as wide as its part of the circumference, and a pixel more: its samples are means along the circle,
+    // which keeps faint rims above the noise.
     let spacing = TAU / rays as f64;
     let width = spacing + 1.0 / circle.radius_px;
-    let side_by_side = (width * circle.radius_px).round().clamp(1.0, MOST_SAMPLES) as usize;
+    let side_by_side = (width * circle.radius_px).round().clamp(1.0, MAX_SAMPLES) as usize;
     // Room for the filter's tails at both ends.
     let tail = (3.0 * BLUR * SAMPLES) as usize;
     let half = (reach * SAMPLES).ceil() as usize + tail;
@@ -243,8 +244,8 @@ fn edges_on_ray(
     let range = tail..encoded.len() - tail;
     let is_peak = |s: &[f64], k: usize| s[k] > s[k - 1] && s[k] >= s[k + 1];
     let peaks = || range.clone().filter(|&k| is_peak(&encoded, k));
-    let strongest = peaks().map(|k| encoded[k]).fold(LEAST_CONTRAST, f64::max);
-    // An edge lies where light, not its code, changes fastest: find that beside it.
+    let strongest = peaks().map(|k| encoded[k]).fold(MIN_CONTRAST, f64::max);
+    // An edge lies where linear light, not its code value, changes fastest.
     let near = (1.5 * SAMPLES) as usize;
     let brightest_change = |peak: usize| {
         (peak.saturating_sub(near).max(1)..=(peak + near).min(linear.len() - 2))

@@ -7,7 +7,7 @@ use imaging::{Encoded, Raster};
 
 /// What stands around the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Around {
+pub enum Surroundings {
     /// Nothing: black.
     Dark,
     /// A room: walls, windows, furniture, a horizon.
@@ -21,7 +21,7 @@ pub enum Around {
 pub struct Scene {
     pub size: (usize, usize),
     pub ball: Option<Circle>,
-    pub around: Around,
+    pub around: Surroundings,
     /// A pole under the ball.
     pub pole: bool,
     /// Direction of a lamp far brighter than white, if any: the ball shows it, the camera is shaded from it.
@@ -125,10 +125,10 @@ impl Scene {
         if self.pole && u.y > 0.0 && u.x.abs() < 0.12 {
             return DVec3::splat(0.08 + 0.1 * (20.0 * u.x).sin().abs());
         }
-        if self.around == Around::Dark {
+        if self.around == Surroundings::Dark {
             return DVec3::ZERO;
         }
-        if self.around == Around::Clutter {
+        if self.around == Surroundings::Clutter {
             for thing in 0..14u64 {
                 let r = |k: u64| random(self.seed, 1000 + 10 * thing + k);
                 let (x, y) = (r(0) * self.size.0 as f64, r(1) * self.size.1 as f64);
@@ -154,7 +154,7 @@ impl Scene {
     /// Light from a direction.
     fn environment(&self, d: DVec3) -> DVec3 {
         let mut light = DVec3::splat(self.ambient);
-        if self.around == Around::Dark {
+        if self.around == Surroundings::Dark {
             return light;
         }
         let r = |k: u64| random(self.seed, 500 + k);

@@ -1,7 +1,6 @@
-//! Circles in a picture of moderate size: edges vote along their normals for centres (Hough's
-//! transform with directions, Kimme, Ballard and Sklansky 1975); what wins is judged by how unlikely
-//! its agreeing edges are by chance (Desolneux, Moisan and Morel 2000), which depends neither on
-//! contrast nor on exposure.
+//! Finds circles in a reduced picture: edges vote along their normals for centres (the Hough transform with
+//! directions, Kimme, Ballard and Sklansky 1975). The winners are judged by how unlikely their agreeing edges are
+//! by chance (Desolneux, Moisan and Morel 2000), which depends neither on contrast nor on exposure.
 
 use super::circle::Circle;
 use super::edges::Edges;
@@ -13,8 +12,7 @@ use std::ops::Range;
 /// A circle with edges along it.
 struct Candidate {
     circle: Circle,
-    /// Natural logarithm of how many times less often than once such a circle is expected among
-    /// edges of random direction.
+    /// −ln of the number of such circles expected among edges of random direction.
     evidence: f64,
 }
 
@@ -36,8 +34,8 @@ const AGREE_RAD: f64 = std::f64::consts::PI / 16.0;
 /// more, but clutter's edges are longer than one place.
 const CHANCE: f64 = 0.125;
 
-/// The circles of radii within `radii` pixels that stand out, best first; those about `near` only
-/// where it is given: a circle and how far from it (as a share of its radius) centres may lie.
+/// The circles with radii within `radii` pixels that stand out, best first. `near` limits them to those around a
+/// circle: the second value is how far centres may be off, as a share of its radius.
 pub(super) fn circles(
     edges: &Edges,
     radii: Range<f32>,
@@ -198,7 +196,7 @@ fn about(edges: &Edges, center: Vec2, band: &Range<f32>) -> Vec<Candidate> {
         .collect()
 }
 
-/// The circle that the edges along a rough one agree on, and what speaks for it.
+/// The circle that the edges along a rough one agree on, and its evidence.
 fn fitted(edges: &Edges, rough: Circle) -> Option<Candidate> {
     let mut circle = rough;
     for share in [0.08, 0.04, 0.02, 0.01] {
@@ -257,8 +255,8 @@ fn evidence(edges: &Edges, circle: &Circle) -> f64 {
         - tests
 }
 
-/// How unlikely a share of `share` is per trial where `chance` is expected (Kullback and Leibler's
-/// divergence of two coins); 0 for less than expected.
+/// How unlikely a share of `share` is per trial if `chance` is expected (the Kullback–Leibler divergence of two
+/// coins); 0 if it is less than expected.
 pub(super) fn divergence(share: f64, chance: f64) -> f64 {
     let term = |p: f64, q: f64| if p > 0.0 { p * (p / q).ln() } else { 0.0 };
     if share <= chance {

@@ -1,4 +1,4 @@
-use super::scene::{Around, Scene, random};
+use super::scene::{Scene, Surroundings, random};
 use super::*;
 use base::progress::Progress;
 use glam::{DVec2, DVec3};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const BLACK_SKY: Scene = Scene {
     size: (256, 256),
     ball: None,
-    around: Around::Dark,
+    around: Surroundings::Dark,
     pole: false,
     lamp: None,
     ambient: 0.02,
@@ -67,14 +67,18 @@ fn anything(seed: u64) -> Scene {
     let radius = 12.0 * (most / 12.0).powf(r(2));
     let inside = radius * if r(3) < 0.4 { 1.0 - r(4) } else { 1.02 };
     let place = |n: usize, u: f64| inside + u * (n as f64 - 2.0 * inside).max(0.0);
-    let around = [Around::Dark, Around::Room, Around::Clutter][(r(5) * 3.0) as usize];
+    let around = [
+        Surroundings::Dark,
+        Surroundings::Room,
+        Surroundings::Clutter,
+    ][(r(5) * 3.0) as usize];
     Scene {
         size,
         ball: Some(circle(place(size.0, r(8)), place(size.1, r(9)), radius)),
         around,
         pole: r(10) < 0.5,
         lamp: (r(11) < 0.5).then(|| direction(seed)),
-        ambient: if around == Around::Dark {
+        ambient: if around == Surroundings::Dark {
             0.005 + 0.05 * r(12)
         } else {
             0.0
@@ -118,7 +122,7 @@ proptest! {
                 Ok(found) => {
                     let shares = [found.rim_share, found.framed_share, found.contrast];
                     prop_assert!(shares.iter().all(|s| (0.0..=1.0 + 1e-9).contains(s)), "{found:?}");
-                    prop_assert!(found.residual_px.is_finite() && found.circle.radius_px >= LEAST_RADIUS_PX);
+                    prop_assert!(found.residual_px.is_finite() && found.circle.radius_px >= MIN_RADIUS_PX);
                 }
                 Err(error) => prop_assert!(error.to_string().contains("plain.png")),
             }
@@ -163,7 +167,7 @@ fn a_large_photograph_is_measured_at_its_full_size() {
     let scene = Scene {
         size: (2000, 1500),
         ball: Some(ball),
-        around: Around::Room,
+        around: Surroundings::Room,
         pole: true,
         ..BLACK_SKY
     };
@@ -224,7 +228,7 @@ fn pictures_without_a_ball_are_refused() {
     }));
     pictures.extend((0..20).map(|seed| {
         let room = Scene {
-            around: Around::Room,
+            around: Surroundings::Room,
             seed,
             ..BLACK_SKY
         };
@@ -268,7 +272,7 @@ fn black_white_and_tiny_say_what_to_do() {
     };
     let error = find(&photographs(&tiny)).unwrap_err().to_string();
     assert!(
-        error.contains("10 pixels' radius") && error.contains("full size"),
+        error.contains("radius of 10 pixels") && error.contains("full size"),
         "{error}"
     );
     let speck = Encoded(Raster::filled(3, 900, [0.5; 3]));
@@ -297,7 +301,7 @@ fn a_rough_circle_snaps_to_the_rim() {
     let ball = circle(140.3, 120.8, 80.6);
     let scene = Scene {
         ball: Some(ball),
-        around: Around::Clutter,
+        around: Surroundings::Clutter,
         pole: true,
         ..BLACK_SKY
     };

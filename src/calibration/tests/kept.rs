@@ -82,7 +82,7 @@ fn a_shoot_without_poses_says_so() {
     )
     .unwrap_err()
     .to_string();
-    assert!(error.contains("at least one of poses"), "{error}");
+    assert!(error.contains("names no poses"), "{error}");
 }
 
 fn small_project(root: &Path) -> Project {

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// The shared shoot of a real head scan, rendered by other software; `None` where it is not here.
+/// The shared shoot of a real head scan, rendered by other software; `None` if it is missing.
 pub(crate) fn shared_shoot(
     probes: &str,
 ) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {

@@ -1,10 +1,10 @@
-//! What a review rests on, so that a kept one can be told from one that no longer holds.
+//! Hashes of the files that a review depends on, which tell whether it is still up to date.
 
 use base::error::{Error, Result};
 use project::Project;
 use serde::{Deserialize, Serialize};
 
-/// Marks of the files that figures follow from.
+/// Hashes of the files that the scores follow from.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint {
     network: String,
@@ -13,7 +13,7 @@ pub struct Fingerprint {
 }
 
 impl Fingerprint {
-    /// The basis of a project as it is now.
+    /// The fingerprint of a project as it is now.
     ///
     /// # Errors
     /// When it has no network or no calibration.
@@ -23,7 +23,7 @@ impl Fingerprint {
             Err(e) => Err(Error::io("open", path, e, remedy)),
         };
         Ok(Self {
-            // The table changes with every checkpoint: it counts seconds.
+            // The table changes with every checkpoint, since it counts seconds.
             network: mark(
                 project.checkpoint_path().join("checkpoint.toml"),
                 "Train this project first: afterlight train PROJECT",
@@ -39,7 +39,7 @@ impl Fingerprint {
         })
     }
 
-    /// What has changed since `self`, as the subject of a sentence; none where nothing has.
+    /// What has changed since `self`, as the subject of a sentence; None if nothing has.
     pub fn difference(&self, now: &Self) -> Option<&'static str> {
         let pairs = [
             (&self.shoot, &now.shoot, "the project"),

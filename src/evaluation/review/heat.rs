@@ -3,7 +3,7 @@
 use super::Metric;
 
 /// Dark purple to pale yellow, as FLIP's authors show errors: the colour map magma of matplotlib at nine
-/// places, as sRGB codes.
+/// points, as sRGB codes.
 const MAGMA: [[u8; 3]; 9] = [
     [0, 0, 4],
     [28, 16, 68],
@@ -16,7 +16,7 @@ const MAGMA: [[u8; 3]; 9] = [
     [252, 253, 191],
 ];
 
-/// sRGB codes from 0 to 1 of an error from 0 to 1, by straight lines between the places. NaN counts as 0.
+/// sRGB codes from 0 to 1 of an error from 0 to 1, interpolated linearly. NaN counts as 0.
 pub fn heat(error: f32) -> [f32; 3] {
     let place = imaging::color::unit(error) * (MAGMA.len() - 1) as f32;
     let (low, share) = (place.floor() as usize, place.fract());
@@ -28,7 +28,7 @@ pub fn heat(error: f32) -> [f32; 3] {
 }
 
 impl Metric {
-    /// The figures that are shown as no error and as the largest.
+    /// The scores that are drawn as no error and as the largest.
     pub fn range(self) -> [f64; 2] {
         match self {
             Self::Psnr => [40.0, 20.0],
@@ -38,7 +38,7 @@ impl Metric {
     }
 }
 
-/// A figure as an error from 0 to 1 of its metric's range.
+/// A score as an error from 0 to 1 within its metric's range.
 pub fn badness(metric: Metric, value: f64) -> f32 {
     let [good, bad] = metric.range();
     (((value - good) / (bad - good)) as f32).clamp(0.0, 1.0)

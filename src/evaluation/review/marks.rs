@@ -1,4 +1,4 @@
-//! What a reviewer says of lamps and frames, kept in the project's `review.toml`.
+//! A reviewer's verdicts and notes on lamps and frames, in the project's `review.toml`.
 
 use base::error::{Error, Result};
 use project::{Project, save_toml};
@@ -28,8 +28,8 @@ impl Mark {
     }
 }
 
-/// A verdict or a note on one lamp in one frame or pose. Both go by the names of their files, so that they
-/// outlive another import.
+/// A verdict or a note on one lamp in one frame or pose. They are named by their files, so that
+/// marks survive another import.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MarkedOlat {
     pub case: String,
@@ -78,10 +78,10 @@ impl MarkedOlat {
 }
 
 impl Marks {
-    /// Reads the project's; none were made where there is no file.
+    /// Reads the project's marks; without a file there are none.
     ///
     /// # Errors
-    /// When the file cannot be read, is not understood or is of another format version.
+    /// When the file cannot be read, is damaged, or has another format version.
     pub fn load(project: &Project) -> Result<Self> {
         let path = project.marks_path();
         let text = match std::fs::read_to_string(&path) {
@@ -106,7 +106,7 @@ impl Marks {
         Ok(marks)
     }
 
-    /// Keeps them in the project.
+    /// Writes them into the project.
     pub fn save(&self, project: &Project) -> Result<()> {
         save_toml(&project.marks_path(), self)
     }
@@ -116,12 +116,12 @@ impl Marks {
         &self.cells
     }
 
-    /// What was said of a lamp in a frame or pose.
+    /// The mark of a lamp in a frame or pose.
     pub fn of(&self, case: &str, lamp: &str) -> Option<&MarkedOlat> {
         self.cells.iter().find(|m| m.case == case && m.lamp == lamp)
     }
 
-    /// Sets verdict and note; with neither there is nothing to keep.
+    /// Sets verdict and note; with neither, the mark is removed.
     pub fn set(&mut self, marked: MarkedOlat) {
         let same = |m: &MarkedOlat| m.case == marked.case && m.lamp == marked.lamp;
         match self.cells.iter().position(same) {

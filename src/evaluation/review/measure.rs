@@ -1,4 +1,4 @@
-//! One review from a project to figures, and to a page where one is asked for.
+//! One review: from a project to scores, and to a page if one is asked for.
 
 use super::super::Truth;
 use super::report::{WORST, write_report};
@@ -11,26 +11,26 @@ use project::Project;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What a person asks for.
+/// What to review, and what to write.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReviewSettings {
-    /// A folder with truth, see [`Truth::open`]; poses alone are measured without one.
+    /// A folder with truth, see [`Truth::open`]; without it only poses are measured.
     pub truth: Option<PathBuf>,
     /// Measure again though nothing has changed since the last time.
     pub fresh: bool,
-    /// A page to hand on, an HTML file.
+    /// An HTML page to write, for sharing.
     pub report: Option<PathBuf>,
     pub device: DeviceChoice,
 }
 
-/// The figures in short.
+/// A summary of the scores.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReviewReport {
-    /// Over what training has not seen; none where it has seen everything.
+    /// Over what training has not seen; None if it has seen everything.
     pub unseen: Option<Means>,
     /// Over what training has seen.
     pub seen: Option<Means>,
-    /// The cells that differ most to the eye, the worst first.
+    /// The OLATs with the largest visible difference, the worst first.
     pub worst: Vec<WorstOlat>,
     /// Verdicts and notes that a person left.
     pub marks: usize,
@@ -38,7 +38,7 @@ pub struct ReviewReport {
     pub report: Option<PathBuf>,
 }
 
-/// Figures over several cases under every lamp.
+/// Mean scores over several cases under every lamp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Means {
     pub cases: usize,
@@ -56,7 +56,7 @@ pub struct WorstOlat {
 }
 
 impl Means {
-    /// The means over all cells of `cases`; none where there is no case.
+    /// The means over all OLATs of `cases`. None if there is no case.
     pub fn of(cases: &[&CaseScores]) -> Option<Self> {
         Some(Self {
             cases: cases.len(),
@@ -75,8 +75,8 @@ pub fn own_truth(project: &Project) -> Option<PathBuf> {
     Truth::open(project, &folder).is_ok().then_some(folder)
 }
 
-/// Measures the project's network where nothing that holds is kept, keeps the figures, and writes the page
-/// that was asked for.
+/// Measures the project's network unless the saved scores are up to date, saves the scores, and writes the
+/// page if one is asked for.
 ///
 /// # Errors
 /// When there is no calibration, network or pose and no truth, a file cannot be read or written, or a stop
@@ -91,12 +91,12 @@ pub fn review(
         // The project may be opened from elsewhere next time.
         std::path::absolute(folder).unwrap_or_else(|_| folder.clone())
     });
-    // What cannot be read is measured anew.
+    // Scores that cannot be read are measured again.
     let kept = Review::load(project).ok().flatten().filter(|kept| {
         !settings.fresh && kept.truth == folder && kept.basis.difference(&basis).is_none()
     });
     if kept.is_some() && settings.report.is_none() {
-        progress.say("Nothing has changed since the last measurement, which is shown; --fresh measures again");
+        progress.say("Nothing has changed since the last measurement, which is shown. --fresh measures again");
     }
     let open = || Reviewer::open(project, settings.truth.as_deref(), settings.device);
     let mut reviewer = None;

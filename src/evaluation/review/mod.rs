@@ -1,5 +1,5 @@
-//! A review of a trained network: how near each predicted OLAT is to its truth, lamp by lamp and frame by
-//! frame, what a person marked in it, and a page to hand on.
+//! A review of a trained network: the score of each predicted OLAT, lamp by lamp and frame by frame, the marks
+//! of a reviewer, and a page to share.
 
 mod fingerprint;
 mod heat;
@@ -39,14 +39,14 @@ pub enum Case {
     Pose(usize),
 }
 
-/// One predicted OLAT beside its truth.
+/// The scores of one predicted OLAT.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OlatScore {
-    /// Of the encoded subject, at its case's exposure, in decibels.
+    /// PSNR of the encoded subject, at its case's exposure, in decibels.
     pub psnr_db: f64,
-    /// Mean over the subject, −1 to 1.
+    /// Mean SSIM over the subject, −1 to 1.
     pub ssim: f64,
-    /// Mean error over the subject, 0 to 1.
+    /// Mean FLIP over the subject, 0 to 1.
     pub flip: f64,
 }
 
@@ -58,20 +58,20 @@ pub struct CaseScores {
     pub name: String,
     /// Whether the network was trained on it.
     pub seen: bool,
-    /// What predictions were multiplied by: one number for all frames, and one for all poses.
+    /// The factor on predictions: one for all frames, and one for all poses.
     pub scale: f64,
     /// One for each lamp that the network learns.
     pub cells: Vec<OlatScore>,
 }
 
-/// Everything that was measured, as kept in `measured.json`.
+/// Everything that was measured, as in `measured.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Review {
     /// Version of this file.
     format: u32,
-    /// What it was measured with.
+    /// The files that it was measured with.
     pub basis: Fingerprint,
-    /// The folder with the truth of frames, where one was given.
+    /// The folder with the truth of frames, if one was given.
     pub truth: Option<PathBuf>,
     /// Steps and seconds of the network's training.
     pub training_steps: u64,
@@ -82,13 +82,13 @@ pub struct Review {
     pub cases: Vec<CaseScores>,
 }
 
-/// A figure of a cell.
+/// A metric of a predicted OLAT.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {
     Psnr,
     Ssim,
-    /// What a viewer would notice.
+    /// The visible difference.
     #[default]
     Flip,
 }
@@ -104,7 +104,7 @@ impl Metric {
         }
     }
 
-    /// The figure of a cell.
+    /// The score by this metric.
     pub fn of(self, cell: &OlatScore) -> f64 {
         match self {
             Self::Psnr => cell.psnr_db,
@@ -113,7 +113,7 @@ impl Metric {
         }
     }
 
-    /// The figure of several cells together: the mean; of PSNR, that of the pooled error.
+    /// The score of several OLATs: the mean, or for PSNR that of the pooled error.
     pub fn mean<'a>(self, cells: impl ExactSizeIterator<Item = &'a OlatScore>) -> f64 {
         let count = cells.len();
         let values = cells.map(|cell| self.of(cell));
@@ -131,7 +131,7 @@ impl Metric {
         }
     }
 
-    /// The figure in words.
+    /// The score with its unit.
     pub fn text(self, value: f64) -> String {
         match self {
             Self::Psnr => format!("{value:.1} dB"),
@@ -141,7 +141,7 @@ impl Metric {
 }
 
 impl Review {
-    /// The cases that a network is judged by: those that it was not trained on; all where there are none.
+    /// The cases that count: those that the network was not trained on, or all if there are none.
     pub fn judged(&self) -> Vec<&CaseScores> {
         let unseen: Vec<&CaseScores> = self.cases.iter().filter(|c| !c.seen).collect();
         if unseen.is_empty() {
@@ -151,7 +151,7 @@ impl Review {
         }
     }
 
-    /// Cases and lamps by their places in `cases` and `lamps`, the worst first.
+    /// Indices of cases and lamps, the worst first.
     pub fn worst(&self, metric: Metric) -> Vec<(usize, usize)> {
         let figure =
             |&(case, lamp): &(usize, usize)| metric.order(metric.of(&self.cases[case].cells[lamp]));
@@ -163,7 +163,7 @@ impl Review {
         cells
     }
 
-    /// Each lamp's figure over the cases that the network is judged by.
+    /// Each lamp's score over the cases that count.
     pub fn lamp_means(&self, metric: Metric) -> Vec<f64> {
         let judged = self.judged();
         (0..self.lamps.len())
@@ -179,23 +179,23 @@ impl Review {
         lamps
     }
 
-    /// Each case's figure over all lamps.
+    /// Each case's score over all lamps.
     pub fn case_means(&self, metric: Metric) -> Vec<f64> {
         let mean = |case: &CaseScores| metric.mean(case.cells.iter());
         self.cases.iter().map(mean).collect()
     }
 
-    /// The figure over all cells of `cases`; none where there is no case.
+    /// The score over all OLATs of `cases`. None if there is no case.
     pub fn mean(metric: Metric, cases: &[&CaseScores]) -> Option<f64> {
         let cells: Vec<&OlatScore> = cases.iter().flat_map(|case| &case.cells).collect();
         (!cells.is_empty()).then(|| metric.mean(cells.into_iter()))
     }
 
-    /// Reads what was measured last; none where nothing was. [`Fingerprint::difference`] tells whether it
-    /// still holds.
+    /// Reads the last measurement. None if there is none. [`Fingerprint::difference`] tells whether it is still up
+    /// to date.
     ///
     /// # Errors
-    /// When the file cannot be read or is not understood.
+    /// When the file cannot be read or is damaged.
     pub fn load(project: &Project) -> Result<Option<Self>> {
         const REMEDY: &str = "Measure again: afterlight review PROJECT --fresh";
         let path = project.measured_path();
@@ -226,7 +226,7 @@ impl Review {
         ))
     }
 
-    /// Keeps it in the project.
+    /// Writes it into the project.
     pub fn save(&self, project: &Project) -> Result<()> {
         let path = project.measured_path();
         let text = serde_json::to_string(self)

@@ -1,4 +1,4 @@
-//! The text of a review's page. Nothing here reads files; everything that people wrote is escaped.
+//! The HTML of a review's page. It reads no files; everything that people wrote is escaped.
 
 use super::measure::Means;
 use super::{Marks, Metric, Review, badness, heat, place_by_direction};
@@ -10,18 +10,18 @@ use std::fmt::Write;
 pub(super) struct Contents<'a> {
     pub name: &'a str,
     pub date: &'a str,
-    /// What network and calibration say of themselves: names and values.
+    /// Facts about network and calibration: names and values.
     pub facts: Vec<(&'static str, String)>,
     pub review: &'a Review,
     pub marks: &'a Marks,
     /// Where each lamp is.
     pub directions: Vec<Vec3>,
-    /// The worst cells first.
+    /// The worst OLATs first.
     pub worst: Vec<WorstPictures>,
     pub sheet: Sheet,
 }
 
-/// A cell with its true and predicted picture and their FLIP, as data URIs.
+/// True and predicted OLAT and their FLIP, as data URIs.
 pub(super) struct WorstPictures {
     pub case: usize,
     pub lamp: usize,
@@ -60,13 +60,12 @@ pub(super) fn page(contents: &Contents) -> String {
          <style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
     );
     let date = escape(contents.date);
-    out +=
-        &format!("<p>Predicted light stage pictures beside the true ones. Written {date}.</p>\n");
+    out += &format!("<p>Predicted OLATs compared with the true ones. Written {date}.</p>\n");
     out += &summary(review);
     out += &marked(contents);
     out += "<h2>Every lamp and frame</h2>\n";
-    out += "<p>Each square is one lamp in one frame or pose; brighter is worse. A dot stands where a reviewer left a mark \
-            or a note.</p>\n";
+    out += "<p>Each square is one lamp in one frame or pose; brighter is worse. A dot marks a reviewer's verdict or \
+            note.</p>\n";
     for metric in Metric::ALL {
         out += &heat_map(contents, metric);
     }
@@ -89,7 +88,7 @@ pub(super) fn page(contents: &Contents) -> String {
     out
 }
 
-/// Text that a browser shows as it is.
+/// Escapes text for HTML.
 fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -99,7 +98,7 @@ fn escape(text: &str) -> String {
             '>' => out += "&gt;",
             '"' => out += "&quot;",
             '\'' => out += "&#39;",
-            // What no page can hold.
+            // Control characters, which HTML cannot hold.
             '\0'..='\x08' | '\x0b' | '\x0c' | '\x0e'..='\x1f' => out.push('\u{fffd}'),
             _ => out.push(letter),
         }
@@ -119,7 +118,7 @@ fn summary(review: &Review) -> String {
         let _ = write!(out, "<th class=\"n\">{}</th>", metric.name());
     }
     out += "</tr>\n";
-    for (what, cases) in [("Kept out of training", unseen), ("Seen in training", seen)] {
+    for (what, cases) in [("Held out of training", unseen), ("Seen in training", seen)] {
         let Some(Means { cases, over_cells }) = Means::of(&cases) else {
             continue;
         };
@@ -139,7 +138,7 @@ fn marked(contents: &Contents) -> String {
     all.sort_by_key(|m| (m.mark.is_none(), m.mark));
     let mut out = "<h2>The reviewer's marks</h2>\n".to_owned();
     if all.is_empty() {
-        return out + "<p>None were made.</p>\n";
+        return out + "<p>No marks were made.</p>\n";
     }
     out += "<table>\n<tr><th>mark</th><th>frame or pose</th><th>lamp</th><th>note</th></tr>\n";
     for marked in all {
@@ -154,7 +153,7 @@ fn marked(contents: &Contents) -> String {
     out + "</table>\n"
 }
 
-/// A map of all cells: lamps to the right, cases downward.
+/// A map of all OLATs: lamps to the right, cases downward.
 fn heat_map(Contents { review, marks, .. }: &Contents, metric: Metric) -> String {
     const LABEL: f32 = 130.0;
     const WIDTH: f32 = 1040.0;
@@ -169,7 +168,7 @@ fn heat_map(Contents { review, marks, .. }: &Contents, metric: Metric) -> String
         "<p><strong>{name}</strong>, from {good} (dark) to {bad} (bright)</p>\n\
          <svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{name} of every lamp and frame\">\n"
     );
-    // As many numbers as there is room for.
+    // As many lamp names as fit.
     let every = [1, 2, 5, 10, 20, 50, 100]
         .into_iter()
         .find(|n| *n as f32 * step >= 18.0);
@@ -233,7 +232,7 @@ fn worst(
     }: &Contents,
 ) -> String {
     let mut out = format!(
-        "<h2>The {} cells that differ most</h2>\n<p>True, predicted, and FLIP: where the difference is seen.</p>\n\
+        "<h2>The {} OLATs that differ most</h2>\n<p>True, predicted, and FLIP, the visible difference.</p>\n\
          <div class=\"cells\">\n",
         worst.len()
     );
@@ -320,7 +319,7 @@ fn lamps(
     }: &Contents,
 ) -> String {
     let means = Metric::ALL.map(|metric| review.lamp_means(metric));
-    let mut out = "<h2>Lamps, the worst first</h2>\n<p>Means over what training has not seen, where there is any.</p>\n\
+    let mut out = "<h2>Lamps, the worst first</h2>\n<p>Means over frames and poses that training has not seen, if there are any.</p>\n\
                    <table>\n<tr><th>lamp</th><th class=\"n\">azimuth</th><th class=\"n\">elevation</th>"
         .to_owned();
     for metric in Metric::ALL {

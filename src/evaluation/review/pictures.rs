@@ -1,4 +1,4 @@
-//! A case's predicted and true OLATs, and what a page shows of them.
+//! A case's predicted and true OLATs, and their pictures for a page.
 
 use super::super::flip::{PIXELS_PER_DEGREE, flip};
 use super::super::metrics::{Compared, encoded};
@@ -14,7 +14,7 @@ const SIDE_PX: usize = 256;
 /// Side of a picture in the contact sheet.
 const SMALL_PX: usize = 96;
 
-/// A case as the network sees it, predicted and true.
+/// A case under every lamp, predicted and true.
 pub(super) struct CasePictures {
     pub mask: Mask,
     pub predicted: Vec<Image>,
@@ -31,7 +31,7 @@ impl CasePictures {
     }
 }
 
-/// A case beside its truth, in the codes that the figures are of.
+/// A case's pictures in the codes that were scored.
 pub(super) struct PagePictures {
     pictures: CasePictures,
     exposure: f64,
@@ -85,7 +85,7 @@ fn data_uri(picture: &Encoded, side: usize) -> Result<String> {
         png_bytes(picture)?
     } else {
         let reduce = |length: usize| (length * side / longest).max(1);
-        // Codes are averaged: what matters is how it looks.
+        // Codes are averaged, for a picture that is only looked at.
         let small = resize_area(&picture.0, reduce(width), reduce(height));
         png_bytes(&Encoded(small))?
     };

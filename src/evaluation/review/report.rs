@@ -1,4 +1,4 @@
-//! The page that a review is handed on as: one HTML file with its pictures inside.
+//! The page of a review: one HTML file with its pictures inside.
 
 use super::page::{Contents, Sheet, WorstPictures, page};
 use super::pictures::PagePictures;
@@ -12,7 +12,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Cells that are shown with their pictures.
+/// OLATs that are shown with their pictures.
 pub(super) const WORST: usize = 12;
 
 /// Writes the page.
@@ -89,7 +89,7 @@ fn sheet_case(review: &Review) -> usize {
         .unwrap_or(0)
 }
 
-/// What network and calibration say of themselves.
+/// Facts about network and calibration.
 fn facts(reviewer: &Reviewer) -> Vec<(&'static str, String)> {
     let info = reviewer.predictor.info();
     let calibration = &reviewer.calibration;
@@ -117,7 +117,7 @@ fn facts(reviewer: &Reviewer) -> Vec<(&'static str, String)> {
             format!("{:.3}", calibration.exposure),
         ),
         (
-            "Interview light from where no lamp is",
+            "Interview light from directions without a lamp",
             format!("{:.1} %", 100.0 * calibration.uncovered_energy),
         ),
         (
@@ -128,17 +128,16 @@ fn facts(reviewer: &Reviewer) -> Vec<(&'static str, String)> {
     if let Some(held_out) = &info.held_out {
         let pose = &reviewer.project.settings.shoot.poses;
         let name = pose.get(held_out.pose).map_or("a pose", String::as_str);
-        facts.push(("Pose that judged training", name.to_owned()));
+        facts.push(("Held-out pose", name.to_owned()));
     }
     let findings = calibration.rig_findings.iter();
-    facts.extend(findings.map(|finding| ("Found wrong with the lamps", finding.clone())));
+    facts.extend(findings.map(|finding| ("Problems with the lamps", finding.clone())));
     facts
 }
 
-/// The day, in UTC, of a number of seconds after 1970 began. By the count of days in the Gregorian calendar's
-/// cycle of 400 years.
+/// The date in UTC at a number of seconds since 1970, counted in the Gregorian calendar's cycles of 400 years.
 fn utc_date(seconds: u64) -> String {
-    // A year that begins in March has its leap day at its end.
+    // Years that begin in March have their leap day at the end.
     let days = seconds / 86_400 + 719_468;
     let (era, day) = (days / 146_097, days % 146_097);
     let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;

@@ -14,10 +14,10 @@ use rayon::prelude::*;
 use reflectance::{Predictor, ReflectanceField, checkpoint::CheckpointInfo};
 use std::path::{Path, PathBuf};
 
-/// What survives a stop.
+/// What is kept when a person stops it.
 const KEPT: &str = "the figures measured before are kept";
 
-/// A network with all that it is measured on.
+/// A network, and everything that it is measured on.
 pub(super) struct Reviewer<'a> {
     pub project: &'a Project,
     pub calibration: Calibration,
@@ -26,7 +26,7 @@ pub(super) struct Reviewer<'a> {
 }
 
 impl<'a> Reviewer<'a> {
-    /// Opens the project's network, and the truth where one is given.
+    /// Opens the project's network, and the truth if one is given.
     pub fn open(project: &'a Project, truth: Option<&Path>, device: DeviceChoice) -> Result<Self> {
         let compute = ComputeDevice::choose(device);
         Ok(Self {
@@ -113,8 +113,8 @@ impl<'a> Reviewer<'a> {
             progress.step("measuring", done, total, name(case));
             Ok(())
         };
-        // Twice through the cases, so that no more than one is in memory: one scale belongs to all frames,
-        // whose truth has units of its own, and one to all poses.
+        // Two rounds, so that only one case is in memory at a time: one scale belongs to all frames, whose truth
+        // has its own units, and one to all poses.
         let mut luminances = [[0f64; 2]; 2];
         for (done, &case) in cases.iter().enumerate() {
             step(done as u64, case)?;
@@ -156,7 +156,7 @@ fn was_seen(info: &CheckpointInfo, case: Case) -> bool {
     }
 }
 
-/// Each lamp's figures, with the predictions multiplied by `scale`.
+/// Each lamp's scores, with the predictions multiplied by `scale`.
 fn cells(pictures: &CasePictures, scale: f64, progress: &Progress) -> Result<Vec<OlatScore>> {
     let compared = pictures.compared();
     let exposure = compared.exposure();

@@ -1,7 +1,7 @@
 //! A church nave: stained windows, candles, dark arcades.
 //!
-//! A box seen from inside, its walls lit by formulas of the distance to what shines. Radiances keep the
-//! ratios of such places: daylight in a window is some hundred times the walls, a flame a thousand.
+//! A box seen from inside, its walls lit by formulas of the distance to what shines. Radiances have the ratios of
+//! real churches: daylight in a window is about a hundred times as bright as the walls, a flame a thousand times.
 
 use super::panorama;
 use super::pattern::{arch, noise, ramp, wall};

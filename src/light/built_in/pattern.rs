@@ -1,4 +1,4 @@
-//! Patterns of place: ramps, noise and the inside of a room.
+//! Patterns for built-in environments: ramps, noise, the inside of a room, arches.
 
 use glam::{Vec2, Vec3};
 

@@ -1,9 +1,9 @@
 //! Skies: clear ones after Preetham, Shirley and Smits, "A Practical Analytic Model for Daylight"
 //! (SIGGRAPH 1999), the CIE overcast sky (ISO 15469), and a plain below them.
 //!
-//! Radiances are in kcd/m² of luminance. Preetham's skies are too bright as a whole, 1.6 to 2.8 times what
-//! is measured under clear skies, which would drown the sun. They keep their distribution and colours and
-//! are brought to the diffuse illuminance of the IES Lighting Handbook (9th edition, chapter 8).
+//! Radiances are in kcd/m² of luminance. Preetham's skies are 1.6 to 2.8 times as bright as measured clear skies,
+//! which would drown the sun. They keep their distribution and colours and are scaled to the diffuse illuminance of
+//! the IES Lighting Handbook (9th edition, chapter 8).
 
 use super::panorama;
 use super::pattern::{noise, ramp};
@@ -39,7 +39,7 @@ pub fn overcast(width: usize) -> Image {
         if direction.y < 0.0 {
             return plain(direction, ground, cloud / 3.0);
         }
-        // Billows of a twentieth, which a real cover has and the standard leaves out.
+        // Billows of 5 %, which real clouds have and the standard leaves out.
         let p = direction / (direction.y + 0.25);
         let billow =
             noise(p * Vec3::new(1.3, 0.0, 1.3)) + 0.5 * noise(p * Vec3::new(3.1, 0.0, 3.1));
@@ -52,7 +52,7 @@ fn overcast_gradation(sine: f32) -> f32 {
     (1.0 + 2.0 * sine) / 3.0
 }
 
-/// A plain of dry grass under `irradiance / π`, going over into `horizon` with the distance.
+/// A plain of dry grass under `irradiance / π`, fading into `horizon` with the distance.
 fn plain(direction: Vec3, white: Vec3, horizon: Vec3) -> Vec3 {
     // Where the ray meets the ground 1.6 m below.
     let p = direction * (1.6 / -direction.y.min(-1e-3));
@@ -74,7 +74,7 @@ struct ClearSky {
     /// For luminance (as Preetham has it), x and y: the value in the zenith over the Perez function there, and the five
     /// parameters of that function.
     parts: [(f64, [f64; 5]); 3],
-    /// What brings the sky to its illuminance.
+    /// The factor that scales the sky to its illuminance.
     level: f64,
 }
 
@@ -134,7 +134,7 @@ impl ClearSky {
         let cross = direction.cross(self.sun).length();
         let gamma = cross.atan2(direction.dot(self.sun));
         let [level, x, y] = self.parts;
-        // Below 8° the fit of the colours turns pink, which no clear sky does: they stay as they are there.
+        // Below 8° the fit of the colours turns pink, unlike a clear sky, so they stay as they are at 8°.
         let above_haze = direction.y.max(0.14);
         [
             level.0 * perez(level.1, direction.y, gamma),
@@ -150,8 +150,8 @@ impl ClearSky {
         Vec3::from(linear_from_xyz(xyz.map(|v| v as f32))).max(Vec3::ZERO)
     }
 
-    /// The sun's illuminance per channel in klx on a surface that faces it: what Rayleigh's scattering and
-    /// aerosols leave of it (appendix A.1, without the weak bands of ozone and water).
+    /// The sun's illuminance per channel in klx on a surface that faces it, after Rayleigh scattering and aerosols
+    /// (appendix A.1, without the weak bands of ozone and water).
     fn sun_energy(&self) -> [f64; 3] {
         // Kasten 1966, as in the paper; the elevation in degrees.
         let degrees = self.elevation.to_degrees();

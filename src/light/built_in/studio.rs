@@ -1,6 +1,6 @@
 //! Studios: softboxes in a room, whose walls, paper and floor show the light that reaches them.
 //!
-//! Energies are those that the subject gets: π on white that faces a box is radiance 1.
+//! Energies are what the subject receives: with π, white that faces a box has radiance 1.
 
 use super::panorama;
 use super::pattern::{noise, ramp, wall};

@@ -36,8 +36,8 @@ impl Profile {
         dome: 0.0,
     };
 
-    /// The angle that the distance `r` (of the radius, at most 1; angular maps go on beyond) shows, and
-    /// dψ/dr, which is infinite at a ball's rim.
+    /// The angle that the distance `r` shows (in radii, at most 1; angular maps continue beyond), and dψ/dr, which
+    /// is infinite at a ball's rim.
     pub fn angle(&self, r: f64) -> (f64, f64) {
         match *self {
             Self::Angular => (PI * r, PI),
@@ -55,7 +55,7 @@ impl Profile {
         }
     }
 
-    /// The distance, of the radius, that shows an angle; more than 1 for what it does not show.
+    /// The distance, in radii, that shows an angle; more than 1 if the disc does not show it.
     pub fn distance(&self, psi: f64) -> f64 {
         match *self {
             Self::Angular => psi / PI,
@@ -93,8 +93,8 @@ impl Profile {
 }
 
 impl Disc {
-    /// What the place (x, y) in pixels shows, and steradians per square pixel there. Angular maps go on
-    /// beyond their rim, over the far pole, when `beyond` is set.
+    /// What the place (x, y) in pixels shows, and steradians per square pixel there. With `beyond`, angular maps
+    /// continue over the far pole outside their rim.
     pub fn look(&self, x: f64, y: f64, beyond: bool) -> Option<(DVec3, f64)> {
         let (dx, dy) = (
             (x - self.centre[0]) / self.radius,
@@ -133,9 +133,9 @@ impl Disc {
 
     /// The part of the sphere that each of `width × height` pixels shows.
     ///
-    /// The solid angle within a closed curve is ∮ (1 − cos ψ) dφ, with φ the angle around the middle.
-    /// Every edge between two pixels is integrated once, so what one gains the other loses, and the sum
-    /// over all pixels is that of the outermost edges: exact where they lie beyond the disc.
+    /// The solid angle within a closed curve is ∮ (1 − cos ψ) dφ, with φ the angle around the middle. Every edge
+    /// between two pixels is integrated once, so what one gains the other loses, and the sum over all pixels is
+    /// that of the outermost edges: exact if they lie outside the disc.
     pub fn solid_angles(&self, width: usize, height: usize) -> Vec<f64> {
         let horizontal: Vec<f64> = (0..=height)
             .flat_map(|y| (0..width).map(move |x| (x, y)))

@@ -1,5 +1,5 @@
-//! Pictures of the whole sphere: where each of their pixels looks, how much of the sphere it covers,
-//! and how one becomes another.
+//! Pictures of the whole sphere: where each pixel looks, how much of the sphere it covers, and how one mapping is
+//! converted to another.
 //!
 //! All speak of the same world: right-handed, +Y up, the camera on +Z looking along −Z. Pictures have
 //! their origin in the top left corner; u ∈ [0, 1] goes right and v ∈ [0, 1] down.
@@ -68,7 +68,7 @@ impl Mapping {
         Self::CubeStrip,
     ];
 
-    /// The unit direction that the place (u, v) shows; `None` where the picture shows nothing.
+    /// The unit direction that the place (u, v) shows; `None` if the picture shows nothing there.
     pub fn direction(self, u: f64, v: f64) -> Option<DVec3> {
         let unit = self.unit();
         let (x, y) = (u * unit.width as f64, v * unit.height as f64);
@@ -78,7 +78,7 @@ impl Mapping {
             .map(|(direction, _)| direction)
     }
 
-    /// The place (u, v) that shows a direction of any length but zero.
+    /// The place (u, v) that shows a direction of any length above 0.
     pub fn position(self, direction: DVec3) -> (f64, f64) {
         let unit = self.unit();
         // Only photographs have directions that they do not show.
@@ -88,7 +88,7 @@ impl Mapping {
         (x / unit.width as f64, y / unit.height as f64)
     }
 
-    /// The size of this mapping's pictures next to `height` pixels high, of square pixels.
+    /// The size of this mapping's pictures with square pixels and a height near `height`.
     pub fn size(self, height: usize) -> (usize, usize) {
         let height = height.max(1);
         match self {
@@ -114,7 +114,7 @@ impl Mapping {
         })
     }
 
-    /// ∫ E dω over the sphere, per channel. Pixels that show nothing do not count, whatever they hold.
+    /// ∫ E dω over the sphere, per channel. Pixels that show nothing do not count.
     ///
     /// # Errors
     /// When a picture of this mapping cannot have this size.
@@ -147,9 +147,9 @@ impl Mapping {
         }
         Err(Error::unexpected(
             format!("a picture of the sphere as {self:?}"),
-            format!("{expected}, and fewer than four thousand million pixels"),
+            format!("{expected}, and fewer than 4 billion pixels"),
             format!("{width}×{height} pixels"),
-            "Give another size or another mapping",
+            "Choose another size or another mapping",
         ))
     }
 
@@ -196,10 +196,9 @@ pub struct Converted {
     pub repaired_pixels: usize,
 }
 
-/// The picture in another mapping and size. It is interpolated between pixels where it grows and averaged
-/// by solid angle where it shrinks, across seams, poles and the cube's edges. Its energy
-/// ([`Mapping::energy`]) stays to one part in 100 000 whatever it holds, that of a lamp in one pixel too,
-/// and an even sky stays as even.
+/// Converts a picture to another mapping and size. It is interpolated where it grows and averaged by solid angle
+/// where it shrinks, across seams, poles and the cube's edges. Its energy ([`Mapping::energy`]) is kept to one part
+/// in 100 000, even that of a lamp in one pixel, and an even sky stays even.
 ///
 /// # Errors
 /// When either size does not suit its mapping.

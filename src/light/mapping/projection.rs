@@ -74,8 +74,8 @@ impl Face {
 }
 
 impl Projection {
-    /// The unit direction that the place (x, y) in pixels shows and the steradians per square pixel
-    /// there; `None` where the picture shows nothing.
+    /// The unit direction that the place (x, y) in pixels shows, and the steradians per square pixel there; `None`
+    /// if the picture shows nothing there.
     pub fn look(&self, x: f64, y: f64) -> Option<(DVec3, f64)> {
         match &self.kind {
             Kind::LatLong => {
@@ -114,7 +114,7 @@ impl Projection {
             .find(|f| (f64::from(f.cell.0), f64::from(f.cell.1)) == (column, row))
     }
 
-    /// The place (x, y) in pixels that shows a unit direction; `None` where no place does.
+    /// The place (x, y) in pixels that shows a unit direction; `None` if there is none.
     pub fn place(&self, direction: DVec3) -> Option<(f64, f64)> {
         match &self.kind {
             Kind::LatLong => {
@@ -146,8 +146,8 @@ impl Projection {
         (y as usize).min(self.height - 1) * self.width + column
     }
 
-    /// The four pixels around a place and their shares in its bilinear interpolation. Across a border
-    /// they are the pixels that go on there: beyond the seam, a pole, a cube's edge, an angular map's rim.
+    /// The four pixels around a place and their shares in its bilinear interpolation. Across a border they are the
+    /// pixels that continue the picture: beyond the seam, a pole, a cube's edge, an angular map's rim.
     pub fn neighbours(&self, x: f64, y: f64) -> [(Option<usize>, f32); 4] {
         let (left, top) = ((x - 0.5).floor(), (y - 0.5).floor());
         let (fx, fy) = ((x - 0.5 - left) as f32, (y - 0.5 - top) as f32);
@@ -278,7 +278,7 @@ impl Projection {
                             let dy = y as f64 + at(sub / ACROSS) - disc.centre[1];
                             dx.hypot(dy) <= disc.radius
                         });
-                        // A sliver is little, but not nothing.
+                        // A sliver counts as a little, not as nothing.
                         (inside.count().max(1) as f32) / (ACROSS * ACROSS) as f32
                     }
                 }

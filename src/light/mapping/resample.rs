@@ -1,14 +1,13 @@
-//! From one picture of the sphere to another: anti-aliased, with every pixel's energy kept.
+//! Resamples one picture of the sphere into another: anti-aliased, with every pixel's energy kept.
 //!
-//! Samples of the sphere stand on a grid within the pixels of both pictures. Each is bilinearly
-//! interpolated in the source and counts for the target's pixel that it falls in, by the solid angle
-//! that it stands for: the reciprocal of both grids' density there (the balance heuristic of Veach and
-//! Guibas 1995), so that the finer picture's grid does the work wherever it is the finer one. This gives
-//! the share of each source pixel in each target pixel, nearly: what a source pixel gives should add up
-//! to its solid angle, and what a target pixel gets to that one's. Scaling both in turn (Sinkhorn and
-//! Knopp 1967) comes near to both, and the last step makes one of them exact: the target's for what is
-//! smooth, so that an even sky stays even, and the source's for what stands out of it, so that a lamp
-//! of one pixel keeps its energy.
+//! Samples of the sphere stand on a grid within the pixels of both pictures. Each is bilinearly interpolated in the
+//! source and counts for the target's pixel that it falls in, by the solid angle that it stands for: the reciprocal
+//! of both grids' density there (the balance heuristic of Veach and Guibas 1995), so that the finer picture's grid
+//! does the work wherever it is the finer one. This gives the share of each source pixel in each target pixel,
+//! nearly: what a source pixel gives should add up to its solid angle, and what a target pixel gets to that one's.
+//! Scaling both in turn (Sinkhorn and Knopp 1967) nearly satisfies both, and the last step makes one of them exact:
+//! the target's for smooth light, so that an even sky stays even, and the source's for what stands out from it, so
+//! that a lamp of one pixel keeps its energy.
 
 use super::Projection;
 use glam::DQuat;
@@ -69,7 +68,7 @@ pub fn resample(
             sums
         })
         .collect();
-    // The smooth part's energy is off by what its slopes left uneven; it is settled as a whole.
+    // Slopes leave a small error in the smooth part's energy; one factor corrects it.
     let correction: [f64; 3] = std::array::from_fn(|c| {
         let before = smooth.pixels.iter().zip(&plan.source_angles);
         let before: f64 = before
@@ -116,7 +115,7 @@ fn eroded(picture: &Image, usable: &[f32]) -> Image {
     })
 }
 
-/// Which part of which source pixel goes to which target pixel, nearly.
+/// Approximately which part of which source pixel goes to which target pixel.
 struct Plan<'a> {
     source: &'a Projection,
     usable: &'a [f32],
@@ -132,7 +131,7 @@ struct Plan<'a> {
     shown: Vec<f32>,
 }
 
-/// Factors that make a [`Plan`] true. All products share those of the source's pixels.
+/// Factors that make a [`Plan`] exact. All products share those of the source's pixels.
 struct Factors {
     source: Vec<f64>,
     /// Of the target's pixels, when the source's sums are to be exact.
@@ -283,7 +282,7 @@ impl<'a> Plan<'a> {
         };
         for (shown, angle) in plan.shown.iter_mut().zip(&mut plan.shown_angles) {
             if *shown > 0.0 && *shown < 1.0 {
-                // Something is shown there, however little.
+                // At least a little is shown there.
                 *shown = (*shown * scale as f32).clamp(1e-6, 1.0);
             }
             *angle *= f64::from(*shown);

@@ -1,33 +1,31 @@
-//! What a panorama is painted on while it is read: texels of any order come in, their averages by solid
-//! angle stay.
+//! Collects a panorama's texels in any order while it is read, and averages them by solid angle.
 
-use super::Environment;
-use crate::environment::{HALF_MAX, band};
+use crate::environment::{Environment, HALF_MAX, band};
 use imaging::Image;
 
-/// A panorama in the making.
+/// A panorama that is being read.
 pub(super) struct Canvas {
     image: Image,
-    /// Where a panorama is averaged down: where its columns and rows go. Otherwise texels are kept as they
-    /// are, and [`Environment::from_radiance`] repairs them.
+    /// Where columns and rows go if the panorama is averaged down. With `None` texels are kept as they are, and
+    /// [`Environment::from_radiance`] repairs them.
     shrink: Option<Shrink>,
-    /// Per row how much of it has been painted, 0 to 1 for a whole one.
+    /// Per row, how much of it has been painted, from 0 to 1.
     painted: Vec<f32>,
-    /// Whether rows that nothing is painted on get the mean of the nearest that has been: a strip about the
-    /// horizon then goes on above and below. Otherwise they are black.
+    /// Whether empty rows get the mean colour of the nearest painted row, so that a strip around the horizon
+    /// continues above and below. Otherwise they are black.
     pub extend: bool,
 }
 
 struct Shrink {
     columns: Vec<Part>,
     rows: Vec<Part>,
-    /// For each texel and channel the share of it that is infinite, once there is one.
+    /// Per texel and channel, the share that is infinite; `None` while there is none.
     infinite: Option<Image>,
     brightest: f32,
     repaired: usize,
 }
 
-/// Where a column or row goes: into a target and, with the rest, into the next.
+/// Where a column or row goes: to a target and, with the rest, to the next.
 #[derive(Clone, Copy)]
 struct Part {
     target: usize,
@@ -143,7 +141,7 @@ impl Canvas {
     }
 }
 
-/// Goes on above and below the rows that have been painted, with the means of the first and the last.
+/// Continues above and below the painted rows with the means of the first and the last.
 fn extend(image: &mut Image, painted: &[f32]) {
     let width = image.width;
     let is_painted = |share: &f32| *share > 1e-3;
@@ -172,8 +170,7 @@ fn extend(image: &mut Image, painted: &[f32]) {
     }
 }
 
-/// A texel as light, with +∞ left for the end: NaN is the mean of the neighbours that are light, and what is
-/// negative 0.
+/// A texel without NaN (the mean of its valid neighbours) and negative values (0). +∞ is left for the end.
 fn repair(texel: [f32; 3], around: &[[f32; 3]]) -> [f32; 3] {
     std::array::from_fn(|c| {
         if !texel[c].is_nan() {

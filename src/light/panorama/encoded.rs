@@ -1,36 +1,37 @@
-//! PNG, JPEG and TIFF as light: linearised from sRGB, with a word about what is clipped.
+//! PNG, JPEG and TIFF as light: linearised from sRGB, with a note about what is clipped.
 
-use super::{Canvas, Job};
+use super::canvas::Canvas;
+use super::reader::PanoramaReader;
 use base::error::{Error, Result};
 use image::{DynamicImage, ImageReader};
 use imaging::color::linear_from_srgb;
 use std::io::{BufRead, Seek};
 
-pub(super) fn read(job: &mut Job, file: impl BufRead + Seek) -> Result<Canvas> {
+pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> Result<Canvas> {
     let mut reader = ImageReader::new(file)
         .with_guessed_format()
-        .map_err(|e| job.broken(e))?;
+        .map_err(|e| panorama.broken(e))?;
     if reader.format().is_none() {
         return Err(Error::unexpected(
-            job.path.display(),
+            panorama.path.display(),
             "a panorama as Radiance HDR, OpenEXR, PNG, JPEG or TIFF",
-            "a file of another kind",
+            "an unknown format",
             "Convert it to OpenEXR",
         ));
     }
     reader.no_limits();
-    let picture = reader.decode().map_err(|e| job.broken(e))?;
+    let picture = reader.decode().map_err(|e| panorama.broken(e))?;
     match picture {
-        // Floating point is light already.
+        // Floating point is linear already.
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
             let rgb = picture.into_rgb32f();
-            paint(job, rgb.dimensions(), rgb.as_raw(), |v| v, None)
+            paint(panorama, rgb.dimensions(), rgb.as_raw(), |v| v, None)
         }
         _ if picture.color().bytes_per_pixel() > picture.color().channel_count() => {
             let rgb = picture.into_rgb16();
             let light = |v: u16| linear_from_srgb(f32::from(v) / 65535.0);
             paint(
-                job,
+                panorama,
                 rgb.dimensions(),
                 rgb.as_raw(),
                 light,
@@ -44,7 +45,7 @@ pub(super) fn read(job: &mut Job, file: impl BufRead + Seek) -> Result<Canvas> {
                 .collect();
             let light = |v: u8| table[usize::from(v)];
             paint(
-                job,
+                panorama,
                 rgb.dimensions(),
                 rgb.as_raw(),
                 light,
@@ -54,16 +55,17 @@ pub(super) fn read(job: &mut Job, file: impl BufRead + Seek) -> Result<Canvas> {
     }
 }
 
-/// Paints rows of RGB samples. `white` is the bits of a sample and its highest code where samples have one.
+/// Paints rows of RGB samples. `white` is the number of bits of a sample and its highest code value; `None` for
+/// floating point.
 fn paint<T: Copy + PartialEq>(
-    job: &mut Job,
+    panorama: &mut PanoramaReader,
     (width, height): (u32, u32),
     samples: &[T],
     light: impl Fn(T) -> f32,
     white: Option<(u8, T)>,
 ) -> Result<Canvas> {
     let (width, height) = (width as usize, height as usize);
-    let (mut canvas, top) = job.canvas((width, height))?;
+    let (mut canvas, top) = panorama.canvas((width, height))?;
     let mut clipped = 0;
     let mut row = vec![[0.0; 3]; width];
     for (y, line) in samples.chunks_exact(3 * width).enumerate() {
@@ -75,9 +77,9 @@ fn paint<T: Copy + PartialEq>(
         canvas.paint(0, top + y, &row);
     }
     if let Some((bits, _)) = white {
-        job.notes.push(format!(
-            "{bits} bits a channel hold no lights: it was linearised from sRGB, and {:.1} % of its pixels are \
-             clipped. Suns and lamps are darker than they were; place lights by hand where they are.",
+        panorama.notes.push(format!(
+            "{bits} bits per channel cannot hold bright lights: the file was linearised from sRGB, and {:.1} % of \
+             its pixels are clipped. Its suns and lamps are too dark; place lights by hand there.",
             100.0 * clipped as f64 / (width * height) as f64
         ));
     }

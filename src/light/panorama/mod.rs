@@ -1,173 +1,50 @@
-//! Panorama files of every kind as environments: read once, line by line, into a size to work with.
+//! Reads panorama files of every kind as environments: once, line by line, at a working size.
 //!
-//! A Radiance or OpenEXR panorama of 16384 × 8192 texels is 1.6 GB of light. It is averaged by solid angle
-//! while it is read, so that its energy stays and a few hundred megabytes suffice. What was guessed,
-//! repaired, clipped or left out is said in sentences.
+//! A Radiance or OpenEXR panorama of 16384 × 8192 texels is 1.6 GB of light. It is averaged by solid angle while it
+//! is read, which keeps its energy and needs only a few hundred megabytes. What was guessed, repaired, clipped or
+//! left out is reported in sentences.
 
 mod canvas;
 mod encoded;
 mod openexr;
 mod radiance_hdr;
+mod reader;
 #[cfg(test)]
 mod tests;
 
-use super::{Environment, Mapping, mapping};
+use crate::environment::Environment;
 use base::error::{Error, Result};
-use canvas::Canvas;
+use reader::{COMPLETE, PanoramaReader};
+pub use reader::{Panorama, ReadSettings};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-/// How a file is to be read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reading {
-    /// Columns to work with: a wider panorama is averaged down to them, at least 2.
-    pub width: usize,
-    /// What the picture is. Without it a picture of about 2:1 or wider is a lat-long, a square is refused,
-    /// and anything else is stretched over the sphere with a word about it.
-    pub mapping: Option<Mapping>,
-}
-
-impl Default for Reading {
-    /// 4096 columns, 100 MB of light: 0.09° a texel, sharper than any lamp's shadow and enough for a
-    /// background out of focus.
-    fn default() -> Self {
-        Self {
-            width: 4096,
-            mapping: None,
-        }
-    }
-}
-
-/// An environment and what is to be known about how it was read.
-#[derive(Clone, Debug)]
-pub struct Panorama {
-    pub environment: Environment,
-    /// Columns and rows of the file.
-    pub file_size: (usize, usize),
-    /// Sentences for the person: guesses, repairs, what is clipped or left out. None for an ordinary
-    /// panorama.
-    pub notes: Vec<String>,
-}
-
-/// Reads a panorama: Radiance HDR (RGBE or XYZE, any orientation), OpenEXR (any flat layer of RGB or grey), or
-/// PNG, JPEG and TIFF, which are linearised from sRGB. Files are told apart by what is in them, not by name.
+/// Reads a panorama: Radiance HDR (RGBE or XYZE, any orientation), OpenEXR (any flat layer of RGB or grey), or PNG,
+/// JPEG and TIFF, which are linearised from sRGB. The content decides the format, not the file's name.
 ///
 /// # Errors
-/// When the file cannot be read, is of no known kind, or is a square or a shape that the wanted mapping
+/// When the file cannot be read, has an unknown format, or is a square or has a shape that the wanted mapping
 /// cannot have.
-pub fn read(path: &Path, reading: &Reading) -> Result<Panorama> {
+pub fn read(path: &Path, settings: &ReadSettings) -> Result<Panorama> {
     let fail = |e: std::io::Error| Error::file("read", path, e, COMPLETE);
     let mut file = BufReader::with_capacity(1 << 18, File::open(path).map_err(fail)?);
     let mut magic = [0; 4];
     let known = file.read(&mut magic).map_err(fail)?;
     file.rewind().map_err(fail)?;
-    let mut job = Job {
-        path,
-        reading,
-        notes: Vec::new(),
-        size: (0, 0),
-    };
+    let mut panorama = PanoramaReader::new(path, settings);
     let canvas = match &magic[..known] {
-        [b'#', b'?', ..] => radiance_hdr::read(&mut job, file)?,
-        [0x76, 0x2f, 0x31, 0x01] => openexr::read(&mut job, file)?,
-        _ => encoded::read(&mut job, file)?,
+        [b'#', b'?', ..] => radiance_hdr::read(&mut panorama, file)?,
+        [0x76, 0x2f, 0x31, 0x01] => openexr::read(&mut panorama, file)?,
+        _ => encoded::read(&mut panorama, file)?,
     };
-    job.finish(canvas)
+    panorama.finish(canvas)
 }
 
-/// What to do about a file that ends early or is damaged.
-const COMPLETE: &str = "Check that the file is there and is a complete picture";
-
-/// A file that is being read.
-struct Job<'a> {
-    path: &'a Path,
-    reading: &'a Reading,
-    notes: Vec<String>,
-    /// Of the file.
-    size: (usize, usize),
-}
-
-impl Job<'_> {
-    fn broken(&self, cause: impl ToString) -> Error {
-        Error::file("read", self.path, cause, COMPLETE)
-    }
-
-    /// What light of the picture is painted on, and how many rows of the sphere are above it.
-    fn canvas(&mut self, size: (usize, usize)) -> Result<(Canvas, usize)> {
-        let (width, height) = size;
-        self.size = size;
-        let texels = width.saturating_mul(height);
-        if texels == 0 || texels > 1 << 32 || width.max(height) > 1 << 20 {
-            return Err(Error::unexpected(
-                self.path.display(),
-                "a picture of at most a million pixels a side and 65536 × 65536 in all",
-                format!("{width}×{height}"),
-                "Check the file, or make a smaller one",
-            ));
-        }
-        let whole = Canvas::whole(size);
-        match self.reading.mapping {
-            Some(Mapping::LatLong) => return Ok((self.lat_long(size), 0)),
-            Some(mapping) => return mapping.projection(size).map(|_| (whole, 0)),
-            None if width.abs_diff(2 * height) <= 2.max(width / 100) => {
-                return Ok((self.lat_long(size), 0));
-            }
-            None => {}
-        }
-        if width == height {
-            return Err(Error::unexpected(
-                self.path.display(),
-                "a panorama twice as wide as high",
-                format!("a square of {width}×{height} pixels"),
-                "Say whether it is a mirror ball or an angular map (light probe), or convert it to a lat-long",
-            ));
-        }
-        let other = match (3 * width == 4 * height, width == 6 * height) {
-            (true, _) => " If it is a cube's cross, say so.",
-            (_, true) => " If it is the six faces of a cube side by side, say so.",
-            _ => "",
-        };
-        if width > 2 * height {
-            let full = (width, width / 2);
-            self.notes.push(format!(
-                "{width}×{height} pixels are wider than 2:1: they are taken for all around and {:.0}° in \
-                 height about the horizon. Above and below, the colour of the edge goes on.{other}",
-                360.0 * height as f64 / width as f64
-            ));
-            let mut canvas = self.lat_long(full);
-            canvas.extend = true;
-            return Ok((canvas, (full.1 - height) / 2));
-        }
-        self.notes.push(format!(
-            "{width}×{height} pixels are not 2:1: they are stretched over the whole sphere.{other}"
-        ));
-        Ok((self.lat_long(size), 0))
-    }
-
-    fn lat_long(&self, size: (usize, usize)) -> Canvas {
-        Canvas::lat_long(size, self.reading.width.max(2))
-    }
-
-    fn finish(mut self, canvas: Canvas) -> Result<Panorama> {
-        let name = self.path.file_stem().unwrap_or(self.path.as_os_str());
-        let mut environment = canvas.finish(&name.to_string_lossy());
-        if let Some(from) = self.reading.mapping.filter(|m| *m != Mapping::LatLong) {
-            let width = (2 * environment.radiance.height).min(self.reading.width.max(2));
-            let to = (width, (width / 2).max(1));
-            let sphere = mapping::convert(&environment.radiance, from, Mapping::LatLong, to)?;
-            environment.radiance = sphere.image;
-        }
-        if environment.repaired_texels > 0 {
-            self.notes.push(format!(
-                "{} pixels were not light (negative, infinite or not a number) and have been repaired.",
-                environment.repaired_texels
-            ));
-        }
-        Ok(Panorama {
-            environment,
-            file_size: self.size,
-            notes: self.notes,
-        })
-    }
+/// The environment in a panorama file, read as [`read`] does by default.
+///
+/// # Errors
+/// As [`read`].
+pub fn load(path: &Path) -> Result<Environment> {
+    Ok(read(path, &ReadSettings::default())?.environment)
 }

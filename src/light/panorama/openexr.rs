@@ -1,7 +1,8 @@
 //! OpenEXR block by block: any flat layer of colour or grey, its data window anywhere in its display
 //! window. The `image` crate reads only unnamed R, G and B, and all of a file at once.
 
-use super::{Canvas, Job};
+use super::canvas::Canvas;
+use super::reader::PanoramaReader;
 use base::error::{Error, Result};
 use exr::block::reader::ChunksReader;
 use exr::meta::attribute::SampleType;
@@ -9,9 +10,9 @@ use exr::meta::header::Header;
 use half::f16;
 use std::io::{BufRead, Seek};
 
-pub(super) fn read(job: &mut Job, file: impl BufRead + Seek) -> Result<Canvas> {
-    let reader = exr::block::read(file, false).map_err(|e| job.broken(e))?;
-    let choice = choose(job, reader.headers())?;
+pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> Result<Canvas> {
+    let reader = exr::block::read(file, false).map_err(|e| panorama.broken(e))?;
+    let choice = choose(panorama, reader.headers())?;
     let header = &reader.headers()[choice.header];
     let (data, display) = (
         header.data_window(),
@@ -32,10 +33,10 @@ pub(super) fn read(job: &mut Job, file: impl BufRead + Seek) -> Result<Canvas> {
         overlap(offset.y(), size(data).1, size(window).1),
     );
     if inside_x == 0 || inside_y == 0 {
-        return Err(job.broken("its data window lies outside of its display window"));
+        return Err(panorama.broken("its data window is outside its display window"));
     }
     if (inside_x, inside_y) != size(window) {
-        job.notes.push(format!(
+        panorama.notes.push(format!(
             "The file holds {inside_x}×{inside_y} of its {}×{} pixels; the rest is black.",
             size(window).0,
             size(window).1
@@ -51,20 +52,19 @@ pub(super) fn read(job: &mut Job, file: impl BufRead + Seek) -> Result<Canvas> {
             .iter()
             .any(|(p, x, y)| (p.x() - x).abs() + (p.y() - y).abs() > 0.02)
     }) {
-        job.notes.push(
-            "The file names other primaries than Rec. 709; its values are taken as they are, and colours \
-             may be paler than they were."
+        panorama.notes.push(
+            "The file declares other primaries than Rec. 709. Its values are used unchanged, so colours may look paler."
                 .into(),
         );
     }
-    let (mut canvas, top) = job.canvas(size(window))?;
-    // What the file leaves out is black, not more of its edge.
+    let (mut canvas, top) = panorama.canvas(size(window))?;
+    // What the file leaves out is black, not a continuation of its edge.
     canvas.extend &= (inside_x, inside_y) == size(window);
     let chunks = reader
         .filter_chunks(false, |_, _, block| {
             block.layer == choice.header && (block.level.x(), block.level.y()) == (0, 0)
         })
-        .map_err(|e| job.broken(e))?;
+        .map_err(|e| panorama.broken(e))?;
     let mut row: Vec<[f32; 3]> = Vec::new();
     let mut samples = Samples::default();
     // In the order of the file, so that sums do not depend on the number of threads.
@@ -98,7 +98,7 @@ pub(super) fn read(job: &mut Job, file: impl BufRead + Seek) -> Result<Canvas> {
             }
             Ok(())
         })
-        .map_err(|e| job.broken(e))?;
+        .map_err(|e| panorama.broken(e))?;
     Ok(canvas)
 }
 
@@ -139,14 +139,14 @@ impl Samples {
 }
 
 /// Which part of a file is read.
-struct Choice {
+struct LayerChoice {
     header: usize,
     /// For red, green and blue the channel's number: three times the same for grey.
     channels: [usize; 3],
 }
 
 /// Colour without a layer's name first, then with one, then grey; in the first part that has it.
-fn choose(job: &mut Job, headers: &[Header]) -> Result<Choice> {
+fn choose(panorama: &mut PanoramaReader, headers: &[Header]) -> Result<LayerChoice> {
     let flat = |header: &Header| {
         !header.deep
             && header
@@ -205,14 +205,14 @@ fn choose(job: &mut Job, headers: &[Header]) -> Result<Choice> {
                     } else {
                         Some(layer)
                     };
-                    job.notes.push(format!(
+                    panorama.notes.push(format!(
                         "The file has several layers; {} was read.",
                         name.map_or("the first with colours".into(), |name| format!(
                             "\"{name}\""
                         ))
                     ));
                 }
-                return Ok(Choice {
+                return Ok(LayerChoice {
                     header: *header,
                     channels,
                 });
@@ -225,9 +225,10 @@ fn choose(job: &mut Job, headers: &[Header]) -> Result<Choice> {
             .position(|n| ["y", "l", "luminance"].contains(&n.rsplit('.').next().unwrap_or(n)))
             .or_else(|| (names.len() == 1).then_some(0));
         if let Some(channel) = grey {
-            job.notes
-                .push("The file has no colours: it was read as grey.".into());
-            return Ok(Choice {
+            panorama
+                .notes
+                .push("The file has no colour channels, so it was read as grey.".into());
+            return Ok(LayerChoice {
                 header: *header,
                 channels: [channel; 3],
             });
@@ -239,7 +240,7 @@ fn choose(job: &mut Job, headers: &[Header]) -> Result<Choice> {
         .take(12)
         .collect();
     Err(Error::unexpected(
-        job.path.display(),
+        panorama.path.display(),
         "a flat layer with the channels R, G and B or Y at full resolution",
         format!("the channels {}", found.join(", ")),
         "Write it again with the channels R, G and B",

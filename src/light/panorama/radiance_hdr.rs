@@ -2,20 +2,21 @@
 //! (radsite.lbl.gov/radiance/refer/filefmts.pdf). The `image` crate reads one of the eight orientations, no XYZE,
 //! and all of a file at once.
 
-use super::{Canvas, Job};
+use super::canvas::Canvas;
+use super::reader::PanoramaReader;
 use base::error::{Error, Result};
 use imaging::color::linear_from_xyz;
 use std::io::{BufRead, Read};
 
-pub(super) fn read(job: &mut Job, mut file: impl BufRead) -> Result<Canvas> {
-    let header = Header::read(job, &mut file)?;
+pub(super) fn read(panorama: &mut PanoramaReader, mut file: impl BufRead) -> Result<Canvas> {
+    let header = Header::read(panorama, &mut file)?;
     let Layout {
         columns,
         flip_x,
         flip_y,
         size: (width, height),
     } = header.layout;
-    let (mut canvas, top) = job.canvas((width, height))?;
+    let (mut canvas, top) = panorama.canvas((width, height))?;
     let (lines, length) = if columns {
         (width, height)
     } else {
@@ -25,7 +26,7 @@ pub(super) fn read(job: &mut Job, mut file: impl BufRead) -> Result<Canvas> {
     let mut line = vec![[0.0f32; 3]; length];
     for i in 0..lines {
         read_line(&mut file, &mut codes)
-            .map_err(|cause| job.broken(format!("{cause}, in line {} of {lines}", i + 1)))?;
+            .map_err(|cause| panorama.broken(format!("{cause}, in line {} of {lines}", i + 1)))?;
         for (texel, &code) in line.iter_mut().zip(&codes) {
             *texel = header.light(code);
         }
@@ -83,16 +84,16 @@ impl Layout {
 struct Header {
     layout: Layout,
     xyz: bool,
-    /// What values are multiplied by: the reciprocal of what the file says it has been multiplied by.
+    /// The factor for values: the reciprocal of the exposure and colour correction in the header.
     gain: [f32; 3],
 }
 
 impl Header {
-    fn read(job: &mut Job, file: &mut impl BufRead) -> Result<Self> {
+    fn read(panorama: &mut PanoramaReader, file: &mut impl BufRead) -> Result<Self> {
         let mut xyz = false;
         let mut gain = [1.0f64; 3];
         loop {
-            let line = header_line(job, file)?;
+            let line = header_line(panorama, file)?;
             if line.is_empty() {
                 break;
             }
@@ -110,7 +111,7 @@ impl Header {
                     "32-bit_rle_xyze" => xyz = true,
                     other => {
                         return Err(Error::unexpected(
-                            job.path.display(),
+                            panorama.path.display(),
                             "the format 32-bit_rle_rgbe or 32-bit_rle_xyze",
                             other,
                             "Write it again as Radiance HDR or OpenEXR",
@@ -125,10 +126,10 @@ impl Header {
                 _ => {}
             }
         }
-        let line = header_line(job, file)?;
+        let line = header_line(panorama, file)?;
         let layout = Layout::parse(&line).ok_or_else(|| {
             Error::unexpected(
-                job.path.display(),
+                panorama.path.display(),
                 "a size such as -Y 512 +X 1024 after the header",
                 format!("\"{line}\""),
                 super::COMPLETE,
@@ -159,16 +160,16 @@ impl Header {
     }
 }
 
-/// A line of the header without its end. Lines are short; what goes on without end is no header.
-fn header_line(job: &Job, file: &mut impl BufRead) -> Result<String> {
+/// A line of the header without its line end. Header lines are short, so a very long one is not a header.
+fn header_line(panorama: &PanoramaReader, file: &mut impl BufRead) -> Result<String> {
     const LONGEST: u64 = 1 << 16;
     let mut line = Vec::new();
     let count = file
         .take(LONGEST)
         .read_until(b'\n', &mut line)
-        .map_err(|e| job.broken(e))?;
+        .map_err(|e| panorama.broken(e))?;
     if count == 0 || line.pop() != Some(b'\n') {
-        return Err(job.broken("the file ends within its header"));
+        return Err(panorama.broken("the file ends inside its header"));
     }
     Ok(String::from_utf8_lossy(&line).trim_end().to_string())
 }

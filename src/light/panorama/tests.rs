@@ -1,4 +1,5 @@
 use super::*;
+use crate::Mapping;
 use crate::latlong::{texel_direction, texel_solid_angle};
 use exr::prelude::{
     AnyChannel, AnyChannels, FlatSamples, IntegerBounds, Layer, LayerAttributes, SmallVec, Vec2,
@@ -31,7 +32,7 @@ impl Folder {
 }
 
 fn read_all(path: &Path) -> Panorama {
-    read(path, &Reading::default()).unwrap()
+    read(path, &ReadSettings::default()).unwrap()
 }
 
 /// An EXR of channels by name, a data window at a place within a display window.
@@ -86,7 +87,7 @@ fn wide_panoramas_are_averaged_by_solid_angle() {
     for width in [2, 7, 30, 50, 64, 99, 100, 200] {
         let read = read(
             &path,
-            &Reading {
+            &ReadSettings {
                 width,
                 mapping: None,
             },
@@ -129,7 +130,7 @@ fn texels_that_are_not_light_are_repaired_at_any_size() {
     for width in [64, 32, 20] {
         let read = read(
             &path,
-            &Reading {
+            &ReadSettings {
                 width,
                 mapping: None,
             },
@@ -188,7 +189,7 @@ fn other_shapes_are_guessed_with_a_word_or_refused() {
     let rgb = [("R", 0), ("G", 1), ("B", 2)];
     let write = |w, h| write_exr(&path, &picture(w, h), &rgb, (0, 0), (w, h));
     write(64, 64);
-    let error = super::read(&path, &Reading::default())
+    let error = super::read(&path, &ReadSettings::default())
         .unwrap_err()
         .to_string();
     assert!(error.contains("mirror ball"), "{error}");
@@ -203,7 +204,7 @@ fn other_shapes_are_guessed_with_a_word_or_refused() {
         write(64, 12);
         let read = read(
             &path,
-            &Reading {
+            &ReadSettings {
                 width,
                 mapping: None,
             },
@@ -242,7 +243,7 @@ fn a_light_probe_is_unwrapped_when_asked() {
         write_exr(&path, &image, &[("R", 0), ("G", 1), ("B", 2)], (0, 0), size);
         let read = read(
             &path,
-            &Reading {
+            &ReadSettings {
                 width: 4096,
                 mapping: Some(mapping),
             },

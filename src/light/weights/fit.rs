@@ -1,10 +1,9 @@
-//! Least squares of an environment by the lamps' footprints.
+//! The least-squares fit of the lamps' footprints to an environment.
 //!
-//! Footprints and blur are heat kernels h_t on the sphere, h_t(cos θ) = Σ_l (2l+1)/4π · e^(−l(l+1)t) ·
-//! P_l(cos θ), for which blurring is adding: h_s ∗ h_t = h_(s+t) (each
-//! Legendre term is damped by itself). So all inner products between blurred footprints and the blurred environment
-//! are in closed form, and nothing is sampled but the environment itself. h_t has a mean square angle of
-//! 4t from its centre, for t well below 1.
+//! Footprints and blur are heat kernels h_t on the sphere, h_t(cos θ) = Σ_l (2l+1)/4π · e^(−l(l+1)t) · P_l(cos θ),
+//! for which blurring is adding: h_s ∗ h_t = h_(s+t) (each Legendre term is damped by itself). So all inner
+//! products between blurred footprints and the blurred environment have a closed form, and only the environment
+//! itself is sampled. h_t has a mean square angle of 4t from its centre, for t well below 1.
 
 use super::super::Rig;
 use super::nodes::Nodes;
@@ -29,8 +28,8 @@ impl Fit {
     /// The footprints of the directions that hold lamps.
     pub fn of(rig: &Rig, nodes: &Nodes) -> Self {
         let directions: Vec<DVec3> = nodes.real().copied().collect();
-        // A Gaussian of half the spacing: footprints melt together just so far that gaps close. Below
-        // 2° the panorama's texels would show, and 30° blur a hemisphere already.
+        // A Gaussian of half the spacing: footprints overlap just enough to close the gaps. Below 2° the panorama's
+        // texels would show, and 30° blur a hemisphere already.
         let sigma = (0.5 * nodes.spacing()).clamp(2.0f64.to_radians(), 30.0f64.to_radians());
         let blur = sigma * sigma / 2.0;
         let time = |lamps: &Vec<usize>| {
@@ -76,8 +75,8 @@ impl Fit {
         }
     }
 
-    /// Which nodes' blurred footprints agree with a blurred point of light there, and how well. What is a
-    /// hundred-thousandth of the best possible is left out.
+    /// Which nodes' blurred footprints agree with a blurred point of light there, and how well. Values below a
+    /// hundred-thousandth of the best possible are left out.
     pub fn agreement(&self, direction: DVec3) -> Vec<(u16, f32)> {
         let mut agreement = Vec::new();
         for (node, (lamp, table)) in self.directions.iter().zip(&self.agreements).enumerate() {
@@ -133,7 +132,7 @@ fn simplex_least_squares(gram: &[f64], target: &[f64], total: f64) -> Vec<f64> {
     let mut gain: Vec<f64> = (0..n)
         .map(|i| target[i] - row(i).iter().sum::<f64>() * total / n as f64)
         .collect();
-    // Below this share of the largest gain possible an exchange moves no weight that matters.
+    // An exchange with less than this share of the largest possible gain changes no weight noticeably.
     let enough = 1e-10 * (0..n).map(|i| row(i)[i]).fold(0.0, f64::max) * total;
     for _ in 0..1000 * n {
         let up = (0..n)

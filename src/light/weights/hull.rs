@@ -16,12 +16,12 @@ pub(super) struct Facet {
 }
 
 impl Hull {
-    /// The hull of unit vectors, pairwise distinct, that leave no half of the sphere empty: so there
-    /// are four or more, and the origin is strictly inside. Built by adding point after point.
+    /// The hull of unit vectors, pairwise distinct, that leave no half of the sphere empty, so there are four or
+    /// more and the origin is strictly inside. Built by adding point after point.
     pub fn of(points: &[DVec3]) -> Self {
-        // Lamps often stand in rings, so that four or more lie in one plane and "above the plane" has no
-        // answer. A displacement along the sphere by a millionth of a radian decides, and is far below any
-        // error of a lamp's direction. Points on a sphere are all corners of their hull.
+        // Lamps often stand in rings, so that four or more lie in one plane and "above the plane" has no answer. A
+        // displacement by a millionth of a radian decides, far below any error of a lamp's direction. Points on a
+        // sphere are all corners of their hull.
         let points: Vec<DVec3> = points
             .iter()
             .enumerate()
@@ -49,7 +49,8 @@ impl Hull {
                 .iter()
                 .flat_map(|&[a, b, c]: &[usize; 3]| [[a, b], [b, c], [c, a]])
                 .collect();
-            // Neighbours run along their common edge in opposite senses; the horizon's edges have no twin.
+            // Neighbours run along their common edge in opposite senses; an edge of the horizon belongs to one of
+            // them only.
             let horizon = edges.iter().filter(|[a, b]| !edges.contains(&[*b, *a]));
             facets = hidden;
             facets.extend(horizon.map(|&[a, b]| [a, b, p]));

@@ -1,4 +1,4 @@
-//! The corners of the hull: the rig's directions, and what fills the gaps between them.
+//! The corners of the hull: the rig's directions, and points that fill the gaps between them.
 
 use super::super::Rig;
 use super::super::latlong::texel_direction;
@@ -9,12 +9,12 @@ use std::f64::consts::PI;
 /// The corners of the hull: first the directions that hold lamps, then points that fill the gaps.
 pub(super) struct Nodes {
     pub directions: Vec<DVec3>,
-    /// For each direction that holds lamps, which: more than one where lamps coincide.
+    /// For each direction with lamps, which lamps: more than one if lamps coincide.
     pub lamps: Vec<Vec<usize>>,
 }
 
 impl Nodes {
-    /// Lamps closer together than this are in one direction: the ball does not tell them apart.
+    /// Lamps closer together than this count as one direction: the ball cannot tell them apart.
     const SAME_DEG: f64 = 0.5;
 
     pub fn of(rig: &Rig) -> Self {
@@ -67,13 +67,8 @@ impl Nodes {
         median.unwrap_or(PI / 2.0)
     }
 
-    /// σ of the soft borders of [`super::Partition::soft`] in radians: a fifth of the spacing.
-    pub fn softness(&self) -> f64 {
-        0.2 * self.spacing()
-    }
-
-    /// Adds points until no gap is left. A gap is an empty cap of twice the radius that N caps have which
-    /// share the sphere evenly, or of 75° if that is less: caps under 90° keep the origin inside the hull.
+    /// Adds points until no gap is left. A gap is an empty cap of twice the radius of N caps that share the sphere
+    /// evenly, or of 75° if that is less: caps under 90° keep the origin inside the hull.
     fn fill_gaps(&mut self) {
         let even = (1.0 - 2.0 / self.lamps.len() as f64).acos();
         let limit = (2.0 * even).min(75.0 * PI / 180.0).cos();
@@ -100,8 +95,8 @@ impl Nodes {
         }
     }
 
-    /// Where each node's energy goes. A point that fills a gap hands its own on in equal parts to its
-    /// neighbours on the hull, and so on until lamps have it all.
+    /// Where each node's energy goes. A point that fills a gap passes its energy on in equal parts to its
+    /// neighbours on the hull, until lamps have all of it.
     pub fn lamp_shares(&self, hull: &Hull) -> Vec<Vec<(usize, f64)>> {
         let (all, real) = (self.directions.len(), self.lamps.len());
         let mut neighbours = vec![vec![]; all];

@@ -121,13 +121,8 @@ pub(crate) fn energy(weights: &LightWeights, rig: &Rig) -> [f64; 3] {
 }
 
 /// The ways to part the sphere.
-pub(crate) fn kinds() -> [fn(&Rig, usize) -> Partition; 4] {
-    [
-        Partition::soft,
-        Partition::smooth,
-        Partition::cells,
-        Partition::fit,
-    ]
+pub(crate) fn kinds() -> [fn(&Rig, usize) -> Partition; 3] {
+    [Partition::smooth, Partition::cells, Partition::fit]
 }
 
 pub(crate) fn assert_sound(
@@ -154,8 +149,9 @@ pub(crate) fn assert_sound(
     }
 }
 
-fn soft(environment: &Environment, rig: &Rig, yaw_deg: f32) -> LightWeights {
-    Partition::soft(rig, Partition::WIDTH).weights(environment, yaw_deg)
+/// By the default kind of weights.
+fn default_weights(environment: &Environment, rig: &Rig, yaw_deg: f32) -> LightWeights {
+    Partition::of(Weighting::default(), rig).weights(environment, yaw_deg)
 }
 
 #[test]
@@ -196,7 +192,7 @@ proptest! {
 
     #[test]
     fn a_whole_turn_changes_nothing(yaw in -400.0f32..400.0, seed in 0usize..20) {
-        let partition = Partition::soft(&rig(&lattice(41)), 64);
+        let partition = Partition::smooth(&rig(&lattice(41)), 64);
         let environment = speckled(seed);
         let (once, again) = (partition.weights(&environment, yaw), partition.weights(&environment, yaw + 360.0));
         for (a, b) in once.per_lamp.iter().flatten().zip(again.per_lamp.iter().flatten()) {
@@ -207,7 +203,7 @@ proptest! {
 
     #[test]
     fn weights_are_linear_in_the_environment(a in 0.0f32..10.0, b in 0.0f32..10.0, yaw in 0.0f32..360.0) {
-        let partition = Partition::soft(&rig(&lattice(41)), 64);
+        let partition = Partition::smooth(&rig(&lattice(41)), 64);
         let (one, two) = (speckled(1), speckled(2));
         let mixed = Image {
             pixels: one.radiance.pixels.iter().zip(&two.radiance.pixels)
@@ -249,7 +245,7 @@ fn even_lamps_share_an_even_sky_evenly() {
 
 #[test]
 fn a_sun_does_not_jump_as_it_turns() {
-    let continuous = [Partition::soft, Partition::smooth];
+    let continuous = [Partition::smooth, Partition::fit];
     for ((name, rig), kind) in rigs()
         .into_iter()
         .flat_map(|rig| continuous.map(|kind| (rig.clone(), kind)))
@@ -320,14 +316,14 @@ fn light_from_below_is_uncovered_by_lamps_above() {
         });
         Environment::from_radiance("half", image)
     };
-    assert!(soft(&half(true), &rig, 10.0).uncovered > 0.95);
-    assert!(soft(&half(false), &rig, 10.0).uncovered < 0.05);
+    assert!(default_weights(&half(true), &rig, 10.0).uncovered > 0.95);
+    assert!(default_weights(&half(false), &rig, 10.0).uncovered < 0.05);
 }
 
 #[test]
 fn one_lamp_takes_everything_and_covers_nothing() {
     let rig = rig(&[Vec3::Y]);
-    let weights = soft(&speckled(4), &rig, 12.0);
+    let weights = default_weights(&speckled(4), &rig, 12.0);
     assert_sound("one", &weights, &rig, &speckled(4));
     assert_eq!(weights.uncovered, 1.0);
 }
@@ -344,7 +340,7 @@ fn lamps_in_one_direction_share_equally() {
             })
             .collect(),
     };
-    let weights = soft(&speckled(4), &rig, 0.0).per_lamp;
+    let weights = default_weights(&speckled(4), &rig, 0.0).per_lamp;
     assert!(weights.iter().all(|w| *w == weights[0]));
 }
 
@@ -355,7 +351,7 @@ fn a_lamp_that_was_not_seen_gets_nothing() {
     rig.lamps[8].confidence = 0.0;
     rig.lamps[9].direction = Vec3::NAN;
     let environment = speckled(5);
-    let weights = soft(&environment, &rig, 45.0);
+    let weights = default_weights(&environment, &rig, 45.0);
     assert_sound("unseen", &weights, &rig, &environment);
     assert!(weights.per_lamp[7..10].iter().all(|w| *w == [0.0; 3]));
 }
@@ -364,13 +360,13 @@ fn a_lamp_that_was_not_seen_gets_nothing() {
 fn no_light_and_no_lamps_give_zeros() {
     let black = Environment::from_radiance("black", Image::filled(64, 32, [0.0; 3]));
     for (name, rig) in rigs() {
-        let weights = soft(&black, &rig, 30.0);
+        let weights = default_weights(&black, &rig, 30.0);
         assert!(
             weights.per_lamp.iter().all(|w| *w == [0.0; 3]) && weights.uncovered == 0.0,
             "{name}"
         );
     }
-    let nothing = soft(&speckled(1), &Rig::default(), 30.0);
+    let nothing = default_weights(&speckled(1), &Rig::default(), 30.0);
     assert_eq!(
         nothing,
         LightWeights {
@@ -384,7 +380,7 @@ fn no_light_and_no_lamps_give_zeros() {
 fn a_live_turn_is_quick() {
     for n in [41, 146] {
         let start = std::time::Instant::now();
-        let partition = Partition::soft(&rig(&lattice(n)), Partition::WIDTH);
+        let partition = Partition::smooth(&rig(&lattice(n)), Partition::WIDTH);
         let made = start.elapsed();
         let environment = speckled(1).reduced(Partition::WIDTH);
         let start = std::time::Instant::now();
@@ -399,6 +395,14 @@ fn a_live_turn_is_quick() {
         // Generous: a machine that builds something else at the same time must pass as well.
         assert!(turn_ms < 20.0);
     }
+}
+
+#[test]
+fn soft_weights_of_older_versions_are_the_default() {
+    use clap::ValueEnum;
+    let lighting: crate::Lighting = toml::from_str("weighting = \"soft\"").unwrap();
+    assert_eq!(lighting, crate::Lighting::default());
+    assert_eq!(Weighting::from_str("soft", false), Ok(Weighting::default()));
 }
 
 mod invariants;

@@ -1,4 +1,4 @@
-//! Weights of an environment that turns freely, not only about the vertical.
+//! Weights of an environment that is turned freely, not only about the vertical axis.
 
 use super::super::Environment;
 use super::super::latlong::{texel_direction, texel_solid_angle, uv_from_direction};
@@ -14,13 +14,13 @@ pub fn rotation(yaw_deg: f32, pitch_deg: f32, roll_deg: f32) -> Quat {
 }
 
 impl Partition {
-    /// The weights of an environment turned by `rotation`, which takes a direction in the environment to
-    /// one on the stage; see [`rotation`]. Energy is kept, and weights change continuously: the light of
-    /// a texel is shared by the four texels around where it comes to, and within half a
-    /// texel of a pole by the pole's whole row, so that a way across the pole is as continuous as any.
+    /// The weights of an environment turned by `rotation`, which takes a direction in the environment to one on the
+    /// stage; see [`rotation`]. Energy is kept, and weights change continuously: the light of a texel is shared by
+    /// the four texels around its new position, and within half a texel of a pole by the pole's whole row, so that
+    /// a path across the pole is continuous too.
     ///
-    /// A rotation that is not finite or has no length turns nothing. An environment of another size than
-    /// the partition is brought to it first.
+    /// A rotation that is not finite or has length 0 turns nothing. An environment of another size than the
+    /// partition is resized first.
     pub fn turned_weights(&self, environment: &Environment, rotation: Quat) -> LightWeights {
         if environment.radiance.size() != (self.width, self.height) {
             return self.turned_weights(&environment.reduced(self.width), rotation);
@@ -32,7 +32,7 @@ impl Partition {
         };
         let (width, height) = (self.width, self.height);
         let mut energies = vec![[0.0f64; 3]; width * height];
-        // What goes to all of the first row, and to all of the last.
+        // The energy for all of the first row, and for all of the last.
         let mut poles = [[0.0f64; 3]; 2];
         for (i, radiance) in environment.radiance.pixels.iter().enumerate() {
             if *radiance == [0.0; 3] {

@@ -65,7 +65,7 @@ proptest! {
     ) {
         let rig = rig(&lattice(41));
         let environment = day(2 * half_width, seed, &suns);
-        for kind in [Partition::soft, Partition::smooth, Partition::cells] {
+        for kind in [Partition::smooth, Partition::cells] {
             let partition = kind(&rig, 2 * half_width);
             let table = YawTable::new(&partition, &environment);
             assert_same("any", &table.at(yaw), &partition.weights(&environment, yaw), &rig, environment.energy());
@@ -74,7 +74,7 @@ proptest! {
 
     #[test]
     fn a_whole_turn_reads_the_same_bits(quarters in -2880i32..2880) {
-        let partition = Partition::soft(&rig(&lattice(12)), 32);
+        let partition = Partition::smooth(&rig(&lattice(12)), 32);
         let table = YawTable::new(&partition, &day(32, 1, &[(3, 3)]));
         let yaw = quarters as f32 / 4.0;
         prop_assert_eq!(table.at(yaw), table.at(yaw + 360.0));
@@ -88,7 +88,7 @@ fn a_sun_alone_lights_no_lamp_on_the_other_side() {
     let mut image = Image::filled(256, 128, [0.0; 3]);
     image.pixels[60 * 256 + 17] = [1e6; 3];
     let sun = Environment::from_radiance("sun", image);
-    let partition = Partition::soft(&rig, 256);
+    let partition = Partition::smooth(&rig, 256);
     let table = YawTable::new(&partition, &sun);
     for yaw in [0.0, 90.0, 201.5] {
         let lit = |weights: LightWeights| weights.per_lamp.iter().filter(|w| w[0] > 0.0).count();
@@ -99,7 +99,7 @@ fn a_sun_alone_lights_no_lamp_on_the_other_side() {
 #[test]
 fn no_lamps_and_no_light_make_a_table_of_zeros() {
     let black = Environment::from_radiance("black", Image::filled(32, 16, [0.0; 3]));
-    let table = YawTable::new(&Partition::soft(&rig(&lattice(5)), 32), &black);
+    let table = YawTable::new(&Partition::smooth(&rig(&lattice(5)), 32), &black);
     assert_eq!(
         table.at(33.3),
         LightWeights {
@@ -107,7 +107,7 @@ fn no_lamps_and_no_light_make_a_table_of_zeros() {
             uncovered: 0.0
         }
     );
-    let table = YawTable::new(&Partition::soft(&Rig::default(), 32), &day(32, 1, &[]));
+    let table = YawTable::new(&Partition::smooth(&Rig::default(), 32), &day(32, 1, &[]));
     assert_eq!(
         table.at(f32::NAN),
         LightWeights {
@@ -122,8 +122,7 @@ fn a_table_is_quickly_made_and_read() {
     for lamps in [41, 146] {
         let environment = day(256, 3, &[(10, 20)]);
         for (name, kind) in [
-            ("soft", Partition::soft as fn(&Rig, usize) -> Partition),
-            ("smooth", Partition::smooth),
+            ("smooth", Partition::smooth as fn(&Rig, usize) -> Partition),
             ("fit", Partition::fit),
         ] {
             let partition = kind(&rig(&lattice(lamps)), 256);

@@ -1,4 +1,4 @@
-//! A field with fewer pixels, for pictures that have to be there soon.
+//! A field with fewer pixels, for quick previews.
 
 use super::{HalfField, TILE, widen};
 use half::f16;
@@ -91,7 +91,7 @@ mod tests {
         let olat = |lamp: usize| {
             Image::from_fn(width, height, |x, y| {
                 let at = (x * 7 + y * 3 + lamp * 5) as f32;
-                // What is outside the matte is not to be seen.
+                // Pixels outside the matte are not seen.
                 let light = if mask.at(x, y) > 0.0 { 1.0 } else { f32::NAN };
                 [at.sin().abs(), at.cos().abs(), 0.1 + at / 2000.0].map(|v| v * light)
             })

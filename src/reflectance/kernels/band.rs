@@ -46,7 +46,7 @@ impl Band {
         }
     }
 
-    /// Positions that are computed, those between rows counted in.
+    /// Positions that are computed, including those between rows.
     pub fn positions(&self) -> usize {
         self.rows * self.stride
     }

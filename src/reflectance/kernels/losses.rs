@@ -13,7 +13,7 @@ pub struct Losses<'a> {
     pub light: &'a [f32],
     /// Where the subject is, `[h, w]`.
     pub mask: &'a [f32],
-    /// Encoded OLATs, `[lamps, 3, h, w]`; none skips the reconstruction loss.
+    /// Encoded OLATs, `[lamps, 3, h, w]`; None skips the reconstruction loss.
     pub olats: Option<&'a [f32]>,
     /// The encoded plate: the subject under the interview's light, `[3, h, w]`.
     pub plate: &'a [f32],

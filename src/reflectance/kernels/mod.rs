@@ -218,7 +218,7 @@ pub struct LossInputs<'a> {
     pub light: Tensor<4>,
     /// Where the subject is, `[1, 1, h, w]`.
     pub mask: &'a Tensor<4>,
-    /// Encoded OLATs, `[lamps, 3, h, w]`; none skips the reconstruction loss.
+    /// Encoded OLATs, `[lamps, 3, h, w]`; None skips the reconstruction loss.
     pub olats: Option<&'a Tensor<4>>,
     /// The encoded plate: the subject under the interview's light.
     pub plate: &'a Tensor<4>,

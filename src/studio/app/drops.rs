@@ -1,8 +1,8 @@
 //! What is dropped onto the window.
 
 use super::StudioApp;
-use crate::command::Command;
-use crate::news::Phase;
+use crate::command::{Command, LookCommand, ProjectCommand};
+use crate::status::Phase;
 use footage::scan::is_shoot;
 use std::path::{Path, PathBuf};
 use worker::Need;
@@ -25,7 +25,7 @@ impl StudioApp {
             .collect();
         let (panoramas, others): (Vec<_>, Vec<_>) = paths.into_iter().partition(|p| is_panorama(p));
         if !panoramas.is_empty() {
-            out.push(Command::AddEnvironments(panoramas));
+            out.push(Command::Look(LookCommand::AddEnvironments(panoramas)));
         }
         out.extend(
             others
@@ -42,16 +42,18 @@ impl StudioApp {
             _ => path,
         };
         if path.join("project.toml").exists() {
-            return Some(Command::OpenProject(path));
+            return Some(Command::Project(ProjectCommand::Open(path)));
         }
         if is_shoot(&path) {
             let lost = Some(Need::Shoot);
-            return Some(match &self.news.phase {
-                Phase::Blocked(blocked) if blocked.need == lost => Command::Locate(path),
-                _ => Command::NewProject(Some(path)),
+            return Some(match &self.status.phase {
+                Phase::Blocked(blocked) if blocked.need == lost => {
+                    Command::Project(ProjectCommand::Locate(path))
+                }
+                _ => Command::Project(ProjectCommand::New(Some(path))),
             });
         }
-        self.news.refuse(format!(
+        self.status.refuse(format!(
             "{} is neither a panorama (.exr, .hdr, .png, .jpg, .tif) nor the folder of a project (with its \
              project.toml) or of a shoot (with its manifest.json)",
             path.display()

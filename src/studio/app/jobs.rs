@@ -1,49 +1,165 @@
-//! Jobs that are begun from the window.
+//! Calibration, training and review: their jobs, and what is set by hand before.
 
 use super::StudioApp;
-use calibration::CalibrateSettings;
+use crate::command::{
+    CalibrationCommand, Dialog, JobCommand, LookCommand, ReviewCommand, TrainingCommand,
+};
+use calibration::{CalibrateSettings, Circle};
 use evaluation::review::ReviewSettings;
 use std::path::PathBuf;
-use worker::Job;
+use std::time::Instant;
+use worker::{Job, Need};
 
 impl StudioApp {
-    /// Calibrates with what was set by hand.
-    pub(super) fn calibrate(&self) {
-        let look = &self.state.look;
-        let settings = CalibrateSettings {
-            circle: look.circle,
-            trial: look.trial,
-            ..CalibrateSettings::default()
+    pub(super) fn apply_to_calibration(&mut self, command: CalibrationCommand) {
+        let done = match command {
+            CalibrationCommand::FindCircle => self.find_circle(),
+            CalibrationCommand::NudgeCircle { by, radius } => self.nudge_circle(by, radius),
+            CalibrationCommand::NudgeTrial(by) => self.nudge_trial(by),
+            CalibrationCommand::Start => self.calibrate(CalibrateSettings {
+                circle: self.state.look.circle,
+                trial: self.state.look.trial,
+                ..CalibrateSettings::default()
+            }),
         };
-        self.run(|project| Job::Calibrate { project, settings });
+        self.refuse_unless(done);
     }
 
-    /// Trains as was chosen.
-    pub(super) fn train(&self, fresh: bool) {
-        if let Some(project) = &self.project {
-            let choice = self.training.choice(&self.state, project);
-            if fresh || self.training.refusal(&choice, project).is_none() {
-                let settings = self.training.settings(&choice, fresh, self.device);
-                self.run(|project| Job::Train { project, settings });
+    fn find_circle(&mut self) -> Result<(), String> {
+        let circle = self.readers.analysis.found()?;
+        self.state.change(LookCommand::Circle(Some(circle)));
+        Ok(())
+    }
+
+    fn nudge_circle(&mut self, by: [f64; 2], radius: f64) -> Result<(), String> {
+        let Circle {
+            center_px: [x, y],
+            radius_px,
+        } = self.readers.analysis.circle(&self.state)?;
+        let moved = Circle::new([x + by[0], y + by[1]], radius_px + radius);
+        let moved = moved.map_err(|e| e.to_string())?;
+        self.state.change(LookCommand::Circle(Some(moved)));
+        Ok(())
+    }
+
+    fn nudge_trial(&mut self, by: [f32; 3]) -> Result<(), String> {
+        let trial = self.readers.analysis.trial(&self.state)?.nudged(by);
+        self.state.change(LookCommand::Trial(Some(trial)));
+        Ok(())
+    }
+
+    fn calibrate(&self, settings: CalibrateSettings) -> Result<(), String> {
+        self.session.run(|project| Job::Calibrate {
+            project: project.root.clone(),
+            settings,
+        })
+    }
+
+    pub(super) fn apply_to_training(&mut self, command: TrainingCommand) {
+        let done = match command {
+            // Until it is known what there is, nothing can be continued.
+            TrainingCommand::Start { .. } if self.readers.training.records.is_none() => {
+                Err("The checkpoints are still being read".to_owned())
             }
-        }
+            TrainingCommand::Start { fresh } => self.train(fresh),
+            TrainingCommand::GoBack(to) => self.go_back(to),
+            TrainingCommand::ListCheckpoints => {
+                self.readers.training.list();
+                Ok(())
+            }
+        };
+        self.refuse_unless(done);
     }
 
-    /// Compares the network with the truth, or writes what was found as a page.
-    pub(super) fn review(&self, truth: Option<PathBuf>, fresh: bool, report: Option<PathBuf>) {
+    /// Trains with the chosen settings.
+    fn train(&self, fresh: bool) -> Result<(), String> {
+        let project = self
+            .session
+            .project
+            .as_ref()
+            .ok_or("Open a project first")?;
+        let training = &self.readers.training;
+        let choice = training.choice(self.state.look.training, project);
+        if let (Some(refusal), false) = (training.refusal(&choice, project), fresh) {
+            return Err(refusal);
+        }
+        let settings = training.settings(&choice, fresh, self.device);
+        self.session.run(|project| Job::Train {
+            project: project.root.clone(),
+            settings,
+        })
+    }
+
+    fn go_back(&mut self, to: String) -> Result<(), String> {
+        self.session.run(|project| Job::GoBack {
+            project: project.root.clone(),
+            to,
+        })?;
+        self.readers.training.pictures = None;
+        Ok(())
+    }
+
+    pub(super) fn apply_to_review(&mut self, command: ReviewCommand) {
+        let done = match command {
+            ReviewCommand::Measure(truth) => self.review_network(truth, true, None),
+            ReviewCommand::Report(to) => self.review_network(None, false, Some(to)),
+            ReviewCommand::Mark(marked) => {
+                (self.session.writable()).and_then(|()| self.readers.review.mark(*marked))
+            }
+        };
+        self.refuse_unless(done);
+    }
+
+    /// Compares the network with the truth, or writes what is known of that as a page.
+    fn review_network(
+        &self,
+        truth: Option<PathBuf>,
+        fresh: bool,
+        report: Option<PathBuf>,
+    ) -> Result<(), String> {
         let settings = ReviewSettings {
-            truth: truth.or_else(|| self.reviews.truth()),
+            truth: truth.or_else(|| self.readers.review.truth()),
             fresh,
             report,
             device: self.device,
         };
-        self.run(|project| Job::Review { project, settings });
+        self.session.run(|project| Job::Review {
+            project: project.root.clone(),
+            settings,
+        })
     }
 
-    /// Runs a job on the open project, unless one is in hand.
-    pub(super) fn run(&self, job: impl FnOnce(PathBuf) -> Job) {
-        if let (Some(worker), Some(project)) = (&self.worker, &self.project) {
-            worker.run(job(project.root.clone()));
-        }
+    pub(super) fn apply_to_job(&mut self, command: JobCommand) {
+        let done = match command {
+            JobCommand::Provide(Need::Shoot) => {
+                self.open_dialog(Dialog::ShootLocation);
+                Ok(())
+            }
+            JobCommand::Provide(Need::Network) => self.train(false),
+            JobCommand::Provide(Need::Calibration) => self.calibrate(CalibrateSettings::default()),
+            JobCommand::Pause => self.pause_job(),
+            JobCommand::Stop => self.stop_job(),
+        };
+        self.refuse_unless(done);
+    }
+
+    /// Pauses the running job, or continues it.
+    fn pause_job(&mut self) -> Result<(), String> {
+        let (Some(worker), Some(job)) = (&self.session.worker, &mut self.status.job) else {
+            return Err("No job is running".to_owned());
+        };
+        let pause = !job.is_paused();
+        job.pause(pause, Instant::now());
+        worker.pause(pause);
+        Ok(())
+    }
+
+    fn stop_job(&mut self) -> Result<(), String> {
+        let (Some(worker), Some(job)) = (&self.session.worker, &mut self.status.job) else {
+            return Err("No job is running".to_owned());
+        };
+        job.stopping = true;
+        worker.cancel();
+        Ok(())
     }
 }

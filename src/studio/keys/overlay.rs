@@ -1,7 +1,7 @@
 //! The list of keys, over the picture.
 
 use super::{known, name};
-use crate::command::Command;
+use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::theme;
 
@@ -50,7 +50,7 @@ pub fn overlay_ui(ui: &egui::Ui, pane: Pane, out: &mut Vec<Command>) {
             ui.button("Close").clicked()
         });
     if area.inner || area.should_close() {
-        out.push(Command::ToggleKeys);
+        out.push(Command::Window(WindowCommand::ToggleKeys));
     }
 }
 

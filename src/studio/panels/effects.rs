@@ -1,7 +1,7 @@
 //! The plan of passes: which ran, which did not and why, what each took, and a switch that forces it.
 
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{Command, LookCommand};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use compositor::{Pass, PassReport};
 use egui::{Align, ComboBox, Label, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
@@ -28,8 +28,8 @@ const CHOICES: [(Option<bool>, &str, &str); 3] = [
 pub struct EffectsPanel;
 
 impl EffectsPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let Some(relit) = sight.relit else {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let Some(relit) = context.relit else {
             ui.label(
                 RichText::new("The passes are listed once a picture has been made")
                     .color(theme::QUIET),
@@ -38,12 +38,12 @@ impl EffectsPanel {
         };
         // The bar to scroll by covers nothing.
         ui.set_max_width(ui.available_width() - GAP);
-        forced_ui(ui, &sight.state.look.effects, out);
+        forced_ui(ui, &context.state.look.effects, out);
         ui.spacing_mut().interact_size.y = LINE;
         ui.spacing_mut().item_spacing.y = 2.0;
         for report in &relit.passes {
             if let Some(pass) = Pass::ALL.into_iter().find(|p| p.name() == report.name) {
-                pass_ui(ui, pass, report, &sight.state.look.effects, out);
+                pass_ui(ui, pass, report, &context.state.look.effects, out);
             }
         }
     }
@@ -64,10 +64,10 @@ fn forced_ui(ui: &mut Ui, effects: &Effects, out: &mut Vec<Command>) {
                 .on_hover_text("Every pass as the scene calls for")
                 .clicked()
             {
-                out.push(Command::Effects(Effects {
+                out.push(Command::Look(LookCommand::Effects(Effects {
                     forced: Forced::default(),
                     ..*effects
-                }));
+                })));
             }
         });
     });
@@ -127,10 +127,10 @@ fn switch_ui(ui: &mut Ui, pass: Pass, effects: &Effects, out: &mut Vec<Command>)
         .show_ui(ui, |ui| {
             for (run, _, means) in CHOICES {
                 if ui.selectable_label(run == now, means).clicked() && run != now {
-                    out.push(Command::Effects(Effects {
+                    out.push(Command::Look(LookCommand::Effects(Effects {
                         forced: effects.forced.with(pass, run),
                         ..*effects
-                    }));
+                    })));
                 }
             }
         });

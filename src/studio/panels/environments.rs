@@ -1,9 +1,10 @@
 //! The list of environments: the shoot's, those that are built in, and what was added.
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, LookCommand};
+use crate::environment_library::{EnvironmentEntry, PanoramaState};
+use crate::environment_list::Owner;
 use crate::icons;
-use crate::listed::Owner;
-use crate::panel::{Entry, Reading, Sight};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Color32, Pos2, Rect, Response, RichText, Sense, Ui, Vec2, pos2, vec2};
 
@@ -15,7 +16,7 @@ const REMOVE: f32 = 20.0;
 pub struct EnvironmentsPanel;
 
 impl EnvironmentsPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.add_space(GAP);
         ui.horizontal(|ui| {
             ui.strong("Environments");
@@ -24,11 +25,11 @@ impl EnvironmentsPanel {
                     .on_hover_text("Add panoramas: EXR, HDR, or pictures of 8 or 16 bits; they can be dropped anywhere")
                     .clicked()
                 {
-                    out.push(Command::ChooseEnvironments);
+                    out.push(Command::Dialog(Dialog::Environments));
                 }
             });
         });
-        if sight.environments.is_empty() {
+        if context.environments.is_empty() {
             ui.label(
                 RichText::new("None yet. Add lat-long panoramas, or drop them here.")
                     .color(theme::QUIET),
@@ -38,16 +39,16 @@ impl EnvironmentsPanel {
             .auto_shrink(false)
             .show(ui, |ui| {
                 ui.spacing_mut().item_spacing.y = 2.0;
-                for (i, entry) in sight.environments.iter().enumerate() {
-                    let chosen = i == sight.state.look.environment;
-                    let row = row_ui(ui, entry, sight, chosen);
+                for (i, entry) in context.environments.iter().enumerate() {
+                    let chosen = i == context.state.look.environment;
+                    let row = row_ui(ui, entry, context, chosen);
                     if chosen
                         && entry.listed.owner == Owner::Person
                         && remove_ui(ui, entry, row.rect)
                     {
-                        out.push(Command::RemoveEnvironment(i));
+                        out.push(Command::Look(LookCommand::RemoveEnvironment(i)));
                     } else if row.clicked() && !chosen {
-                        out.push(Command::Environment(i));
+                        out.push(Command::Look(LookCommand::Environment(i)));
                     }
                 }
             });
@@ -55,11 +56,11 @@ impl EnvironmentsPanel {
 }
 
 /// One environment of the list.
-fn row_ui(ui: &mut Ui, entry: &Entry, sight: &Sight, chosen: bool) -> Response {
+fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen: bool) -> Response {
     let size = vec2(ui.available_width(), 46.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, sight.title(entry))
+        egui::WidgetInfo::selected(egui::Role::Button, true, chosen, context.title(entry))
     });
     let fill = match (chosen, response.hovered()) {
         (true, _) => Color32::from_gray(68),
@@ -76,7 +77,7 @@ fn row_ui(ui: &mut Ui, entry: &Entry, sight: &Sight, chosen: bool) -> Response {
     }
     let picture = Rect::from_min_size(rect.min + vec2(8.0, 5.0), vec2(72.0, 36.0));
     ui.painter().rect_filled(picture, 0.0, theme::WELL);
-    let yaw_deg = sight.state.look.yaw_deg;
+    let yaw_deg = context.state.look.yaw_deg;
     panorama_ui(ui, entry, picture, entry.listed.front().turned(yaw_deg));
     let removable = chosen && entry.listed.owner == Owner::Person;
     let text = Rect::from_min_max(
@@ -84,13 +85,15 @@ fn row_ui(ui: &mut Ui, entry: &Entry, sight: &Sight, chosen: bool) -> Response {
         rect.max - vec2(if removable { REMOVE } else { GAP }, 0.0),
     );
     let state = match &entry.panorama {
-        Reading::Waiting => Some(["", "reading"]),
-        Reading::Failed(_) => Some([icons::WARNING, "unreadable"]),
-        Reading::Done { .. } if entry.listed.asks() => Some([icons::FRONT, "front?"]),
-        Reading::Done { panorama, .. } if !panorama.notes.is_empty() => Some(["", "see the notes"]),
+        PanoramaState::Waiting => Some(["", "reading"]),
+        PanoramaState::Failed(_) => Some([icons::WARNING, "unreadable"]),
+        PanoramaState::Done { .. } if entry.listed.asks() => Some([icons::FRONT, "front?"]),
+        PanoramaState::Done { panorama, .. } if !panorama.notes.is_empty() => {
+            Some(["", "see the notes"])
+        }
         // Which of two that have the same name.
-        Reading::Done { .. } => (entry.listed)
-            .is_ambiguous(&sight.state.look.environments)
+        PanoramaState::Done { .. } => (entry.listed)
+            .is_ambiguous(&context.state.look.environments)
             .then(|| ["", entry.listed.owner.says()]),
     };
     let color = if chosen { Color32::WHITE } else { theme::TEXT };
@@ -116,8 +119,8 @@ fn row_ui(ui: &mut Ui, entry: &Entry, sight: &Sight, chosen: bool) -> Response {
         ui.painter().galley(below, state, theme::QUIET);
     }
     match &entry.panorama {
-        Reading::Failed(sentence) => response.on_hover_text(sentence),
-        Reading::Done { panorama, .. } => {
+        PanoramaState::Failed(sentence) => response.on_hover_text(sentence),
+        PanoramaState::Done { panorama, .. } => {
             let (width, height) = panorama.environment.radiance.size();
             let (from, whose) = (&entry.listed.origin, entry.listed.owner.says());
             let mut hint = format!("{from}\n{whose}, {width} × {height} texels");
@@ -126,12 +129,12 @@ fn row_ui(ui: &mut Ui, entry: &Entry, sight: &Sight, chosen: bool) -> Response {
             }
             response.on_hover_text(hint)
         }
-        Reading::Waiting => response,
+        PanoramaState::Waiting => response,
     }
 }
 
 /// The button in a row that takes its entry out of the list; tells whether it was clicked.
-fn remove_ui(ui: &Ui, entry: &Entry, row: Rect) -> bool {
+fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
     let name = format!("Remove {}", entry.listed.name);
     let place = Rect::from_min_size(row.right_top() - vec2(REMOVE, 0.0), Vec2::splat(REMOVE));
     let response = ui.interact(place, ui.scope_id().with(&name), Sense::click());
@@ -155,8 +158,8 @@ fn remove_ui(ui: &Ui, entry: &Entry, row: Rect) -> bool {
 }
 
 /// The panorama turned by `yaw_deg`: its content moves to the right.
-pub(super) fn panorama_ui(ui: &Ui, entry: &Entry, rect: Rect, yaw_deg: f32) {
-    if let Reading::Done { thumbnail, .. } = &entry.panorama {
+pub(super) fn panorama_ui(ui: &Ui, entry: &EnvironmentEntry, rect: Rect, yaw_deg: f32) {
+    if let PanoramaState::Done { thumbnail, .. } = &entry.panorama {
         let from = -yaw_deg / 360.0;
         let part = Rect::from_min_max(Pos2::new(from, 0.0), Pos2::new(from + 1.0, 1.0));
         ui.painter()

@@ -3,8 +3,8 @@
 use super::panorama::{place, share};
 use super::rows::choice_ui;
 use super::sphere::{MARK_RADIUS, Mark, clicked, in_order, mark_ui};
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{Command, LookCommand};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Button, Pos2, Rect, Response, RichText, Ui, vec2};
 use glam::Quat;
@@ -28,14 +28,14 @@ fn choices() -> Vec<(Front, String)> {
 /// does one on any other place: that is the front.
 pub fn marks_ui(
     ui: &Ui,
-    sight: &Sight,
+    context: &PanelContext,
     rect: Rect,
     response: &Response,
     turn: Quat,
     out: &mut Vec<Command>,
 ) {
     let choices = choices();
-    let now = sight.state.look.front();
+    let now = context.state.look.front();
     let marks: Vec<Mark> = (choices.iter().enumerate())
         .map(|(i, (front, _))| Mark {
             number: i + 1,
@@ -62,11 +62,14 @@ pub fn marks_ui(
         }
         _ => return,
     };
-    out.push(Command::Front(sight.state.look.environment, Some(answer)));
+    out.push(Command::Look(LookCommand::Front(
+        context.state.look.environment,
+        Some(answer),
+    )));
 }
 
 /// The question with a button for each choice.
-pub fn question_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+pub fn question_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.add_space(GAP / 2.0);
     ui.label(RichText::new("Which way is front in this file?").color(theme::ACCENT));
     let hint = "Choose the program that it was made for, or click on the panorama where front is.";
@@ -75,17 +78,20 @@ pub fn question_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         let text = format!("{}   {names}", i + 1);
         let button = Button::new(text)
             .min_size(vec2(ui.available_width(), 24.0))
-            .selected(front == sight.state.look.front());
+            .selected(front == context.state.look.front());
         if ui.add(button).clicked() {
-            out.push(Command::Front(sight.state.look.environment, Some(front)));
+            out.push(Command::Look(LookCommand::Front(
+                context.state.look.environment,
+                Some(front),
+            )));
         }
     }
     ui.add_space(GAP / 2.0);
 }
 
 /// The answer as a row of a grid; tells whether the person wants to be asked again.
-pub fn answer_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
-    let look = &sight.state.look;
+pub fn answer_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
+    let look = &context.state.look;
     let now = look.front();
     let choices = choices();
     let pointed = format!("{:.1}° from the middle", -now.yaw_deg());
@@ -102,7 +108,10 @@ pub fn answer_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
         "Which way is front in the file: the program that it was made for. It is kept in the project.",
     );
     if let Some(front) = wanted.filter(|front| *front != now) {
-        out.push(Command::Front(look.environment, Some(front)));
+        out.push(Command::Look(LookCommand::Front(
+            look.environment,
+            Some(front),
+        )));
     }
     wanted.is_none()
 }

@@ -1,14 +1,14 @@
 //! The line of the job that runs beside the picture, and what it said when it was over.
 
-use crate::command::Command;
+use crate::command::{Command, JobCommand, WindowCommand};
 use crate::icons;
 use crate::layout::Pane;
-use crate::news::Work;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
+use crate::status::RunningJob;
 use crate::theme::{self, GAP};
 use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense, Ui, vec2};
 use std::time::{Duration, Instant};
-use worker::Standing;
+use worker::ExportStatus;
 
 /// Widths in points, so that nothing moves as figures change: "Stopping", "100 %", "99 h 59 min left".
 const BUTTON_WIDTH: f32 = 100.0;
@@ -24,23 +24,23 @@ pub struct JobPanel;
 impl JobPanel {
     /// Whether there is anything to show: where relit pictures cannot be made, the viewport shows it, and
     /// what is exported stands in the line of exports.
-    pub fn is_needed(sight: &Sight) -> bool {
-        let viewport = sight.shown.contains(&Pane::Picture) && !sight.is_live();
-        let said = sight.news.said.as_deref();
-        let line = sight.shown.contains(&Pane::Export)
-            && sight.exports.iter().any(|export| match &export.standing {
-                Standing::Waiting => false,
-                Standing::Running => true,
-                over => sight.news.work.is_none() && over.sentence() == said,
+    pub fn is_needed(context: &PanelContext) -> bool {
+        let viewport = context.shown.contains(&Pane::Picture) && !context.is_live();
+        let said = context.status.message.as_deref();
+        let line = context.shown.contains(&Pane::Export)
+            && context.exports.iter().any(|export| match &export.status {
+                ExportStatus::Waiting => false,
+                ExportStatus::Running => true,
+                over => context.status.job.is_none() && over.sentence() == said,
             });
-        let elsewhere = viewport || line || sight.job_has_pane();
-        !elsewhere && (sight.news.work.is_some() || sight.news.said.is_some())
+        let elsewhere = viewport || line || context.job_has_pane();
+        !elsewhere && (context.status.job.is_some() || context.status.message.is_some())
     }
 
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        match (&sight.news.work, &sight.news.said) {
-            (Some(work), said) => {
-                ui.horizontal(|ui| work_ui(ui, work, said.as_deref(), out));
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        match (&context.status.job, &context.status.message) {
+            (Some(job), said) => {
+                ui.horizontal(|ui| job_ui(ui, job, said.as_deref(), out));
             }
             (None, Some(said)) => said_ui(ui, said, out),
             (None, None) => {}
@@ -48,28 +48,28 @@ impl JobPanel {
     }
 }
 
-fn work_ui(ui: &mut Ui, work: &Work, said: Option<&str>, out: &mut Vec<Command>) {
-    ui.label(capitalized(work.what));
-    share_ui(ui, work);
+fn job_ui(ui: &mut Ui, job: &RunningJob, said: Option<&str>, out: &mut Vec<Command>) {
+    ui.label(capitalized(job.what));
+    share_ui(ui, job);
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        buttons_ui(ui, work, out);
+        buttons_ui(ui, job, out);
         ui.allocate_ui_with_layout(
             vec2(LEFT_WIDTH, HEIGHT),
             Layout::right_to_left(Align::Center),
             |ui| {
                 ui.set_min_width(LEFT_WIDTH);
-                ui.label(RichText::new(state(work)).color(theme::QUIET));
+                ui.label(RichText::new(state(job)).color(theme::QUIET));
             },
         );
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-            let note = match &work.held {
+            let note = match &job.held {
                 Some(held) => held,
-                None if work.note.is_empty() => work.stage,
-                None => &work.note,
+                None if job.note.is_empty() => job.stage,
+                None => &job.note,
             };
             let note = Label::new(RichText::new(note).color(theme::QUIET)).truncate();
             let response = ui.add(note);
-            if let Some(said) = work.held.as_deref().or(said) {
+            if let Some(said) = job.held.as_deref().or(said) {
                 response.on_hover_text(said);
             }
         });
@@ -77,69 +77,69 @@ fn work_ui(ui: &mut Ui, work: &Work, said: Option<&str>, out: &mut Vec<Command>)
 }
 
 /// The finished share, as a bar with its number.
-fn share_ui(ui: &mut Ui, work: &Work) {
+fn share_ui(ui: &mut Ui, job: &RunningJob) {
     let (rect, response) = ui.allocate_exact_size(vec2(SHARE_WIDTH, HEIGHT), Sense::hover());
-    let text = format!("{:.0} %", work.share * 100.0);
+    let text = format!("{:.0} %", job.share * 100.0);
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, &text));
     let bar = rect.shrink2(vec2(0.0, 3.0));
-    let fill = if work.is_paused() {
+    let fill = if job.is_paused() {
         Color32::from_gray(92)
     } else {
         theme::ACCENT_DIM
     };
-    let done = Rect::from_min_size(bar.min, vec2(bar.width() * work.share, bar.height()));
+    let done = Rect::from_min_size(bar.min, vec2(bar.width() * job.share, bar.height()));
     ui.painter().rect_filled(bar, 2.0, theme::WELL);
     ui.painter().rect_filled(done, 2.0, fill);
     let font = egui::FontId::proportional(13.0);
     ui.painter()
         .text(bar.center(), Align2::CENTER_CENTER, text, font, theme::TEXT);
-    response.on_hover_text(work.stage);
+    response.on_hover_text(job.stage);
 }
 
 /// Pause and stop, in a place of fixed width.
-pub fn buttons_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
+pub fn buttons_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     let place = vec2(2.0 * BUTTON_WIDTH + GAP, HEIGHT);
     ui.allocate_ui_with_layout(place, Layout::right_to_left(Align::Center), |ui| {
-        stop_ui(ui, work, out);
-        pause_ui(ui, work, out);
+        stop_ui(ui, job, out);
+        pause_ui(ui, job, out);
     });
 }
 
-fn stop_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
+fn stop_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     let size = vec2(BUTTON_WIDTH, HEIGHT);
-    let name = if work.stopping { "Stopping" } else { "Stop" };
+    let name = if job.stopping { "Stopping" } else { "Stop" };
     let stop = Button::new((icons::STOP, name)).min_size(size);
-    if icons::named_ui(ui, !work.stopping, stop, name)
+    if icons::named_ui(ui, !job.stopping, stop, name)
         .on_hover_text(
             "Stops after the step in hand. What is finished is kept: training goes on from its \
              checkpoint when it is started again.",
         )
         .clicked()
     {
-        out.push(Command::StopJob);
+        out.push(Command::Job(JobCommand::Stop));
     }
 }
 
 /// The icon and the name of the button that holds a job, or lets it go on.
-pub fn pause_name(work: &Work) -> (&'static str, &'static str) {
-    match work.is_paused() {
+pub fn pause_name(job: &RunningJob) -> (&'static str, &'static str) {
+    match job.is_paused() {
         true => (icons::PLAY, "Go on"),
         false => (icons::PAUSE, "Pause"),
     }
 }
 
-fn pause_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
+fn pause_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     let size = vec2(BUTTON_WIDTH, HEIGHT);
-    let (icon, name) = pause_name(work);
+    let (icon, name) = pause_name(job);
     let pause = Button::new((icon, name)).min_size(size);
-    if icons::named_ui(ui, !work.stopping, pause, name)
+    if icons::named_ui(ui, !job.stopping, pause, name)
         .on_hover_text(
             "Waits after the step in hand, which leaves the device to the picture. Training saves its \
              checkpoint first. Key: P",
         )
         .clicked()
     {
-        out.push(Command::PauseJob);
+        out.push(Command::Job(JobCommand::Pause));
     }
 }
 
@@ -155,20 +155,20 @@ fn said_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
         });
         let close = Button::new("Close").min_size(vec2(BUTTON_WIDTH, HEIGHT));
         if ui.add(close).clicked() {
-            out.push(Command::DismissReport);
+            out.push(Command::Window(WindowCommand::DismissMessage));
         }
     });
 }
 
 /// Whether it waits, or how long it will take.
-pub fn state(work: &Work) -> String {
-    if work.stopping {
+pub fn state(job: &RunningJob) -> String {
+    if job.stopping {
         return "stopping".to_owned();
     }
-    if work.is_paused() {
+    if job.is_paused() {
         return "paused".to_owned();
     }
-    work.left(Instant::now()).map_or(String::new(), remaining)
+    job.left(Instant::now()).map_or(String::new(), remaining)
 }
 
 fn remaining(left: Duration) -> String {

@@ -5,11 +5,12 @@ use super::number_ui;
 use super::panorama::Preview;
 use super::rows::{FIELD, Row, choice_ui};
 use super::timeline::diamond;
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
+use crate::environment_library::EnvironmentEntry;
+use crate::environment_list::ListedEnvironment;
 use crate::icons;
-use crate::listed::Listed;
-use crate::panel::{Entry, Sight};
-use crate::state::Keyed;
+use crate::keyframed::Keyframed;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{DragValue, Grid, Rect, RichText, Sense, Ui, vec2};
 use light::conventions::Tool;
@@ -26,26 +27,26 @@ pub struct LightPanel {
 }
 
 impl LightPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let listed = sight.environment().map(|entry| &entry.listed);
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let listed = context.environment().map(|entry| &entry.listed);
         let again = listed.is_some_and(|listed| self.asked.as_ref() == Some(&listed.origin));
-        let asked = again || listed.is_some_and(Listed::asks);
+        let asked = again || listed.is_some_and(ListedEnvironment::asks);
         let before = out.len();
-        self.preview.ui(ui, sight, asked, out);
+        self.preview.ui(ui, context, asked, out);
         if asked {
-            front::question_ui(ui, sight, out);
+            front::question_ui(ui, context, out);
         }
         ui.add_space(GAP);
-        if turn_ui(ui, sight, out) {
+        if turn_ui(ui, context, out) {
             self.asked = listed.map(|listed| listed.origin.clone());
         }
         if out[before..]
             .iter()
-            .any(|c| matches!(c, Command::Front(..)))
+            .any(|c| matches!(c, Command::Look(LookCommand::Front(..))))
         {
             self.asked = None;
         }
-        placed_ui(ui, &sight.state.look.lighting, out);
+        placed_ui(ui, &context.state.look.lighting, out);
     }
 }
 
@@ -107,16 +108,16 @@ const ROWS: [Row<Lighting>; 6] = [
 ];
 
 /// The environment's numbers; tells whether the person wants to say anew which way is front.
-fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
-    let look = &sight.state.look;
+fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
+    let look = &context.state.look;
     let mut asks = false;
     Grid::new("light")
         .num_columns(2)
         .min_col_width(96.0)
         .show(ui, |ui| {
-            let is_file = |entry: &Entry| matches!(entry.listed.origin, Origin::File(_));
-            if sight.environment().is_some_and(is_file) {
-                asks = front::answer_ui(ui, sight, out);
+            let is_file = |entry: &EnvironmentEntry| matches!(entry.listed.origin, Origin::File(_));
+            if context.environment().is_some_and(is_file) {
+                asks = front::answer_ui(ui, context, out);
                 ui.end_row();
             }
             let mut yaw = look.yaw_deg;
@@ -124,23 +125,24 @@ fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
                 .speed(0.5)
                 .fixed_decimals(1)
                 .suffix("°");
-            let field = number_ui(ui, "Yaw", field, FIELD, out, || Command::Yaw(0.0));
+            let field = number_ui(ui, "Yaw", field, FIELD, out, || {
+                Command::Look(LookCommand::Yaw(0.0))
+            });
             if yaw != look.yaw_deg {
-                out.push(Command::Yaw(yaw));
+                out.push(Command::Look(LookCommand::Yaw(yaw)));
             }
-            key_ui(ui, sight, Keyed::Yaw, field.rect, out);
+            key_ui(ui, context, Keyframed::Yaw, field.rect, out);
             ui.end_row();
-            let command = |lighting| Command::Lighting(Box::new(lighting));
+            let command = |lighting| Command::Look(LookCommand::Lighting(Box::new(lighting)));
             for row in &ROWS {
                 let field = row.ui(ui, &look.lighting, out, command);
-                if row.name == Keyed::Intensity.name() {
-                    key_ui(ui, sight, Keyed::Intensity, field.rect, out);
+                if row.name == Keyframed::Intensity.name() {
+                    key_ui(ui, context, Keyframed::Intensity, field.rect, out);
                 }
                 ui.end_row();
             }
             let kinds = [
                 (Weighting::Fit, "best fit"),
-                (Weighting::Soft, "soft cells"),
                 (Weighting::Smooth, "smooth"),
                 (Weighting::Cells, "cells"),
             ];
@@ -156,12 +158,12 @@ fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
             }
             ui.end_row();
         });
-    for of in Keyed::ALL {
+    for of in Keyframed::ALL {
         if look.is_keyed(of) {
             let sentence = format!(
                 "{} has keys: a change sets one at frame {}.",
                 of.name(),
-                sight.state.frame
+                context.state.frame
             );
             ui.label(RichText::new(sentence).small().color(theme::QUIET));
         }
@@ -172,8 +174,8 @@ fn turn_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) -> bool {
 
 /// The diamond beside the field of what can have keys: filled where the shown frame has one. A click sets it
 /// or takes it away.
-fn key_ui(ui: &Ui, sight: &Sight, of: Keyed, field: Rect, out: &mut Vec<Command>) {
-    let (look, frame) = (&sight.state.look, sight.state.frame);
+fn key_ui(ui: &Ui, context: &PanelContext, of: Keyframed, field: Rect, out: &mut Vec<Command>) {
+    let (look, frame) = (&context.state.look, context.state.frame);
     let is_here = look.key_at(of, frame).is_some();
     let corner = field.right_top() + vec2(GAP, 0.0);
     let rect = Rect::from_min_size(corner, vec2(20.0, field.height()));
@@ -187,8 +189,8 @@ fn key_ui(ui: &Ui, sight: &Sight, of: Keyed, field: Rect, out: &mut Vec<Command>
     };
     diamond(ui.painter(), rect.center(), is_here, color);
     let key = match of {
-        Keyed::Yaw => "K",
-        Keyed::Intensity => "Shift+K",
+        Keyframed::Yaw => "K",
+        Keyframed::Intensity => "Shift+K",
     };
     let does = if is_here {
         "Takes the key at this frame away"
@@ -199,7 +201,7 @@ fn key_ui(ui: &Ui, sight: &Sight, of: Keyed, field: Rect, out: &mut Vec<Command>
         .on_hover_text(format!("{does}. Key: {key}"))
         .clicked()
     {
-        out.push(Command::ToggleKey(of));
+        out.push(Command::Look(LookCommand::ToggleKey(of)));
     }
 }
 
@@ -313,6 +315,6 @@ fn placed_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
         wanted.placed.remove(removed);
     }
     if wanted != *lighting {
-        out.push(Command::Lighting(Box::new(wanted)));
+        out.push(Command::Look(LookCommand::Lighting(Box::new(wanted))));
     }
 }

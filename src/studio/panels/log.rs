@@ -1,9 +1,9 @@
 //! What happened: sentences of jobs and errors with their remedies, to read again and to copy.
 
-use crate::command::Command;
+use crate::command::{Command, WindowCommand};
 use crate::icons;
-use crate::news::Kind;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
+use crate::status::Severity;
 use crate::theme;
 use egui::{RichText, ScrollArea, Ui};
 
@@ -12,8 +12,8 @@ use egui::{RichText, ScrollArea, Ui};
 pub struct LogPanel;
 
 impl LogPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let lines = &sight.news.log;
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let lines = &context.status.log;
         if lines.is_empty() {
             ui.label(RichText::new("Nothing has happened yet").color(theme::QUIET));
             return;
@@ -24,7 +24,7 @@ impl LogPanel {
                 ui.ctx().copy_text(text.join("\n"));
             }
             if ui.button("Clear").clicked() {
-                out.push(Command::ClearLog);
+                out.push(Command::Window(WindowCommand::ClearLog));
             }
         });
         ScrollArea::vertical()
@@ -32,9 +32,9 @@ impl LogPanel {
             .stick_to_bottom(true)
             .show(ui, |ui| {
                 for line in lines {
-                    let (color, icon) = match line.kind {
-                        Kind::Said => (theme::TEXT, ""),
-                        Kind::Failed => (theme::ACCENT, icons::WARNING),
+                    let (color, icon) = match line.severity {
+                        Severity::Info => (theme::TEXT, ""),
+                        Severity::Error => (theme::ACCENT, icons::WARNING),
                     };
                     ui.horizontal_top(|ui| {
                         let quiet = RichText::new(&line.time).monospace().size(12.0);

@@ -42,9 +42,9 @@ pub use timeline::TimelinePanel;
 pub use training::TrainingPanel;
 pub use viewport::ViewportPanel;
 
-use super::command::Command;
+use super::command::{Command, WindowCommand};
 use super::icons;
-use super::news::Work;
+use super::status::RunningJob;
 use super::theme::{self, GAP};
 use egui::{Align, Layout, Rect, RichText, Ui, vec2};
 
@@ -68,7 +68,7 @@ fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
 }
 
 /// Why something could not be done, and the button that puts it away.
-fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
+pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         ui.label(
             RichText::new(icons::WARNING)
@@ -93,28 +93,28 @@ fn put_away_ui(ui: &mut Ui, out: &mut Vec<Command>) {
         .on_hover_text("Puts it away; it stays in the log. Key: Esc")
         .clicked()
     {
-        out.push(Command::DismissRefusal);
+        out.push(Command::Window(WindowCommand::DismissRefusal));
     }
 }
 
 /// A job in all of the room: what it does, how far it is, and the buttons that end it.
-fn work_ui(ui: &mut Ui, work: &Work, out: &mut Vec<Command>) {
-    ui.heading(job::capitalized(work.what));
+fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
+    ui.heading(job::capitalized(job.what));
     ui.add_space(GAP);
     ui.add(
-        egui::ProgressBar::new(work.share)
+        egui::ProgressBar::new(job.share)
             .desired_height(8.0)
             .fill(theme::ACCENT),
     );
-    let mut text = format!("{} {:.0} %", work.stage, work.share * 100.0);
-    let state = job::state(work);
+    let mut text = format!("{} {:.0} %", job.stage, job.share * 100.0);
+    let state = job::state(job);
     if !state.is_empty() {
         text += &format!(", {state}");
     }
     ui.label(text);
-    ui.label(&work.note);
+    ui.label(&job.note);
     ui.add_space(GAP);
-    job::buttons_ui(ui, work, out);
+    job::buttons_ui(ui, job, out);
 }
 
 /// A number to drag, type or reset by a double-click.

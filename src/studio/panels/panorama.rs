@@ -2,9 +2,10 @@
 
 use super::environments::panorama_ui;
 use super::front;
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
+use crate::environment_library::{EnvironmentEntry, PanoramaState};
 use crate::keys;
-use crate::panel::{Entry, Reading, Sight};
+use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{
     Color32, EventFilter, Key, Pos2, Rect, Sense, Stroke, TextureHandle, TextureOptions, Ui, Vec2,
@@ -35,8 +36,8 @@ struct Turned {
 impl Preview {
     /// Dragging the panorama turns it, dragging a light moves that. While the person is `asked` which way is
     /// front, a click answers.
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, asked: bool, out: &mut Vec<Command>) {
-        let look = &sight.state.look;
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, asked: bool, out: &mut Vec<Command>) {
+        let look = &context.state.look;
         let width = ui.available_width();
         let sense = if asked {
             Sense::click_and_drag()
@@ -49,13 +50,13 @@ impl Preview {
         let yaw_deg = look.front().turned(look.yaw_deg);
         let turn = look.lighting.turn(yaw_deg);
         let mut areas: &[Area] = &[];
-        if let Some(entry) = sight.environment() {
+        if let Some(entry) = context.environment() {
             if look.lighting.tilt() == Quat::IDENTITY {
                 panorama_ui(ui, entry, rect, yaw_deg);
             } else {
                 self.turned_ui(ui, entry, rect, turn);
             }
-            if let Reading::Done { panorama, .. } = &entry.panorama {
+            if let PanoramaState::Done { panorama, .. } = &entry.panorama {
                 areas = &panorama.areas;
             }
         }
@@ -67,11 +68,13 @@ impl Preview {
             .vline(rect.center().x, rect.bottom() - 8.0..=rect.bottom(), tick);
         if response.dragged() {
             // The content follows the hand.
-            out.push(Command::Turn(response.drag_delta().x / width * 360.0));
+            out.push(Command::Look(LookCommand::Turn(
+                response.drag_delta().x / width * 360.0,
+            )));
         }
-        areas_ui(ui, sight, rect, areas, turn);
+        areas_ui(ui, context, rect, areas, turn);
         if asked {
-            front::marks_ui(ui, sight, rect, &response, turn, out);
+            front::marks_ui(ui, context, rect, &response, turn, out);
         }
         response
             .on_hover_cursor(egui::CursorIcon::ResizeHorizontal)
@@ -82,14 +85,14 @@ impl Preview {
             if let Some(moved) = dot_ui(ui, rect, i, light) {
                 let mut lighting = look.lighting.clone();
                 lighting.placed[i] = moved;
-                out.push(Command::Lighting(Box::new(lighting)));
+                out.push(Command::Look(LookCommand::Lighting(Box::new(lighting))));
             }
         }
     }
 
     /// The panorama under any turn.
-    fn turned_ui(&mut self, ui: &Ui, entry: &Entry, rect: Rect, turn: Quat) {
-        let Reading::Done { panorama, .. } = &entry.panorama else {
+    fn turned_ui(&mut self, ui: &Ui, entry: &EnvironmentEntry, rect: Rect, turn: Quat) {
+        let PanoramaState::Done { panorama, .. } = &entry.panorama else {
             return;
         };
         let environment = &panorama.environment;
@@ -117,10 +120,10 @@ impl Preview {
 }
 
 /// The brightest areas where the turn brings them, with what each gives to which lamp.
-fn areas_ui(ui: &Ui, sight: &Sight, rect: Rect, areas: &[Area], turn: Quat) {
+fn areas_ui(ui: &Ui, context: &PanelContext, rect: Rect, areas: &[Area], turn: Quat) {
     for (rank, area) in areas.iter().enumerate() {
         let at = place(rect, turn * area.direction);
-        let rig = sight.relit.map(|relit| &relit.rig);
+        let rig = context.relit.map(|relit| &relit.rig);
         let lamp = rig.and_then(|rig| Some((rig, area.lamp(rig, turn)?)));
         let on = lamp.map_or(String::new(), |(rig, (lamp, off_deg))| {
             format!(", falls on {}, {off_deg:.0}° from it", rig.lamps[lamp].name)

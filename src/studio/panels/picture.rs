@@ -1,11 +1,11 @@
 //! The picture: exposure, what is behind the subject, the view transform, and the effects.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand};
 use crate::icons;
-use crate::panel::Sight;
+use crate::look::EXPOSURE_STOPS;
+use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::panels::rows::{FIELD, Row, choice_ui};
-use crate::state::EXPOSURE_STOPS;
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
 use scene::{Background, Channel, Effects, Inspection, STRENGTHS, Strength, ViewTransform};
@@ -15,15 +15,27 @@ use scene::{Background, Channel, Effects, Inspection, STRENGTHS, Strength, ViewT
 pub struct PicturePanel;
 
 impl PicturePanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.add_space(GAP);
         ui.horizontal(|ui| {
             ui.strong("Picture");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let (undo, redo) = (sight.state.can_undo(), sight.state.can_redo());
+                let (undo, redo) = (context.state.can_undo(), context.state.can_redo());
                 for (icon, name, can, key, command) in [
-                    (icons::REDO, "Redo", redo, "Ctrl+Shift+Z", Command::Redo),
-                    (icons::UNDO, "Undo", undo, "Ctrl+Z", Command::Undo),
+                    (
+                        icons::REDO,
+                        "Redo",
+                        redo,
+                        "Ctrl+Shift+Z",
+                        Command::Look(LookCommand::Redo),
+                    ),
+                    (
+                        icons::UNDO,
+                        "Undo",
+                        undo,
+                        "Ctrl+Z",
+                        Command::Look(LookCommand::Undo),
+                    ),
                 ] {
                     if icons::named_ui(ui, can, icons::alone(icon), name)
                         .on_hover_text(format!("{name}. Key: {key}"))
@@ -38,33 +50,35 @@ impl PicturePanel {
             .num_columns(2)
             .min_col_width(96.0)
             .show(ui, |ui| {
-                exposure_ui(ui, sight, out);
-                effects_ui(ui, sight, out);
+                exposure_ui(ui, context, out);
+                effects_ui(ui, context, out);
             });
     }
 }
 
-fn exposure_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let look = &sight.state.look;
+fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let look = &context.state.look;
     let mut stops = look.exposure_stops;
     let field = DragValue::new(&mut stops)
         .speed(0.02)
         .range(EXPOSURE_STOPS)
         .fixed_decimals(2)
         .suffix(" stops");
-    number_ui(ui, "Exposure", field, FIELD, out, || Command::Exposure(0.0));
+    number_ui(ui, "Exposure", field, FIELD, out, || {
+        Command::Look(LookCommand::Exposure(0.0))
+    });
     if stops != look.exposure_stops {
-        out.push(Command::Exposure(stops));
+        out.push(Command::Look(LookCommand::Exposure(stops)));
     }
     ui.end_row();
     ui.label("Background");
     let mut shown = look.background == Background::Environment;
     if ui.checkbox(&mut shown, "environment").changed() {
-        out.push(Command::Background(if shown {
+        out.push(Command::Look(LookCommand::Background(if shown {
             Background::Environment
         } else {
             Background::None
-        }));
+        })));
     }
     ui.end_row();
 }
@@ -93,8 +107,8 @@ pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::FalseColor, "false colour", ""),
 ];
 
-fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let effects = sight.state.look.effects;
+fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let effects = context.state.look.effects;
     let mut wanted = effects;
     let views = [
         (ViewTransform::Srgb, "sRGB"),
@@ -107,10 +121,12 @@ fn effects_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     choice_ui(ui, "Show", &shown, &mut wanted.inspection);
     ui.end_row();
     if wanted != effects {
-        out.push(Command::Effects(wanted));
+        out.push(Command::Look(LookCommand::Effects(wanted)));
     }
     for strength in STRENGTHS {
-        row(strength).ui(ui, &effects, out, Command::Effects);
+        row(strength).ui(ui, &effects, out, |wanted| {
+            Command::Look(LookCommand::Effects(wanted))
+        });
         ui.end_row();
     }
 }

@@ -1,12 +1,12 @@
 //! Histogram, waveform, and the pixel under the cursor: its values, and what each lamp gives to it.
 
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{Command, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use imaging::color::luminance;
 use std::sync::Arc;
-use worker::Relit;
+use worker::PreviewPicture;
 
 /// Columns of the waveform, and levels that it tells apart.
 const WAVEFORM: [usize; 2] = [128, 64];
@@ -19,15 +19,15 @@ const COLORS: [Color32; 3] = [
 /// The panel, with what it found in the newest picture.
 #[derive(Default)]
 pub struct ScopesPanel {
-    found: Option<(Arc<Relit>, Histogram, TextureHandle)>,
+    found: Option<(Arc<PreviewPicture>, Histogram, TextureHandle)>,
 }
 
 /// How many pixels have each code, per channel.
 type Histogram = [[u32; 256]; 3];
 
 impl ScopesPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let Some(relit) = sight.relit else {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let Some(relit) = context.relit else {
             ui.label(RichText::new("There is no picture yet").color(theme::QUIET));
             return;
         };
@@ -51,7 +51,7 @@ impl ScopesPanel {
             ui.painter()
                 .image(waveform.id(), rect, whole, Color32::WHITE);
         }
-        pixel_ui(ui, sight, relit, out);
+        pixel_ui(ui, context, relit, out);
     }
 }
 
@@ -107,9 +107,9 @@ fn histogram_ui(ui: &mut Ui, histogram: &Histogram) {
     }
 }
 
-fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
+fn pixel_ui(ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, out: &mut Vec<Command>) {
     ui.add_space(GAP);
-    let Some([x, y]) = sight.state.probed else {
+    let Some([x, y]) = context.state.probed else {
         let hint = "Put the cursor on the picture to see a pixel";
         ui.label(RichText::new(hint).color(theme::QUIET));
         return;
@@ -130,13 +130,19 @@ fn pixel_ui(ui: &mut Ui, sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
     if let Some([r, g, b]) = linear {
         row(ui, "Linear", format!("{r:.4} {g:.4} {b:.4}"));
     }
-    if let Some(texel) = sight.texel {
-        lamps_ui(ui, texel, sight, relit, out);
+    if let Some(texel) = context.texel {
+        lamps_ui(ui, texel, context, relit, out);
     }
 }
 
 /// What each lamp gives to the pixel, as bars; a click shows the lamp alone.
-fn lamps_ui(ui: &mut Ui, texel: &[[f32; 3]], sight: &Sight, relit: &Relit, out: &mut Vec<Command>) {
+fn lamps_ui(
+    ui: &mut Ui,
+    texel: &[[f32; 3]],
+    context: &PanelContext,
+    relit: &PreviewPicture,
+    out: &mut Vec<Command>,
+) {
     let light: Vec<[f32; 3]> = texel
         .iter()
         .zip(&relit.weights)
@@ -157,7 +163,7 @@ fn lamps_ui(ui: &mut Ui, texel: &[[f32; 3]], sight: &Sight, relit: &Relit, out: 
             pos2(left, rect.bottom() - height),
             pos2(left + (step - 1.0).max(1.0), rect.bottom()),
         );
-        let chosen = sight.state.solo.contains(&lamp) || under == Some(lamp);
+        let chosen = context.state.solo.contains(&lamp) || under == Some(lamp);
         let color = if chosen { theme::ACCENT } else { theme::QUIET };
         ui.painter().rect_filled(bar, 0.0, color);
     }
@@ -165,9 +171,9 @@ fn lamps_ui(ui: &mut Ui, texel: &[[f32; 3]], sight: &Sight, relit: &Relit, out: 
         return;
     };
     if response.clicked() {
-        out.push(Command::Solo(Some(lamp)));
+        out.push(Command::View(ViewCommand::Solo(Some(lamp))));
     }
-    let names = sight.project.map(|project| &project.settings.shoot.lamps);
+    let names = context.project.map(|project| &project.settings.shoot.lamps);
     let name = names.and_then(|names| names.get(lamp));
     let share = luminance(light[lamp]) / light.iter().map(|&l| luminance(l)).sum::<f32>();
     response.on_hover_text(format!(

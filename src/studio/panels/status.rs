@@ -1,9 +1,9 @@
 //! The status line: where the network runs and why, what the picture took, which passes ran.
 
-use crate::command::Command;
+use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
-use crate::news::Phase;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
+use crate::status::Phase;
 use crate::theme::GAP;
 use egui::{RichText, Ui};
 
@@ -15,18 +15,18 @@ const FIGURE_WIDTH: f32 = 134.0;
 pub struct StatusPanel;
 
 impl StatusPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.horizontal_centered(|ui| {
             ui.spacing_mut().item_spacing.x = 2.0 * GAP;
             ui.spacing_mut().interact_size.y = 20.0;
-            ui.label(small(match &sight.news.phase {
-                _ if sight.news.work.is_some() && !sight.is_live() => "Working",
+            ui.label(small(match &context.status.phase {
+                _ if context.status.job.is_some() && !context.is_live() => "Working",
                 Phase::NoProject => "No project",
                 Phase::Opening => "Opening",
                 Phase::Blocked(_) => "Waiting for you",
                 Phase::Ready { device } => device,
             }));
-            if let Some(relit) = sight.relit {
+            if let Some(relit) = context.relit {
                 figure_ui(ui, &format!("predicted in {:.0} ms", relit.predict_ms));
                 figure_ui(ui, &format!("relit in {:.1} ms", relit.relight_ms));
                 let share = relit.uncovered * 100.0;
@@ -42,14 +42,14 @@ impl StatusPanel {
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if ui.button(small("Keys ?")).clicked() {
-                    out.push(Command::ToggleKeys);
+                    out.push(Command::Window(WindowCommand::ToggleKeys));
                 }
-                if let Some(relit) = sight.relit {
+                if let Some(relit) = context.relit {
                     let ran = relit.passes.iter().filter(|p| p.ran).count();
                     let text = format!("{ran} of {} passes ran", relit.passes.len());
                     let hint = "Which passes ran, which did not, and why";
                     if ui.button(small(&text)).on_hover_text(hint).clicked() {
-                        out.push(Command::Pane(Pane::Effects));
+                        out.push(Command::Window(WindowCommand::ShowPane(Pane::Effects)));
                     }
                 }
             });

@@ -1,9 +1,9 @@
 //! The workspaces, the panes that can be opened, and the arrangement.
 
-use crate::command::Command;
+use crate::command::{Command, WindowCommand};
 use crate::icons;
 use crate::layout::{Pane, Workspace};
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{Button, RichText, Role, Ui, WidgetInfo, vec2};
 
@@ -12,10 +12,10 @@ use egui::{Button, RichText, Role, Ui, WidgetInfo, vec2};
 pub struct TabsPanel;
 
 impl TabsPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ui.horizontal_centered(|ui| {
             for (i, workspace) in Workspace::ALL.into_iter().enumerate() {
-                let chosen = sight.state.workspace == workspace;
+                let chosen = context.state.workspace == workspace;
                 let name = workspace.name();
                 let tab = Button::selectable(chosen, name).min_size(vec2(84.0, 24.0));
                 let response = ui.add(tab);
@@ -25,30 +25,30 @@ impl TabsPanel {
                 });
                 let hint = format!("Key: Ctrl+{}", i + 1);
                 if response.on_hover_text(hint).clicked() {
-                    out.push(Command::Workspace(workspace));
+                    out.push(Command::Window(WindowCommand::Workspace(workspace)));
                 }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let menu = ui.menu_button((icons::PANELS, "Panels"), |ui| {
                     for pane in Pane::ALL {
-                        let shown = sight.shown.contains(&pane);
-                        let main = sight.state.workspace.main().contains(&pane);
+                        let shown = context.shown.contains(&pane);
+                        let main = context.state.workspace.main().contains(&pane);
                         let entry = Button::selectable(shown, pane.name());
                         if ui.add_enabled(!(main && shown), entry).clicked() {
                             out.push(if shown {
-                                Command::ClosePane(pane)
+                                Command::Window(WindowCommand::ClosePane(pane))
                             } else {
-                                Command::Pane(pane)
+                                Command::Window(WindowCommand::ShowPane(pane))
                             });
                         }
                     }
                     ui.separator();
                     if ui.button("Reset arrangement").clicked() {
-                        out.push(Command::ResetLayout);
+                        out.push(Command::Window(WindowCommand::ResetLayout));
                     }
                 });
                 (menu.response).widget_info(|| WidgetInfo::labeled(Role::Button, true, "Panels"));
-                if let Some(project) = sight.project {
+                if let Some(project) = context.project {
                     let name = RichText::new(&project.settings.name).color(theme::QUIET);
                     ui.label(name)
                         .on_hover_text(project.root.display().to_string());

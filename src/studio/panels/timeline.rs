@@ -1,9 +1,9 @@
 //! The scrub bar: which frame, whether it plays, and the keys of yaw and intensity.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand, ViewCommand};
 use crate::icons;
-use crate::panel::Sight;
-use crate::state::Keyed;
+use crate::keyframed::Keyframed;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Align2, Color32, Key, Modifiers, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 use light::keyframes::Interpolation;
@@ -14,12 +14,12 @@ const DIAMOND: f32 = 5.5;
 /// The key that is being dragged, and the frame that it is over.
 #[derive(Default)]
 pub struct TimelinePanel {
-    dragged: Option<(Keyed, usize, usize)>,
+    dragged: Option<(Keyframed, usize, usize)>,
 }
 
 impl TimelinePanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let state = sight.state;
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let state = context.state;
         ui.horizontal_centered(|ui| {
             let last = state.frames.saturating_sub(1);
             let (icon, name) = match state.playing {
@@ -34,15 +34,21 @@ impl TimelinePanel {
                         "Previous frame",
                         state.frame > 0,
                         "←",
-                        Command::StepFrame(-1),
+                        Command::View(ViewCommand::StepFrame(-1)),
                     ),
-                    (icon, name, state.frames > 1, "Space", Command::TogglePlay),
+                    (
+                        icon,
+                        name,
+                        state.frames > 1,
+                        "Space",
+                        Command::View(ViewCommand::TogglePlay),
+                    ),
                     (
                         icons::NEXT,
                         "Next frame",
                         state.frame < last,
                         "→",
-                        Command::StepFrame(1),
+                        Command::View(ViewCommand::StepFrame(1)),
                     ),
                 ] {
                     let hint = format!("{name}. Key: {key}");
@@ -59,19 +65,19 @@ impl TimelinePanel {
             let label = ui.label("Frame");
             let response = ui.add(field).labelled_by(label.id);
             if response.changed() {
-                out.push(Command::Frame(frame));
+                out.push(Command::View(ViewCommand::Frame(frame)));
             }
             let seconds = state.frame as f64 / state.frame_rate;
             ui.label(format!("of {last}"));
             ui.label(egui::RichText::new(format!("{seconds:.2} s")).color(theme::QUIET))
                 .on_hover_text(format!("{} frames a second", state.frame_rate));
-            self.bar_ui(ui, sight, out);
+            self.bar_ui(ui, context, out);
         });
     }
 
     /// The bar itself: frames at hand are marked, since they play without waiting.
-    fn bar_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let state = sight.state;
+    fn bar_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let state = context.state;
         let size = vec2(ui.available_width(), 28.0);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::slider(true, state.frame as f64, "Scrub bar"));
@@ -81,14 +87,14 @@ impl TimelinePanel {
         };
         let painter = ui.painter();
         painter.rect_filled(track.rect.shrink2(vec2(0.0, 9.0)), 2.0, theme::WELL);
-        let (first, last) = state.order.range(state.frames);
+        let (first, last) = state.export_options.range(state.frames);
         if (first, last) != (0, state.frames.saturating_sub(1)) {
             let range = track
                 .span(first, 9.0, 19.0)
                 .union(track.span(last, 9.0, 19.0));
             painter.rect_filled(range, 2.0, Color32::from_gray(72));
         }
-        for &frame in sight.relit.iter().flat_map(|relit| &relit.frames_at_hand) {
+        for &frame in context.relit.iter().flat_map(|relit| &relit.frames_at_hand) {
             painter.rect_filled(track.span(frame, 12.0, 16.0), 0.0, theme::ACCENT_DIM);
         }
         let head = track.span(state.frame, 4.0, 24.0);
@@ -110,11 +116,11 @@ impl TimelinePanel {
         if let Some(at) = response.interact_pointer_pos() {
             let frame = track.frame_at(at.x);
             if (response.clicked() || response.dragged()) && frame != state.frame {
-                out.push(Command::Frame(frame));
+                out.push(Command::View(ViewCommand::Frame(frame)));
             }
         }
-        for of in Keyed::ALL {
-            self.keys_ui(ui, sight, of, &track, out);
+        for of in Keyframed::ALL {
+            self.keys_ui(ui, context, of, &track, out);
         }
     }
 
@@ -122,15 +128,15 @@ impl TimelinePanel {
     fn keys_ui(
         &mut self,
         ui: &Ui,
-        sight: &Sight,
-        of: Keyed,
+        context: &PanelContext,
+        of: Keyframed,
         track: &Track,
         out: &mut Vec<Command>,
     ) {
-        let state = sight.state;
+        let state = context.state;
         let row = match of {
-            Keyed::Yaw => track.rect.top() + DIAMOND,
-            Keyed::Intensity => track.rect.bottom() - DIAMOND,
+            Keyframed::Yaw => track.rect.top() + DIAMOND,
+            Keyframed::Intensity => track.rect.bottom() - DIAMOND,
         };
         for (index, key) in state.look.keys(of).keys().iter().enumerate() {
             let frame = key.frame.round().max(0.0) as usize;
@@ -153,7 +159,7 @@ impl TimelinePanel {
             diamond(ui.painter(), at, true, color);
             if response.clicked() {
                 response.request_focus();
-                out.push(Command::Frame(frame));
+                out.push(Command::View(ViewCommand::Frame(frame)));
             }
             if let Some(to) = response
                 .interact_pointer_pos()
@@ -166,13 +172,13 @@ impl TimelinePanel {
                 && to != frame
             {
                 let frame = to;
-                out.push(Command::MoveKey { of, index, frame });
+                out.push(Command::Look(LookCommand::MoveKey { of, index, frame }));
             }
             let delete = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
             if response.has_focus() && (delete(Key::Delete) || delete(Key::Backspace)) {
-                out.push(Command::RemoveKey { of, index });
+                out.push(Command::Look(LookCommand::RemoveKey { of, index }));
             }
-            response.context_menu(|ui| menu_ui(ui, sight, of, index, out));
+            response.context_menu(|ui| menu_ui(ui, context, of, index, out));
             response.on_hover_text(format!(
                 "{name}: {:.2}. Click to go there, drag to move it, Delete takes it away",
                 key.value
@@ -182,19 +188,25 @@ impl TimelinePanel {
 }
 
 /// What can be done to a key and to its row.
-fn menu_ui(ui: &mut Ui, sight: &Sight, of: Keyed, index: usize, out: &mut Vec<Command>) {
+fn menu_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    of: Keyframed,
+    index: usize,
+    out: &mut Vec<Command>,
+) {
     if ui.button("Remove the key").clicked() {
-        out.push(Command::RemoveKey { of, index });
+        out.push(Command::Look(LookCommand::RemoveKey { of, index }));
         ui.close();
     }
-    let now = sight.state.look.keys(of).interpolation;
+    let now = context.state.look.keys(of).interpolation;
     for (kind, name) in [
         (Interpolation::Smooth, "smoothly"),
         (Interpolation::Linear, "evenly, with corners"),
     ] {
         let text = format!("{} goes {name}", of.name());
         if ui.radio(kind == now, text).clicked() {
-            out.push(Command::Interpolate(of, kind));
+            out.push(Command::Look(LookCommand::Interpolate(of, kind)));
             ui.close();
         }
     }

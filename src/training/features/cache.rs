@@ -5,8 +5,8 @@ use crate::schedule::SampleSource;
 use burn::tensor::Tensor;
 use std::collections::HashMap;
 
-/// Features take no more memory than this; what does not fit is computed each time.
-const MOST_BYTES: usize = 1 << 30;
+/// Most bytes that the cache takes; features that do not fit are computed each time.
+const MAX_BYTES: usize = 1 << 30;
 
 /// A true picture that does not change over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -23,7 +23,7 @@ pub enum PictureKind {
     Olat(usize),
 }
 
-/// The layers of pictures that were met before, `[1, channels, h, w]` each.
+/// The layers of pictures that were compared before, `[1, channels, h, w]` each.
 #[derive(Default)]
 pub struct FeatureCache {
     kept: HashMap<PictureId, Vec<Tensor<4>>>,
@@ -75,7 +75,7 @@ impl FeatureCache {
                 .iter()
                 .map(|l| 4 * l.shape().num_elements())
                 .sum::<usize>();
-            if self.bytes + bytes > MOST_BYTES {
+            if self.bytes + bytes > MAX_BYTES {
                 return;
             }
             self.bytes += bytes;

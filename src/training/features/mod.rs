@@ -1,4 +1,4 @@
-//! Perceptual features: pictures compared by what a network trained to see makes of them, with weights
+//! Perceptual features: pictures compared by the layers of a network for recognising pictures, with weights
 //! from a file.
 
 mod cache;
@@ -20,15 +20,15 @@ use reflectance::render::encoded_white;
 use std::path::Path;
 
 /// Pixels whose gradients are computed at once: four pictures of 128 × 128, for which VGG-16 holds about
-/// 80 MB. A larger picture comes alone.
+/// 80 MB. A larger picture is computed alone.
 const PIXELS_AT_ONCE: usize = 1 << 16;
 
-/// What a file's network sees in pictures.
+/// The features of a network from a file.
 pub struct Features {
     architecture: Architecture,
     network: FeatureNetwork,
     /// The inverse of each layer's root mean square over a fixed picture. The layers' levels differ by up
-    /// to fifty; by these each counts alike.
+    /// to fifty; with these they count alike.
     gains: Vec<f32>,
     known: FeatureCache,
 }
@@ -58,8 +58,8 @@ impl Features {
     }
 
     /// Mean distance between encoded pictures `[n, 3, h, w]` and true ones, where `mask`,
-    /// `[1, 1, h, w]`, is not 0; h and w are at least 3. True pictures that have `names` are the same
-    /// whenever these are given, mask included.
+    /// `[1, 1, h, w]`, is not 0; h and w are at least 3. True pictures with the same name must be the
+    /// same each time, and so must their masks.
     ///
     /// A layer counts by √(Σ (mask · difference)² / values + ε²), where `values` is the subject's share
     /// of the layer's values, in units of the layer's level; the distance is the mean over layers.
@@ -99,7 +99,7 @@ impl Features {
             slopes.push(slope.unwrap_or_else(|| x.clone().inner().zeros_like()));
         }
         if !slopes.is_empty() {
-            // Its value is known and its gradient too: what lay between is not held for all pictures.
+            // Value and gradient are known, so the layers between need not be kept for all pictures.
             let tangent = (predicted * Tensor::from_inner(Tensor::cat(slopes, 0))).sum();
             distance = distance + (tangent.clone() - tangent.detach());
         }
@@ -129,7 +129,7 @@ impl Features {
     }
 }
 
-/// Some pictures `[n, c, h, w]` of more.
+/// The pictures at the indices `which` of `[n, c, h, w]`.
 pub fn rows(x: Tensor<4>, which: &[usize]) -> Tensor<4> {
     let which: Vec<i64> = which.iter().map(|i| *i as i64).collect();
     let device = x.device().without_autodiff();
@@ -137,7 +137,7 @@ pub fn rows(x: Tensor<4>, which: &[usize]) -> Tensor<4> {
     x.select(0, Tensor::from_data(which, &device))
 }
 
-/// A picture of waves of one to 32 periods, with the spectrum of natural ones: `[1, 3, 64, 64]`.
+/// A test picture of waves of 1 to 32 periods, with the spectrum of natural pictures: `[1, 3, 64, 64]`.
 fn reference(device: &Device) -> Tensor<4> {
     const SIZE: usize = 64;
     let place = |i: usize| (i as f32 + 0.5) / SIZE as f32;

@@ -1,4 +1,4 @@
-//! The networks whose features are compared, as far as they are needed, with frozen weights.
+//! The networks whose features are compared, up to the last layer that is needed, with frozen weights.
 
 use super::weights::WeightFile;
 use base::error::Result;
@@ -9,15 +9,15 @@ use burn::nn::pool::{MaxPool2d, MaxPool2dConfig};
 use burn::tensor::{Device, Tensor, activation};
 use reflectance::kernels::{self, Activation, Precision};
 
-/// Mean and standard deviation of ImageNet's pictures, which torchvision's networks expect taken out.
+/// Mean and standard deviation of ImageNet's pictures, which torchvision's networks expect to be removed.
 const MEAN: [f32; 3] = [0.485, 0.456, 0.406];
 const DEVIATION: [f32; 3] = [0.229, 0.224, 0.225];
 
 const RELU: Activation = Activation::LeakyRelu(0.0);
-/// Differences of features are far above what this leaves out.
+/// Its error is far below the differences between features.
 const PRECISION: Precision = Precision::Split;
 
-/// A network known by its tensors.
+/// A network that is recognised by its tensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Architecture {
     Vgg16,
@@ -29,7 +29,7 @@ impl Architecture {
     /// The network that `file` holds.
     ///
     /// # Errors
-    /// When it is none of these.
+    /// When it holds none of these networks.
     pub fn of(file: &WeightFile) -> Result<Self> {
         // Where the others have their third pooling, VGG-19 has its eighth convolution.
         let known = [
@@ -56,7 +56,7 @@ impl Architecture {
 /// A network cut behind the last layer that is compared.
 #[derive(Module, Debug)]
 pub struct FeatureNetwork {
-    /// What each stage ends with is compared.
+    /// The last layer of each stage is compared.
     stages: Vec<Vec<Layer>>,
 }
 
@@ -75,7 +75,7 @@ pub enum Layer {
     Pool(MaxPool2d),
 }
 
-/// SqueezeNet's module: few channels, from which 1×1 and 3×3 convolutions make many.
+/// SqueezeNet's fire module: few channels, expanded by 1×1 and 3×3 convolutions.
 #[derive(Module, Debug)]
 pub struct Fire {
     squeeze: Conv2d,

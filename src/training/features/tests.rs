@@ -1,4 +1,4 @@
-//! The networks against PyTorch, the distance against its definition, and files that are none.
+//! The networks against PyTorch, the distance against its definition, and invalid files.
 
 use super::*;
 use burn::optim::GradientsParams;
@@ -297,8 +297,7 @@ fn the_gradient_is_that_of_finite_differences() {
     );
 }
 
-/// Pictures in one batch have the layers that they have alone, to the bit: whether they are remembered
-/// cannot change a run.
+/// Pictures in one batch have the same layers as alone, bit for bit, so that the cache cannot change a run.
 #[test]
 fn remembered_pictures_have_the_layers_of_new_ones() {
     use crate::schedule::SampleSource;

@@ -22,10 +22,10 @@ pub struct WeightFile {
 
 impl WeightFile {
     /// # Errors
-    /// When the file is of neither kind, cannot be read or is cut off.
+    /// When the file is of another kind, cannot be read or is incomplete.
     pub fn open(path: &Path) -> Result<Self> {
         let refuse = |cause: &dyn std::fmt::Display| Error::codec("read", path, cause, REMEDY);
-        // The readers' own words for a missing file differ; those of the system are known.
+        // Each reader words a missing file differently; the system's words are known.
         std::fs::File::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         let tensors = match extension.to_ascii_lowercase().as_str() {
@@ -63,7 +63,7 @@ impl WeightFile {
     /// The parameter `name`, without a gradient.
     ///
     /// # Errors
-    /// When it is missing, or has another shape, whole numbers, or values that are not finite.
+    /// When it is missing, or has another shape, integers, or NaN or infinite values.
     pub fn parameter<const D: usize>(
         &self,
         name: &str,
@@ -95,13 +95,13 @@ impl WeightFile {
             .and_then(|data| data.try_into_vec_as::<f32>().map_err(|e| e.to_string()))
             .map_err(|e| Error::codec("read", &self.path, format!("{name}: {e}"), REMEDY))?;
         if !values.iter().all(|v| v.is_finite()) {
-            return Err(refuse("values that are not finite".to_owned()));
+            return Err(refuse("NaN or infinite values".to_owned()));
         }
         let tensor = Tensor::from_data(TensorData::new(values, shape), device);
         Ok(Param::from_tensor(tensor).no_grad())
     }
 
-    /// The refusal of a file that holds no network that is known here.
+    /// The error for a file with an unknown network.
     pub fn unknown(&self) -> Error {
         let mut names: Vec<&str> = self.tensors.keys().map(String::as_str).collect();
         let count = names.len();

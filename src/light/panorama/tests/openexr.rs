@@ -50,7 +50,7 @@ fn channels_by_other_names_are_found() {
         (0, 0),
         (32, 16),
     );
-    let error = crate::panorama::read(&path, &Reading::default())
+    let error = crate::panorama::read(&path, &ReadSettings::default())
         .unwrap_err()
         .to_string();
     assert!(error.contains("channels G, R, U"), "{error}");
@@ -101,7 +101,7 @@ fn a_data_window_lies_where_it_says() {
         // The same, averaged down.
         let small = crate::panorama::read(
             &path,
-            &Reading {
+            &ReadSettings {
                 width: 12,
                 mapping: None,
             },

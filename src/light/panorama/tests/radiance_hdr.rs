@@ -120,9 +120,9 @@ fn long_runs_of_the_old_coding_are_read() {
         "old.hdr",
         &hdr(&format!("{HEADER}-Y 2 +X 1400\n"), &lines, Coding::Old),
     );
-    let reading = Reading {
+    let reading = ReadSettings {
         mapping: Some(Mapping::LatLong),
-        ..Reading::default()
+        ..ReadSettings::default()
     };
     let image = read(&path, &reading).unwrap().environment.radiance;
     assert!(image.pixels.iter().all(|p| *p == [1.0, 0.5, 0.25]));
@@ -180,12 +180,12 @@ fn broken_files_say_what_is_wrong() {
             b"#?RADIANCE\nFORMAT=32-bit_other\n\n-Y 1 +X 2\n".to_vec(),
             "32-bit_other",
         ),
-        (b"no picture at all".to_vec(), "another kind"),
-        (Vec::new(), "another kind"),
+        (b"no picture at all".to_vec(), "unknown format"),
+        (Vec::new(), "unknown format"),
         (b"\x76\x2f\x31\x01 nor this".to_vec(), "sphere.hdr"),
     ] {
         let path = folder.write("sphere.hdr", &bytes);
-        let error = super::read(&path, &Reading::default())
+        let error = super::read(&path, &ReadSettings::default())
             .unwrap_err()
             .to_string();
         assert!(
@@ -193,7 +193,7 @@ fn broken_files_say_what_is_wrong() {
             "{error} lacks {says}"
         );
     }
-    assert!(read(&folder.0.path().join("none.hdr"), &Reading::default()).is_err());
+    assert!(read(&folder.0.path().join("none.hdr"), &ReadSettings::default()).is_err());
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn a_panorama_of_8192_columns_is_read_line_by_line() {
     let path = folder.write("large.hdr", &bytes);
     let read = read(
         &path,
-        &Reading {
+        &ReadSettings {
             width: 512,
             mapping: None,
         },

@@ -77,7 +77,7 @@ proptest! {
         };
         let mixed = Environment::from_radiance("mixed", mixed);
         // A fit is not linear.
-        for kind in [Partition::soft, Partition::smooth, Partition::cells] {
+        for kind in [Partition::smooth, Partition::cells] {
             let partition = kind(&rig, 32);
             let [mixed, one, two] = [&mixed, &one, &two].map(|e| partition.weights(e, yaw).per_lamp);
             let both = one.iter().flatten().zip(two.iter().flatten());
@@ -109,15 +109,13 @@ proptest! {
     fn a_free_turn_about_the_vertical_is_a_yaw(
         rig in any_rig(), environment in any_environment(), yaw in -360.0f32..360.0,
     ) {
-        for kind in [Partition::soft, Partition::smooth] {
-            let partition = kind(&rig, 32);
-            let turned = partition.turned_weights(&environment, rotation(yaw, 0.0, 0.0));
-            let yawed = partition.weights(&environment, yaw);
-            let most = yawed.per_lamp.iter().flatten().copied().fold(0.0, f32::max);
-            for (a, b) in turned.per_lamp.iter().flatten().zip(yawed.per_lamp.iter().flatten()) {
-                // Directions in single precision are off by up to 1e-5 texels.
-                prop_assert!((a - b).abs() <= 1e-4 * most, "{} is not {}", a, b);
-            }
+        let partition = Partition::smooth(&rig, 32);
+        let turned = partition.turned_weights(&environment, rotation(yaw, 0.0, 0.0));
+        let yawed = partition.weights(&environment, yaw);
+        let most = yawed.per_lamp.iter().flatten().copied().fold(0.0, f32::max);
+        for (a, b) in turned.per_lamp.iter().flatten().zip(yawed.per_lamp.iter().flatten()) {
+            // Directions in single precision are off by up to 1e-5 texels.
+            prop_assert!((a - b).abs() <= 1e-4 * most, "{} is not {}", a, b);
         }
     }
 }
@@ -127,7 +125,7 @@ fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
     const SAMPLES: usize = 200_000;
     for (name, rig) in rigs() {
         let nodes = Nodes::of(&rig);
-        // Which lamps share a direction is the rig's affair; how large the cells are is counted anew.
+        // Which lamps share a direction is the rig's affair; how large the cells are is counted separately.
         let mut counts = vec![0usize; nodes.lamps.len()];
         for sample in lattice(SAMPLES) {
             let nearness = |i: &usize| nodes.directions[*i].as_vec3().dot(sample);
@@ -165,31 +163,9 @@ fn a_uniform_environment_gives_each_lamp_the_solid_angle_of_its_cell() {
 }
 
 /// The largest change of a lamp's share of a small light per radian that the light moves, from the
-/// definitions of the partitions.
-fn steepness(kind: usize, rig: &Rig) -> f64 {
+/// definition of [`Partition::smooth`].
+fn steepness(rig: &Rig) -> f64 {
     let nodes = Nodes::of(rig);
-    if kind == 0 {
-        // p = q/Σq with q_i = exp(−θ_i²/2σ²) has the gradient p_i Σ_j p_j (θ_j ∇θ_j − θ_i ∇θ_i)/σ², and |∇θ| = 1:
-        // at most p_i (1 − p_i) (θ_i + θ_j)/σ² ≤ (θ_i + θ_j)/4σ² for the pair of lamps that the place is
-        // between. Cutting shares below 1e-4 steepens by as much again where there are a hundred lamps.
-        let sigma = nodes.softness();
-        let most = lattice(2000).into_iter().map(|sample| {
-            let angles: Vec<f64> = nodes
-                .real()
-                .map(|d| d.angle_between(sample.as_dvec3()))
-                .collect();
-            let nearest = angles.iter().copied().fold(f64::INFINITY, f64::min);
-            let shared =
-                |a: &&f64| (**a * **a - nearest * nearest) / (2.0 * sigma * sigma) < 1e4f64.ln();
-            let farthest = angles.iter().filter(shared).copied().fold(0.0, f64::max);
-            if farthest > nearest {
-                2.0 * farthest
-            } else {
-                0.0
-            }
-        });
-        return most.fold(0.0, f64::max) / (4.0 * sigma * sigma) * 1.02;
-    }
     // p_i = n_i·d / n·d, with n_i the rows of the inverse of the corners and n their sum, has the gradient
     // (n_i − p_i n) / n·d. It is linear in p_i, from 0 to 1, and n·d ≥ 1 because facets are inside the sphere.
     // A lamp that gets the light of fillers too has a part in up to three corners.
@@ -215,39 +191,34 @@ fn steepness(kind: usize, rig: &Rig) -> f64 {
 fn a_sun_that_crosses_a_border_changes_no_weight_by_more_than_its_step_allows() {
     const STEP_DEG: f32 = 0.01;
     for (name, rig) in rigs() {
-        for (index, kind) in [Partition::soft, Partition::smooth].into_iter().enumerate() {
-            let partition = kind(&rig, 256);
-            let (x, y) = (60, 50);
-            let day = sun(x, y, 256);
-            let energy =
-                f64::from(day.radiance.pixels[y * 256 + x][1]) * texel_solid_angle(y, 256, 128);
-            // Between columns a weight is a straight line, of at most the slope between their centres.
-            let allowed = steepness(index, &rig) * f64::from(STEP_DEG).to_radians();
-            let shares = |weights: &LightWeights| -> Vec<f64> {
-                let lamps = weights.per_lamp.iter().zip(&rig.lamps);
-                lamps
-                    .map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / energy)
-                    .collect()
-            };
-            let table = crate::YawTable::new(&partition, &day);
-            let mut before = shares(&table.at(0.0));
-            let mut largest = 0.0f64;
-            for step in 1..=36_000 {
-                let after = shares(&table.at(step as f32 * STEP_DEG));
-                let change = before.iter().zip(&after).map(|(a, b)| (a - b).abs());
-                largest = change.fold(largest, f64::max);
-                before = after;
-            }
-            // Weights are rounded to 6e-8 of themselves, and yaws in degrees to 3e-5.
-            assert!(
-                largest <= allowed * 1.01 + 3e-7,
-                "{name}, {index}: {largest:.2e} in a step that allows {allowed:.2e}"
-            );
-            println!(
-                "{name}, {}: {largest:.2e} of the light in 0.01°, allowed {allowed:.2e}",
-                ["soft", "smooth"][index]
-            );
+        let partition = Partition::smooth(&rig, 256);
+        let (x, y) = (60, 50);
+        let day = sun(x, y, 256);
+        let energy =
+            f64::from(day.radiance.pixels[y * 256 + x][1]) * texel_solid_angle(y, 256, 128);
+        // Between columns a weight is a straight line, of at most the slope between their centres.
+        let allowed = steepness(&rig) * f64::from(STEP_DEG).to_radians();
+        let shares = |weights: &LightWeights| -> Vec<f64> {
+            let lamps = weights.per_lamp.iter().zip(&rig.lamps);
+            lamps
+                .map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / energy)
+                .collect()
+        };
+        let table = crate::YawTable::new(&partition, &day);
+        let mut before = shares(&table.at(0.0));
+        let mut largest = 0.0f64;
+        for step in 1..=36_000 {
+            let after = shares(&table.at(step as f32 * STEP_DEG));
+            let change = before.iter().zip(&after).map(|(a, b)| (a - b).abs());
+            largest = change.fold(largest, f64::max);
+            before = after;
         }
+        // Weights are rounded to 6e-8 of themselves, and yaws in degrees to 3e-5.
+        assert!(
+            largest <= allowed * 1.01 + 3e-7,
+            "{name}: {largest:.2e} in a step that allows {allowed:.2e}"
+        );
+        println!("{name}: {largest:.2e} of the light in 0.01°, allowed {allowed:.2e}");
     }
 }
 
@@ -255,7 +226,7 @@ fn a_sun_that_crosses_a_border_changes_no_weight_by_more_than_its_step_allows() 
 fn a_sun_that_crosses_the_pole_in_a_free_turn_does_not_jump() {
     let poles = rig(&lattice(40).into_iter().chain([Vec3::Y]).collect::<Vec<_>>());
     let day = sun(128, 10, 256);
-    for kind in [Partition::soft, Partition::smooth, Partition::fit] {
+    for kind in [Partition::smooth, Partition::fit] {
         let partition = kind(&poles, 256);
         let mut before: Option<LightWeights> = None;
         let mut largest = 0.0f64;
@@ -302,7 +273,7 @@ fn a_pitch_moves_light_up_and_a_roll_counter_clockwise() {
 
 #[test]
 fn a_turn_that_is_no_turn_changes_nothing() {
-    let partition = Partition::soft(&rig(&lattice(12)), 32);
+    let partition = Partition::smooth(&rig(&lattice(12)), 32);
     let still = partition.turned_weights(&speckled(1), Quat::IDENTITY);
     for broken in [
         Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),
@@ -378,10 +349,10 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
         eprintln!("skipped: {} is not here", path.display());
         return;
     }
-    let park = Environment::load(&path).unwrap().reduced(256);
+    let park = crate::panorama::load(&path).unwrap().reduced(256);
     let rig = rig(&lattice(41));
     let total = luminance(park.energy());
-    let names = ["soft", "smooth", "cells", "fit"];
+    let names = ["smooth", "cells", "fit"];
     let mut most = Vec::new();
     for (name, kind) in names.into_iter().zip(kinds()) {
         let table = crate::YawTable::new(&kind(&rig, 256), &park);
@@ -430,7 +401,7 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
         );
         most.push(max);
     }
-    assert!(most[1] < most[0] && most[0] < most[2]);
+    assert!(most[0] < most[1] && most[2] < most[1]);
 }
 
 #[test]
@@ -452,7 +423,7 @@ fn a_fit_relights_a_ball_better_than_cells_do() {
     let partitions = kinds().map(|kind| kind(&rig, 64));
     // A matt ball by Lambert's law, and a satin one by a broad lobe about the normal.
     for power in [1, 8] {
-        let mut decibels = [0.0f32; 4];
+        let mut decibels = [0.0f32; 3];
         let panoramas = [
             "probulator_uffizi.hdr",
             "probulator_wells.hdr",
@@ -460,10 +431,10 @@ fn a_fit_relights_a_ball_better_than_cells_do() {
             "studio.exr",
         ];
         for panorama in panoramas {
-            let environment = Environment::load(&folder.join(panorama))
+            let environment = crate::panorama::load(&folder.join(panorama))
                 .unwrap()
                 .reduced(64);
-            let truth_and_sums: Vec<(f32, [f32; 4])> =
+            let truth_and_sums: Vec<(f32, [f32; 3])> =
                 {
                     let weights = partitions
                         .each_ref()
@@ -497,10 +468,8 @@ fn a_fit_relights_a_ball_better_than_cells_do() {
                 *decibels -= 10.0 * (error.sum::<f32>() / power).log10() / panoramas.len() as f32;
             }
         }
-        let [soft, smooth, cells, fit] = decibels;
-        println!(
-            "lobe {power}: soft {soft:.1} dB, smooth {smooth:.1} dB, cells {cells:.1} dB, fit {fit:.1} dB"
-        );
+        let [smooth, cells, fit] = decibels;
+        println!("lobe {power}: smooth {smooth:.1} dB, cells {cells:.1} dB, fit {fit:.1} dB");
         assert!(fit > cells + 1.0);
     }
 }

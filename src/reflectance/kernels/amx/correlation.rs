@@ -59,7 +59,7 @@ impl Division {
         }
     }
 
-    /// Channels of the input and of the output, those of zeros counted in.
+    /// Channels of the input and of the output, including padding.
     fn channels(&self) -> [usize; 2] {
         let [down, across] = self.blocking.tiles();
         [self.blocks[0] * down * SIDE, self.blocks[1] * across * SIDE]
@@ -70,7 +70,7 @@ impl Division {
 struct Band {
     from: usize,
     rows: usize,
-    /// Pixels of the gradient, those between rows and at the end, which are zero, counted in.
+    /// Pixels of the gradient, including those between rows and at the end, which are zero.
     pixels: usize,
     /// Distance between rows.
     stride: usize,
@@ -190,7 +190,7 @@ struct Share<'a> {
     /// First block of input channels.
     first: usize,
     sums: &'a mut [f32],
-    /// None where another task has them.
+    /// None while another task has them.
     bias: Option<&'a mut [f32]>,
 }
 

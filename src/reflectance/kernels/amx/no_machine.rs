@@ -1,4 +1,4 @@
-//! In place of AMX where there is none.
+//! Stands in for AMX on other processors.
 
 use super::Precision;
 use super::tiles::{Blocking, Blocks, Factor};

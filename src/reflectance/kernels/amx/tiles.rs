@@ -107,7 +107,7 @@ thread_local! {
 ///
 /// # Panics
 ///
-/// Where the processor has no such registers, or within another such call.
+/// When the processor has no such registers, or within another such call.
 pub fn with_tiles<T>(pairs: usize, work: impl FnOnce(&Tiles) -> T) -> T {
     assert!(available(), "the processor has no AMX");
     assert!((1..=SIDE).contains(&pairs), "{pairs} pairs fit no tile");

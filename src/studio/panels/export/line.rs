@@ -1,31 +1,34 @@
 //! The line of exports: what waits, how far the one in hand is, what became of the others.
 
-use crate::command::Command;
+use crate::command::{Command, ExportCommand, JobCommand};
 use crate::icons;
-use crate::news::Work;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::job;
+use crate::status::RunningJob;
 use crate::theme::{self, GAP};
 use egui::{
     Align, Button, Frame, Label, Layout, Margin, ProgressBar, RichText, ScrollArea, Ui, vec2,
 };
-use worker::{Export, Standing, Written};
+use worker::{Export, ExportStatus, WrittenExport};
 
-pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         ui.strong("Queue");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let over = sight
+            let over = context
                 .exports
                 .iter()
-                .filter(|e| e.standing.sentence().is_some());
+                .filter(|e| e.status.sentence().is_some());
             let over: Vec<u64> = over.map(|export| export.id).collect();
             if !over.is_empty() && ui.button("Clear finished").clicked() {
-                out.extend(over.into_iter().map(Command::Withdraw));
+                out.extend(
+                    over.into_iter()
+                        .map(|id| Command::Export(ExportCommand::Withdraw(id))),
+                );
             }
         });
     });
-    if sight.exports.is_empty() {
+    if context.exports.is_empty() {
         ui.label(
             RichText::new(
                 "Nothing is in line. Exports are written one after the other while you go on working, each as \
@@ -36,7 +39,7 @@ pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         return;
     }
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        for export in sight.exports {
+        for export in context.exports {
             // Lighter than the panel: the bar of what is done lies in it as in a well.
             let card = Frame::new()
                 .fill(ui.visuals().faint_bg_color)
@@ -44,20 +47,20 @@ pub fn ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
                 .inner_margin(Margin::same(8));
             card.show(ui, |ui| {
                 ui.set_width(ui.available_width());
-                export_ui(ui, export, sight.news.work.as_ref(), out);
+                export_ui(ui, export, context.status.job.as_ref(), out);
             });
         }
     });
 }
 
-fn export_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<Command>) {
-    let work = work.filter(|_| export.standing == Standing::Running);
-    let (state, color) = match &export.standing {
-        Standing::Waiting => ("waiting".to_owned(), theme::QUIET),
-        Standing::Running => (work.map_or(String::new(), job::state), theme::QUIET),
-        Standing::Done(_) => ("done".to_owned(), theme::TEXT),
-        Standing::Failed(_) => ("failed".to_owned(), theme::ACCENT),
-        Standing::Cancelled(_) => ("cancelled".to_owned(), theme::QUIET),
+fn export_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut Vec<Command>) {
+    let job = job.filter(|_| export.status == ExportStatus::Running);
+    let (state, color) = match &export.status {
+        ExportStatus::Waiting => ("waiting".to_owned(), theme::QUIET),
+        ExportStatus::Running => (job.map_or(String::new(), job::state), theme::QUIET),
+        ExportStatus::Done(_) => ("done".to_owned(), theme::TEXT),
+        ExportStatus::Failed(_) => ("failed".to_owned(), theme::ACCENT),
+        ExportStatus::Cancelled(_) => ("cancelled".to_owned(), theme::QUIET),
     };
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -67,34 +70,34 @@ fn export_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<Co
             });
         });
     });
-    if let Some(work) = work {
-        let text = format!("{:.0} %", 100.0 * work.share);
-        let bar = ProgressBar::new(work.share)
+    if let Some(job) = job {
+        let text = format!("{:.0} %", 100.0 * job.share);
+        let bar = ProgressBar::new(job.share)
             .desired_height(18.0)
             .corner_radius(2)
-            .fill(if work.is_paused() {
+            .fill(if job.is_paused() {
                 theme::TEXT.gamma_multiply(0.35)
             } else {
                 theme::ACCENT_DIM
             })
             .text(RichText::new(text).size(13.0).color(theme::TEXT));
-        ui.add(bar).on_hover_text(&work.note);
+        ui.add(bar).on_hover_text(&job.note);
     }
-    match &export.standing {
-        Standing::Failed(sentence) | Standing::Cancelled(sentence) => {
+    match &export.status {
+        ExportStatus::Failed(sentence) | ExportStatus::Cancelled(sentence) => {
             let sentence = RichText::new(sentence).size(13.0).color(color);
             ui.add(Label::new(sentence).wrap().selectable(true));
         }
-        Standing::Done(Written { sentence, .. }) => {
+        ExportStatus::Done(WrittenExport { sentence, .. }) => {
             let quiet = RichText::new(sentence).size(13.0).color(theme::QUIET);
             ui.add(Label::new(quiet).wrap().selectable(true));
         }
-        Standing::Waiting | Standing::Running => {}
+        ExportStatus::Waiting | ExportStatus::Running => {}
     }
-    ui.horizontal(|ui| buttons_ui(ui, export, work, out));
+    ui.horizontal(|ui| buttons_ui(ui, export, job, out));
 }
 
-fn buttons_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<Command>) {
+fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut Vec<Command>) {
     let mut button =
         |ui: &mut Ui, enabled, icon: &str, text: &str, hint: &str, command: Command| {
             let button = Button::new((icon, text)).min_size(vec2(76.0, 22.0));
@@ -107,31 +110,38 @@ fn buttons_ui(ui: &mut Ui, export: &Export, work: Option<&Work>, out: &mut Vec<C
                 out.push(command);
             }
         };
-    let remove = Command::Withdraw(export.id);
-    match &export.standing {
-        Standing::Running => {
-            let Some(work) = work else { return };
-            let (icon, pause) = job::pause_name(work);
+    let remove = Command::Export(ExportCommand::Withdraw(export.id));
+    match &export.status {
+        ExportStatus::Running => {
+            let Some(job) = job else { return };
+            let (icon, pause) = job::pause_name(job);
             let hint =
                 "Waits after the frame in hand, which leaves the device to the picture. Key: P";
-            button(ui, !work.stopping, icon, pause, hint, Command::PauseJob);
-            let cancel = if work.stopping { "Stopping" } else { "Cancel" };
+            button(
+                ui,
+                !job.stopping,
+                icon,
+                pause,
+                hint,
+                Command::Job(JobCommand::Pause),
+            );
+            let cancel = if job.stopping { "Stopping" } else { "Cancel" };
             let hint =
                 "Stops after the frame in hand. Stills that are finished are kept, a movie is not";
-            button(ui, !work.stopping, icons::STOP, cancel, hint, remove);
+            button(ui, !job.stopping, icons::STOP, cancel, hint, remove);
         }
-        Standing::Waiting => {
+        ExportStatus::Waiting => {
             let hint = "Takes it out of the line";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
-        Standing::Done(Written { folder, .. }) => {
+        ExportStatus::Done(WrittenExport { folder, .. }) => {
             let hint = folder.display().to_string();
-            let open = Command::OpenFolder(folder.clone());
+            let open = Command::Export(ExportCommand::OpenFolder(folder.clone()));
             button(ui, true, icons::FOLDER, "Open folder", &hint, open);
             let hint = "Takes it out of the list; the files stay";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
-        Standing::Failed(_) | Standing::Cancelled(_) => {
+        ExportStatus::Failed(_) | ExportStatus::Cancelled(_) => {
             let hint = "Takes it out of the list; what was written stays";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }

@@ -2,10 +2,10 @@
 
 mod line;
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, ExportCommand};
+use crate::export_options::ExportOptions;
 use crate::icons;
-use crate::order::Order;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::theme::{self, GAP};
 use egui::{
@@ -31,47 +31,52 @@ impl ExportPanel {
         self.focus = true;
     }
 
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let Some(project) = sight.project else {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let Some(project) = context.project else {
             return;
         };
-        let mut order = sight.state.order.clone();
+        let mut options = context.state.export_options.clone();
         ui.add_space(GAP);
         let rows = Grid::new("order").num_columns(2).spacing([GAP, 8.0]);
         rows.show(ui, |ui| {
-            let first = frames_ui(ui, &mut order, sight.state.frames, out);
+            let first = frames_ui(ui, &mut options, context.state.frames, out);
             if std::mem::take(&mut self.focus) {
                 first.request_focus();
             }
-            format_ui(ui, &mut order);
-            size_ui(ui, &mut order, project.settings.size, out);
-            background_ui(ui, &mut order);
-            layers_ui(ui, &mut order);
-            name_ui(ui, &mut order, out);
+            format_ui(ui, &mut options);
+            size_ui(ui, &mut options, project.settings.size, out);
+            background_ui(ui, &mut options);
+            layers_ui(ui, &mut options);
+            name_ui(ui, &mut options, out);
         });
-        files_ui(ui, sight, &mut order, &project.root);
-        add_ui(ui, sight, out);
-        if order != sight.state.order {
-            out.push(Command::Order(Box::new(order)));
+        files_ui(ui, context, &mut options, &project.root);
+        add_ui(ui, context, out);
+        if options != context.state.export_options {
+            out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         ui.add_space(GAP);
-        line::ui(ui, sight, out);
+        line::ui(ui, context, out);
     }
 }
 
 /// The first control is what is returned.
-fn frames_ui(ui: &mut Ui, order: &mut Order, frames: usize, out: &mut Vec<Command>) -> Response {
+fn frames_ui(
+    ui: &mut Ui,
+    options: &mut ExportOptions,
+    frames: usize,
+    out: &mut Vec<Command>,
+) -> Response {
     let most = frames.saturating_sub(1);
-    let (first, last) = order.range(frames);
+    let (first, last) = options.range(frames);
     let (mut from, mut to) = (first, last);
-    let plain = order.clone();
+    let plain = options.clone();
     let reset = |frames| {
         let frames = Some(frames);
-        let order = Order {
+        let options = ExportOptions {
             frames,
             ..plain.clone()
         };
-        Command::Order(Box::new(order))
+        Command::Export(ExportCommand::Options(Box::new(options)))
     };
     ui.label("Frames");
     let response = ui.horizontal(|ui| {
@@ -86,10 +91,10 @@ fn frames_ui(ui: &mut Ui, order: &mut Order, frames: usize, out: &mut Vec<Comman
         from = from.min(to);
         let hint =
             "All frames of the interview. The keys I and O set the ends to the frame that is shown";
-        if choice_ui(ui, "Frames", "all", hint, order.frames.is_none()) {
-            order.frames = None;
+        if choice_ui(ui, "Frames", "all", hint, options.frames.is_none()) {
+            options.frames = None;
         } else if (from, to) != (first, last) {
-            order.frames = Some((from, to));
+            options.frames = Some((from, to));
         }
         response
     });
@@ -107,25 +112,25 @@ fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> boo
     response.on_hover_text(hint).clicked()
 }
 
-fn format_ui(ui: &mut Ui, order: &mut Order) {
+fn format_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Format");
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 6.0;
         for format in Format::ALL {
             let (name, hint) = (format.name(), format.describe());
-            if choice_ui(ui, "Format", name, hint, order.format == format) {
-                order.format = format;
+            if choice_ui(ui, "Format", name, hint, options.format == format) {
+                options.format = format;
             }
         }
     });
     ui.end_row();
 }
 
-fn size_ui(ui: &mut Ui, order: &mut Order, working: usize, out: &mut Vec<Command>) {
+fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut Vec<Command>) {
     let label = ui.label("Size");
     ui.horizontal(|ui| {
-        let before = order.size.unwrap_or(working);
+        let before = options.size.unwrap_or(working);
         let mut size = before;
         let field = DragValue::new(&mut size)
             .range(Files::SIZES)
@@ -138,23 +143,23 @@ fn size_ui(ui: &mut Ui, order: &mut Order, working: usize, out: &mut Vec<Command
         );
         if response.double_clicked() {
             ui.memory_mut(|memory| memory.surrender_focus(response.id));
-            let order = Order {
+            let options = ExportOptions {
                 size: None,
-                ..order.clone()
+                ..options.clone()
             };
-            out.push(Command::Order(Box::new(order)));
+            out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         let hint = format!("{working} pixels, as the network works");
-        if choice_ui(ui, "Size", "working size", &hint, order.size.is_none()) {
-            order.size = None;
+        if choice_ui(ui, "Size", "working size", &hint, options.size.is_none()) {
+            options.size = None;
         } else if size != before {
-            order.size = Some(size);
+            options.size = Some(size);
         }
     });
     ui.end_row();
 }
 
-fn background_ui(ui: &mut Ui, order: &mut Order) {
+fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Background");
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
@@ -172,18 +177,24 @@ fn background_ui(ui: &mut Ui, order: &mut Order) {
                 "Nothing: the files have alpha, but H.264 is black there",
             ),
         ] {
-            if choice_ui(ui, "Background", name, hint, order.background == background) {
-                order.background = background;
+            if choice_ui(
+                ui,
+                "Background",
+                name,
+                hint,
+                options.background == background,
+            ) {
+                options.background = background;
             }
         }
     });
     ui.end_row();
 }
 
-fn layers_ui(ui: &mut Ui, order: &mut Order) {
+fn layers_ui(ui: &mut Ui, options: &mut ExportOptions) {
     ui.label("Layers");
-    let has_room = order.format == Format::Exr;
-    let mut layers = order.layers && has_room;
+    let has_room = options.format == Format::Exr;
+    let mut layers = options.layers && has_room;
     let response = ui
         .add_enabled(
             has_room,
@@ -195,16 +206,16 @@ fn layers_ui(ui: &mut Ui, order: &mut Order) {
         )
         .on_disabled_hover_text("Only an EXR has room for them");
     if response.changed() {
-        order.layers = layers;
+        options.layers = layers;
     }
     ui.end_row();
 }
 
-fn name_ui(ui: &mut Ui, order: &mut Order, out: &mut Vec<Command>) {
+fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
     let label = ui.label("Name");
     ui.horizontal(|ui| {
         let choose = 34.0;
-        let field = TextEdit::singleline(&mut order.name)
+        let field = TextEdit::singleline(&mut options.name)
             .desired_width(ui.available_width() - choose - 2.0 * GAP);
         ui.add(field).labelled_by(label.id).on_hover_text(
             "Below the project's folder, or a whole path; number and ending come from the format",
@@ -212,20 +223,20 @@ fn name_ui(ui: &mut Ui, order: &mut Order, out: &mut Vec<Command>) {
         let button = ui.add(Button::new("…").min_size(vec2(choose, 24.0)));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the name"));
         if button.on_hover_text("Choose it in a dialog").clicked() {
-            out.push(Command::ChooseDestination);
+            out.push(Command::Dialog(Dialog::Destination));
         }
     });
     ui.end_row();
 }
 
 /// Which files there will be, and what becomes of those that are there.
-fn files_ui(ui: &mut Ui, sight: &Sight, order: &mut Order, root: &Path) {
-    let (first, last) = order.range(sight.state.frames);
-    let to = order.to(root);
-    let taken = sight.taken.filter(|taken| taken.wanted.to == to);
+fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, root: &Path) {
+    let (first, last) = options.range(context.state.frames);
+    let to = options.to(root);
+    let taken = context.existing_files.filter(|taken| taken.query.to == to);
     let taken = taken.filter(|taken| taken.files > 0);
     let written = match taken {
-        Some(taken) if !order.replace => &taken.free,
+        Some(taken) if !options.replace => &taken.free,
         _ => &to,
     };
     let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
@@ -254,16 +265,19 @@ fn files_ui(ui: &mut Ui, sight: &Sight, order: &mut Order, root: &Path) {
             files => format!("{files} files of this name are there already"),
         };
         ui.label(RichText::new(there).size(13.0).color(theme::ACCENT));
-        ui.checkbox(&mut order.replace, "replace what is there")
+        ui.checkbox(&mut options.replace, "replace what is there")
             .on_hover_text("Else it stays, and a number is put behind the name");
     } else {
-        order.replace = false;
+        options.replace = false;
     }
 }
 
-fn add_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let environment = sight.environment().map(|entry| &entry.panorama);
-    let obstacle = sight.state.order.obstacle(&sight.news.phase, environment);
+fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let environment = context.environment().map(|entry| &entry.panorama);
+    let obstacle = context
+        .state
+        .export_options
+        .obstacle(&context.status.phase, environment);
     ui.add_space(2.0);
     let add = Button::new((icons::QUEUE, "Add to queue")).fill(theme::ACCENT_DIM);
     let size = vec2(ui.available_width(), 28.0);
@@ -274,7 +288,7 @@ fn add_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, "Add to queue"));
     let response = response.on_hover_text("Exports the picture as it is set now. Key: Ctrl+Enter");
     if response.clicked() {
-        out.push(Command::Export);
+        out.push(Command::Export(ExportCommand::Add));
     }
     if let Some(obstacle) = obstacle {
         let down = Layout::top_down(Align::Min);

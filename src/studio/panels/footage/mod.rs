@@ -5,11 +5,11 @@ mod square;
 mod strip;
 
 use super::notice_ui;
-use crate::command::Command;
-use crate::footages::{FootageView, MatteView, Shown};
-use crate::news::Phase;
-use crate::order::Order;
-use crate::panel::Sight;
+use crate::command::{Command, Dialog, ExportCommand, ProjectCommand, ViewCommand};
+use crate::export_options::ExportOptions;
+use crate::footage_reader::{FootagePicture, FootageView, MatteView};
+use crate::panel_context::PanelContext;
+use crate::status::Phase;
 use crate::theme::{self, GAP};
 use egui::{Button, DragValue, Frame, Margin, Panel, RichText, Ui, vec2};
 use project::{Framing, Padding, Project};
@@ -30,8 +30,10 @@ pub struct FootagePanel {
 }
 
 impl FootagePanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let Some(project) = sight.project else { return };
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let Some(project) = context.project else {
+            return;
+        };
         if let Err(e) = project.check_parts() {
             return notice_ui(ui, |ui| {
                 ui.heading("There is no footage");
@@ -47,17 +49,17 @@ impl FootagePanel {
         Panel::bottom("footage strip")
             .exact_size(STRIP)
             .frame(ground())
-            .show(ui, |ui| strip::strip_ui(ui, sight, out));
-        let picture = sight.footages.picture();
+            .show(ui, |ui| strip::strip_ui(ui, context, out));
+        let picture = context.footage.picture();
         Panel::right("framing")
             .exact_size(COLUMN)
             .frame(ground())
             .show(ui, |ui| {
                 ui.add_space(GAP);
-                view_ui(ui, sight, project, out);
+                view_ui(ui, context, project, out);
                 if let Some(Ok(shown)) = picture {
                     ui.add_space(2.0 * GAP);
-                    self.framing_ui(ui, sight, project, shown, out);
+                    self.framing_ui(ui, context, project, shown, out);
                 }
             });
         let rect = ui.available_rect_before_wrap();
@@ -73,12 +75,11 @@ impl FootagePanel {
                 ui.heading("This picture cannot be read");
                 ui.add_space(GAP);
                 ui.label(sentence);
-                let lost =
-                    matches!(&sight.news.phase, Phase::Blocked(b) if b.need == Some(Need::Shoot));
+                let lost = matches!(&context.status.phase, Phase::Blocked(b) if b.need == Some(Need::Shoot));
                 if lost {
                     ui.add_space(GAP);
                     if ui.button("Locate…").clicked() {
-                        out.push(Command::ChooseLocation);
+                        out.push(Command::Dialog(Dialog::ShootLocation));
                     }
                 }
             }),
@@ -97,9 +98,9 @@ impl FootagePanel {
     fn framing_ui(
         &mut self,
         ui: &mut Ui,
-        sight: &Sight,
+        context: &PanelContext,
         project: &Project,
-        shown: &Shown,
+        shown: &FootagePicture,
         out: &mut Vec<Command>,
     ) {
         let kept = project.settings.framing.of(shown.size);
@@ -171,13 +172,19 @@ impl FootagePanel {
         self.asking &= self.draft.is_some();
         if self.draft.is_some() {
             ui.add_space(GAP);
-            self.decide_ui(ui, sight, framing, out);
+            self.decide_ui(ui, context, framing, out);
         }
     }
 
     /// Uses the framing that is drawn, or puts it back.
-    fn decide_ui(&mut self, ui: &mut Ui, sight: &Sight, framing: Framing, out: &mut Vec<Command>) {
-        if let Some(why) = sight.read_only {
+    fn decide_ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        framing: Framing,
+        out: &mut Vec<Command>,
+    ) {
+        if let Some(why) = context.read_only {
             ui.colored_label(theme::ACCENT, why);
         }
         if self.asking {
@@ -187,7 +194,7 @@ impl FootagePanel {
                  the project's folder, and have to be made again.",
             );
         }
-        let computed = match &sight.news.phase {
+        let computed = match &context.status.phase {
             Phase::Blocked(blocked) => blocked.need != Some(Need::Calibration),
             _ => true,
         };
@@ -197,7 +204,7 @@ impl FootagePanel {
             } else {
                 "Use this framing"
             };
-            let free = sight.read_only.is_none() && sight.news.work.is_none();
+            let free = context.read_only.is_none() && context.status.job.is_none();
             let response = ui.add_enabled(free, Button::new(name));
             if response
                 .on_disabled_hover_text("Not while a job runs, nor read-only")
@@ -207,7 +214,7 @@ impl FootagePanel {
                     self.asking = true;
                 } else {
                     self.asking = false;
-                    out.push(Command::Reframe(framing));
+                    out.push(Command::Project(ProjectCommand::Reframe(framing)));
                 }
             }
             if ui.button("Put back").clicked() {
@@ -228,46 +235,46 @@ fn field_ui(ui: &mut Ui, name: &str, field: DragValue) {
 }
 
 /// The frames that are played and exported.
-fn range_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let order = &sight.state.order;
-    let (first, last) = order.range(sight.state.frames);
+fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let options = &context.state.export_options;
+    let (first, last) = options.range(context.state.frames);
     ui.horizontal(|ui| {
         for (name, hint, command) in [
             (
                 "In",
                 "Play and export from this frame on. Key: I",
-                Command::MarkIn,
+                Command::View(ViewCommand::MarkIn),
             ),
             (
                 "Out",
                 "Play and export up to this frame. Key: O",
-                Command::MarkOut,
+                Command::View(ViewCommand::MarkOut),
             ),
         ] {
             if ui.button(name).on_hover_text(hint).clicked() {
                 out.push(command);
             }
         }
-        let all = Order {
+        let all = ExportOptions {
             frames: None,
-            ..order.clone()
+            ..options.clone()
         };
         if ui
-            .add_enabled(order.frames.is_some(), Button::new("All"))
+            .add_enabled(options.frames.is_some(), Button::new("All"))
             .clicked()
         {
-            out.push(Command::Order(Box::new(all)));
+            out.push(Command::Export(ExportCommand::Options(Box::new(all))));
         }
         quiet_ui(ui, &format!("frames {first} to {last}"));
     });
 }
 
 /// Which picture is shown, and how its matte.
-fn view_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-    let view = sight.state.footage;
+fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
+    let view = context.state.footage;
     let mut choice = |ui: &mut Ui, name: &str, wanted: FootageView| {
         if ui.add(Button::selectable(view == wanted, name)).clicked() && view != wanted {
-            out.push(Command::Footage(wanted));
+            out.push(Command::View(ViewCommand::Footage(wanted)));
         }
     };
     ui.horizontal(|ui| {
@@ -288,17 +295,17 @@ fn view_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>
     if view.exemplars {
         ui.horizontal(|ui| {
             let last = shoot.poses.len() - 1;
-            let mut pose = sight.state.pose.min(last);
+            let mut pose = context.state.pose.min(last);
             let label = ui.label("Pose");
             let field = DragValue::new(&mut pose).range(0..=last).speed(0.1);
             if ui.add(field).labelled_by(label.id).changed() {
-                out.push(Command::Pose(pose));
+                out.push(Command::View(ViewCommand::Pose(pose)));
             }
             quiet_ui(ui, &format!("of {last}, under {}", shoot.lamp(0)));
         });
     } else {
-        range_ui(ui, sight, out);
-        let frame = sight.state.frame.min(shoot.frames.len() - 1);
+        range_ui(ui, context, out);
+        let frame = context.state.frame.min(shoot.frames.len() - 1);
         quiet_ui(
             ui,
             &format!("{} of {} frames", shoot.frames[frame], shoot.frames.len()),

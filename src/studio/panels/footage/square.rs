@@ -1,6 +1,6 @@
 //! The square over the picture, to be dragged by its corners and its body.
 
-use crate::footages::Shown;
+use crate::footage_reader::FootagePicture;
 use crate::theme::{self, GAP};
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 use project::Framing;
@@ -32,7 +32,7 @@ struct Placement {
 
 impl Placement {
     /// The picture in the room's middle, with what the framing of before shows beyond it.
-    fn of(room: Rect, shown: &Shown, kept: Framing) -> Self {
+    fn of(room: Rect, shown: &FootagePicture, kept: Framing) -> Self {
         let (width, height) = (shown.size.0 as f32, shown.size.1 as f32);
         let picture = Rect::from_min_size(Pos2::ZERO, vec2(width, height));
         let seen = picture.expand(0.04 * width.max(height)).union(square(kept));
@@ -65,7 +65,13 @@ fn square(framing: Framing) -> Rect {
 
 impl Square {
     /// Draws the picture and the square into what is left of `ui`, and moves the square as it is dragged.
-    pub fn ui(&mut self, ui: &mut Ui, shown: &Shown, kept: Framing, framing: &mut Framing) {
+    pub fn ui(
+        &mut self,
+        ui: &mut Ui,
+        shown: &FootagePicture,
+        kept: Framing,
+        framing: &mut Framing,
+    ) {
         let room = ui.available_rect_before_wrap();
         let place = Placement::of(room, shown, kept);
         let (width, height) = shown.size;

@@ -1,7 +1,7 @@
 //! The strip of thumbnails: frames spread over the clip, as many as there is room for.
 
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{Command, ProjectCommand, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
@@ -10,15 +10,15 @@ const LEAST: f32 = 64.0;
 const BETWEEN: f32 = 3.0;
 
 /// Draws the strip into what is left of `ui`.
-pub fn strip_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let rect = ui.available_rect_before_wrap().shrink2(vec2(0.0, 5.0));
-    let frames = spread(sight.state.frames, (rect.width() / LEAST) as usize);
-    if frames != sight.footages.wanted() {
-        out.push(Command::Thumbnails(frames.clone()));
+    let frames = spread(context.state.frames, (rect.width() / LEAST) as usize);
+    if frames != context.footage.wanted() {
+        out.push(Command::Project(ProjectCommand::Thumbnails(frames.clone())));
     }
-    let (first, last) = sight.state.order.range(sight.state.frames);
+    let (first, last) = context.state.export_options.range(context.state.frames);
     let cell = rect.width() / frames.len().max(1) as f32;
-    let current = frames.partition_point(|&frame| frame <= sight.state.frame);
+    let current = frames.partition_point(|&frame| frame <= context.state.frame);
     for (i, &frame) in frames.iter().enumerate() {
         let left = rect.left() + i as f32 * cell;
         let place =
@@ -34,7 +34,7 @@ pub fn strip_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             )
         });
         ui.painter().rect_filled(place, 2.0, theme::WELL);
-        if let Some(picture) = sight.footages.thumbnail(frame) {
+        if let Some(picture) = context.footage.thumbnail(frame) {
             let size = picture.size_vec2();
             let scale = (place.width() / size.x).min(place.height() / size.y);
             let inside = Rect::from_center_size(place.center(), scale * size);
@@ -60,7 +60,7 @@ pub fn strip_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
                 .rect_stroke(place, 2.0, Stroke::new(2.0, color), StrokeKind::Inside);
         }
         if response.clicked() {
-            out.push(Command::Frame(frame));
+            out.push(Command::View(ViewCommand::Frame(frame)));
         }
     }
 }

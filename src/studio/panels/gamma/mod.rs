@@ -3,8 +3,8 @@
 
 mod plots;
 
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::panels::{notice_ui, number_ui};
 use crate::theme::{self, GAP};
 use calibration::Trial;
@@ -17,7 +17,7 @@ use std::sync::Arc;
 use worker::GammaView;
 
 /// The textures of the view that is shown.
-struct Shown {
+struct GammaTextures {
     view: Arc<GammaView>,
     interview: TextureHandle,
     relit: TextureHandle,
@@ -27,25 +27,25 @@ struct Shown {
 /// The panel keeps textures.
 #[derive(Default)]
 pub struct GammaPanel {
-    shown: Option<Shown>,
+    shown: Option<GammaTextures>,
 }
 
 impl GammaPanel {
     /// The interview's frame and the relit exemplar, with a wipe between them.
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
-        self.upload(ui, sight);
+        self.upload(ui, context);
         let Some(shown) = &self.shown else {
-            return notice_ui(ui, |ui| match sight.gamma {
+            return notice_ui(ui, |ui| match context.gamma {
                 Some(Err(sentence)) => {
                     ui.heading("The response cannot be shown");
                     ui.add_space(GAP);
                     ui.label(sentence);
                     ui.add_space(GAP);
-                    let idle = sight.news.work.is_none();
+                    let idle = context.status.job.is_none();
                     if ui.add_enabled(idle, Button::new("Calibrate")).clicked() {
-                        out.push(Command::Calibrate);
+                        out.push(Command::Calibration(CalibrationCommand::Start));
                     }
                 }
                 _ => {
@@ -60,7 +60,7 @@ impl GammaPanel {
         response.widget_info(|| {
             egui::WidgetInfo::labeled(egui::Role::Image, true, "Interview and relit exemplar")
         });
-        let wipe = sight.state.wipe.clamp(0.0, 1.0);
+        let wipe = context.state.wipe.clamp(0.0, 1.0);
         let line = place.left() + wipe * place.width();
         let painter = ui.painter().with_clip_rect(rect);
         for (texture, from, to) in [(&shown.interview, 0.0, wipe), (&shown.relit, wipe, 1.0)] {
@@ -102,20 +102,22 @@ impl GammaPanel {
             .interact_pointer_pos()
             .filter(|_| response.dragged() || response.clicked())
         {
-            out.push(Command::Wipe((at.x - place.left()) / place.width()));
+            out.push(Command::View(ViewCommand::Wipe(
+                (at.x - place.left()) / place.width(),
+            )));
         }
         response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
         ui.advance_cursor_after_rect(rect);
     }
 
     /// The plots and the sliders.
-    pub fn side_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        self.upload(ui, sight);
+    pub fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        self.upload(ui, context);
         let Some(shown) = &self.shown else {
             return;
         };
         let view = shown.view.clone();
-        let trial = sight.state.look.trial.unwrap_or(view.calibrated);
+        let trial = context.state.look.trial.unwrap_or(view.calibrated);
         ui.add_space(GAP);
         let width = ui.available_width();
         let side = 0.5 * (width - GAP);
@@ -127,12 +129,12 @@ impl GammaPanel {
             }
         });
         ui.add_space(2.0);
-        choices_ui(ui, sight, &view, &mut wanted, out);
+        choices_ui(ui, context, &view, &mut wanted, out);
         sliders_ui(ui, &mut wanted, out);
         if wanted != trial {
-            out.push(Command::Try(Some(wanted)));
+            out.push(Command::Look(LookCommand::Trial(Some(wanted))));
         }
-        buttons_ui(ui, sight, &view, out);
+        buttons_ui(ui, context, &view, out);
         figures_ui(ui, &view);
         plots::histograms_ui(
             ui,
@@ -142,8 +144,8 @@ impl GammaPanel {
         );
     }
 
-    fn upload(&mut self, ui: &Ui, sight: &Sight) {
-        let Some(Ok(view)) = sight.gamma else {
+    fn upload(&mut self, ui: &Ui, context: &PanelContext) {
+        let Some(Ok(view)) = context.gamma else {
             self.shown = None;
             return;
         };
@@ -158,7 +160,7 @@ impl GammaPanel {
             ui.ctx()
                 .load_texture(name, picture, egui::TextureOptions::LINEAR)
         };
-        let texture = |name: &str, picture: &worker::Thumbnail| {
+        let texture = |name: &str, picture: &worker::SrgbPicture| {
             load(
                 name,
                 egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb),
@@ -168,7 +170,7 @@ impl GammaPanel {
             Some(old) if Arc::ptr_eq(&old.view.surface, &view.surface) => old.surface,
             _ => load("surface", plots::surface_picture(&view.surface)),
         };
-        self.shown = Some(Shown {
+        self.shown = Some(GammaTextures {
             view: view.clone(),
             interview: texture("interview", &view.interview),
             relit: texture("relit exemplar", &view.relit),
@@ -180,7 +182,7 @@ impl GammaPanel {
 /// Which exemplar is relit, and by what kind of curve.
 fn choices_ui(
     ui: &mut Ui,
-    sight: &Sight,
+    context: &PanelContext,
     view: &GammaView,
     wanted: &mut Trial,
     out: &mut Vec<Command>,
@@ -189,15 +191,15 @@ fn choices_ui(
         let label = ui.label("Exemplar");
         let name = |pose: usize| view.poses.get(pose).map_or("", String::as_str);
         let list = egui::ComboBox::from_id_salt("exemplar")
-            .selected_text(name(sight.state.pose))
+            .selected_text(name(context.state.pose))
             .width(84.0)
             .show_ui(ui, |ui| {
                 for pose in 0..view.poses.len() {
                     if ui
-                        .selectable_label(pose == sight.state.pose, name(pose))
+                        .selectable_label(pose == context.state.pose, name(pose))
                         .clicked()
                     {
-                        out.push(Command::Pose(pose));
+                        out.push(Command::View(ViewCommand::Pose(pose)));
                     }
                 }
             });
@@ -226,7 +228,7 @@ fn choices_ui(
 }
 
 fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
-    let reset = || Command::Try(None);
+    let reset = || Command::Look(LookCommand::Trial(None));
     let exponents = match &mut wanted.response {
         Response::Dual(DualGamma { gamma1, gamma2 }) => {
             vec![("γ1, dark", gamma1), ("γ2, bright", gamma2)]
@@ -256,9 +258,9 @@ fn sliders_ui(ui: &mut Ui, wanted: &mut Trial, out: &mut Vec<Command>) {
         });
 }
 
-fn buttons_ui(ui: &mut Ui, sight: &Sight, view: &GammaView, out: &mut Vec<Command>) {
-    let idle = sight.news.work.is_none();
-    let tried = sight
+fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut Vec<Command>) {
+    let idle = context.status.job.is_none();
+    let tried = context
         .state
         .look
         .trial
@@ -270,18 +272,18 @@ fn buttons_ui(ui: &mut Ui, sight: &Sight, view: &GammaView, out: &mut Vec<Comman
             .on_hover_text("Fits the response to the pictures and the mirror balls, and keeps it")
             .clicked()
         {
-            out.push(Command::Try(None));
-            out.push(Command::Calibrate);
+            out.push(Command::Look(LookCommand::Trial(None)));
+            out.push(Command::Calibration(CalibrationCommand::Start));
         }
         if ui
             .add_enabled(idle && tried, Button::new("Use this"))
             .on_hover_text("Keeps what is tried as the project's calibration, with lamps and weights to match. Key: Ctrl+Enter")
             .clicked()
         {
-            out.push(Command::Calibrate);
+            out.push(Command::Calibration(CalibrationCommand::Start));
         }
         if ui.add_enabled(tried, Button::new("Reset")).on_hover_text("Goes back to the calibration").clicked() {
-            out.push(Command::Try(None));
+            out.push(Command::Look(LookCommand::Trial(None)));
         }
     });
 }

@@ -3,8 +3,8 @@
 mod photograph;
 
 use super::sphere::{self, DomeView, Mark};
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::theme::{self, GAP};
 use calibration::Circle;
@@ -12,7 +12,7 @@ use calibration::silhouette::Silhouette;
 use egui::{Button, Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use photograph::Photograph;
 use std::sync::Arc;
-use worker::{ProbeStudy, SeenLamp};
+use worker::{ProbeView, SeenLamp};
 
 /// Side of the dome in points.
 const DOME_SIDE: f32 = 168.0;
@@ -22,8 +22,8 @@ const ROW: f32 = 20.0;
 const COLUMNS: [f32; 5] = [0.28, 0.43, 0.61, 0.77, 1.0];
 
 /// The textures of the study that is shown.
-struct Shown {
-    study: Arc<ProbeStudy>,
+struct ProbeTextures {
+    study: Arc<ProbeView>,
     picture: TextureHandle,
     panorama: TextureHandle,
 }
@@ -31,24 +31,25 @@ struct Shown {
 /// The panel keeps textures, and how the dome is turned.
 #[derive(Default)]
 pub struct ProbePanel {
-    shown: Option<Shown>,
+    shown: Option<ProbeTextures>,
     photograph: Photograph,
     dome: DomeView,
 }
 
 impl ProbePanel {
     /// The photograph, in the middle of the window.
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
-        self.upload(ui, sight);
+        self.upload(ui, context);
         match &self.shown {
             Some(shown) => {
-                let marks = marks(&shown.study, sight.state.photograph);
+                let marks = marks(&shown.study, context.state.photograph);
                 let (study, picture) = (shown.study.clone(), shown.picture.id());
-                self.photograph.ui(ui, sight, &study, picture, &marks, out);
+                self.photograph
+                    .ui(ui, context, &study, picture, &marks, out);
             }
-            None => super::notice_ui(ui, |ui| match sight.probe {
+            None => super::notice_ui(ui, |ui| match context.probe {
                 Some(Err(sentence)) => {
                     ui.heading("The mirror ball cannot be shown");
                     ui.add_space(GAP);
@@ -62,15 +63,15 @@ impl ProbePanel {
     }
 
     /// What the ball shows, and what can be done.
-    pub fn side_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        self.upload(ui, sight);
+    pub fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        self.upload(ui, context);
         let Some(shown) = &self.shown else {
             return;
         };
         let (study, panorama) = (shown.study.clone(), shown.panorama.id());
-        let marks = marks(&study, sight.state.photograph);
+        let marks = marks(&study, context.state.photograph);
         ui.add_space(GAP);
-        photographs_ui(ui, sight, &study, out);
+        photographs_ui(ui, context, &study, out);
         let width = ui.available_width();
         let (rect, response) = ui.allocate_exact_size(vec2(width, 0.5 * width), Sense::click());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Light probe"));
@@ -81,13 +82,13 @@ impl ProbePanel {
         ui.add_space(4.0);
         ui.horizontal_top(|ui| {
             chosen = chosen.or(sphere::dome_ui(ui, DOME_SIDE, &mut self.dome, &marks));
-            ui.vertical(|ui| figures_ui(ui, sight, &study));
+            ui.vertical(|ui| figures_ui(ui, context, &study));
         });
-        self.circle_ui(ui, sight, &study, out);
+        self.circle_ui(ui, context, &study, out);
         findings_ui(ui, &study);
-        chosen = chosen.or(lamps_ui(ui, &study, sight.state.photograph));
+        chosen = chosen.or(lamps_ui(ui, &study, context.state.photograph));
         if let Some(lamp) = chosen {
-            out.push(Command::Photograph(Some(lamp)));
+            out.push(Command::View(ViewCommand::Photograph(Some(lamp))));
         }
     }
 
@@ -95,13 +96,13 @@ impl ProbePanel {
     fn circle_ui(
         &mut self,
         ui: &mut Ui,
-        sight: &Sight,
-        study: &ProbeStudy,
+        context: &PanelContext,
+        study: &ProbeView,
         out: &mut Vec<Command>,
     ) {
-        let circle = sight.state.look.circle.unwrap_or(study.circle);
+        let circle = context.state.look.circle.unwrap_or(study.circle);
         let mut changed = circle;
-        let reset = || Command::Circle(None);
+        let reset = || Command::Look(LookCommand::Circle(None));
         ui.horizontal(|ui| {
             let [x, y] = &mut changed.center_px;
             for (name, value) in [("x", x), ("y", y), ("radius", &mut changed.radius_px)] {
@@ -112,7 +113,7 @@ impl ProbePanel {
         if changed != circle
             && let Ok(circle) = Circle::new(changed.center_px, changed.radius_px)
         {
-            out.push(Command::Circle(Some(circle)));
+            out.push(Command::Look(LookCommand::Circle(Some(circle))));
         }
         ui.horizontal(|ui| {
             let find = ui.add_enabled(study.found.is_ok(), Button::new("Find"));
@@ -124,7 +125,7 @@ impl ProbePanel {
                 Err(sentence) => sentence.clone(),
             };
             if find.on_hover_text(&hint).on_disabled_hover_text(hint).clicked() {
-                out.push(Command::FindCircle);
+                out.push(Command::Calibration(CalibrationCommand::FindCircle));
             }
             let mut by_points = self.photograph.points.is_some();
             let text = match &self.photograph.points {
@@ -136,18 +137,18 @@ impl ProbePanel {
                 self.photograph.points = by_points.then(Vec::new);
                 self.photograph.refused = None;
             }
-            let by_hand = sight.state.look.circle.is_some();
+            let by_hand = context.state.look.circle.is_some();
             if ui.add_enabled(by_hand, Button::new("Reset")).on_hover_text("Goes back to the project's circle").clicked() {
                 out.push(reset());
             }
-            let idle = sight.news.work.is_none();
+            let idle = context.status.job.is_none();
             let calibrate = Button::new("Calibrate").fill(theme::ACCENT_DIM);
             if ui
                 .add_enabled(idle, calibrate)
                 .on_hover_text("Keeps this circle in the project and calibrates anew. Key: Ctrl+Enter")
                 .clicked()
             {
-                out.push(Command::Calibrate);
+                out.push(Command::Calibration(CalibrationCommand::Start));
             }
         });
         let doubt = study.rim.as_ref().ok().and_then(Silhouette::warning);
@@ -156,8 +157,8 @@ impl ProbePanel {
         }
     }
 
-    fn upload(&mut self, ui: &Ui, sight: &Sight) {
-        let Some(Ok(study)) = sight.probe else {
+    fn upload(&mut self, ui: &Ui, context: &PanelContext) {
+        let Some(Ok(study)) = context.probe else {
             self.shown = None;
             return;
         };
@@ -168,12 +169,12 @@ impl ProbePanel {
         {
             return;
         }
-        let texture = |name: &str, picture: &worker::Thumbnail| {
+        let texture = |name: &str, picture: &worker::SrgbPicture| {
             let picture = egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
             ui.ctx()
                 .load_texture(name, picture, egui::TextureOptions::LINEAR)
         };
-        self.shown = Some(Shown {
+        self.shown = Some(ProbeTextures {
             study: study.clone(),
             picture: texture("ball", &study.picture),
             panorama: texture("probe", &study.panorama),
@@ -181,7 +182,7 @@ impl ProbePanel {
     }
 }
 
-fn marks(study: &ProbeStudy, chosen: Option<usize>) -> Vec<Mark> {
+fn marks(study: &ProbeView, chosen: Option<usize>) -> Vec<Mark> {
     let mark = |(number, seen): (usize, &SeenLamp)| Mark {
         number,
         direction: seen.lamp.direction,
@@ -192,21 +193,21 @@ fn marks(study: &ProbeStudy, chosen: Option<usize>) -> Vec<Mark> {
 }
 
 /// Which photograph is shown.
-fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy, out: &mut Vec<Command>) {
+fn photographs_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let name = |lamp: Option<usize>| {
             let lamp = lamp.and_then(|lamp| study.lamps.get(lamp));
             lamp.map_or("interview", |seen| seen.lamp.name.as_str())
         };
         let label = ui.label("Photograph");
-        let shown = sight.state.photograph;
+        let shown = context.state.photograph;
         let list = egui::ComboBox::from_id_salt("photograph")
             .selected_text(name(shown))
             .width(120.0)
             .show_ui(ui, |ui| {
                 for lamp in std::iter::once(None).chain((0..study.lamps.len()).map(Some)) {
                     if ui.selectable_label(lamp == shown, name(lamp)).clicked() {
-                        out.push(Command::Photograph(lamp));
+                        out.push(Command::View(ViewCommand::Photograph(lamp)));
                     }
                 }
             });
@@ -216,15 +217,15 @@ fn photographs_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy, out: &mut Vec<
             ("Next", 1, "Key: Page Down"),
         ] {
             if ui.button(text).on_hover_text(hint).clicked() {
-                out.push(Command::StepPhotograph(step));
+                out.push(Command::View(ViewCommand::StepPhotograph(step)));
             }
         }
     });
 }
 
-fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy) {
+fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
     ui.spacing_mut().interact_size.y = 0.0;
-    let rim = match (&study.rim, sight.state.look.circle) {
+    let rim = match (&study.rim, context.state.look.circle) {
         (Ok(rim), _) if rim.rim_share > 0.0 => {
             format!(
                 "{:.2} px, {:.0} % seen",
@@ -278,7 +279,7 @@ fn figures_ui(ui: &mut Ui, sight: &Sight, study: &ProbeStudy) {
 }
 
 /// What is wrong with the lamps, where anything is.
-fn findings_ui(ui: &mut Ui, study: &ProbeStudy) {
+fn findings_ui(ui: &mut Ui, study: &ProbeView) {
     /// Three lines; more can be scrolled to.
     const HEIGHT: f32 = 50.0;
     if study.findings.is_empty() {
@@ -296,7 +297,7 @@ fn findings_ui(ui: &mut Ui, study: &ProbeStudy) {
 }
 
 /// The lamps as a table; the one that was clicked.
-fn lamps_ui(ui: &mut Ui, study: &ProbeStudy, chosen: Option<usize>) -> Option<usize> {
+fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usize> {
     let mut hit = None;
     row_ui(
         ui,

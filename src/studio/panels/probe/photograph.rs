@@ -1,15 +1,15 @@
 //! The mirror ball's photograph with its silhouette to be dragged, the rim magnified and the lamps marked.
 
 use super::super::sphere::{self, Mark};
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use calibration::Circle;
 use egui::{
     Color32, CursorIcon, PointerButton, Pos2, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2,
     pos2, vec2,
 };
-use worker::ProbeStudy;
+use worker::ProbeView;
 
 /// A handle is taken within this many points.
 const REACH: f32 = 9.0;
@@ -67,8 +67,8 @@ impl Photograph {
     pub fn ui(
         &mut self,
         ui: &mut Ui,
-        sight: &Sight,
-        study: &ProbeStudy,
+        context: &PanelContext,
+        study: &ProbeView,
         picture: TextureId,
         marks: &[Mark],
         out: &mut Vec<Command>,
@@ -77,7 +77,7 @@ impl Photograph {
         let (width, height) = study.size;
         let size = vec2(width as f32, height as f32);
         let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
-        let view = sight.state.view;
+        let view = context.state.view;
         let points_per_pixel = (room / size).min_elem() * view.zoom;
         let center = rect.center() + Vec2::from(view.pan);
         let placement = Placement {
@@ -95,7 +95,7 @@ impl Photograph {
                 painter.rect_filled(pixel, 0.0, Color32::from_rgb(255, 0, 220));
             }
         }
-        let circle = sight.state.look.circle.unwrap_or(study.circle);
+        let circle = context.state.look.circle.unwrap_or(study.circle);
         let response = ui.interact(
             rect,
             ui.scope_id().with("photograph"),
@@ -116,7 +116,7 @@ impl Photograph {
         if self.points.is_none()
             && let Some(number) = sphere::clicked(&response, marks, &places)
         {
-            out.push(Command::Photograph(Some(number)));
+            out.push(Command::View(ViewCommand::Photograph(Some(number))));
         }
         circle_ui(&painter, placement, circle);
         for point in self.points.iter().flatten() {
@@ -139,7 +139,7 @@ impl Photograph {
             let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
             if factor != 1.0 {
                 let about = (at - rect.center()).into();
-                out.push(Command::Zoom { factor, about });
+                out.push(Command::View(ViewCommand::Zoom { factor, about }));
             }
             let from_center = at - placement.point(circle.center_px);
             if self.held.is_none() && from_center.length() > 4.0 {
@@ -163,7 +163,7 @@ impl Photograph {
             points.push(placement.pixel(at));
             if let [a, b, c] = points[..] {
                 match Circle::through([a, b, c]) {
-                    Ok(circle) => out.push(Command::Circle(Some(circle))),
+                    Ok(circle) => out.push(Command::Look(LookCommand::Circle(Some(circle)))),
                     Err(e) => self.refused = Some(e.to_string()),
                 }
                 self.points = None;
@@ -175,7 +175,9 @@ impl Photograph {
             self.held = Some(grip(placement, circle, at));
         }
         if response.dragged_by(PointerButton::Middle) {
-            out.push(Command::Pan(response.drag_delta().into()));
+            out.push(Command::View(ViewCommand::Pan(
+                response.drag_delta().into(),
+            )));
         }
         if response.dragged_by(PointerButton::Primary) {
             let fine = if ui.input(|i| i.modifiers.shift) {
@@ -190,15 +192,19 @@ impl Photograph {
             let delta = whole.unwrap_or(response.drag_delta());
             let pixels = |points: f32| f64::from(fine * points / placement.points_per_pixel);
             match self.held {
-                Some(Held::Center) => out.push(Command::NudgeCircle {
-                    by: [pixels(delta.x), pixels(delta.y)],
-                    radius: 0.0,
-                }),
-                Some(Held::Rim(angle)) => out.push(Command::NudgeCircle {
-                    by: [0.0; 2],
-                    radius: pixels(delta.dot(Vec2::angled(angle))),
-                }),
-                Some(Held::Picture) => out.push(Command::Pan(delta.into())),
+                Some(Held::Center) => {
+                    out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
+                        by: [pixels(delta.x), pixels(delta.y)],
+                        radius: 0.0,
+                    }))
+                }
+                Some(Held::Rim(angle)) => {
+                    out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
+                        by: [0.0; 2],
+                        radius: pixels(delta.dot(Vec2::angled(angle))),
+                    }))
+                }
+                Some(Held::Picture) => out.push(Command::View(ViewCommand::Pan(delta.into()))),
                 None => {}
             }
         }

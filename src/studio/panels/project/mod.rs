@@ -3,9 +3,9 @@
 mod wizard;
 
 use super::TEXT_WIDTH;
-use crate::command::Command;
+use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::recents::Recent;
 use crate::theme::{self, GAP};
 use crate::wizard::typed;
@@ -27,7 +27,7 @@ impl Default for ProjectPanel {
 }
 
 impl ProjectPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::PANEL);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -38,31 +38,31 @@ impl ProjectPanel {
                 ui.vertical(|ui| {
                     ui.set_width(width);
                     ui.add_space(3.0 * GAP);
-                    self.column_ui(ui, sight, out);
+                    self.column_ui(ui, context, out);
                     ui.add_space(2.0 * GAP);
                 });
             });
         });
     }
 
-    fn column_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        if let Some(refusal) = &sight.news.refusal {
+    fn column_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        if let Some(refusal) = &context.status.refusal {
             super::refusal_ui(ui, refusal, out);
             ui.add_space(GAP);
         }
         // A window with a project shows its job in a line of its own.
-        if let (Some(work), None) = (&sight.news.work, sight.project) {
-            return super::work_ui(ui, work, out);
+        if let (Some(job), None) = (&context.status.job, context.project) {
+            return super::job_ui(ui, job, out);
         }
-        if let (Some(said), None) = (&sight.news.said, sight.project) {
+        if let (Some(said), None) = (&context.status.message, context.project) {
             ui.label(said);
             ui.add_space(GAP);
         }
-        if let Some(plan) = sight.wizard.plan() {
-            return wizard::plan_ui(ui, sight, plan, out);
+        if let Some(plan) = context.wizard.plan() {
+            return wizard::plan_ui(ui, context, plan, out);
         }
-        match sight.project {
-            Some(project) => open_ui(ui, sight, project),
+        match context.project {
+            Some(project) => open_ui(ui, context, project),
             None => {
                 ui.heading("No project is open");
                 quiet_ui(
@@ -75,8 +75,16 @@ impl ProjectPanel {
         ui.add_space(GAP);
         ui.horizontal(|ui| {
             for (icon, words, command) in [
-                (icons::ADD, "New project…", Command::NewProject(None)),
-                (icons::FOLDER, "Open project…", Command::ChooseProject),
+                (
+                    icons::ADD,
+                    "New project…",
+                    Command::Project(ProjectCommand::New(None)),
+                ),
+                (
+                    icons::FOLDER,
+                    "Open project…",
+                    Command::Dialog(Dialog::Project),
+                ),
             ] {
                 let button = Button::new((icon, words)).min_size(vec2(132.0, 28.0));
                 if icons::named_ui(ui, true, button, words).clicked() {
@@ -86,8 +94,8 @@ impl ProjectPanel {
             quiet_ui(ui, "or drop the folder of a shoot or a project anywhere");
         });
         ui.add_space(2.0 * GAP);
-        recent_ui(ui, sight, out);
-        if sight.project.is_none() {
+        recent_ui(ui, context, out);
+        if context.project.is_none() {
             ui.add_space(2.0 * GAP);
             self.demo_ui(ui, out);
         }
@@ -107,7 +115,7 @@ impl ProjectPanel {
             let folder = typed(&self.demo);
             let make = ui.add_enabled(folder.is_some(), Button::new("Make the demo"));
             if let (true, Some(folder)) = (make.clicked(), folder) {
-                out.push(Command::MakeDemo(folder));
+                out.push(Command::Project(ProjectCommand::MakeDemo(folder)));
             }
         });
     }
@@ -118,7 +126,7 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
 }
 
 /// The project that is open.
-fn open_ui(ui: &mut Ui, sight: &Sight, project: &Project) {
+fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     let (settings, shoot) = (&project.settings, &project.settings.shoot);
     ui.heading(&settings.name);
     quiet_ui(ui, &project.root.display().to_string());
@@ -133,17 +141,17 @@ fn open_ui(ui: &mut Ui, sight: &Sight, project: &Project) {
     quiet_ui(ui, &format!("Shoot: {}", project.shoot_path("").display()));
     quiet_ui(
         ui,
-        match sight.read_only {
+        match context.read_only {
             Some(_) => "Nothing is saved here: somebody else writes into this project",
             None => "Everything is saved as you work",
         },
     );
 }
 
-fn recent_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+fn recent_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.strong("Recent");
-    let open = sight.project.map(|project| &project.root);
-    let others = sight.recents.iter();
+    let open = context.project.map(|project| &project.root);
+    let others = context.recents.iter();
     let mut others = others
         .filter(|recent| Some(&recent.folder) != open)
         .peekable();
@@ -183,11 +191,15 @@ fn row_ui(ui: &mut Ui, recent: &Recent, out: &mut Vec<Command>) {
                 response
             };
             if button(ui, "Open", recent.trouble.is_none()).clicked() {
-                out.push(Command::OpenProject(recent.folder.clone()));
+                out.push(Command::Project(ProjectCommand::Open(
+                    recent.folder.clone(),
+                )));
             }
             let hint = "Takes it out of this list. Nothing on the disk is changed.";
             if button(ui, "Remove", true).on_hover_text(hint).clicked() {
-                out.push(Command::ForgetProject(recent.folder.clone()));
+                out.push(Command::Project(ProjectCommand::Forget(
+                    recent.folder.clone(),
+                )));
             }
         });
     });

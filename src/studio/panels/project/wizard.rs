@@ -1,9 +1,9 @@
 //! A new project on one page: the shoot, what was found in it, and what is chosen.
 
 use super::quiet_ui;
-use crate::command::Command;
+use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use crate::wizard::{Plan, cost};
 use egui::{Button, ComboBox, DragValue, Grid, Id, RichText, TextEdit, Ui, vec2};
@@ -15,9 +15,9 @@ const SIZES: [usize; 5] = [64, 128, 256, 512, 1024];
 const NAMES: f32 = 110.0;
 
 /// The page.
-pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) {
+pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<Command>) {
     let mut changed = plan.clone();
-    let scan = sight.wizard.scan();
+    let scan = context.wizard.scan();
     ui.heading("New project");
     ui.add_space(GAP);
     row_ui(ui, "Shoot", |ui, name| {
@@ -29,7 +29,7 @@ pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) 
             hint,
             "Choose the shoot's folder",
         ) {
-            out.push(Command::ChooseShoot);
+            out.push(Command::Dialog(Dialog::Shoot));
         }
     });
     ui.add_space(GAP);
@@ -49,26 +49,28 @@ pub fn plan_ui(ui: &mut Ui, sight: &Sight, plan: &Plan, out: &mut Vec<Command>) 
         ui.add_space(GAP);
     }
     ui.horizontal(|ui| {
-        let obstacle = match sight.news.work {
+        let obstacle = match context.status.job {
             Some(_) => Some("Something else is being made: wait until it is done, or stop it"),
-            None => sight.wizard.job().err(),
+            None => context.wizard.job().err(),
         };
         let make = Button::new("Make project").min_size(vec2(120.0, 28.0));
         if ui.add_enabled(obstacle.is_none(), make).clicked() {
-            out.push(Command::MakeProject);
+            out.push(Command::Project(ProjectCommand::Make));
         }
         if ui
             .add(Button::new("Cancel").min_size(vec2(84.0, 28.0)))
             .clicked()
         {
-            out.push(Command::Plan(None));
+            out.push(Command::Project(ProjectCommand::Plan(None)));
         }
         if let Some(obstacle) = obstacle {
             quiet_ui(ui, obstacle);
         }
     });
     if changed != *plan {
-        out.push(Command::Plan(Some(Box::new(changed))));
+        out.push(Command::Project(ProjectCommand::Plan(Some(Box::new(
+            changed,
+        )))));
     }
 }
 
@@ -195,7 +197,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
             &hint,
             "Choose the project's folder",
         ) {
-            out.push(Command::ChooseProjectFolder);
+            out.push(Command::Dialog(Dialog::ProjectFolder));
         }
     });
 }

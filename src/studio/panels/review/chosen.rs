@@ -1,10 +1,9 @@
 //! The chosen cell: its figures, its verdict and its note.
 
-use crate::command::Command;
-use crate::reviews::Reviews;
+use crate::command::{Command, ReviewCommand};
 use crate::theme;
 use egui::{RichText, TextEdit, Ui};
-use evaluation::review::{Mark, MarkedOlat, Metric, Review};
+use evaluation::review::{Mark, MarkedOlat, Marks, Metric, Review};
 
 /// The note as it is being written, and the names of the cell that it belongs to.
 #[derive(Default)]
@@ -18,7 +17,7 @@ pub struct ChosenUi<'a> {
     pub review: &'a Review,
     /// Places of case and lamp in the review.
     pub cell: (usize, usize),
-    pub reviews: &'a Reviews,
+    pub marks: &'a Marks,
     pub metric: Metric,
 }
 
@@ -26,7 +25,7 @@ impl ChosenUi<'_> {
     pub fn ui(&self, ui: &mut Ui, draft: &mut Draft, out: &mut Vec<Command>) {
         let (case, lamp) = self.cell;
         let (case, lamp_name) = (&self.review.cases[case], &self.review.lamps[lamp]);
-        let marked = self.reviews.marks.of(&case.name, lamp_name);
+        let marked = self.marks.of(&case.name, lamp_name);
         let mark = marked.and_then(|m| m.mark);
         let note = marked.map_or("", |m| m.note.as_str());
         let name = Some((case.name.clone(), lamp_name.clone()));
@@ -60,7 +59,7 @@ impl ChosenUi<'_> {
         ui.add(field).labelled_by(label.id);
         if wanted != mark || draft.text != note {
             let marked = MarkedOlat::new(&case.name, lamp_name, wanted, &draft.text);
-            out.push(Command::Mark(Box::new(marked)));
+            out.push(Command::Review(ReviewCommand::Mark(Box::new(marked))));
         }
     }
 }

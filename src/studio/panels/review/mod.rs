@@ -7,14 +7,14 @@ mod sheet;
 
 pub use sheet::LampSheetPanel;
 
-use crate::command::Command;
-use crate::news::Phase;
-use crate::panel::Sight;
+use crate::command::{Command, Dialog, ReviewCommand, ViewCommand};
+use crate::panel_context::PanelContext;
+use crate::status::Phase;
 use crate::theme::{self, GAP};
 use chosen::ChosenUi;
 use egui::{Button, Color32, RichText, ScrollArea, Ui};
 use evaluation::review::{Case, Means, Metric, Review};
-use worker::{Blocked, KeptReview};
+use worker::{Blocked, SavedReview};
 
 /// Cells in the list of the worst.
 const WORST: usize = 12;
@@ -29,38 +29,38 @@ pub struct ReviewPanel {
 }
 
 impl ReviewPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.add_space(GAP);
             // Beside the scroll bar.
             ui.set_max_width(ui.available_width() - GAP);
-            self.contents_ui(ui, sight, out);
+            self.contents_ui(ui, context, out);
             ui.add_space(GAP);
         });
     }
 
-    fn contents_ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let kept = match &sight.reviews.kept {
-            _ if sight.project.is_none() => {
+    fn contents_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let kept = match &context.review.kept {
+            _ if context.project.is_none() => {
                 return quiet_ui(ui, "Open a project to review its network.");
             }
             None => return quiet_ui(ui, "Reading what was measured."),
             Some(Err(sentence)) => {
                 ui.colored_label(theme::ACCENT, sentence);
                 ui.add_space(GAP);
-                return buttons_ui(ui, sight, None, out);
+                return buttons_ui(ui, context, None, out);
             }
             Some(Ok(kept)) => kept,
         };
         let Some(review) = &kept.review else {
-            return empty_ui(ui, sight, kept, out);
+            return empty_ui(ui, context, kept, out);
         };
-        buttons_ui(ui, sight, Some(kept), out);
+        buttons_ui(ui, context, Some(kept), out);
         if let Some(what) = kept.outdated {
             let changed = format!("This was measured before {what} changed. Measure again.");
             ui.colored_label(theme::ACCENT, changed);
         }
-        if let Some(failure) = &sight.reviews.failure {
+        if let Some(failure) = &context.review.failure {
             ui.colored_label(theme::ACCENT, failure);
         }
         // Another measurement may have fewer of them.
@@ -73,10 +73,10 @@ impl ReviewPanel {
         let view = map::MapUi {
             review,
             metric: self.metric,
-            marks: &sight.reviews.marks,
+            marks: &context.review.marks,
             chosen: self.chosen,
-            solo: &sight.state.solo,
-            frame: sight.state.frame,
+            solo: &context.state.solo,
+            frame: context.state.frame,
         };
         let from_map = view.ui(ui);
         ui.add_space(GAP);
@@ -84,7 +84,7 @@ impl ReviewPanel {
             let ui_of_chosen = ChosenUi {
                 review,
                 cell,
-                reviews: sight.reviews,
+                marks: &context.review.marks,
                 metric: self.metric,
             };
             ui_of_chosen.ui(ui, &mut self.note, out);
@@ -100,9 +100,9 @@ impl ReviewPanel {
     fn choose(&mut self, review: &Review, cell: (usize, usize), out: &mut Vec<Command>) {
         self.chosen = Some(cell);
         if let Case::Frame(frame) = review.cases[cell.0].case {
-            out.push(Command::Frame(frame));
+            out.push(Command::View(ViewCommand::Frame(frame)));
         }
-        out.push(Command::Solo(Some(cell.1)));
+        out.push(Command::View(ViewCommand::Solo(Some(cell.1))));
     }
 }
 
@@ -111,12 +111,12 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
 }
 
 /// Why there are no figures, and what brings them.
-fn empty_ui(ui: &mut Ui, sight: &Sight, kept: &KeptReview, out: &mut Vec<Command>) {
-    if let Phase::Blocked(Blocked { sentence, .. }) = &sight.news.phase {
+fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut Vec<Command>) {
+    if let Phase::Blocked(Blocked { sentence, .. }) = &context.status.phase {
         ui.label("There is no network to compare with the truth yet.");
         return quiet_ui(ui, sentence);
     }
-    let poses = match sight.project.map_or(0, |p| p.settings.shoot.poses.len()) {
+    let poses = match context.project.map_or(0, |p| p.settings.shoot.poses.len()) {
         1 => "the pose".to_owned(),
         poses => format!("each of {poses} poses"),
     };
@@ -133,13 +133,18 @@ fn empty_ui(ui: &mut Ui, sight: &Sight, kept: &KeptReview, out: &mut Vec<Command
         ),
     );
     ui.add_space(GAP);
-    buttons_ui(ui, sight, Some(kept), out);
+    buttons_ui(ui, context, Some(kept), out);
 }
 
-fn buttons_ui(ui: &mut Ui, sight: &Sight, kept: Option<&KeptReview>, out: &mut Vec<Command>) {
-    let idle = sight.news.work.is_none();
-    let able = idle && sight.is_live();
-    let why = match (idle, sight.is_live()) {
+fn buttons_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    kept: Option<&SavedReview>,
+    out: &mut Vec<Command>,
+) {
+    let idle = context.status.job.is_none();
+    let able = idle && context.is_live();
+    let why = match (idle, context.is_live()) {
         (false, _) => "A job is running; it has to end first.",
         (_, false) => "There is no network yet.",
         _ => "",
@@ -165,12 +170,12 @@ fn buttons_ui(ui: &mut Ui, sight: &Sight, kept: Option<&KeptReview>, out: &mut V
     };
     ui.horizontal_wrapped(|ui| {
         let hint = "Compares every predicted picture under one lamp with the true one, and keeps the figures with the project";
-        button(ui, "Measure", Some(theme::ACCENT_DIM), able, hint, Command::Measure(None));
+        button(ui, "Measure", Some(theme::ACCENT_DIM), able, hint, Command::Review(ReviewCommand::Measure(None)));
         let hint = "Measures on the frames of another truth: a folder with truth/";
-        button(ui, "Truth…", None, able, hint, Command::ChooseTruth);
+        button(ui, "Truth…", None, able, hint, Command::Dialog(Dialog::Truth));
         if kept.is_some_and(|kept| kept.review.is_some()) {
             let hint = "Writes one page with figures, pictures and notes, to hand on";
-            button(ui, "Report…", None, able, hint, Command::ChooseReport);
+            button(ui, "Report…", None, able, hint, Command::Dialog(Dialog::ReportPage));
         }
     });
 }

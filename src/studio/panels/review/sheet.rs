@@ -1,7 +1,7 @@
 //! The contact sheet: the shown frame under every lamp, each picture where its lamp is.
 
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{Command, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{
     Align, Align2, Button, Color32, ColorImage, FontId, Layout, Rect, RichText, Sense, Stroke,
@@ -10,7 +10,7 @@ use egui::{
 use evaluation::review::{Mark, place_by_direction};
 use glam::Vec3;
 use std::sync::Arc;
-use worker::{LampSheet, Relit, Thumbnail};
+use worker::{LampSheet, PreviewPicture, SrgbPicture};
 
 /// The panel, and the texture that holds all pictures of the sheet that is shown.
 #[derive(Default)]
@@ -19,17 +19,17 @@ pub struct LampSheetPanel {
 }
 
 impl LampSheetPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let empty = match (&sight.reviews.sheet, sight.relit) {
-            _ if sight.project.is_none() => "Open a project to see its frames under every lamp.",
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let empty = match (&context.review.sheet, context.relit) {
+            _ if context.project.is_none() => "Open a project to see its frames under every lamp.",
             (Some(Err(sentence)), _) => {
                 ui.colored_label(theme::ACCENT, sentence);
                 return;
             }
             (Some(Ok(sheet)), Some(relit)) if sheet.lamps.len() == relit.rig.lamps.len() => {
-                return self.sheet_ui(ui, sight, sheet, relit, out);
+                return self.sheet_ui(ui, context, sheet, relit, out);
             }
-            _ if !sight.is_live() => {
+            _ if !context.is_live() => {
                 "The lamps are shown once there is a network that predicts them."
             }
             _ => "Predicting the frame under every lamp.",
@@ -40,12 +40,12 @@ impl LampSheetPanel {
     fn sheet_ui(
         &mut self,
         ui: &mut Ui,
-        sight: &Sight,
+        context: &PanelContext,
         sheet: &Arc<LampSheet>,
-        relit: &Relit,
+        relit: &PreviewPicture,
         out: &mut Vec<Command>,
     ) {
-        let solo = &sight.state.solo;
+        let solo = &context.state.solo;
         ui.horizontal(|ui| {
             let title = match solo.as_slice() {
                 [] => format!("Frame {} under every lamp", sheet.frame),
@@ -63,7 +63,7 @@ impl LampSheetPanel {
                     .on_hover_text("Shows the picture under the light again")
                     .clicked()
                 {
-                    out.push(Command::Solo(None));
+                    out.push(Command::View(ViewCommand::Solo(None)));
                 }
             });
         });
@@ -74,7 +74,7 @@ impl LampSheetPanel {
         let area = ui.available_rect_before_wrap();
         let directions: Vec<Vec3> = relit.rig.lamps.iter().map(|lamp| lamp.direction).collect();
         let placed = place_by_direction(&directions, area.width(), area.height());
-        let case = sight
+        let case = context
             .project
             .and_then(|p| p.settings.shoot.frames.get(sheet.frame));
         for (number, (lamp, [x, y])) in relit.rig.lamps.iter().zip(&placed.corners).enumerate() {
@@ -92,7 +92,7 @@ impl LampSheetPanel {
                 atlas.place(number),
                 Color32::WHITE,
             );
-            let mark = case.and_then(|case| sight.reviews.marks.of(case, &lamp.name));
+            let mark = case.and_then(|case| context.review.marks.of(case, &lamp.name));
             if let Some(marked) = mark {
                 let color = match marked.mark {
                     Some(Mark::Good) => Color32::from_rgb(126, 190, 116),
@@ -124,9 +124,9 @@ impl LampSheetPanel {
             if response.clicked() {
                 let also = ui.input(|i| i.modifiers.command);
                 out.push(match (also, solo.as_slice()) {
-                    (true, _) => Command::SoloAlso(number),
-                    (false, [one]) if *one == number => Command::Solo(None),
-                    (false, _) => Command::Solo(Some(number)),
+                    (true, _) => Command::View(ViewCommand::SoloAlso(number)),
+                    (false, [one]) if *one == number => Command::View(ViewCommand::Solo(None)),
+                    (false, _) => Command::View(ViewCommand::Solo(Some(number))),
                 });
             }
             let hint = || {
@@ -163,7 +163,7 @@ struct Atlas {
 }
 
 impl Atlas {
-    fn new(ctx: &egui::Context, pictures: &[Thumbnail]) -> Self {
+    fn new(ctx: &egui::Context, pictures: &[SrgbPicture]) -> Self {
         let columns = (pictures.len() as f32).sqrt().ceil().max(1.0) as usize;
         let rows = pictures.len().div_ceil(columns).max(1);
         let (width, height) = pictures.first().map_or((1, 1), |p| (p.width, p.height));

@@ -1,21 +1,25 @@
 //! Checkpoints to go back to.
 
 use super::figures::clock;
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{Command, TrainingCommand};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Align, Button, Layout, RichText, Ui, WidgetInfo, vec2};
 use training::checkpoints::SavedCheckpoint;
 
 /// The list, the newest first.
-pub fn checkpoints_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.label(RichText::new("Checkpoints").color(theme::QUIET));
-    let kept = sight.training.records.as_ref().map_or(&[][..], |r| &r.kept);
+    let kept = context
+        .training
+        .records
+        .as_ref()
+        .map_or(&[][..], |r| &r.kept);
     if kept.is_empty() {
         let text = "Training leaves some as it goes, and one before each new start.";
         ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
     }
-    let idle = sight.news.work.is_none();
+    let idle = context.status.job.is_none();
     for one in kept {
         row_ui(ui, one, idle, out);
     }
@@ -74,7 +78,7 @@ fn row_ui(ui: &mut Ui, kept: &SavedCheckpoint, idle: bool, out: &mut Vec<Command
                 WidgetInfo::labeled(egui::Role::Button, idle, name)
             });
             if response.clicked() {
-                out.push(Command::GoBack(kept.name.clone()));
+                out.push(Command::Training(TrainingCommand::GoBack(kept.name.clone())));
             }
         });
     });

@@ -1,8 +1,8 @@
 //! What to train, what it will cost, and the buttons that begin, hold and end a run.
 
-use crate::command::Command;
+use crate::command::{Command, LookCommand, TrainingCommand};
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::job;
 use crate::theme;
 use crate::training::TrainChoice;
@@ -15,9 +15,11 @@ const MOST_MINUTES: f64 = 7.0 * 24.0 * 60.0;
 const BUTTON: egui::Vec2 = vec2(84.0, 24.0);
 
 /// The presets as a list, each with what it will cost.
-pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-    let choice = sight.training.choice(sight.state, project);
-    let pace = sight.training.pace();
+pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
+    let choice = context
+        .training
+        .choice(context.state.look.training, project);
+    let pace = context.training.pace();
     for preset in Preset::ALL {
         let chosen = preset == choice.preset;
         let wanted = TrainChoice { preset, ..choice };
@@ -27,7 +29,7 @@ pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<C
         let network = config.network(project).cost();
         let size = vec2(ui.available_width(), 38.0);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-        let enabled = !sight.training.running;
+        let enabled = !context.training.running;
         response.widget_info(|| {
             let name = format!("Preset {}", preset.name());
             WidgetInfo::selected(egui::Role::RadioButton, enabled, chosen, name)
@@ -75,7 +77,7 @@ pub fn presets_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<C
         };
         let response = response.on_hover_text(format!("{}: {network}. {known}", preset.purpose()));
         if response.clicked() && enabled && !chosen {
-            out.push(Command::Train(wanted));
+            out.push(Command::Look(LookCommand::Training(wanted)));
         }
     }
 }
@@ -109,10 +111,12 @@ pub fn duration(seconds: f64) -> String {
 }
 
 /// The pose that judges, and the minutes.
-pub fn settings_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-    let choice = sight.training.choice(sight.state, project);
+pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
+    let choice = context
+        .training
+        .choice(context.state.look.training, project);
     let poses = &project.settings.shoot.poses;
-    ui.add_enabled_ui(!sight.training.running, |ui| {
+    ui.add_enabled_ui(!context.training.running, |ui| {
         ui.horizontal(|ui| {
             let label = ui.label(RichText::new("Hold out").size(13.0));
             let name = |pose: Option<usize>| {
@@ -128,10 +132,10 @@ pub fn settings_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<
                     for pose in std::iter::once(None).chain((0..others).map(Some)) {
                         let chosen = pose == choice.hold_out;
                         if ui.selectable_label(chosen, name(pose)).clicked() {
-                            out.push(Command::Train(TrainChoice {
+                            out.push(Command::Look(LookCommand::Training(TrainChoice {
                                 hold_out: pose,
                                 ..choice
-                            }));
+                            })));
                         }
                     }
                 });
@@ -148,10 +152,10 @@ pub fn settings_ui(ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<
                     .max_decimals(1);
                 let response = ui.add_sized(vec2(52.0, 24.0), field).labelled_by(label.id);
                 if response.changed() {
-                    out.push(Command::Train(TrainChoice {
+                    out.push(Command::Look(LookCommand::Training(TrainChoice {
                         minutes: Some(minutes),
                         ..choice
-                    }));
+                    })));
                 }
                 response.on_hover_text(
                     "Of training, earlier sittings counted in. The learning rate falls towards the end",
@@ -169,18 +173,24 @@ pub struct Buttons {
 }
 
 impl Buttons {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, project: &Project, out: &mut Vec<Command>) {
-        if let Some(work) = sight.news.work.as_ref() {
+    pub fn ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        project: &Project,
+        out: &mut Vec<Command>,
+    ) {
+        if let Some(job) = context.status.job.as_ref() {
             self.confirming = false;
-            if sight.training.running {
-                ui.horizontal(|ui| job::buttons_ui(ui, work, out));
+            if context.training.running {
+                ui.horizontal(|ui| job::buttons_ui(ui, job, out));
             } else {
-                let text = format!("{} is in hand", job::capitalized(work.what));
+                let text = format!("{} is in hand", job::capitalized(job.what));
                 ui.label(RichText::new(text).size(13.0).color(theme::QUIET));
             }
             return;
         }
-        let records = sight.training.records.as_deref();
+        let records = context.training.records.as_deref();
         let Some(present) = records.and_then(|records| records.present.as_ref()) else {
             // A checkpoint that is there and cannot be read is put aside by a run that begins anew.
             let broken = records.is_some_and(|records| records.failure.is_some());
@@ -196,15 +206,17 @@ impl Buttons {
             ui.horizontal(|ui| {
                 let yes = Button::new("Begin anew").fill(theme::ACCENT_DIM);
                 if ui.add(yes).clicked() {
-                    out.push(Command::StartTraining { fresh: true });
+                    out.push(Command::Training(TrainingCommand::Start { fresh: true }));
                     self.confirming = false;
                 }
                 self.confirming &= !ui.button("Cancel").clicked();
             });
             return;
         }
-        let choice = sight.training.choice(sight.state, project);
-        let refusal = sight.training.refusal(&choice, project);
+        let choice = context
+            .training
+            .choice(context.state.look.training, project);
+        let refusal = context.training.refusal(&choice, project);
         ui.horizontal(|ui| {
             let resume = Button::new((icons::PLAY, "Resume"))
                 .fill(theme::ACCENT_DIM)
@@ -215,7 +227,7 @@ impl Buttons {
                 .on_disabled_hover_text(refusal.clone().unwrap_or_default())
                 .clicked()
             {
-                out.push(Command::StartTraining { fresh: false });
+                out.push(Command::Training(TrainingCommand::Start { fresh: false }));
             }
             let over = Button::new((icons::OVER, "Start over…")).min_size(BUTTON);
             if icons::named_ui(ui, true, over, "Start over…")
@@ -245,7 +257,7 @@ pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
         .on_hover_text(hint)
         .clicked()
     {
-        out.push(Command::StartTraining { fresh });
+        out.push(Command::Training(TrainingCommand::Start { fresh }));
     }
 }
 

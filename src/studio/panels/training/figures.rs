@@ -1,20 +1,20 @@
 //! Where a run stands, in numbers.
 
-use crate::news::Work;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::job;
+use crate::status::RunningJob;
 use crate::theme::{self, GAP};
 use base::progress::{LossPoint, TrainingPhase, TrainingPoint};
 use egui::{RichText, Ui};
 use project::Project;
 
 /// The figures of the run, and what is wrong with it.
-pub fn figures_ui(ui: &mut Ui, sight: &Sight, project: &Project) {
-    let training = sight.training;
+pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
+    let training = context.training;
     let present = training.records.as_ref().and_then(|r| r.present.as_ref());
     let (point, last) = (training.point.as_ref(), training.history.points().last());
     let none = || "–".to_owned();
-    let work = sight.news.work.as_ref().filter(|_| training.running);
+    let job = context.status.job.as_ref().filter(|_| training.running);
     let recent = |term: fn(&LossPoint) -> Option<f32>| {
         let mut points = training.history.points().iter().rev();
         points.find_map(term)
@@ -38,11 +38,7 @@ pub fn figures_ui(ui: &mut Ui, sight: &Sight, project: &Project) {
             seconds.map_or_else(none, clock),
             "Time of training, pauses left out",
         ),
-        (
-            "Left",
-            work.map_or_else(none, left),
-            "Until the run is over",
-        ),
+        ("Left", job.map_or_else(none, left), "Until the run is over"),
         ("Rate", point.map_or_else(none, rate), "Steps a second"),
         (
             "Phase",
@@ -134,10 +130,10 @@ fn rate(point: &TrainingPoint) -> String {
     }
 }
 
-fn left(work: &Work) -> String {
-    match job::state(work) {
-        text if text.is_empty() => format!("{:.0} % done", 100.0 * work.share),
-        text => format!("{text}, {:.0} % done", 100.0 * work.share),
+fn left(job: &RunningJob) -> String {
+    match job::state(job) {
+        text if text.is_empty() => format!("{:.0} % done", 100.0 * job.share),
+        text => format!("{text}, {:.0} % done", 100.0 * job.share),
     }
 }
 

@@ -7,9 +7,9 @@ mod curves;
 mod figures;
 mod pictures;
 
-use crate::command::Command;
+use crate::command::{Command, Dialog, JobCommand};
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::notice_ui;
 use crate::theme::{self, GAP};
 use egui::{Frame, Margin, Panel, RichText, ScrollArea, Ui};
@@ -30,17 +30,17 @@ pub struct TrainingPanel {
 }
 
 impl TrainingPanel {
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-        let Some(project) = sight.project else {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let Some(project) = context.project else {
             return notice_ui(ui, |ui| {
                 ui.heading("No project is open");
                 ui.add_space(GAP);
                 if icons::worded_ui(ui, icons::FOLDER, "Open project…").clicked() {
-                    out.push(Command::ChooseProject);
+                    out.push(Command::Dialog(Dialog::Project));
                 }
             });
         };
-        let Some(records) = sight.training.records.as_deref() else {
+        let Some(records) = context.training.records.as_deref() else {
             return notice_ui(ui, |ui| {
                 ui.heading("Reading what was trained");
             });
@@ -53,18 +53,24 @@ impl TrainingPanel {
             .frame(frame)
             .show(ui, |ui| {
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    self.side_ui(ui, sight, project, records, out);
+                    self.side_ui(ui, context, project, records, out);
                 });
             });
         Frame::new()
             .inner_margin(Margin::symmetric(12, 4))
-            .show(ui, |ui| self.main_ui(ui, sight, records, out));
+            .show(ui, |ui| self.main_ui(ui, context, records, out));
     }
 
-    fn main_ui(&mut self, ui: &mut Ui, sight: &Sight, records: &Records, out: &mut Vec<Command>) {
-        let points = sight.training.history.points();
-        if points.is_empty() && !sight.training.running {
-            return notice_ui(ui, |ui| instead_ui(ui, sight, records, out));
+    fn main_ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        records: &Records,
+        out: &mut Vec<Command>,
+    ) {
+        let points = context.training.history.points();
+        if points.is_empty() && !context.training.running {
+            return notice_ui(ui, |ui| instead_ui(ui, context, records, out));
         }
         let judged = points.iter().any(|point| point.held_out_db.is_some());
         // Pictures are squares: as high as three fit beside each other, or a third of the room.
@@ -82,14 +88,14 @@ impl TrainingPanel {
             ui.label(RichText::new("PSNR on the unseen pose").size(13.0));
             curves::held_out_ui(ui, below - LINE, points);
         }
-        ui.horizontal(|ui| pictures::lamp_ui(ui, sight, out));
-        self.pictures.ui(ui, pictures, sight);
+        ui.horizontal(|ui| pictures::lamp_ui(ui, context, out));
+        self.pictures.ui(ui, pictures, context);
     }
 
     fn side_ui(
         &mut self,
         ui: &mut Ui,
-        sight: &Sight,
+        context: &PanelContext,
         project: &Project,
         records: &Records,
         out: &mut Vec<Command>,
@@ -97,36 +103,40 @@ impl TrainingPanel {
         ui.add_space(GAP);
         // The bar to scroll by covers nothing.
         ui.set_max_width(ui.available_width() - GAP);
-        let known = !sight.training.history.points().is_empty() || sight.training.running;
-        let work = sight.news.work.as_ref().filter(|_| sight.training.running);
-        let held = work.and_then(|work| work.held.as_ref());
+        let known = !context.training.history.points().is_empty() || context.training.running;
+        let job = context
+            .status
+            .job
+            .as_ref()
+            .filter(|_| context.training.running);
+        let held = job.and_then(|job| job.held.as_ref());
         for sentence in records.failure.iter().filter(|_| known).chain(held) {
             ui.label(RichText::new(sentence).size(12.5).color(theme::ACCENT));
             ui.add_space(GAP);
         }
-        controls::presets_ui(ui, sight, project, out);
-        controls::settings_ui(ui, sight, project, out);
-        if !is_empty(sight, records) {
-            self.buttons.ui(ui, sight, project, out);
+        controls::presets_ui(ui, context, project, out);
+        controls::settings_ui(ui, context, project, out);
+        if !is_empty(context, records) {
+            self.buttons.ui(ui, context, project, out);
         }
         if known {
             ui.separator();
-            ui.scope(|ui| figures::figures_ui(ui, sight, project));
+            ui.scope(|ui| figures::figures_ui(ui, context, project));
         }
         ui.separator();
-        checkpoints::checkpoints_ui(ui, sight, out);
+        checkpoints::checkpoints_ui(ui, context, out);
         ui.add_space(GAP);
     }
 }
 
 /// Whether there is nothing yet but the button that begins, which the notice has.
-fn is_empty(sight: &Sight, records: &Records) -> bool {
+fn is_empty(context: &PanelContext, records: &Records) -> bool {
     let untouched = records.present.is_none() && records.failure.is_none();
-    untouched && sight.news.work.is_none() && sight.training.history.points().is_empty()
+    untouched && context.status.job.is_none() && context.training.history.points().is_empty()
 }
 
 /// What stands where the curves would be.
-fn instead_ui(ui: &mut Ui, sight: &Sight, records: &Records, out: &mut Vec<Command>) {
+fn instead_ui(ui: &mut Ui, context: &PanelContext, records: &Records, out: &mut Vec<Command>) {
     let heading = |ui: &mut Ui, text: &str| {
         ui.heading(text);
         ui.add_space(GAP);
@@ -138,8 +148,8 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, records: &Records, out: &mut Vec<Comma
         heading(ui, "The lamps are not known yet");
         ui.label("Training needs the calibration: the lamps, their weights in the interview's light, and the camera's response.");
         ui.add_space(GAP);
-        if sight.news.work.is_none() && ui.button("Calibrate first").clicked() {
-            out.push(Command::Provide(Need::Calibration));
+        if context.status.job.is_none() && ui.button("Calibrate first").clicked() {
+            out.push(Command::Job(JobCommand::Provide(Need::Calibration)));
         }
     } else if let Some(present) = &records.present {
         heading(ui, "There is a network, and no curve of it");
@@ -149,7 +159,7 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, records: &Records, out: &mut Vec<Comma
         ));
     } else {
         heading(ui, "Nothing has been trained yet");
-        let shoot = sight.project.map(|project| &project.settings.shoot);
+        let shoot = context.project.map(|project| &project.settings.shoot);
         if let Some(shoot) = shoot {
             ui.label(format!(
                 "To learn from: poses {}, lamps {}, frames of the interview {}. Choose a preset at the right.",
@@ -159,7 +169,7 @@ fn instead_ui(ui: &mut Ui, sight: &Sight, records: &Records, out: &mut Vec<Comma
             ));
         }
         ui.add_space(GAP);
-        if is_empty(sight, records) {
+        if is_empty(context, records) {
             controls::start_ui(ui, false, out);
         }
     }

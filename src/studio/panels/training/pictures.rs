@@ -1,7 +1,7 @@
 //! What the network makes of a pose under one lamp, beside the truth and their difference.
 
-use crate::command::Command;
-use crate::panel::Sight;
+use crate::command::{Command, ViewCommand};
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use base::progress::TrainingPictures;
 use egui::{
@@ -16,10 +16,10 @@ const CAPTION: f32 = 18.0;
 /// The textures of the lamp that is shown.
 #[derive(Default)]
 pub struct Pictures {
-    shown: Option<Shown>,
+    shown: Option<LampTextures>,
 }
 
-struct Shown {
+struct LampTextures {
     pictures: Arc<TrainingPictures>,
     lamp: usize,
     textures: [TextureHandle; 3],
@@ -27,9 +27,9 @@ struct Shown {
 
 impl Pictures {
     /// Three pictures beside each other, as high as there is room.
-    pub fn ui(&mut self, ui: &mut Ui, height: f32, sight: &Sight) {
-        let pictures = sight.training.pictures.as_ref();
-        self.upload(ui, pictures, sight.state.trained_lamp);
+    pub fn ui(&mut self, ui: &mut Ui, height: f32, context: &PanelContext) {
+        let pictures = context.training.pictures.as_ref();
+        self.upload(ui, pictures, context.state.trained_lamp);
         let side = ((ui.available_width() - 2.0 * GAP) / 3.0).min(height - CAPTION);
         let names = ["Predicted", "True", "Difference ×4"];
         let width = 3.0 * side + 2.0 * GAP;
@@ -85,7 +85,7 @@ impl Pictures {
             ui.ctx()
                 .load_texture(name, picture, egui::TextureOptions::LINEAR)
         });
-        self.shown = Some(Shown {
+        self.shown = Some(LampTextures {
             pictures: pictures.clone(),
             lamp,
             textures,
@@ -94,9 +94,12 @@ impl Pictures {
 }
 
 /// Which pose and which lamp.
-pub fn lamp_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let lamps = sight.project.map_or(&[][..], |p| &p.settings.shoot.lamps);
-    let shown = sight.state.trained_lamp.min(lamps.len().saturating_sub(1));
+pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let lamps = context.project.map_or(&[][..], |p| &p.settings.shoot.lamps);
+    let shown = context
+        .state
+        .trained_lamp
+        .min(lamps.len().saturating_sub(1));
     let name = |lamp: usize| lamps.get(lamp).map_or("", String::as_str);
     let label = ui.label(RichText::new("Lamp").size(13.0));
     let list = egui::ComboBox::from_id_salt("trained lamp")
@@ -105,15 +108,15 @@ pub fn lamp_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         .show_ui(ui, |ui| {
             for lamp in 0..lamps.len() {
                 if ui.selectable_label(lamp == shown, name(lamp)).clicked() {
-                    out.push(Command::TrainedLamp(lamp));
+                    out.push(Command::View(ViewCommand::TrainedLamp(lamp)));
                 }
             }
         });
     list.response
         .labelled_by(label.id)
         .on_hover_text("Keys: Page Up, Page Down");
-    if let Some(pictures) = &sight.training.pictures {
-        let poses = sight.project.map_or(&[][..], |p| &p.settings.shoot.poses);
+    if let Some(pictures) = &context.training.pictures {
+        let poses = context.project.map_or(&[][..], |p| &p.settings.shoot.poses);
         let pose = poses.get(pictures.pose).map_or("", String::as_str);
         let seen = match pictures.held_out {
             true => ", which training does not see",

@@ -1,7 +1,8 @@
 //! A compass over the picture: seen from above, camera below, it turns the environment.
 
-use crate::command::Command;
-use crate::panel::{Reading, Sight};
+use crate::command::{Command, LookCommand};
+use crate::environment_library::PanoramaState;
+use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
 use egui::{Color32, CursorIcon, FontId, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 
@@ -9,8 +10,9 @@ use egui::{Color32, CursorIcon, FontId, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec
 const RADIUS: f32 = 30.0;
 
 /// The compass in the lower right corner: a drag around it sets the yaw.
-pub fn gizmo_ui(ui: &Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>) {
-    let Some(Reading::Done { .. }) = sight.environment().map(|entry| &entry.panorama) else {
+pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
+    let Some(PanoramaState::Done { .. }) = context.environment().map(|entry| &entry.panorama)
+    else {
         return;
     };
     let center = rect.right_bottom() - Vec2::splat(RADIUS + 2.5 * GAP);
@@ -19,7 +21,7 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>) {
         return;
     }
     let response = ui.interact(area, ui.scope_id().with("compass"), Sense::click_and_drag());
-    let yaw = sight.state.look.yaw_deg;
+    let yaw = context.state.look.yaw_deg;
     response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(yaw), "Compass"));
     let lively = response.hovered() || response.dragged();
     let painter = ui.painter().with_clip_rect(rect);
@@ -40,9 +42,9 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>) {
     }
     if let Some(at) = response.interact_pointer_pos() {
         if response.double_clicked() {
-            out.push(Command::Yaw(0.0));
+            out.push(Command::Look(LookCommand::Yaw(0.0)));
         } else if response.dragged() {
-            out.push(Command::Yaw(angle(at - center)));
+            out.push(Command::Look(LookCommand::Yaw(angle(at - center))));
         }
     }
     response.on_hover_text("The environment from above, the camera below. Drag to turn it; a double-click puts it back.");

@@ -1,21 +1,22 @@
 //! What stands where the picture would be: what is missing, why, and the button that brings it.
 
-use crate::command::Command;
-use crate::news::Phase;
-use crate::panel::{Reading, Sight};
+use crate::command::{Command, Dialog, JobCommand, ProjectCommand};
+use crate::environment_library::PanoramaState;
+use crate::panel_context::PanelContext;
 use crate::panels::refusal_ui;
+use crate::status::Phase;
 use crate::theme::{self, GAP};
 use egui::Ui;
 use training::Preset;
 use worker::{Blocked, Need};
 
 /// What stands where the picture would be.
-pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let heading = |ui: &mut Ui, text: &str| {
         ui.heading(text);
         ui.add_space(GAP);
     };
-    if let Some(refusal) = &sight.news.refusal {
+    if let Some(refusal) = &context.status.refusal {
         refusal_ui(ui, refusal, out);
         ui.add_space(GAP);
     }
@@ -25,24 +26,28 @@ pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             out.push(command);
         }
     };
-    let failed = sight
-        .news
+    let failed = context
+        .status
         .failure
         .as_ref()
         .map(|failure| (failure, theme::ACCENT));
-    let said =
-        (sight.news.said.as_ref().filter(|_| !sight.is_live())).map(|said| (said, theme::QUIET));
+    let said = (context
+        .status
+        .message
+        .as_ref()
+        .filter(|_| !context.is_live()))
+    .map(|said| (said, theme::QUIET));
     for (sentence, color) in failed.into_iter().chain(said) {
         ui.colored_label(color, sentence);
         ui.add_space(GAP);
     }
-    if let Some(work) = sight.news.work.as_ref().filter(|_| !sight.is_live()) {
-        if sight.job_has_pane() {
+    if let Some(job) = context.status.job.as_ref().filter(|_| !context.is_live()) {
+        if context.job_has_pane() {
             return heading(ui, "The picture comes with the first checkpoint");
         }
-        return super::super::work_ui(ui, work, out);
+        return super::super::job_ui(ui, job, out);
     }
-    match &sight.news.phase {
+    match &context.status.phase {
         Phase::NoProject => heading(ui, "No project is open"),
         Phase::Opening => heading(ui, "Reading the calibration and the network"),
         Phase::Blocked(Blocked { sentence, need }) => {
@@ -58,42 +63,58 @@ pub fn instead_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
             ui.label(sentence);
             match need {
                 Some(Need::Shoot) => {
-                    button(ui, "Locate…".to_owned(), Command::ChooseLocation);
-                    button(ui, "Try again".to_owned(), Command::Reopen);
+                    button(
+                        ui,
+                        "Locate…".to_owned(),
+                        Command::Dialog(Dialog::ShootLocation),
+                    );
+                    button(
+                        ui,
+                        "Try again".to_owned(),
+                        Command::Project(ProjectCommand::Reopen),
+                    );
                 }
                 Some(Need::Calibration) => {
                     button(
                         ui,
                         "Calibrate".to_owned(),
-                        Command::Provide(Need::Calibration),
+                        Command::Job(JobCommand::Provide(Need::Calibration)),
                     );
                 }
                 Some(Need::Network) => {
                     let minutes = Preset::Quick.config().minutes;
                     let time = minutes.map_or(String::new(), |m| format!(" for {m} minutes"));
-                    button(ui, format!("Train{time}"), Command::Provide(Need::Network));
+                    button(
+                        ui,
+                        format!("Train{time}"),
+                        Command::Job(JobCommand::Provide(Need::Network)),
+                    );
                 }
-                None => button(ui, "Try again".to_owned(), Command::Reopen),
+                None => button(
+                    ui,
+                    "Try again".to_owned(),
+                    Command::Project(ProjectCommand::Reopen),
+                ),
             }
         }
-        Phase::Ready { .. } => match sight.environment().map(|e| &e.panorama) {
-            _ if sight.news.failure.is_some() => heading(ui, "This picture cannot be made"),
+        Phase::Ready { .. } => match context.environment().map(|e| &e.panorama) {
+            _ if context.status.failure.is_some() => heading(ui, "This picture cannot be made"),
             None => {
                 heading(ui, "Light is missing");
                 ui.label("Add an environment: a lat-long panorama, .exr or .hdr. It can be dropped here.");
                 button(
                     ui,
                     "Add environments…".to_owned(),
-                    Command::ChooseEnvironments,
+                    Command::Dialog(Dialog::Environments),
                 );
             }
-            Some(Reading::Failed(sentence)) => {
+            Some(PanoramaState::Failed(sentence)) => {
                 heading(ui, "This environment cannot be read");
                 ui.label(sentence);
             }
-            Some(Reading::Waiting) => heading(ui, "Reading the environment"),
-            Some(Reading::Done { .. }) => {
-                heading(ui, &format!("Predicting frame {}", sight.state.frame));
+            Some(PanoramaState::Waiting) => heading(ui, "Reading the environment"),
+            Some(PanoramaState::Done { .. }) => {
+                heading(ui, &format!("Predicting frame {}", context.state.frame));
             }
         },
     }

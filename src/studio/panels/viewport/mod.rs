@@ -4,10 +4,11 @@ mod gizmo;
 mod instead;
 mod toolbar;
 
-use crate::command::Command;
-use crate::compare::How;
+use crate::command::{Command, LookCommand, ViewCommand};
+use crate::comparison::CompareMode;
+use crate::environment_library::PanoramaState;
 use crate::icons;
-use crate::panel::{Reading, Sight};
+use crate::panel_context::PanelContext;
 use crate::panels::{TEXT_WIDTH, notice_ui, put_away_ui};
 use crate::theme::{self, GAP};
 use egui::{
@@ -15,7 +16,7 @@ use egui::{
     vec2,
 };
 use std::sync::Arc;
-use worker::Relit;
+use worker::PreviewPicture;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.
 const DEGREES_PER_POINT: f32 = 0.4;
@@ -25,13 +26,13 @@ const HOLD: f32 = 6.0;
 /// The viewport, and the textures that it shows.
 #[derive(Default)]
 pub struct ViewportPanel {
-    shown: Option<Shown>,
+    shown: Option<ViewportTextures>,
     /// Points that a pixel of the fitted picture takes.
     fit: f32,
 }
 
-struct Shown {
-    relit: Arc<Relit>,
+struct ViewportTextures {
+    relit: Arc<PreviewPicture>,
     first: TextureHandle,
     second: Option<TextureHandle>,
 }
@@ -42,39 +43,39 @@ impl ViewportPanel {
         self.fit
     }
 
-    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
+    pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let mut rect = ui.available_rect_before_wrap();
         ui.painter().rect_filled(rect, 0.0, theme::SURROUND);
-        self.upload(ui.ctx(), sight.relit);
+        self.upload(ui.ctx(), context.relit);
         match &self.shown {
-            Some(shown) if sight.is_live() => {
+            Some(shown) if context.is_live() => {
                 let bar = Rect::from_min_size(rect.min, vec2(rect.width(), toolbar::HEIGHT));
-                toolbar::toolbar_ui(ui, bar, sight, out);
+                toolbar::toolbar_ui(ui, bar, context, out);
                 rect.min.y = bar.bottom();
                 gestures(ui, rect, out);
-                self.fit = pictures_ui(ui, rect, shown, sight, out);
-                gizmo::gizmo_ui(ui, rect, sight, out);
+                self.fit = pictures_ui(ui, rect, shown, context, out);
+                gizmo::gizmo_ui(ui, rect, context, out);
                 let mut below = rect;
-                if let Some(sentence) = overlay(sight, &shown.relit) {
+                if let Some(sentence) = overlay(context, &shown.relit) {
                     below.max.y = note_ui(ui, rect, &sentence, false, out).top() + GAP;
                 }
-                if let Some(refusal) = &sight.news.refusal {
+                if let Some(refusal) = &context.status.refusal {
                     note_ui(ui, below, refusal, true, out);
                 }
             }
-            _ => notice_ui(ui, |ui| instead::instead_ui(ui, sight, out)),
+            _ => notice_ui(ui, |ui| instead::instead_ui(ui, context, out)),
         }
         ui.advance_cursor_after_rect(rect);
     }
 
-    fn upload(&mut self, ctx: &egui::Context, relit: Option<&Arc<Relit>>) {
+    fn upload(&mut self, ctx: &egui::Context, relit: Option<&Arc<PreviewPicture>>) {
         let Some(relit) = relit else {
             self.shown = None;
             return;
         };
         let old = self.shown.take();
         if let Some(old) = old.as_ref().filter(|old| Arc::ptr_eq(&old.relit, relit)) {
-            self.shown = Some(Shown {
+            self.shown = Some(ViewportTextures {
                 relit: relit.clone(),
                 first: old.first.clone(),
                 second: old.second.clone(),
@@ -91,7 +92,7 @@ impl ViewportPanel {
             .first
             .as_ref()
             .map_or(&relit.rgb, |(_, codes)| &codes.rgb);
-        self.shown = Some(Shown {
+        self.shown = Some(ViewportTextures {
             relit: relit.clone(),
             first: texture(ctx, "relit", first, size, first_rgb),
             second: codes.map(|codes| {
@@ -120,32 +121,38 @@ fn texture(
 }
 
 /// Where a picture is: fitted with a margin, then zoomed and moved. And points per pixel when fitted.
-fn placed(rect: Rect, size: Vec2, sight: &Sight) -> (Rect, f32) {
+fn placed(rect: Rect, size: Vec2, context: &PanelContext) -> (Rect, f32) {
     let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
     let fit = (room / size).min_elem();
-    let view = sight.state.view;
+    let view = context.state.view;
     let placed =
         Rect::from_center_size(rect.center() + Vec2::from(view.pan), size * fit * view.zoom);
     (placed, fit)
 }
 
 /// The picture, and what it is compared with; tells how many points a pixel of the fitted one takes.
-fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<Command>) -> f32 {
+fn pictures_ui(
+    ui: &Ui,
+    rect: Rect,
+    shown: &ViewportTextures,
+    context: &PanelContext,
+    out: &mut Vec<Command>,
+) -> f32 {
     let relit = &shown.relit;
     let size = vec2(relit.width as f32, relit.height as f32);
-    let compare = &sight.state.compare;
+    let compare = &context.state.compare;
     let second = shown.second.as_ref().filter(|_| compare.on);
     let peeks = ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down());
-    let name = || toolbar::name(&compare.with, sight);
+    let name = || toolbar::name(&compare.reference, context);
     let first = || match (&compare.first, &relit.first) {
-        (Some(with), Some(_)) => toolbar::name(with, sight),
+        (Some(with), Some(_)) => toolbar::name(with, context),
         _ => "relit".to_owned(),
     };
-    let (place, fit) = match (second, compare.how) {
-        (Some(second), How::Side) => {
+    let (place, fit) = match (second, compare.mode) {
+        (Some(second), CompareMode::Side) => {
             let (left, right) = rect.split_left_right_at_fraction(0.5);
-            let (place, fit) = placed(left, size, sight);
-            let (other, _) = placed(right, size, sight);
+            let (place, fit) = placed(left, size, context);
+            let (other, _) = placed(right, size, context);
             paint(ui, left, &shown.first, place, (0.0, 1.0));
             paint(ui, right, second, other, (0.0, 1.0));
             label(ui, left, Align2::LEFT_TOP, &first());
@@ -153,14 +160,14 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             (place, fit)
         }
         (Some(second), _) if peeks => {
-            let (place, fit) = placed(rect, size, sight);
+            let (place, fit) = placed(rect, size, context);
             paint(ui, rect, second, place, (0.0, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &name());
             (place, fit)
         }
-        (Some(second), How::Wipe) => {
-            let (place, fit) = placed(rect, size, sight);
-            let wipe = sight.state.wipe.clamp(0.0, 1.0);
+        (Some(second), CompareMode::Wipe) => {
+            let (place, fit) = placed(rect, size, context);
+            let wipe = context.state.wipe.clamp(0.0, 1.0);
             paint(ui, rect, &shown.first, place, (0.0, wipe));
             paint(ui, rect, second, place, (wipe, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &first());
@@ -168,8 +175,8 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             wipe_ui(ui, rect, place, wipe, out);
             (place, fit)
         }
-        (Some(second), How::Toggle) => {
-            let (place, fit) = placed(rect, size, sight);
+        (Some(second), CompareMode::Toggle) => {
+            let (place, fit) = placed(rect, size, context);
             let (texture, name) = if compare.second {
                 (second, name())
             } else {
@@ -180,7 +187,7 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             (place, fit)
         }
         (second, _) => {
-            let (place, fit) = placed(rect, size, sight);
+            let (place, fit) = placed(rect, size, context);
             paint(ui, rect, &shown.first, place, (0.0, 1.0));
             if second.is_some() {
                 let gain = crate::state::GAIN;
@@ -190,7 +197,7 @@ fn pictures_ui(ui: &Ui, rect: Rect, shown: &Shown, sight: &Sight, out: &mut Vec<
             (place, fit)
         }
     };
-    probe(ui, rect, place, relit, sight, out);
+    probe(ui, rect, place, relit, context, out);
     fit
 }
 
@@ -236,12 +243,21 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
         .interact_pointer_pos()
         .filter(|_| response.dragged())
     {
-        out.push(Command::Wipe((at.x - place.left()) / place.width()));
+        out.push(Command::View(ViewCommand::Wipe(
+            (at.x - place.left()) / place.width(),
+        )));
     }
 }
 
 /// Tells which pixel is under the cursor.
-fn probe(ui: &Ui, rect: Rect, place: Rect, relit: &Relit, sight: &Sight, out: &mut Vec<Command>) {
+fn probe(
+    ui: &Ui,
+    rect: Rect,
+    place: Rect,
+    relit: &PreviewPicture,
+    context: &PanelContext,
+    out: &mut Vec<Command>,
+) {
     let at = ui.input(|i| i.pointer.latest_pos());
     let over = at.filter(|_| ui.rect_contains_pointer(rect));
     let pixel = over.and_then(|at| {
@@ -254,8 +270,8 @@ fn probe(ui: &Ui, rect: Rect, place: Rect, relit: &Relit, sight: &Sight, out: &m
         inside.then_some([at(u, relit.width), at(v, relit.height)])
     });
     // The last pixel stays when the cursor goes to the panel that shows it.
-    if pixel.is_some() && pixel != sight.state.probed {
-        out.push(Command::Probe(pixel));
+    if pixel.is_some() && pixel != context.state.probed {
+        out.push(Command::View(ViewCommand::Pixel(pixel)));
     }
 }
 
@@ -265,38 +281,40 @@ fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
     let shift = ui.input(|i| i.modifiers.shift);
     let delta = response.drag_delta();
     if response.dragged_by(PointerButton::Primary) {
-        out.push(Command::Turn(
+        out.push(Command::Look(LookCommand::Turn(
             delta.x * DEGREES_PER_POINT * if shift { 0.1 } else { 1.0 },
-        ));
+        )));
     } else if response.dragged_by(PointerButton::Secondary) && shift {
-        out.push(Command::Turn(delta.x * DEGREES_PER_POINT));
+        out.push(Command::Look(LookCommand::Turn(
+            delta.x * DEGREES_PER_POINT,
+        )));
     } else if response.dragged_by(PointerButton::Middle) {
-        out.push(Command::Pan(delta.into()));
+        out.push(Command::View(ViewCommand::Pan(delta.into())));
     }
     if let Some(at) = response.hover_pos() {
         let factor = ui.input(|i| (i.smooth_scroll_delta().y / 200.0).exp() * i.zoom_delta());
         if factor != 1.0 {
-            out.push(Command::Zoom {
+            out.push(Command::View(ViewCommand::Zoom {
                 factor,
                 about: (at - rect.center()).into(),
-            });
+            }));
         }
     }
 }
 
 /// A sentence to be read over the picture: why it is not the one that was asked for.
-fn overlay(sight: &Sight, relit: &Relit) -> Option<String> {
-    if let Some(failure) = &sight.news.failure {
+fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
+    if let Some(failure) = &context.status.failure {
         return Some(failure.clone());
     }
-    match sight.environment().map(|e| &e.panorama) {
+    match context.environment().map(|e| &e.panorama) {
         None => Some("Add an environment: a lat-long panorama, .exr or .hdr".to_owned()),
-        Some(Reading::Waiting) => Some("Reading the environment".to_owned()),
-        Some(Reading::Failed(sentence)) => Some(sentence.clone()),
-        Some(Reading::Done { .. }) if relit.scene.frame != sight.state.frame => {
-            Some(format!("Predicting frame {}", sight.state.frame))
+        Some(PanoramaState::Waiting) => Some("Reading the environment".to_owned()),
+        Some(PanoramaState::Failed(sentence)) => Some(sentence.clone()),
+        Some(PanoramaState::Done { .. }) if relit.scene.frame != context.state.frame => {
+            Some(format!("Predicting frame {}", context.state.frame))
         }
-        Some(Reading::Done { .. }) => None,
+        Some(PanoramaState::Done { .. }) => None,
     }
 }
 

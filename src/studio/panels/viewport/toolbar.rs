@@ -1,9 +1,9 @@
 //! The line above the picture: what it is compared with, how it is scaled, and the pixel under the cursor.
 
-use crate::command::Command;
-use crate::compare::{Compare, How, With};
+use crate::command::{Command, Dialog, LookCommand, TrainingCommand, ViewCommand, WindowCommand};
+use crate::comparison::{CompareMode, CompareSettings, Reference};
 use crate::icons;
-use crate::panel::Sight;
+use crate::panel_context::PanelContext;
 use crate::panels::picture::SHOWN;
 use crate::panels::training::checkpoints;
 use crate::theme::{self, GAP};
@@ -18,25 +18,25 @@ use scene::Inspection;
 pub const HEIGHT: f32 = 32.0;
 
 /// What the second picture is called.
-pub fn name(with: &With, sight: &Sight) -> String {
+pub fn name(with: &Reference, context: &PanelContext) -> String {
     match with {
-        With::Plate => "interview frame".to_owned(),
-        With::Environment(origin) => {
-            let entry = sight
+        Reference::Plate => "interview frame".to_owned(),
+        Reference::Environment(origin) => {
+            let entry = context
                 .environments
                 .iter()
                 .find(|e| e.listed.origin == *origin);
-            entry.map_or_else(|| origin.to_string(), |entry| sight.title(entry))
+            entry.map_or_else(|| origin.to_string(), |entry| context.title(entry))
         }
-        With::Exemplar(pose) => {
-            let poses = sight.project.map(|p| &p.settings.shoot.poses);
+        Reference::Exemplar(pose) => {
+            let poses = context.project.map(|p| &p.settings.shoot.poses);
             let name = poses.and_then(|poses| poses.get(*pose));
             format!("{}, photographed", name.map_or("pose", |name| name))
         }
-        With::Truth(_) => "true OLATs".to_owned(),
-        With::Checkpoint(folder) => {
+        Reference::Truth(_) => "true OLATs".to_owned(),
+        Reference::Checkpoint(folder) => {
             let name = folder.file_name().unwrap_or_default().to_string_lossy();
-            let records = sight.training.records.as_ref();
+            let records = context.training.records.as_ref();
             let mut kept = records.into_iter().flat_map(|records| &records.kept);
             let kept = kept.find(|kept| kept.name == name);
             kept.map_or_else(|| format!("network {name}"), checkpoints::short)
@@ -44,29 +44,29 @@ pub fn name(with: &With, sight: &Sight) -> String {
     }
 }
 
-pub fn toolbar_ui(ui: &mut Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>) {
+pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
     ui.painter().rect_filled(rect, 0.0, theme::PANEL);
     let inner = rect - Margin::symmetric(8, 3);
     ui.scope_builder(UiBuilder::new().max_rect(inner), |ui| {
         ui.horizontal_centered(|ui| {
             ui.spacing_mut().item_spacing.x = GAP;
-            compare_ui(ui, sight, out);
-            if let Some(&lamp) = sight.state.solo.first() {
-                solo_ui(ui, lamp, sight, out);
+            compare_ui(ui, context, out);
+            if let Some(&lamp) = context.state.solo.first() {
+                solo_ui(ui, lamp, context, out);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let hint = "A pixel of the picture on one of the screen. Key: 1";
                 if ui.button("1:1").on_hover_text(hint).clicked() {
-                    out.push(Command::ActualSize);
+                    out.push(Command::Window(WindowCommand::ActualSize));
                 }
                 if icons::named_ui(ui, true, icons::alone(icons::FIT), "Fit")
                     .on_hover_text("Fits the picture. Key: F")
                     .clicked()
                 {
-                    out.push(Command::Fit);
+                    out.push(Command::View(ViewCommand::Fit));
                 }
-                channels_ui(ui, sight, out);
-                if let Some(text) = pixel(sight) {
+                channels_ui(ui, context, out);
+                if let Some(text) = pixel(context) {
                     let text = RichText::new(text).monospace().size(12.0);
                     ui.add(egui::Label::new(text.color(theme::QUIET)).truncate());
                 }
@@ -75,14 +75,15 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, sight: &Sight, out: &mut Vec<Command>
     });
 }
 
-fn compare_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let compare = &sight.state.compare;
+fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let compare = &context.state.compare;
     let hint = "W wipes, Q changes sides, Shift peeks at the other picture";
     if compare.on {
-        let text = (compare.first.as_ref()).map_or("relit".to_owned(), |first| name(first, sight));
+        let text =
+            (compare.first.as_ref()).map_or("relit".to_owned(), |first| name(first, context));
         let set = |first| {
             let compare = compare.clone();
-            Command::Compare(Compare { first, ..compare })
+            Command::View(ViewCommand::Compare(CompareSettings { first, ..compare }))
         };
         let button = Button::new((icons::COMPARE, text.as_str()));
         let menu = MenuButton::from_button(button).ui(ui, |ui| {
@@ -93,20 +94,20 @@ fn compare_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
                 out.push(set(None));
             }
             let now = compare.first.as_ref();
-            pictures_ui(ui, sight, now, out, |with| set(Some(with)));
+            pictures_ui(ui, context, now, out, |with| set(Some(with)));
         });
         called(menu.0.on_hover_text(hint), format!("First: {text}"));
     }
-    let against = |with| {
+    let against = |reference| {
         let compare = compare.clone();
-        Command::Compare(Compare {
+        Command::View(ViewCommand::Compare(CompareSettings {
             on: true,
-            with,
+            reference,
             ..compare
-        })
+        }))
     };
     let (text, button) = if compare.on {
-        let text = format!("Against {}", name(&compare.with, sight));
+        let text = format!("Against {}", name(&compare.reference, context));
         (text.clone(), Button::new(text))
     } else {
         let text = "Compare".to_owned();
@@ -114,15 +115,15 @@ fn compare_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
     };
     let menu = MenuButton::from_button(button).ui(ui, |ui| {
         if ui.selectable_label(!compare.on, "Nothing").clicked() {
-            out.push(Command::Compare(Compare {
+            out.push(Command::View(ViewCommand::Compare(CompareSettings {
                 on: false,
                 ..compare.clone()
-            }));
+            })));
         }
-        let now = compare.on.then_some(&compare.with);
-        pictures_ui(ui, sight, now, out, against);
+        let now = compare.on.then_some(&compare.reference);
+        pictures_ui(ui, context, now, out, against);
         if ui.button("True OLATs in a folder…").clicked() {
-            out.push(Command::CompareTruth);
+            out.push(Command::Dialog(Dialog::ComparisonTruth));
         }
     });
     called(menu.0.on_hover_text(hint), text);
@@ -130,22 +131,22 @@ fn compare_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         return;
     }
     let ways = [
-        (How::Wipe, "wipe"),
-        (How::Side, "side by side"),
-        (How::Toggle, "one at a time"),
-        (How::Difference, "difference"),
+        (CompareMode::Wipe, "wipe"),
+        (CompareMode::Side, "side by side"),
+        (CompareMode::Toggle, "one at a time"),
+        (CompareMode::Difference, "difference"),
     ];
-    let now = ways.iter().find(|(how, _)| *how == compare.how);
+    let now = ways.iter().find(|(mode, _)| *mode == compare.mode);
     let list = ComboBox::from_id_salt("how to compare")
         .selected_text(now.map_or("", |(_, name)| name))
         .width(110.0);
     let response = list.show_ui(ui, |ui| {
-        for (how, name) in ways {
-            if ui.selectable_label(how == compare.how, name).clicked() {
-                out.push(Command::Compare(Compare {
-                    how,
+        for (mode, name) in ways {
+            if ui.selectable_label(mode == compare.mode, name).clicked() {
+                out.push(Command::View(ViewCommand::Compare(CompareSettings {
+                    mode,
                     ..compare.clone()
-                }));
+                })));
             }
         }
     });
@@ -161,38 +162,38 @@ fn called(response: Response, name: String) {
 /// The pictures that can be compared besides the relit one.
 fn pictures_ui(
     ui: &mut Ui,
-    sight: &Sight,
-    now: Option<&With>,
+    context: &PanelContext,
+    now: Option<&Reference>,
     out: &mut Vec<Command>,
-    choose: impl Fn(With) -> Command,
+    choose: impl Fn(Reference) -> Command,
 ) {
-    let entry = |ui: &mut Ui, out: &mut Vec<Command>, text: &str, with: With| {
+    let entry = |ui: &mut Ui, out: &mut Vec<Command>, text: &str, with: Reference| {
         let response = ui.selectable_label(now == Some(&with), text);
         if response.clicked() {
             out.push(choose(with));
         }
         response
     };
-    entry(ui, out, "Interview frame", With::Plate);
+    entry(ui, out, "Interview frame", Reference::Plate);
     ui.menu_button("Environment", |ui| {
         list().show(ui, |ui| {
-            for one in sight.environments.iter().filter(|e| e.panorama.is_done()) {
-                let with = With::Environment(one.listed.origin.clone());
-                entry(ui, out, &sight.title(one), with);
+            for one in context.environments.iter().filter(|e| e.panorama.is_done()) {
+                let with = Reference::Environment(one.listed.origin.clone());
+                entry(ui, out, &context.title(one), with);
             }
         });
     });
     ui.menu_button("Photographed pose", |ui| {
-        let poses = sight.project.map(|project| &project.settings.shoot.poses);
+        let poses = context.project.map(|project| &project.settings.shoot.poses);
         for (pose, name) in poses.into_iter().flatten().enumerate() {
-            entry(ui, out, name, With::Exemplar(pose));
+            entry(ui, out, name, Reference::Exemplar(pose));
         }
     });
-    ui.menu_button("Checkpoint", |ui| checkpoints_ui(ui, sight, out, entry));
-    let compare = &sight.state.compare;
-    let truth = [compare.first.as_ref(), Some(&compare.with)];
+    ui.menu_button("Checkpoint", |ui| checkpoints_ui(ui, context, out, entry));
+    let compare = &context.state.compare;
+    let truth = [compare.first.as_ref(), Some(&compare.reference)];
     let mut truth = truth.into_iter().flatten();
-    if let Some(truth) = truth.find(|with| matches!(with, With::Truth(_))) {
+    if let Some(truth) = truth.find(|with| matches!(with, Reference::Truth(_))) {
         entry(ui, out, "True OLATs", truth.clone());
     }
 }
@@ -205,14 +206,14 @@ fn list() -> ScrollArea {
 /// The network as it was at other times.
 fn checkpoints_ui(
     ui: &mut Ui,
-    sight: &Sight,
+    context: &PanelContext,
     out: &mut Vec<Command>,
-    entry: impl Fn(&mut Ui, &mut Vec<Command>, &str, With) -> Response,
+    entry: impl Fn(&mut Ui, &mut Vec<Command>, &str, Reference) -> Response,
 ) {
-    if !sight.training.is_asked() {
-        out.push(Command::ListCheckpoints);
+    if !context.training.is_asked() {
+        out.push(Command::Training(TrainingCommand::ListCheckpoints));
     }
-    let (Some(project), Some(records)) = (sight.project, &sight.training.records) else {
+    let (Some(project), Some(records)) = (context.project, &context.training.records) else {
         ui.label(RichText::new("Reading the list").color(theme::QUIET));
         return;
     };
@@ -226,15 +227,15 @@ fn checkpoints_ui(
             if kept.present {
                 text += ", present";
             }
-            let with = With::Checkpoint(kept.folder(project));
+            let with = Reference::Checkpoint(kept.folder(project));
             entry(ui, out, &text, with).on_hover_text(checkpoints::details(kept));
         }
     });
 }
 
 /// What of the picture is looked at.
-fn channels_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
-    let now = sight.state.look.effects.inspection;
+fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let now = context.state.look.effects.inspection;
     let looked = SHOWN
         .iter()
         .find(|(one, ..)| *one == now && *one != Inspection::Picture);
@@ -247,7 +248,7 @@ fn channels_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
         for (inspection, name, key) in SHOWN {
             let entry = Button::selectable(inspection == now, name).shortcut_text(key);
             if icons::named_ui(ui, true, entry, name).clicked() && inspection != now {
-                out.push(Command::Inspect(inspection));
+                out.push(Command::Look(LookCommand::Inspect(inspection)));
             }
         }
     });
@@ -258,24 +259,24 @@ fn channels_ui(ui: &mut Ui, sight: &Sight, out: &mut Vec<Command>) {
 }
 
 /// The lamp that is shown alone, and the way back.
-fn solo_ui(ui: &mut Ui, lamp: usize, sight: &Sight, out: &mut Vec<Command>) {
-    let lamps = sight.project.map(|project| &project.settings.shoot.lamps);
+fn solo_ui(ui: &mut Ui, lamp: usize, context: &PanelContext, out: &mut Vec<Command>) {
+    let lamps = context.project.map(|project| &project.settings.shoot.lamps);
     let name = lamps.and_then(|lamps| lamps.get(lamp));
     let mut text = name.map_or_else(|| format!("lamp {lamp}"), Clone::clone);
-    let more = sight.state.solo.len() - 1;
+    let more = context.state.solo.len() - 1;
     if more > 0 {
         text += &format!(" and {more} more");
     }
     let back = Button::new(RichText::new(format!("{text} alone ×")).color(theme::ACCENT));
     let hint = "Back to the environment. Keys: Page up and Page down go through the lamps";
     if ui.add(back).on_hover_text(hint).clicked() {
-        out.push(Command::Solo(None));
+        out.push(Command::View(ViewCommand::Solo(None)));
     }
 }
 
 /// The pixel that is looked at: its place and its codes.
-fn pixel(sight: &Sight) -> Option<String> {
-    let ([x, y], relit) = (sight.state.probed?, sight.relit?);
+fn pixel(context: &PanelContext) -> Option<String> {
+    let ([x, y], relit) = (context.state.probed?, context.relit?);
     let at = 3 * (y * relit.width + x);
     let first = relit.first.as_ref();
     let rgb = first.map_or(&relit.rgb, |(_, codes)| &codes.rgb);

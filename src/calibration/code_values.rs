@@ -1,0 +1,110 @@
+//! Code values: encoded pixel values as whole numbers, so that a candidate response is one small table.
+
+use imaging::color::unit;
+use imaging::{DualGamma, Encoded, Response};
+
+/// A pixel's three code values, in steps of 1/[`STEPS`].
+pub(super) type CodeValues = [u16; 3];
+
+/// 16 steps for each of 8 bits: exact for 8-bit pictures, and 12 bits for finer ones.
+pub(super) const STEPS: u16 = 16 * 255;
+
+/// A channel from here on is clipped: the last 8-bit code.
+pub(super) const CLIPPED: u16 = STEPS - 16 + 1;
+
+/// The code values of a picture, row by row.
+pub(super) fn codes(picture: &Encoded) -> Vec<CodeValues> {
+    let code = |v: f32| (unit(v) * f32::from(STEPS) + 0.5) as u16;
+    picture
+        .0
+        .pixels
+        .iter()
+        .map(|pixel| pixel.map(code))
+        .collect()
+}
+
+/// The linear light of every code value under one response: a 1D LUT.
+pub(super) struct ResponseTable(Vec<f32>);
+
+impl ResponseTable {
+    pub fn new(response: &DualGamma) -> Self {
+        Self::of(&Response::Dual(*response))
+    }
+
+    /// The table of any response.
+    pub fn of(response: &Response) -> Self {
+        Self(
+            (0..=STEPS)
+                .map(|code| response.decode_value(f32::from(code) / f32::from(STEPS)))
+                .collect(),
+        )
+    }
+
+    /// Light of one channel's code value.
+    pub fn light(&self, code: u16) -> f32 {
+        self.0[usize::from(code)]
+    }
+
+    /// Light of a pixel.
+    pub fn rgb(&self, code: CodeValues) -> [f32; 3] {
+        code.map(|c| self.light(c))
+    }
+
+    /// d light / d encoded at a code, by differences over one 8-bit step; positive.
+    pub fn slope(&self, code: u16) -> f32 {
+        let (low, high) = (code.saturating_sub(8), (code + 8).min(STEPS));
+        let rise = self.light(high) - self.light(low);
+        (rise * f32::from(STEPS) / f32::from(high - low)).max(1e-6)
+    }
+
+    /// The encoded value in `[0, 1]` of linear light, by interpolation between codes.
+    pub fn encode(&self, light: f32) -> f32 {
+        let above = self
+            .0
+            .partition_point(|&l| l < light)
+            .min(usize::from(STEPS));
+        if above == 0 {
+            return 0.0;
+        }
+        let (low, high) = (self.0[above - 1], self.0[above]);
+        let between = if high > low {
+            ((light - low) / (high - low)).min(1.0)
+        } else {
+            1.0
+        };
+        ((above - 1) as f32 + between) / f32::from(STEPS)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use imaging::Raster;
+
+    #[test]
+    fn a_table_agrees_with_the_curve() {
+        let curve = DualGamma::new(2.6, 2.1).unwrap();
+        let table = ResponseTable::new(&curve);
+        for i in 0..=255u16 {
+            let encoded = f32::from(i) / 255.0;
+            let code = codes(&Encoded(Raster::filled(1, 1, [encoded; 3])))[0][0];
+            assert_eq!(
+                (code, table.light(code)),
+                (i * 16, curve.decode_value(f32::from(i * 16) / 4080.0))
+            );
+            assert!((table.encode(table.light(code)) - encoded).abs() < 1e-4);
+        }
+        for light in [0.0001, 0.003, 0.2, 0.77] {
+            assert!((table.encode(light) - curve.encode_value(light)).abs() < 1e-4);
+        }
+        assert_eq!(
+            (
+                table.encode(-1.0),
+                table.encode(7.0),
+                table.encode(f32::NAN)
+            ),
+            (0.0, 1.0, 0.0)
+        );
+        assert!((table.slope(STEPS) - 2.1).abs() < 0.02 && table.slope(0) > 0.0);
+    }
+}

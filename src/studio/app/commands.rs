@@ -1,0 +1,34 @@
+//! Who handles which command.
+
+use super::StudioApp;
+use crate::command::{Command, LookCommand};
+
+impl StudioApp {
+    pub(super) fn apply(&mut self, command: Command) {
+        match command {
+            Command::Look(command) => {
+                if matches!(command, LookCommand::AddEnvironments(_)) {
+                    // It answers why files that were dropped before are none.
+                    self.status.refusal = None;
+                }
+                self.state.change(command);
+            }
+            Command::View(command) => self.state.show(command),
+            Command::Window(command) => self.apply_to_window(command),
+            Command::Calibration(command) => self.apply_to_calibration(command),
+            Command::Training(command) => self.apply_to_training(command),
+            Command::Review(command) => self.apply_to_review(command),
+            Command::Export(command) => self.apply_to_exports(command),
+            Command::Project(command) => self.apply_to_project(command),
+            Command::Job(command) => self.apply_to_job(command),
+            Command::Dialog(dialog) => self.open_dialog(dialog),
+        }
+    }
+
+    /// Says why something could not be done, if it could not.
+    pub(super) fn refuse_unless(&mut self, done: Result<(), String>) {
+        if let Err(sentence) = done {
+            self.status.refuse(sentence);
+        }
+    }
+}

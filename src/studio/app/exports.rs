@@ -1,0 +1,119 @@
+//! The queue of exports, and where the next one goes.
+
+use super::StudioApp;
+use crate::command::{ExportCommand, JobCommand};
+use crate::destination_check::{DestinationCheck, DestinationQuery};
+use crate::environment_library::PanoramaState;
+use crate::state::State;
+use export::Destination;
+use export::relight::relight;
+use std::path::Path;
+use worker::{Export, ExportStatus, WrittenExport};
+
+/// The exports, and whether files of the next one exist already.
+pub struct Exports {
+    /// Those that wait, run or are finished.
+    pub queue: Vec<Export>,
+    pub destination: DestinationCheck,
+}
+
+impl Exports {
+    pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self {
+            queue: Vec::new(),
+            destination: DestinationCheck::new(wake),
+        }
+    }
+
+    /// Looks for files of the next export of the project in `root`.
+    pub fn ask(&mut self, state: &State, root: &Path) {
+        let finished = (self.queue.iter()).filter(|e| e.status.sentence().is_some());
+        self.destination.ask(DestinationQuery {
+            to: state.export_options.to(root),
+            range: state.export_options.range(state.frames),
+            finished: finished.count(),
+        });
+    }
+}
+
+impl StudioApp {
+    pub(super) fn apply_to_exports(&mut self, command: ExportCommand) {
+        match command {
+            ExportCommand::Options(options) => self.state.export_options = *options,
+            ExportCommand::Destination(file) => {
+                if let Some(project) = &self.session.project {
+                    self.state.export_options.choose(&file, &project.root);
+                }
+            }
+            ExportCommand::Add => self.add_export(),
+            ExportCommand::Withdraw(id) => self.withdraw_export(id),
+            ExportCommand::OpenFolder(folder) => {
+                if let Err(e) = open::that_detached(&folder) {
+                    let folder = folder.display();
+                    self.status.refuse(format!(
+                        "Cannot open the folder {folder}: {e}. Open it in your file manager"
+                    ));
+                }
+            }
+        }
+    }
+
+    fn withdraw_export(&mut self, id: u64) {
+        let running = |export: &Export| export.id == id && export.status == ExportStatus::Running;
+        if self.exports.queue.iter().any(running) {
+            self.apply_to_job(JobCommand::Stop);
+        } else if let Some(worker) = &self.session.worker {
+            worker.withdraw(id);
+        }
+    }
+
+    /// Adds an export of the current settings to the queue.
+    fn add_export(&mut self) {
+        let entry = self.library.entries().get(self.state.look.environment);
+        let panorama = entry.map(|entry| &entry.panorama);
+        let options = &self.state.export_options;
+        if let Some(obstacle) = options.obstacle(&self.status.phase, panorama) {
+            return self.status.refuse(obstacle.to_owned());
+        }
+        let (Some(worker), Some(project), Some(PanoramaState::Done { panorama, .. })) =
+            (&self.session.worker, &self.session.project, panorama)
+        else {
+            return;
+        };
+        self.status.refusal = None;
+        let light = panorama.environment.clone();
+        let settings = options.settings(project, &self.state.look, light, self.device);
+        let project = project.clone();
+        let name = |to: &str| {
+            let name = Path::new(to).file_name().unwrap_or_default();
+            name.display().to_string()
+        };
+        worker.export(name(&settings.files.to), move |progress| {
+            let report = relight(&project, &settings, progress)?;
+            let (first, last) = settings.frames.unwrap_or_default();
+            let file = Destination::parse(&report.output)?
+                .files(first, last)
+                .next();
+            let file = file.unwrap_or_default();
+            Ok(WrittenExport {
+                name: name(&report.output),
+                folder: file.parent().unwrap_or(&project.root).to_path_buf(),
+                sentence: report.sentence(),
+            })
+        });
+    }
+
+    /// Another project is opened: exports in the queue are not written any more, and the window says so.
+    pub(super) fn leave_exports(&mut self) {
+        let unfinished = |export: &Export| export.status.sentence().is_none();
+        let exports = self.exports.queue.drain(..).filter(unfinished);
+        let left: Vec<String> = exports.map(|export| export.name).collect();
+        if !left.is_empty() {
+            self.status.refuse(format!(
+                "These exports ended when another project was opened: {}. Finished stills are kept; add the exports \
+                 again",
+                left.join(", ")
+            ));
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The picture in the viewport: what is asked for, and when the next frame is due.
+
+use crate::environment_library::EnvironmentLibrary;
+use crate::state::State;
+use crate::status::Status;
+use egui::Context;
+use scene::Scene;
+use std::sync::Arc;
+use std::time::Duration;
+use worker::{Comparison, Origin, PreviewPicture, PreviewRequest, Worker};
+
+/// The newest picture, and what was asked for last.
+#[derive(Default)]
+pub struct Preview {
+    pub relit: Option<Arc<PreviewPicture>>,
+    /// And whether a setting was being dragged: then a smaller picture will do.
+    asked: Option<(PictureRequest, bool)>,
+    /// When the next frame is due while playing, in the window's seconds.
+    due: f64,
+}
+
+/// A picture that the state asks for.
+#[derive(PartialEq)]
+struct PictureRequest {
+    scene: Scene,
+    environment: Origin,
+    compared: [Option<Comparison>; 2],
+    solo: Vec<usize>,
+}
+
+impl Preview {
+    /// Forgets the picture and what was asked for.
+    pub fn clear(&mut self) {
+        (self.relit, self.asked) = (None, None);
+    }
+
+    /// Shows a newer picture, if there is one.
+    pub fn show(&mut self, newer: Option<Arc<PreviewPicture>>) {
+        self.relit = newer.or(self.relit.take());
+    }
+
+    /// Lamps of the rig; 0 before the first picture.
+    pub fn lamps(&self) -> usize {
+        self.relit.as_ref().map_or(0, |relit| relit.rig.lamps.len())
+    }
+
+    /// Asks for the picture that the state calls for, if it changed and its environment is loaded.
+    pub fn ask(
+        &mut self,
+        worker: &Worker,
+        library: &EnvironmentLibrary,
+        state: &State,
+        status: &mut Status,
+    ) {
+        let Some(entry) = library.entries().get(state.look.environment) else {
+            return;
+        };
+        let Some(environment) = library.environment(&entry.listed.origin) else {
+            return;
+        };
+        let request = PictureRequest {
+            scene: state.scene(),
+            environment: entry.listed.origin.clone(),
+            compared: (state.compare).pictures(&state.look, |origin| library.environment(origin)),
+            solo: state.solo.clone(),
+        };
+        let dragged = state.is_dragged();
+        let (same, same_size) = match &self.asked {
+            Some((asked, was_dragged)) => (*asked == request, *was_dragged == dragged),
+            None => (false, false),
+        };
+        if !same {
+            status.failure = None;
+        }
+        if !same || !same_size {
+            let [first, second] = request.compared.clone();
+            worker.show(PreviewRequest {
+                scene: request.scene.clone(),
+                environment,
+                first,
+                second,
+                solo: request.solo.clone(),
+                dragged,
+            });
+            self.asked = Some((request, dragged));
+        }
+    }
+
+    /// Goes on to the next frame when it is due and the current one has been seen.
+    pub fn play(&mut self, ctx: &Context, state: &mut State) {
+        let period = 1.0 / state.frame_rate;
+        let now = ctx.input(|i| i.time);
+        let relit = self.relit.as_ref();
+        let seen = relit.is_some_and(|relit| relit.scene.frame == state.frame);
+        if !state.playing {
+            self.due = now + period;
+        } else if seen {
+            if now >= self.due {
+                state.advance();
+                // Late frames are not made up for: that would show them faster than they were filmed.
+                self.due = (self.due + period).max(now);
+            }
+            ctx.request_repaint_after(Duration::from_secs_f64((self.due - now).max(0.0)));
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! What is read of the open project beside the window's thread.
+
+use crate::calibration_analysis::CalibrationAnalysis;
+use crate::footage_reader::FootageReader;
+use crate::layout::Pane;
+use crate::network_review::NetworkReview;
+use crate::pixel_inspector::PixelInspector;
+use crate::state::State;
+use crate::training::Training;
+use egui::Context;
+use project::Project;
+use std::sync::Arc;
+use worker::{Event, PreviewPicture};
+
+/// What is known of the open project.
+#[derive(Default)]
+pub struct Readers {
+    pub analysis: CalibrationAnalysis,
+    pub review: NetworkReview,
+    pub training: Training,
+    pub footage: FootageReader,
+    pub inspector: PixelInspector,
+}
+
+impl Readers {
+    pub fn on_event(&mut self, event: &Event) {
+        if matches!(event, Event::Finished { .. }) {
+            // The job may have calibrated or measured.
+            self.analysis.renew();
+            self.review.renew();
+        }
+        self.training.on_event(event);
+    }
+
+    /// Takes in what was read.
+    pub fn receive(&mut self, ctx: &Context) {
+        self.analysis.receive();
+        self.review.receive();
+        self.training.receive();
+        self.footage.receive(ctx);
+        self.inspector.receive();
+    }
+
+    /// Has read what the panes `shown` show and is not known yet.
+    pub fn ask(
+        &mut self,
+        project: &Project,
+        state: &State,
+        shown: &[Pane],
+        relit: Option<&Arc<PreviewPicture>>,
+        wake: impl Fn() + Clone + Send + Sync + 'static,
+    ) {
+        self.training.ask(project, shown, wake.clone());
+        self.analysis.ask(project, state, shown, wake.clone());
+        if shown.contains(&Pane::Lamps) || shown.contains(&Pane::Review) {
+            let still = relit.filter(|_| !state.playing);
+            self.review.ask(project, still, wake.clone());
+        }
+        if shown.contains(&Pane::Footage) {
+            let (frame, pose, view) = (state.frame, state.pose, state.footage);
+            (self.footage).ask(project, frame, pose, view, wake.clone());
+        }
+        if let (Some(relit), Some(pixel)) = (relit, state.probed) {
+            self.inspector.ask(&relit.predicted, pixel, shown, wake);
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! The open project, the threads behind it, and the right to write into it.
+
+use project::{Lock, Project};
+use std::path::Path;
+use worker::{Job, Worker};
+
+/// Why a job does not start while another one runs.
+pub const BUSY: &str = "Another job is running. Wait until it ends, or stop it";
+
+/// What is open.
+#[derive(Default)]
+pub struct Session {
+    pub project: Option<Project>,
+    /// It may run before a project is open, for the job that makes one.
+    pub worker: Option<Worker>,
+    /// Keeps others from writing into the project.
+    lock: Option<Lock>,
+    /// Why nothing can be written into it: another process holds its lock.
+    pub read_only: Option<String>,
+}
+
+impl Session {
+    /// Opens `project`, with `worker` behind it, in place of the one before.
+    pub fn open(&mut self, project: Project, mut worker: Worker) {
+        let before = self.take_lock(&project.root);
+        if let Some(why) = &self.read_only {
+            worker.refuse_writes(why.clone());
+        }
+        self.project = Some(project);
+        // The old worker is joined beside the window: it may be in a training step, and keeps the right to
+        // write its checkpoint until then.
+        let old = (self.worker.replace(worker), before);
+        std::thread::spawn(move || drop(old));
+    }
+
+    /// Takes the lock of the project in `root`, unless it is held already; returns the one before.
+    fn take_lock(&mut self, root: &Path) -> Option<Lock> {
+        let full = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        let open = self.project.as_ref().map(|project| full(&project.root));
+        let before = self.lock.take();
+        if open == Some(full(root)) && before.is_some() {
+            self.lock = before;
+            return None;
+        }
+        let taken = Lock::take(root, "the studio");
+        self.read_only = taken.as_ref().err().map(ToString::to_string);
+        self.lock = taken.ok();
+        before
+    }
+
+    /// Whether anything can be written into the project.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn writable(&self) -> Result<(), String> {
+        match &self.read_only {
+            Some(why) => Err(format!("Nothing can be written here. {why}")),
+            None => Ok(()),
+        }
+    }
+
+    /// Runs a job on the open project.
+    ///
+    /// # Errors
+    /// Why it cannot run now, and what to do.
+    pub fn run(&self, job: impl FnOnce(&Project) -> Job) -> Result<(), String> {
+        let (Some(project), Some(worker)) = (&self.project, &self.worker) else {
+            return Err("Open a project first".to_owned());
+        };
+        let job = job(project);
+        if job.writes().is_some() {
+            self.writable()?;
+        }
+        match worker.run(job) {
+            true => Ok(()),
+            false => Err(BUSY.to_owned()),
+        }
+    }
+}

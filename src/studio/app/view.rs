@@ -1,0 +1,123 @@
+//! What is drawn: the lines around the panes, the panes, and the lists of keys and commands over them.
+
+use crate::command::{Command, ProjectCommand};
+use crate::keys;
+use crate::layout::{Layout, Pane};
+use crate::palette::Palette;
+use crate::panel_context::PanelContext;
+use crate::panels::{JobPanel, StatusPanel, TabsPanel, refusal_ui};
+use crate::theme;
+use crate::workspace_view::{Panels, WorkspaceView};
+use egui::{CentralPanel, Frame, Margin, Panel, Ui};
+
+/// What only the drawing needs.
+#[derive(Default)]
+pub struct WindowView {
+    panels: Panels,
+    palette: Palette,
+}
+
+/// What was drawn.
+pub struct Drawn {
+    pub panes: Vec<Pane>,
+    /// Whether the arrangement was changed.
+    pub layout_edited: bool,
+}
+
+impl WindowView {
+    /// Points that a pixel of the fitted picture takes; 0 before there was one.
+    pub fn fit(&self) -> f32 {
+        self.panels.fit()
+    }
+
+    /// Gives the focus to the first control of a pane.
+    pub fn focus(&mut self, pane: Pane) {
+        self.panels.focus(pane);
+    }
+
+    /// Draws the window.
+    pub fn ui(
+        &mut self,
+        ui: &mut Ui,
+        context: &PanelContext,
+        layout: &mut Layout,
+        out: &mut Vec<Command>,
+    ) -> Drawn {
+        let state = context.state;
+        let whole = state.panels && context.project.is_some();
+        if whole {
+            bars_ui(ui, context, out);
+        }
+        if let (Some(refusal), false) = (&context.status.refusal, context.refusal_has_pane()) {
+            Panel::bottom("refusal")
+                .frame(bar(5))
+                .show(ui, |ui| refusal_ui(ui, refusal, out));
+        }
+        let shown = CentralPanel::no_frame().show(ui, |ui| {
+            let mut view = WorkspaceView {
+                panels: &mut self.panels,
+                context: *context,
+                out: &mut *out,
+                drawn: Vec::new(),
+                edited: false,
+            };
+            if whole {
+                layout.ui(state.workspace, ui, &mut view);
+            } else {
+                let main = state.workspace.main()[0];
+                let offer = context.project.is_none().then_some(Pane::Project);
+                view.alone_ui(ui, offer.unwrap_or(main));
+            }
+            Drawn {
+                panes: view.drawn,
+                layout_edited: view.edited,
+            }
+        });
+        if state.keys {
+            keys::overlay_ui(ui, state.active, out);
+        }
+        if state.palette {
+            self.palette.ui(ui, context, out);
+        }
+        shown.inner
+    }
+}
+
+fn bar(margin: i8) -> Frame {
+    Frame::new()
+        .fill(theme::PANEL)
+        .inner_margin(Margin::symmetric(12, margin))
+}
+
+/// The lines around the panes.
+fn bars_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    Panel::top("workspaces")
+        .exact_size(34.0)
+        .frame(bar(2))
+        .show(ui, |ui| TabsPanel.ui(ui, context, out));
+    if let Some(why) = context.read_only {
+        let line = Panel::top("read-only").frame(bar(4));
+        line.show(ui, |ui| read_only_ui(ui, why, out));
+    }
+    Panel::bottom("status")
+        .exact_size(30.0)
+        .frame(bar(2))
+        .show(ui, |ui| StatusPanel.ui(ui, context, out));
+    if JobPanel::is_needed(context) {
+        Panel::bottom("job")
+            .frame(bar(5))
+            .show(ui, |ui| JobPanel.ui(ui, context, out));
+    }
+}
+
+/// The line that says why nothing can be written.
+fn read_only_ui(ui: &mut Ui, why: &str, out: &mut Vec<Command>) {
+    ui.horizontal_wrapped(|ui| {
+        ui.colored_label(theme::ACCENT, "Read-only");
+        ui.label(why);
+        let hint = "Reopen the project with write access";
+        if ui.button("Try again").on_hover_text(hint).clicked() {
+            out.push(Command::Project(ProjectCommand::Reopen));
+        }
+    });
+}

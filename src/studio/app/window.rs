@@ -1,0 +1,73 @@
+//! How the window is arranged, and what covers it.
+
+use super::StudioApp;
+use crate::command::{ViewCommand, WindowCommand};
+use crate::layout::Pane;
+use crate::state::View;
+use egui::ViewportCommand;
+
+impl StudioApp {
+    pub(super) fn apply_to_window(&mut self, command: WindowCommand) {
+        let state = &mut self.state;
+        let workspace = state.workspace;
+        match command {
+            WindowCommand::Workspace(workspace) => {
+                state.workspace = workspace;
+                state.active = workspace.first();
+                state.view = View::FITTED;
+            }
+            WindowCommand::ShowPane(pane) => {
+                state.active = pane;
+                self.autosave
+                    .edit_layout(|layout| layout.open(workspace, pane));
+            }
+            WindowCommand::ClosePane(pane) => {
+                self.autosave
+                    .edit_layout(|layout| layout.close(workspace, pane));
+            }
+            WindowCommand::Activate(pane) => state.active = pane,
+            WindowCommand::ResetLayout => {
+                self.autosave.edit_layout(|layout| layout.reset(workspace));
+            }
+            WindowCommand::FocusPane => self.view.focus(state.active),
+            WindowCommand::TogglePanels => state.panels = !state.panels,
+            WindowCommand::ToggleFullScreen => self.fill_screen(!self.state.full_screen),
+            WindowCommand::ToggleKeys => state.keys = !state.keys,
+            WindowCommand::TogglePalette => state.palette = !state.palette,
+            WindowCommand::ActualSize => self.show_actual_size(),
+            WindowCommand::Dismiss if state.palette => state.palette = false,
+            WindowCommand::Dismiss if state.keys => state.keys = false,
+            WindowCommand::Dismiss if state.full_screen => self.fill_screen(false),
+            WindowCommand::Dismiss | WindowCommand::DismissRefusal => self.status.refusal = None,
+            WindowCommand::DismissMessage => self.status.message = None,
+            WindowCommand::ClearLog => self.status.log.clear(),
+        }
+    }
+
+    fn fill_screen(&mut self, fill: bool) {
+        self.state.full_screen = fill;
+        (self.ctx).send_viewport_cmd(ViewportCommand::Fullscreen(fill));
+    }
+
+    fn show_actual_size(&mut self) {
+        let fit = self.view.fit();
+        if fit > 0.0 {
+            self.state.show(ViewCommand::Fit);
+            self.state.show(ViewCommand::Zoom {
+                factor: 1.0 / (fit * self.ctx.pixels_per_point()),
+                about: [0.0; 2],
+            });
+        }
+    }
+
+    /// Where the pane that keys go to is not shown any more, they go to one that is.
+    pub(super) fn activate_shown(&mut self) {
+        if !self.shown.contains(&self.state.active) {
+            let is_shown = |pane: &&Pane| self.shown.contains(pane);
+            let main = self.state.workspace.main().iter().find(is_shown);
+            if let Some(&active) = main.or(self.shown.first()) {
+                self.state.active = active;
+            }
+        }
+    }
+}

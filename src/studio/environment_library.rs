@@ -1,0 +1,169 @@
+//! The panoramas behind the list of environments: has them read as the list grows, and keeps the list in the
+//! project.
+
+use super::environment_list::{self, ListedEnvironment};
+use egui::Context;
+use light::Environment;
+use project::Project;
+use std::path::PathBuf;
+use std::sync::Arc;
+use worker::{EnvironmentListWriter, Origin, Panorama, PanoramaLoader};
+
+/// An environment in the list.
+pub struct EnvironmentEntry {
+    pub listed: ListedEnvironment,
+    pub panorama: PanoramaState,
+}
+
+/// How far the reading of a panorama is.
+pub enum PanoramaState {
+    Waiting,
+    Done {
+        panorama: Panorama,
+        thumbnail: egui::TextureHandle,
+    },
+    /// Why it cannot be used.
+    Failed(String),
+}
+
+impl PanoramaState {
+    /// Whether it is not known yet.
+    pub fn is_waiting(&self) -> bool {
+        matches!(self, Self::Waiting)
+    }
+
+    /// Whether the panorama can light a subject.
+    pub fn is_done(&self) -> bool {
+        matches!(self, Self::Done { .. })
+    }
+}
+
+/// The panoramas of the list, in its order.
+pub struct EnvironmentLibrary {
+    ctx: Context,
+    loader: PanoramaLoader,
+    entries: Vec<EnvironmentEntry>,
+    list: Arc<Vec<ListedEnvironment>>,
+    /// The open project's folder, and the thread that writes there.
+    root: Option<PathBuf>,
+    writer: Option<EnvironmentListWriter>,
+}
+
+impl EnvironmentLibrary {
+    /// An empty one.
+    pub fn new(ctx: &Context) -> Self {
+        let woken = ctx.clone();
+        Self {
+            ctx: ctx.clone(),
+            loader: PanoramaLoader::start(move || woken.request_repaint()),
+            entries: Vec::new(),
+            list: Arc::default(),
+            root: None,
+            writer: None,
+        }
+    }
+
+    /// Reads a project once the list of the open one is written, in case they are the same.
+    pub fn written<T>(&mut self, read: impl FnOnce() -> T) -> T {
+        self.writer = None;
+        let read = read();
+        self.writer = self.start();
+        read
+    }
+
+    fn start(&self) -> Option<EnvironmentListWriter> {
+        let woken = self.ctx.clone();
+        let wake = move || woken.request_repaint();
+        let root = self.root.clone()?;
+        Some(EnvironmentListWriter::start(
+            root,
+            environment_list::saved(&self.list),
+            wake,
+        ))
+    }
+
+    /// The list of a project that was just opened, into which it is `kept` as it changes. Files that are not
+    /// there are named in the sentences.
+    pub fn open(
+        &mut self,
+        project: &Project,
+        kept: bool,
+    ) -> (Arc<Vec<ListedEnvironment>>, Vec<String>) {
+        let list = Arc::new(environment_list::of_project(project));
+        self.entries.clear();
+        self.writer = None;
+        self.follow(&list);
+        self.root = kept.then(|| project.root.clone());
+        self.writer = self.start();
+        let known = project.environments();
+        (list, known.iter().filter_map(|e| e.complaint()).collect())
+    }
+
+    /// The panoramas in the list's order.
+    pub fn entries(&self) -> &[EnvironmentEntry] {
+        &self.entries
+    }
+
+    /// A panorama of the list, once it is loaded.
+    pub fn environment(&self, origin: &Origin) -> Option<Arc<Environment>> {
+        let mut entries = self.entries.iter();
+        match &entries.find(|e| e.listed.origin == *origin)?.panorama {
+            PanoramaState::Done { panorama, .. } => Some(panorama.environment.clone()),
+            PanoramaState::Waiting | PanoramaState::Failed(_) => None,
+        }
+    }
+
+    /// Brings the panoramas and the project in line with the list.
+    pub fn follow(&mut self, list: &Arc<Vec<ListedEnvironment>>) {
+        if self.list == *list && self.entries.len() == list.len() {
+            return;
+        }
+        let mut old = std::mem::take(&mut self.entries);
+        for listed in list.iter() {
+            let known = old.iter().position(|e| e.listed.origin == listed.origin);
+            let panorama = match known {
+                Some(known) => old.swap_remove(known).panorama,
+                None => {
+                    self.loader.load(listed.origin.clone());
+                    PanoramaState::Waiting
+                }
+            };
+            self.entries.push(EnvironmentEntry {
+                listed: listed.clone(),
+                panorama,
+            });
+        }
+        if let Some(writer) = &self.writer {
+            writer.keep(environment_list::saved(list));
+        }
+        self.list = list.clone();
+    }
+
+    /// Takes in what has been read, and gives what could not be kept, a sentence each.
+    pub fn receive(&mut self) -> Vec<String> {
+        for (origin, read) in self.loader.loaded() {
+            let panorama = match read {
+                Ok(panorama) => {
+                    let small = &panorama.thumbnail;
+                    let picture =
+                        egui::ColorImage::from_rgb([small.width, small.height], &small.rgb);
+                    let options = egui::TextureOptions::LINEAR_REPEAT;
+                    let thumbnail = self.ctx.load_texture(origin.to_string(), picture, options);
+                    PanoramaState::Done {
+                        panorama,
+                        thumbnail,
+                    }
+                }
+                Err(e) => PanoramaState::Failed(e.to_string()),
+            };
+            let waiting = |e: &&mut EnvironmentEntry| {
+                e.listed.origin == origin && matches!(e.panorama, PanoramaState::Waiting)
+            };
+            if let Some(entry) = self.entries.iter_mut().find(waiting) {
+                entry.panorama = panorama;
+            }
+        }
+        let failures = self.writer.iter().flat_map(|writer| writer.failures());
+        failures.collect()
+    }
+}

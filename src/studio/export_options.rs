@@ -1,0 +1,221 @@
+//! What the next export is to be.
+
+use super::environment_library::PanoramaState;
+use super::keyframed::Keyframed;
+use super::look::LookSettings;
+use super::status::Phase;
+use compositor::Storage;
+use export::relight::RelightSettings;
+use export::{Existing, Files, Format};
+use gpu::DeviceChoice;
+use light::{Environment, Lighting};
+use project::Project;
+use scene::{Background, Effects, Inspection};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What a person chose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExportOptions {
+    /// First and last frame; none is all.
+    pub frames: Option<(usize, usize)>,
+    pub format: Format,
+    /// Width and height in pixels; none is the working size.
+    pub size: Option<usize>,
+    /// What is behind the subject; none is as the picture has it.
+    pub background: Option<Background>,
+    /// Add the subject under each lamp, where the format has room for it.
+    pub layers: bool,
+    /// The files without the frame's number and the ending: below the project's folder, or absolute.
+    pub name: String,
+    /// Replace files that are there already; else a number is put behind the name.
+    pub replace: bool,
+}
+
+impl ExportOptions {
+    /// All frames of a project as they are shown, for a display.
+    pub fn of(project: &Project) -> Self {
+        let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
+        let name: String = project.settings.name.chars().map(plain).collect();
+        Self {
+            name: format!("exports/{name}"),
+            ..Self::default()
+        }
+    }
+
+    /// First and last of `frames` frames.
+    pub fn range(&self, frames: usize) -> (usize, usize) {
+        let most = frames.saturating_sub(1);
+        let (first, last) = self.frames.unwrap_or((0, most));
+        (first.min(most), last.min(most))
+    }
+
+    /// The name without an ending that says what the format says already.
+    fn stem(&self) -> &str {
+        let name = self.name.trim();
+        let ending = name.rfind('.').map(|dot| name.split_at(dot));
+        match ending {
+            Some((stem, ".png" | ".exr" | ".mp4" | ".mov")) => stem,
+            _ => name,
+        }
+    }
+
+    /// The destination, as the export understands it.
+    pub fn to(&self, root: &Path) -> String {
+        // A percent sign begins a frame's number there.
+        let path = root.join(self.stem()).display().to_string();
+        path.replace('%', "%%") + self.format.ending()
+    }
+
+    /// Takes a file that was chosen for the name.
+    pub fn choose(&mut self, file: &Path, root: &Path) {
+        let name = file.strip_prefix(root).unwrap_or(file);
+        self.name = name.display().to_string();
+    }
+
+    /// Why nothing can be exported now, and what to do; none where it can.
+    pub fn obstacle(
+        &self,
+        phase: &Phase,
+        environment: Option<&PanoramaState>,
+    ) -> Option<&'static str> {
+        let name = self.stem();
+        let named =
+            !name.ends_with(std::path::is_separator) && Path::new(name).file_name().is_some();
+        match (phase, environment) {
+            (Phase::NoProject, _) => Some("Open a project first"),
+            (Phase::Opening, _) => Some("The network is still being read"),
+            (Phase::Blocked(_), _) => {
+                Some("The interview cannot be relit yet: the picture's pane says what is missing")
+            }
+            (_, None) => Some("Choose an environment first"),
+            (_, Some(PanoramaState::Waiting)) => Some("The environment is still being read"),
+            (_, Some(PanoramaState::Failed(_))) => {
+                Some("This environment cannot be read: choose another one")
+            }
+            _ if !named => Some("Give the files a name"),
+            _ => None,
+        }
+    }
+
+    /// All that the export needs to know: what is changed later does not change it.
+    pub fn settings(
+        &self,
+        project: &Project,
+        look: &LookSettings,
+        environment: Arc<Environment>,
+        device: DeviceChoice,
+    ) -> RelightSettings {
+        // What has keys goes by them alone: the value is that of the frame which is shown.
+        let free = |of, value| if look.is_keyed(of) { 0.0 } else { value };
+        RelightSettings {
+            environment: PathBuf::from(&environment.name),
+            read: Some(environment),
+            front: Some(look.front()),
+            mapping: None,
+            yaw_deg: free(Keyframed::Yaw, look.yaw_deg),
+            turntable: false,
+            yaw_keys: look.yaw_keys.clone(),
+            lighting: Lighting {
+                intensity_stops: free(Keyframed::Intensity, look.lighting.intensity_stops),
+                ..look.lighting.clone()
+            },
+            intensity_keys: look.intensity_keys.clone(),
+            effects: Effects {
+                // What is only looked at is not exported.
+                inspection: Inspection::Picture,
+                ..look.effects
+            },
+            frames: Some(self.range(project.settings.shoot.frames.len())),
+            exposure_stops: look.exposure_stops,
+            background: self.background.unwrap_or(look.background),
+            files: Files {
+                to: self.to(&project.root),
+                existing: if self.replace {
+                    Existing::Replace
+                } else {
+                    Existing::Keep
+                },
+                size: self.size,
+                bits: self.format.bits(),
+                layers: self.layers && self.format == Format::Exr,
+            },
+            profile: false,
+            device,
+            storage: Storage::default(),
+        }
+    }
+}
+
+impl Default for ExportOptions {
+    fn default() -> Self {
+        Self {
+            frames: None,
+            format: Format::default(),
+            size: None,
+            background: None,
+            layers: false,
+            name: "exports/relit".to_owned(),
+            replace: false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(name: &str, format: Format) -> ExportOptions {
+        ExportOptions {
+            name: name.to_owned(),
+            format,
+            ..ExportOptions::default()
+        }
+    }
+
+    #[test]
+    fn a_name_and_a_format_are_a_destination() {
+        let to = |name, format| named(name, format).to(Path::new("/film"));
+        assert_eq!(to("exports/a", Format::Png16), "/film/exports/a.%04d.png");
+        assert_eq!(to(" a.mov ", Format::H264), "/film/a.mp4");
+        assert_eq!(to("/else/v1.2", Format::ProRes), "/else/v1.2.mov");
+        assert_eq!(to("100%", Format::Exr), "/film/100%%.%04d.exr");
+        let mut options = ExportOptions::default();
+        options.choose(Path::new("/film/b/c.png"), Path::new("/film"));
+        assert_eq!(options.to(Path::new("/film")), "/film/b/c.%04d.png");
+    }
+
+    #[test]
+    fn what_is_in_the_way_is_said() {
+        let ready = Phase::Ready {
+            device: "CPU".into(),
+        };
+        let says =
+            |options: &ExportOptions, phase| options.obstacle(phase, Some(&PanoramaState::Waiting));
+        assert!(
+            says(&ExportOptions::default(), &Phase::Opening)
+                .unwrap()
+                .contains("network")
+        );
+        assert!(
+            says(&ExportOptions::default(), &ready)
+                .unwrap()
+                .contains("environment")
+        );
+        assert!(
+            ExportOptions::default()
+                .obstacle(&ready, None)
+                .unwrap()
+                .contains("Choose")
+        );
+    }
+
+    #[test]
+    fn a_range_lies_within_the_interview() {
+        let mut options = ExportOptions::default();
+        assert_eq!(options.range(8), (0, 7));
+        options.frames = Some((5, 99));
+        assert_eq!(options.range(8), (5, 7));
+        assert_eq!(options.range(0), (0, 0));
+    }
+}

@@ -1,0 +1,240 @@
+//! The interview's and the exemplars' pictures as they were filmed, read when the pane shows them.
+
+use base::error::Result;
+use egui::{ColorImage, Context, TextureHandle, TextureOptions};
+use imaging::resample::resize_area;
+use imaging::{Encoded, Image, Mask, file};
+use project::Project;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use worker::{Lookup, SrgbPicture};
+
+/// Longer sides of a picture and of a thumbnail in pixels: sharp on screens of two pixels a point.
+const PICTURE_PX: usize = 2560;
+const THUMBNAIL_PX: usize = 128;
+/// Thumbnails that are kept.
+const MOST_THUMBNAILS: usize = 128;
+/// The matte's colour over a picture.
+const RED: [f32; 3] = [0.9, 0.1, 0.1];
+
+/// What the pane shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FootageView {
+    pub matte: MatteView,
+    /// The exemplar's picture in place of the interview's.
+    pub exemplars: bool,
+}
+
+/// How the matte is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MatteView {
+    #[default]
+    Off,
+    /// The subject in red.
+    Over,
+    /// In place of the picture.
+    Alone,
+}
+
+/// A picture that is wanted, and how.
+#[derive(Clone, Debug, PartialEq)]
+struct FootageRequest {
+    picture: PathBuf,
+    matte: PathBuf,
+    view: MatteView,
+}
+
+/// A picture of the shoot.
+pub struct FootagePicture {
+    /// Columns and rows of the file.
+    pub size: (usize, usize),
+    pub texture: TextureHandle,
+    request: FootageRequest,
+}
+
+/// A picture and its file's size.
+type Read = Result<(SrgbPicture, (usize, usize))>;
+
+/// The pictures, and the threads that read them.
+#[derive(Default)]
+pub struct FootageReader {
+    picture: Option<std::result::Result<FootagePicture, String>>,
+    asked: Option<FootageRequest>,
+    pictures: Option<Lookup<FootageRequest, (FootageRequest, Read)>>,
+    thumbnails: BTreeMap<usize, Option<TextureHandle>>,
+    /// Frames whose thumbnails the panel has room for.
+    wanted: Vec<usize>,
+    /// The thumbnail that is being read.
+    reading: Option<usize>,
+    small: Option<Lookup<(usize, PathBuf), (usize, Read)>>,
+}
+
+impl FootageReader {
+    /// The picture that is shown, or why it cannot be; none until the first was read.
+    pub fn picture(&self) -> Option<&std::result::Result<FootagePicture, String>> {
+        self.picture.as_ref()
+    }
+
+    /// The thumbnail of a frame, once it was read.
+    pub fn thumbnail(&self, frame: usize) -> Option<&TextureHandle> {
+        self.thumbnails.get(&frame)?.as_ref()
+    }
+
+    /// Frames whose thumbnails are wanted.
+    pub fn wanted(&self) -> &[usize] {
+        &self.wanted
+    }
+
+    /// Wants the thumbnails of other frames.
+    pub fn want(&mut self, mut frames: Vec<usize>) {
+        frames.truncate(MOST_THUMBNAILS);
+        self.thumbnails.retain(|frame, _| frames.contains(frame));
+        self.wanted = frames;
+    }
+
+    /// Takes in what was read. Called in every frame of the window.
+    pub fn receive(&mut self, ctx: &Context) {
+        if let Some((request, read)) = self.pictures.iter().flat_map(Lookup::answers).last() {
+            self.picture = Some(match read {
+                Ok((codes, size)) => Ok(FootagePicture {
+                    size,
+                    texture: texture(ctx, "footage", &codes),
+                    request,
+                }),
+                Err(e) => Err(e.to_string()),
+            });
+        }
+        for (frame, read) in self.small.iter().flat_map(Lookup::answers) {
+            self.reading = None;
+            if self.wanted.contains(&frame) {
+                // What cannot be read stays dark: the large picture says why.
+                let codes = read.ok().map(|(codes, _)| codes);
+                let small = codes.map(|codes| texture(ctx, "thumbnail", &codes));
+                self.thumbnails.insert(frame, small);
+            }
+        }
+    }
+
+    /// Asks for what the pane shows, where that is another than before. Called while it is seen.
+    pub fn ask(
+        &mut self,
+        project: &Project,
+        frame: usize,
+        pose: usize,
+        view: FootageView,
+        wake: impl Fn() + Clone + Send + 'static,
+    ) {
+        let shoot = &project.settings.shoot;
+        if shoot.frames.is_empty() || shoot.poses.is_empty() || shoot.lamps.is_empty() {
+            return;
+        }
+        let FootageView {
+            matte: view,
+            exemplars,
+        } = view;
+        let request = if exemplars {
+            let pose = pose.min(shoot.poses.len() - 1);
+            FootageRequest {
+                picture: project.olat_path(pose, 0),
+                matte: project.exemplar_mask_path(pose),
+                view,
+            }
+        } else {
+            let frame = frame.min(shoot.frames.len() - 1);
+            FootageRequest {
+                picture: project.frame_path(frame),
+                matte: project.frame_mask_path(frame),
+                view,
+            }
+        };
+        if self.asked.as_ref() != Some(&request) {
+            let clerk = self.pictures.get_or_insert_with(|| {
+                Lookup::start(wake.clone(), |request: FootageRequest| {
+                    let read = request.read();
+                    (request, read)
+                })
+            });
+            clerk.ask(request.clone());
+            self.asked = Some(request);
+        }
+        let missing = self.wanted.iter().copied();
+        let next = missing
+            .filter(|frame| *frame < shoot.frames.len())
+            .find(|frame| !self.thumbnails.contains_key(frame));
+        if let (Some(frame), None) = (next, self.reading) {
+            let clerk = self.small.get_or_insert_with(|| {
+                Lookup::start(wake, |(frame, path): (usize, PathBuf)| {
+                    (frame, thumbnail(&path))
+                })
+            });
+            clerk.ask((frame, project.frame_path(frame)));
+            self.reading = Some(frame);
+        }
+    }
+}
+
+impl FootagePicture {
+    /// The file that is shown.
+    pub fn file(&self) -> &Path {
+        match self.request.view {
+            MatteView::Alone => &self.request.matte,
+            _ => &self.request.picture,
+        }
+    }
+}
+
+impl FootageRequest {
+    fn read(&self) -> Read {
+        let reduced = |size| reduced(size, PICTURE_PX);
+        match self.view {
+            MatteView::Off => {
+                let picture = file::read_encoded(&self.picture)?.0;
+                Ok((codes(&picture, reduced(picture.size())), picture.size()))
+            }
+            MatteView::Alone => {
+                let matte = file::read_mask(&self.matte)?;
+                let grey = matte.map(|coverage| [coverage; 3]);
+                Ok((codes(&grey, reduced(grey.size())), grey.size()))
+            }
+            MatteView::Over => {
+                let picture = file::read_encoded(&self.picture)?.0;
+                let (width, height) = reduced(picture.size());
+                let matte: Mask = resize_area(&file::read_mask(&self.matte)?, width, height);
+                let mut over: Image = resize_area(&picture, width, height);
+                for (pixel, coverage) in over.pixels.iter_mut().zip(&matte.pixels) {
+                    for c in 0..3 {
+                        pixel[c] += 0.5 * coverage * (RED[c] - pixel[c]);
+                    }
+                }
+                Ok((SrgbPicture::of(&Encoded(over)), picture.size()))
+            }
+        }
+    }
+}
+
+fn thumbnail(path: &Path) -> Read {
+    let picture = file::read_encoded(path)?.0;
+    let size = reduced(picture.size(), THUMBNAIL_PX);
+    Ok((codes(&picture, size), picture.size()))
+}
+
+/// To look at, averages of encoded values are near enough.
+fn codes(picture: &Image, (width, height): (usize, usize)) -> SrgbPicture {
+    SrgbPicture::of(&Encoded(resize_area(picture, width, height)))
+}
+
+/// The size at which the longer side has at most `most` pixels.
+fn reduced((width, height): (usize, usize), most: usize) -> (usize, usize) {
+    let longer = width.max(height);
+    let scaled = |length: usize| (length * most / longer).max(1);
+    if longer <= most {
+        (width, height)
+    } else {
+        (scaled(width), scaled(height))
+    }
+}
+
+fn texture(ctx: &Context, name: &str, codes: &SrgbPicture) -> TextureHandle {
+    let picture = ColorImage::from_rgb([codes.width, codes.height], &codes.rgb);
+    ctx.load_texture(name, picture, TextureOptions::LINEAR)
+}

@@ -1,0 +1,104 @@
+//! What the window knows of the review: it asks the thread that draws and keeps it, and holds the answers.
+
+use evaluation::review::{MarkedOlat, Marks};
+use project::Project;
+use std::path::PathBuf;
+use std::sync::Arc;
+use worker::{LampSheet, PredictedFrame, PreviewPicture, ReviewThread, SavedReview};
+
+/// The answers, and the thread once it was needed.
+#[derive(Default)]
+pub struct NetworkReview {
+    /// The shown frame under every lamp, or why it cannot be drawn.
+    pub sheet: Option<Result<Arc<LampSheet>, String>>,
+    /// What the project keeps, or why that cannot be read.
+    pub kept: Option<Result<Arc<SavedReview>, String>>,
+    /// The marks as they are now; they may not be written yet.
+    pub marks: Marks,
+    /// Why the marks could not be written.
+    pub failure: Option<String>,
+    thread: Option<ReviewThread>,
+    /// The field whose sheet was asked for last.
+    drawn: Option<Arc<PredictedFrame>>,
+    /// Whether what is kept was asked for since it may have changed.
+    asked: bool,
+    /// Whether marks were set here.
+    edited: bool,
+}
+
+impl NetworkReview {
+    /// A job may have changed what is kept.
+    pub fn renew(&mut self) {
+        self.asked = false;
+    }
+
+    /// Takes in the newest answers.
+    pub fn receive(&mut self) {
+        let Some(thread) = &self.thread else { return };
+        self.sheet = thread.sheet().or(self.sheet.take());
+        if let Some(written) = thread.written() {
+            self.failure = written.err();
+        }
+        if let Some(kept) = thread.kept() {
+            // What was marked here is newer than any file that was read meanwhile.
+            if let (Ok(kept), false) = (&kept, self.edited) {
+                self.marks = kept.marks.clone();
+            }
+            self.kept = Some(kept);
+        }
+    }
+
+    /// Asks for what the review shows, where that is another than before. Called while it is open; while a
+    /// clip plays, `relit` is none.
+    pub fn ask(
+        &mut self,
+        project: &Project,
+        relit: Option<&Arc<PreviewPicture>>,
+        wake: impl Fn() + Clone + Send + Sync + 'static,
+    ) {
+        let start = || ReviewThread::start(project.root.clone(), wake);
+        let thread = self.thread.get_or_insert_with(start);
+        if !self.asked {
+            thread.read();
+            self.asked = true;
+        }
+        if let Some(relit) = relit {
+            let same = |drawn: &Arc<PredictedFrame>| Arc::ptr_eq(drawn, &relit.predicted);
+            if !self.drawn.as_ref().is_some_and(same) {
+                thread.draw(relit.predicted.clone());
+                self.drawn = Some(relit.predicted.clone());
+            }
+        }
+    }
+
+    /// Sets and saves a verdict or a note.
+    ///
+    /// # Errors
+    /// When the saved ones are not read yet, or cannot be read: they would be lost.
+    pub fn mark(&mut self, marked: MarkedOlat) -> Result<(), String> {
+        let (Some(thread), Some(saved)) = (&self.thread, &self.kept) else {
+            return Err("The review is still being read".to_owned());
+        };
+        if let Err(sentence) = saved {
+            return Err(sentence.clone());
+        }
+        self.marks.set(marked);
+        self.edited = true;
+        thread.write(self.marks.clone());
+        Ok(())
+    }
+
+    /// The truth that a new measurement goes by.
+    pub fn truth(&self) -> Option<PathBuf> {
+        self.kept.as_ref()?.as_ref().ok()?.truth.clone()
+    }
+}
+
+impl Drop for NetworkReview {
+    /// The thread is joined beside the window: it may be amid a sheet.
+    fn drop(&mut self) {
+        if let Some(thread) = self.thread.take() {
+            std::thread::spawn(move || drop(thread));
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! What panels see. A panel is a struct with `ui(&mut self, ui, &PanelContext, &mut Vec<Command>)`: it keeps
+//! what only the drawing needs, reads the rest here, and changes nothing but by commands.
+
+use super::destination_check::ExistingFiles;
+use super::environment_library::EnvironmentEntry;
+use super::environment_list::ListedEnvironment;
+use super::footage_reader::FootageReader;
+use super::layout::Pane;
+use super::network_review::NetworkReview;
+use super::recents::Recent;
+use super::state::State;
+use super::status::{Phase, Status};
+use super::training::Training;
+use super::wizard::Wizard;
+use project::Project;
+use std::sync::Arc;
+use worker::{Export, GammaView, PreviewPicture, ProbeView};
+
+/// Everything that can be shown.
+#[derive(Clone, Copy)]
+pub struct PanelContext<'a> {
+    pub project: Option<&'a Project>,
+    pub state: &'a State,
+    pub status: &'a Status,
+    pub environments: &'a [EnvironmentEntry],
+    /// The panes that are to be seen.
+    pub shown: &'a [Pane],
+    /// The newest picture.
+    pub relit: Option<&'a Arc<PreviewPicture>>,
+    /// The light of the probed pixel under each lamp at full power.
+    pub texel: Option<&'a [[f32; 3]]>,
+    /// The line of exports.
+    pub exports: &'a [Export],
+    /// Which files of the next export are there already.
+    pub existing_files: Option<&'a ExistingFiles>,
+    /// What the mirror balls show, or why they cannot be read.
+    pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
+    /// How the tried response does, or why that cannot be told.
+    pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
+    /// The shown frame under every lamp, and how near the network is to the truth.
+    pub review: &'a NetworkReview,
+    /// The network's training.
+    pub training: &'a Training,
+    /// Why nothing can be written into the project, where somebody else writes there.
+    pub read_only: Option<&'a str>,
+    /// The projects that were opened lately.
+    pub recents: &'a [Recent],
+    /// The project that is being made.
+    pub wizard: &'a Wizard,
+    /// The pictures as they were filmed.
+    pub footage: &'a FootageReader,
+}
+
+impl PanelContext<'_> {
+    /// Whether pictures can be made. Where they cannot, the viewport says why, or what is being done.
+    pub fn is_live(&self) -> bool {
+        matches!(self.status.phase, Phase::Ready { .. })
+    }
+
+    /// Whether the running job is shown with its buttons in a pane of its own.
+    pub fn job_has_pane(&self) -> bool {
+        self.training.running && self.shown.contains(&Pane::Training)
+    }
+
+    /// Whether a pane that is shown says why something could not be done.
+    pub fn refusal_has_pane(&self) -> bool {
+        self.shown.contains(&Pane::Picture) || self.shown.contains(&Pane::Project)
+    }
+
+    /// What an environment is called: with whose it is, where another has the same name.
+    pub fn title(&self, entry: &EnvironmentEntry) -> String {
+        let ListedEnvironment { name, owner, .. } = &entry.listed;
+        match entry.listed.is_ambiguous(&self.state.look.environments) {
+            true => format!("{name}, {}", owner.says()),
+            false => name.clone(),
+        }
+    }
+
+    /// The entry that lights the subject, if there is any.
+    pub fn environment(&self) -> Option<&EnvironmentEntry> {
+        self.environments.get(self.state.look.environment)
+    }
+}

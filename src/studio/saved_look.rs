@@ -1,0 +1,130 @@
+//! The look of a project between two sessions: `look.json` beside `project.toml`, written by itself.
+
+use super::look::LookSettings;
+use base::error::{Error, Result};
+use light::Lighting;
+use light::keyframes::Keyframes;
+use project::Project;
+use scene::{Background, Effects};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// What of a look is kept. What a file leaves out is as in a new window.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SavedLook {
+    /// The environment's name in the list.
+    environment: String,
+    yaw_deg: f32,
+    yaw_keys: Keyframes,
+    intensity_keys: Keyframes,
+    exposure_stops: f32,
+    lighting: Lighting,
+    effects: Effects,
+    background: Background,
+}
+
+impl SavedLook {
+    /// Where a project's is.
+    pub fn path(project: &Project) -> PathBuf {
+        project.root.join("look.json")
+    }
+
+    /// That of a look.
+    pub fn of(look: &LookSettings) -> Self {
+        let shown = look.environments.get(look.environment);
+        Self {
+            environment: shown.map_or(String::new(), |listed| listed.name.clone()),
+            yaw_deg: look.yaw_deg,
+            yaw_keys: look.yaw_keys.clone(),
+            intensity_keys: look.intensity_keys.clone(),
+            exposure_stops: look.exposure_stops,
+            lighting: look.lighting.clone(),
+            effects: look.effects,
+            background: look.background,
+        }
+    }
+
+    /// What a project has; none where nothing was kept yet.
+    ///
+    /// # Errors
+    /// When the file cannot be understood: it is put aside as `look.json.old`.
+    pub fn load(project: &Project) -> Result<Option<Self>> {
+        let path = Self::path(project);
+        let Ok(bytes) = std::fs::read(&path) else {
+            return Ok(None);
+        };
+        serde_json::from_slice(&bytes).map(Some).map_err(|e| {
+            let aside = path.with_extension("json.old");
+            // Where it cannot be moved, it is written over by the next change, and the sentence says so.
+            let moved = std::fs::rename(&path, &aside);
+            let remedy = match moved {
+                Ok(()) => format!("It was put aside as {}", aside.display()),
+                Err(_) => "Copy it before you change the light: it will be written over".to_owned(),
+            };
+            Error::codec("understand the look in", path, e, remedy)
+        })
+    }
+
+    /// Gives it to the look of a window whose list of environments is there and whose first frame is shown.
+    pub fn apply(self, look: &mut LookSettings) {
+        let place = (look.environments.iter()).position(|listed| listed.name == self.environment);
+        look.environment = place.unwrap_or(look.environment);
+        look.yaw_keys = self.yaw_keys;
+        look.intensity_keys = self.intensity_keys;
+        look.turn_to(self.yaw_deg);
+        look.expose(self.exposure_stops);
+        look.lighting = self.lighting;
+        look.effects = self.effects.bounded();
+        look.background = self.background;
+        look.follow(0);
+    }
+
+    /// As the file has it.
+    pub fn text(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::command::{LookCommand, ViewCommand};
+    use super::super::keyframed::Keyframed;
+    use super::super::state::State;
+    use super::*;
+
+    #[test]
+    fn a_look_comes_back_and_a_broken_file_is_put_aside() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = project::Project::without_shoot(folder.path());
+        assert_eq!(SavedLook::load(&project).unwrap(), None);
+        let mut state = State::new(10, 24.0);
+        state.change(LookCommand::Yaw(40.0));
+        state.change(LookCommand::Exposure(-1.5));
+        state.change(LookCommand::Background(Background::None));
+        let kept = SavedLook::of(&state.look);
+        std::fs::write(SavedLook::path(&project), kept.text()).unwrap();
+        let mut other = State::new(10, 24.0);
+        let read = SavedLook::load(&project).unwrap().unwrap();
+        read.apply(&mut other.look);
+        assert_eq!(other.look, state.look);
+
+        // What has keys was kept at the last frame and is shown at the first.
+        state.change(LookCommand::ToggleKey(Keyframed::Yaw));
+        state.show(ViewCommand::LastFrame);
+        state.change(LookCommand::Yaw(90.0));
+        SavedLook::of(&state.look).apply(&mut other.look);
+        assert_eq!(other.look.yaw_deg, 40.0);
+
+        std::fs::write(SavedLook::path(&project), "{\"exposure_stops\": 99}").unwrap();
+        let read = SavedLook::load(&project).unwrap().unwrap();
+        read.apply(&mut other.look);
+        assert_eq!((other.look.exposure_stops, other.look.yaw_deg), (10.0, 0.0));
+
+        std::fs::write(SavedLook::path(&project), "half a f").unwrap();
+        let said = SavedLook::load(&project).unwrap_err().to_string();
+        assert!(said.contains("look.json.old"), "{said}");
+        let aside = folder.path().join("look.json.old");
+        assert_eq!(std::fs::read_to_string(aside).unwrap(), "half a f");
+    }
+}

@@ -1,0 +1,390 @@
+//! What the worker's events add up to: what the window can do now, which job runs, and what went wrong.
+
+use base::progress::Report;
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+use worker::{Blocked, Event, ExportStatus};
+
+/// What the window can do now.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Phase {
+    /// No project is open.
+    NoProject,
+    /// The calibration and the network are being read.
+    Opening,
+    /// Nothing can be predicted, and why.
+    Blocked(Blocked),
+    /// Pictures can be made; where the network runs.
+    Ready { device: String },
+}
+
+/// A running job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunningJob {
+    pub what: &'static str,
+    pub stage: &'static str,
+    /// Finished share of the stage, from 0 to 1.
+    pub share: f32,
+    pub note: String,
+    /// What has to be put right before it can go on.
+    pub held: Option<String>,
+    /// Whether it was asked to stop.
+    pub stopping: bool,
+    /// When the stage began, pauses since then left out, and the share that was finished then.
+    since: Instant,
+    first_share: f32,
+    /// When it was asked to pause.
+    paused: Option<Instant>,
+}
+
+/// Whether a sentence is good news.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    Info,
+    Error,
+}
+
+/// A sentence that was said, and when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogLine {
+    /// Minutes and seconds since the window was opened.
+    pub time: String,
+    pub severity: Severity,
+    pub sentence: String,
+}
+
+impl std::fmt::Display for LogLine {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{} {}", self.time, self.sentence)
+    }
+}
+
+/// Sentences that the log keeps.
+const LOG_LINES: usize = 1000;
+
+/// The state of affairs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    pub phase: Phase,
+    /// The job that runs beside whatever can be done.
+    pub job: Option<RunningJob>,
+    /// Why the picture that was asked for last could not be made.
+    pub failure: Option<String>,
+    /// Why something that a person did could not be done. It stays until it is put away, or until something
+    /// that is done later answers it.
+    pub refusal: Option<String>,
+    /// The last sentence of a job.
+    pub message: Option<String>,
+    /// All sentences, the newest last.
+    pub log: VecDeque<LogLine>,
+    /// When the window was opened.
+    opened: Instant,
+}
+
+impl Status {
+    /// Before anything happened.
+    pub fn new(phase: Phase) -> Self {
+        Self {
+            phase,
+            job: None,
+            failure: None,
+            refusal: None,
+            message: None,
+            log: VecDeque::new(),
+            opened: Instant::now(),
+        }
+    }
+
+    /// Another project was opened: what was said before stays in the log.
+    pub fn begin(&mut self, phase: Phase) {
+        *self = Self {
+            log: std::mem::take(&mut self.log),
+            opened: self.opened,
+            ..Self::new(phase)
+        };
+    }
+
+    /// Something that a person did, or that was to be written, could not be done.
+    pub fn refuse(&mut self, sentence: String) {
+        self.note(Severity::Error, &sentence);
+        self.refusal = Some(sentence);
+    }
+
+    /// Something is to be known.
+    pub fn say(&mut self, sentence: String) {
+        self.note(Severity::Info, &sentence);
+        self.message = Some(sentence);
+    }
+
+    fn note(&mut self, severity: Severity, sentence: &str) {
+        let seconds = self.opened.elapsed().as_secs();
+        let line = LogLine {
+            time: format!("{}:{:02}", seconds / 60, seconds % 60),
+            severity,
+            sentence: sentence.to_owned(),
+        };
+        // The same again and again says nothing new: a failing picture is asked for at every turn.
+        let last = self.log.back();
+        if last.is_none_or(|last| (last.severity, &last.sentence) != (severity, &line.sentence)) {
+            self.log.push_back(line);
+            if self.log.len() > LOG_LINES {
+                self.log.pop_front();
+            }
+        }
+    }
+
+    /// Takes an event in.
+    pub fn on_event(&mut self, event: Event) {
+        match event {
+            Event::Opening => self.phase = Phase::Opening,
+            Event::Ready { device } => self.phase = Phase::Ready { device },
+            Event::Blocked(why) => {
+                self.note(Severity::Error, &why.sentence);
+                self.phase = Phase::Blocked(why);
+            }
+            Event::Failed { sentence } => {
+                self.note(Severity::Error, &sentence);
+                self.failure = Some(sentence);
+            }
+            Event::Started { what } => {
+                (self.failure, self.refusal, self.message) = (None, None, None);
+                self.job = Some(RunningJob::new(what));
+            }
+            Event::Report(Report::Say(sentence)) => self.say(sentence),
+            Event::Finished { sentence } => {
+                self.say(sentence);
+                self.job = None;
+                if matches!(self.phase, Phase::Blocked(_)) {
+                    // The job may have brought what was missing: the worker looks now.
+                    self.phase = Phase::Opening;
+                }
+            }
+            Event::Exported(standing) => {
+                let severity = match standing {
+                    ExportStatus::Failed(_) => Severity::Error,
+                    _ => Severity::Info,
+                };
+                self.job = None;
+                if let Some(sentence) = standing.sentence() {
+                    self.note(severity, sentence);
+                    self.message = Some(sentence.to_owned());
+                }
+            }
+            Event::Report(Report::Blocked(sentence)) => {
+                if let Some(job) = &mut self.job {
+                    job.pause(true, Instant::now());
+                    job.held = Some(sentence.clone());
+                }
+                self.note(Severity::Error, &sentence);
+            }
+            Event::Report(Report::Saved | Report::Training(_)) => {}
+            Event::Report(Report::Step {
+                stage,
+                done,
+                total,
+                note,
+            }) => {
+                if let Some(job) = &mut self.job {
+                    let share = (done as f32 / total.max(1) as f32).clamp(0.0, 1.0);
+                    job.step(stage, share, note, Instant::now());
+                }
+            }
+        }
+    }
+}
+
+impl RunningJob {
+    fn new(what: &'static str) -> Self {
+        Self {
+            what,
+            stage: what,
+            share: 0.0,
+            note: String::new(),
+            held: None,
+            stopping: false,
+            since: Instant::now(),
+            first_share: 0.0,
+            paused: None,
+        }
+    }
+
+    fn step(&mut self, stage: &'static str, share: f32, note: String, now: Instant) {
+        if self.stage != stage {
+            (self.stage, self.since, self.first_share) = (stage, now, share);
+        }
+        (self.share, self.note) = (share, note);
+    }
+
+    /// Whether it was asked to pause.
+    pub fn is_paused(&self) -> bool {
+        self.paused.is_some()
+    }
+
+    /// Notes at `now` that it was asked to pause, or to go on.
+    pub fn pause(&mut self, pause: bool, now: Instant) {
+        match (self.paused, pause) {
+            (None, true) => self.paused = Some(now),
+            (Some(since), false) => {
+                self.since += now.saturating_duration_since(since);
+                self.paused = None;
+                self.held = None;
+            }
+            _ => {}
+        }
+    }
+
+    /// Time left of the stage at `now`; none in a pause, nor before there is anything to go by.
+    pub fn left(&self, now: Instant) -> Option<Duration> {
+        let gone = self.share - self.first_share;
+        (gone >= 0.01 && !self.is_paused()).then(|| {
+            let elapsed = now.saturating_duration_since(self.since);
+            elapsed.mul_f32((1.0 - self.share) / gone)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use worker::Need;
+
+    fn step(stage: &'static str, done: u64) -> Event {
+        Event::Report(Report::Step {
+            stage,
+            done,
+            total: 4,
+            note: String::new(),
+        })
+    }
+
+    fn ready() -> Phase {
+        Phase::Ready {
+            device: "CPU".into(),
+        }
+    }
+
+    #[test]
+    fn a_job_shows_its_share_and_its_end() {
+        let mut status = Status::new(Phase::Opening);
+        let blocked = Blocked {
+            sentence: "no network".into(),
+            need: Some(Need::Network),
+        };
+        status.on_event(Event::Blocked(blocked.clone()));
+        status.on_event(Event::Started {
+            what: "training the network",
+        });
+        status.on_event(step("reading", 4));
+        status.on_event(step("training", 0));
+        status.on_event(step("training", 1));
+        let job = status.job.as_ref().unwrap();
+        assert_eq!((job.stage, job.share), ("training", 0.25));
+        assert_eq!(status.phase, Phase::Blocked(blocked));
+        status.on_event(Event::Finished {
+            sentence: "trained".into(),
+        });
+        assert_eq!(
+            status.phase,
+            Phase::Opening,
+            "what it brought is not asked for again"
+        );
+        status.on_event(Event::Opening);
+        status.on_event(Event::Ready {
+            device: "CPU".into(),
+        });
+        assert_eq!((&status.phase, &status.job), (&ready(), &None));
+        assert_eq!(status.message.as_deref(), Some("trained"));
+    }
+
+    #[test]
+    fn a_job_leaves_the_window_as_ready_as_it_was() {
+        let mut status = Status::new(ready());
+        status.on_event(Event::Started { what: "measuring" });
+        status.on_event(step("measuring", 1));
+        status.on_event(Event::Report(Report::Saved));
+        assert_eq!(status.phase, ready());
+        status.on_event(Event::Finished {
+            sentence: "measured".into(),
+        });
+        assert_eq!(status.phase, ready());
+    }
+
+    #[test]
+    fn what_was_said_stays_in_the_log_of_the_next_project_and_is_bounded() {
+        let mut status = Status::new(ready());
+        status.on_event(Event::Failed {
+            sentence: "no such file".into(),
+        });
+        status.refuse("no such file".into());
+        status.on_event(Event::Finished {
+            sentence: "trained".into(),
+        });
+        status.begin(Phase::Opening);
+        let kinds: Vec<Severity> = status.log.iter().map(|line| line.severity).collect();
+        assert_eq!(kinds, [Severity::Error, Severity::Info]);
+        assert_eq!(
+            (&status.failure, &status.refusal, &status.message),
+            (&None, &None, &None)
+        );
+        (0..2 * LOG_LINES).for_each(|i| status.refuse(i.to_string()));
+        assert_eq!(status.log.len(), LOG_LINES);
+        assert!(status.log[LOG_LINES - 1].to_string().ends_with("1999"));
+    }
+
+    #[test]
+    fn an_export_leaves_a_sentence_and_the_window_as_it_was() {
+        let blocked = Phase::Blocked(Blocked {
+            sentence: "no network".into(),
+            need: None,
+        });
+        let mut status = Status::new(blocked.clone());
+        for (standing, severity) in [
+            (ExportStatus::Failed("disk full".into()), Severity::Error),
+            (
+                ExportStatus::Cancelled("2 frames are kept".into()),
+                Severity::Info,
+            ),
+        ] {
+            status.on_event(Event::Started { what: "exporting" });
+            assert!(status.job.is_some());
+            status.on_event(Event::Exported(standing.clone()));
+            assert_eq!((&status.job, &status.phase), (&None, &blocked));
+            assert_eq!(status.message.as_deref(), standing.sentence());
+            assert_eq!(status.log.back().unwrap().severity, severity);
+        }
+    }
+
+    #[test]
+    fn work_that_waits_for_a_person_is_paused_and_says_why() {
+        let mut status = Status::new(ready());
+        status.on_event(Event::Started { what: "training" });
+        status.on_event(Event::Report(Report::Blocked("no space left".into())));
+        let job = status.job.as_mut().unwrap();
+        assert!(job.is_paused());
+        assert_eq!(job.held.as_deref(), Some("no space left"));
+        job.pause(false, Instant::now());
+        assert_eq!(job.held, None);
+        assert_eq!(status.log.back().unwrap().severity, Severity::Error);
+    }
+
+    #[test]
+    fn a_late_report_does_not_bring_a_job_back() {
+        let mut status = Status::new(ready());
+        status.on_event(step("training", 1));
+        assert_eq!((&status.phase, &status.job), (&ready(), &None));
+    }
+
+    #[test]
+    fn time_left_counts_neither_pauses_nor_what_was_finished_before() {
+        let start = Instant::now();
+        let at = |seconds| start + Duration::from_secs(seconds);
+        let mut job = RunningJob::new("training");
+        job.step("epochs", 0.5, String::new(), start);
+        assert_eq!(job.left(at(10)), None, "nothing to go by yet");
+        job.pause(true, at(10));
+        assert_eq!(job.left(at(500)), None);
+        job.pause(false, at(1010));
+        job.step("epochs", 0.75, String::new(), at(1030));
+        assert_eq!(job.left(at(1030)), Some(Duration::from_secs(30)));
+    }
+}

@@ -1,0 +1,207 @@
+//! One workspace while a frame of the window is drawn: each pane of the layout shows its panel.
+
+use super::command::{Command, WindowCommand};
+use super::layout::{BORDER, Pane, TABS_HEIGHT};
+use super::panel_context::PanelContext;
+use super::panels::{
+    EffectsPanel, EnvironmentsPanel, ExportPanel, FootagePanel, GammaPanel, LampSheetPanel,
+    LightPanel, LogPanel, PicturePanel, ProbePanel, ProjectPanel, ReviewPanel, ScopesPanel,
+    TimelinePanel, TrainingPanel, ViewportPanel,
+};
+use super::theme::{self, GAP};
+use egui::{Color32, Frame, Margin, Panel, ScrollArea, Stroke, Ui, Visuals};
+use egui_tiles::{
+    Behavior, EditAction, SimplificationOptions, TabState, TileId, Tiles, UiResponse,
+};
+
+/// The panels, which keep what only their drawing needs.
+#[derive(Default)]
+pub struct Panels {
+    project: ProjectPanel,
+    footage: FootagePanel,
+    viewport: ViewportPanel,
+    timeline: TimelinePanel,
+    environments: EnvironmentsPanel,
+    light: LightPanel,
+    picture: PicturePanel,
+    effects: EffectsPanel,
+    probe: ProbePanel,
+    gamma: GammaPanel,
+    lamps: LampSheetPanel,
+    review: ReviewPanel,
+    training: TrainingPanel,
+    export: ExportPanel,
+    log: LogPanel,
+    scopes: ScopesPanel,
+}
+
+impl Panels {
+    /// Points that a pixel of the fitted picture takes; 0 before there was one.
+    pub fn fit(&self) -> f32 {
+        self.viewport.fit()
+    }
+
+    /// Gives the focus to the first control of a pane that goes by the tab key.
+    pub fn focus(&mut self, pane: Pane) {
+        if pane == Pane::Export {
+            self.export.focus();
+        }
+    }
+}
+
+/// The panels while one frame of the window is drawn.
+pub struct WorkspaceView<'a> {
+    pub panels: &'a mut Panels,
+    pub context: PanelContext<'a>,
+    pub out: &'a mut Vec<Command>,
+    /// Those that were drawn.
+    pub drawn: Vec<Pane>,
+    /// Whether the arrangement was changed.
+    pub edited: bool,
+}
+
+impl WorkspaceView<'_> {
+    fn side_ui(&mut self, ui: &mut Ui, pane: Pane, width: f32) {
+        let frame = Frame::new()
+            .fill(theme::PANEL)
+            .inner_margin(Margin::symmetric(12, 0));
+        Panel::right(pane.name())
+            .exact_size(width)
+            .frame(frame)
+            .show(ui, |ui| match pane {
+                Pane::Probe => self.panels.probe.side_ui(ui, &self.context, self.out),
+                _ => self.panels.gamma.side_ui(ui, &self.context, self.out),
+            });
+    }
+
+    /// One pane in all of the room.
+    pub fn alone_ui(&mut self, ui: &mut Ui, pane: Pane) {
+        self.drawn.push(pane);
+        self.contents_ui(ui, pane);
+    }
+
+    fn contents_ui(&mut self, ui: &mut Ui, pane: Pane) {
+        let (panels, context) = (&mut *self.panels, &self.context);
+        let out = &mut *self.out;
+        match pane {
+            Pane::Probe => {
+                // Where there is nothing to show, the reason has all of the room.
+                if !matches!(context.probe, Some(Err(_))) {
+                    self.side_ui(ui, pane, 392.0);
+                }
+                self.panels.probe.ui(ui, &self.context, self.out);
+            }
+            Pane::Gamma => {
+                if !matches!(context.gamma, Some(Err(_))) {
+                    self.side_ui(ui, pane, 408.0);
+                }
+                self.panels.gamma.ui(ui, &self.context, self.out);
+            }
+            Pane::Training => panels.training.ui(ui, context, out),
+            Pane::Project => panels.project.ui(ui, context, out),
+            Pane::Footage => panels.footage.ui(ui, context, out),
+            Pane::Picture => panels.viewport.ui(ui, context, out),
+            Pane::Timeline => padded(ui, |ui| panels.timeline.ui(ui, context, out)),
+            Pane::Environments => padded(ui, |ui| panels.environments.ui(ui, context, out)),
+            Pane::Light => padded(ui, |ui| {
+                scrolled(ui, |ui| {
+                    panels.light.ui(ui, context, out);
+                    panels.picture.ui(ui, context, out);
+                });
+            }),
+            Pane::Effects => padded(ui, |ui| {
+                scrolled(ui, |ui| panels.effects.ui(ui, context, out));
+            }),
+            Pane::Scopes => padded(ui, |ui| {
+                scrolled(ui, |ui| panels.scopes.ui(ui, context, out));
+            }),
+            Pane::Lamps => padded(ui, |ui| panels.lamps.ui(ui, context, out)),
+            Pane::Review => padded(ui, |ui| panels.review.ui(ui, context, out)),
+            Pane::Export => padded(ui, |ui| panels.export.ui(ui, context, out)),
+            Pane::Log => padded(ui, |ui| panels.log.ui(ui, context, out)),
+        }
+    }
+}
+
+/// A panel's contents on its ground.
+fn padded(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
+    Frame::new()
+        .inner_margin(Margin::symmetric(12, 4))
+        .show(ui, contents);
+}
+
+fn scrolled(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.add_space(GAP);
+        contents(ui);
+        ui.add_space(GAP);
+    });
+}
+
+impl Behavior<Pane> for WorkspaceView<'_> {
+    fn pane_ui(&mut self, ui: &mut Ui, _: TileId, pane: &mut Pane) -> UiResponse {
+        let rect = ui.max_rect();
+        ui.painter().rect_filled(rect, 0.0, theme::PANEL);
+        ui.set_clip_rect(ui.clip_rect().intersect(rect));
+        self.drawn.push(*pane);
+        // Not where something that lies over the pane is meant, as a menu.
+        let pressed = ui.input(|i| i.pointer.any_pressed()) && ui.rect_contains_pointer(rect);
+        if pressed && self.context.state.active != *pane {
+            self.out
+                .push(Command::Window(WindowCommand::Activate(*pane)));
+        }
+        self.contents_ui(ui, *pane);
+        UiResponse::None
+    }
+
+    fn tab_title_for_pane(&mut self, pane: &Pane) -> egui::WidgetText {
+        egui::RichText::new(pane.name()).size(13.0).into()
+    }
+
+    fn tab_bar_height(&self, _: &egui::Style) -> f32 {
+        TABS_HEIGHT
+    }
+
+    fn gap_width(&self, _: &egui::Style) -> f32 {
+        BORDER
+    }
+
+    fn tab_bar_color(&self, _: &Visuals) -> Color32 {
+        theme::WELL
+    }
+
+    fn tab_bg_color(&self, _: &Visuals, _: &Tiles<Pane>, _: TileId, tab: &TabState) -> Color32 {
+        if tab.active {
+            theme::PANEL
+        } else {
+            theme::WELL
+        }
+    }
+
+    fn tab_text_color(&self, _: &Visuals, _: &Tiles<Pane>, _: TileId, tab: &TabState) -> Color32 {
+        if tab.active {
+            theme::TEXT
+        } else {
+            theme::QUIET
+        }
+    }
+
+    fn tab_outline_stroke(&self, _: &Visuals, _: &Tiles<Pane>, _: TileId, _: &TabState) -> Stroke {
+        Stroke::NONE
+    }
+
+    fn tab_bar_hline_stroke(&self, _: &Visuals) -> Stroke {
+        Stroke::NONE
+    }
+
+    fn simplification_options(&self) -> SimplificationOptions {
+        SimplificationOptions {
+            all_panes_must_have_tabs: true,
+            ..SimplificationOptions::default()
+        }
+    }
+
+    fn on_edit(&mut self, _: EditAction) {
+        self.edited = true;
+    }
+}

@@ -1,0 +1,111 @@
+//! How large pictures are while something is dragged: as large as can be made within a frame of the window.
+
+use super::PredictedFrame;
+use compositor::{Field, Reuse};
+use imaging::Mask;
+use std::sync::Arc;
+
+/// A frame of a window that is drawn sixty times a second, in milliseconds.
+pub const WINDOW_FRAME_MS: f64 = 1000.0 / 60.0;
+
+/// Pixels of the full size along each axis that one pixel stands for.
+const FACTORS: [usize; 3] = [1, 2, 4];
+
+/// Decides it, by what pictures took.
+pub struct AdaptiveResolution {
+    budget_ms: f64,
+    factor: usize,
+    small: Option<ReducedFrame>,
+}
+
+/// A frame at less than its size.
+pub struct ReducedFrame {
+    of: Arc<PredictedFrame>,
+    factor: usize,
+    pub field: Field,
+    pub mask: Mask,
+    pub reuse: Reuse,
+}
+
+impl AdaptiveResolution {
+    /// Pictures may take so many milliseconds.
+    pub fn within(budget_ms: f64) -> Self {
+        Self {
+            budget_ms,
+            factor: 1,
+            small: None,
+        }
+    }
+
+    /// The factor for the next picture while something is dragged.
+    pub fn factor(&self) -> usize {
+        self.factor
+    }
+
+    /// Takes in what a picture took that was made by this factor.
+    pub fn took(&mut self, factor: usize, ms: f64) {
+        // Time goes with the number of pixels.
+        let full_ms = ms * (factor * factor) as f64;
+        let within = |budget_ms: f64| {
+            let fits = |factor: &usize| full_ms / (factor * factor) as f64 <= budget_ms;
+            FACTORS.into_iter().find(fits).unwrap_or(FACTORS[2])
+        };
+        // It gets smaller when it has to and larger when that leaves room, so that it does not go to and fro.
+        self.factor = (self.factor).clamp(within(self.budget_ms), within(0.5 * self.budget_ms));
+    }
+
+    /// The frame by this factor, made once; none where it is quick to light at its full size.
+    pub fn small(&mut self, of: &Arc<PredictedFrame>, factor: usize) -> Option<&mut ReducedFrame> {
+        let known = |small: &ReducedFrame| small.factor == factor && Arc::ptr_eq(&small.of, of);
+        if !self.small.as_ref().is_some_and(known) {
+            let (field, mask) = of.field.shrunk(&of.frame.mask, factor)?;
+            self.small = Some(ReducedFrame {
+                of: of.clone(),
+                factor,
+                field,
+                mask,
+                reuse: Reuse::default(),
+            });
+        }
+        self.small.as_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_smaller_only_where_the_full_size_takes_longer_than_a_frame() {
+        let mut resolution = AdaptiveResolution::within(WINDOW_FRAME_MS);
+        // 128 pixels, and a few at 512.
+        for ms in [3.0, 16.0, 3.0] {
+            resolution.took(1, ms);
+            assert_eq!(resolution.factor(), 1);
+        }
+        resolution.took(1, 45.0);
+        assert_eq!(resolution.factor(), 2);
+        // Half the size still takes what it takes for a quarter of the pixels, and something besides.
+        resolution.took(2, 12.5);
+        assert_eq!(resolution.factor(), 2);
+        resolution.took(2, 40.0);
+        assert_eq!(resolution.factor(), 4);
+        resolution.took(4, 900.0);
+        assert_eq!(resolution.factor(), 4, "there is nothing smaller");
+        // One slow picture, such as the first, is made good by the next.
+        resolution.took(4, 0.2);
+        assert_eq!(resolution.factor(), 1);
+    }
+
+    #[test]
+    fn the_size_does_not_go_to_and_fro() {
+        let mut resolution = AdaptiveResolution::within(10.0);
+        resolution.took(1, 11.0);
+        for _ in 0..9 {
+            assert_eq!(resolution.factor(), 2);
+            resolution.took(2, 9.0 / 4.0);
+        }
+        resolution.took(2, 4.0 / 4.0);
+        assert_eq!(resolution.factor(), 1);
+    }
+}

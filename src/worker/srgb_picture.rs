@@ -1,0 +1,172 @@
+//! Pictures as a texture takes them, and the thumbnails that panels show.
+
+use glam::Quat;
+use imaging::color::{byte_from_unit, luminance, srgb_from_linear};
+use imaging::resample::resize_area;
+use imaging::{Encoded, Image};
+use light::{Environment, latlong};
+
+/// A picture in 8-bit sRGB.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SrgbPicture {
+    pub width: usize,
+    pub height: usize,
+    /// sRGB codes, three bytes a pixel, row by row.
+    pub rgb: Vec<u8>,
+}
+
+/// Width and height, reduced so that the longer is at most `longer_px`; neither is less than 1.
+pub(super) fn reduced_size((width, height): (usize, usize), longer_px: usize) -> (usize, usize) {
+    let longer = width.max(height).max(1);
+    let reduce = |side: usize| (side * longer_px.min(longer) / longer).max(1);
+    (reduce(width), reduce(height))
+}
+
+impl SrgbPicture {
+    /// Columns of a thumbnail: sharp in a panel of 240 points on a screen of two pixels a point.
+    const WIDTH: usize = 480;
+    /// Columns of a turned one: few enough to be made again at every step of a drag, in about 3 ms.
+    const TURNED_WIDTH: usize = 256;
+
+    /// The codes of a picture.
+    pub fn of(picture: &Encoded) -> Self {
+        let codes = picture.0.pixels.iter().flatten();
+        Self {
+            width: picture.0.width,
+            height: picture.0.height,
+            rgb: codes.map(|&code| byte_from_unit(code)).collect(),
+        }
+    }
+
+    /// The codes of a picture, reduced to at most `longer_px` pixels along its longer side. They are averaged as
+    /// they are, which is near enough to look at.
+    pub fn reduced(picture: &Encoded, longer_px: usize) -> Self {
+        let (width, height) = reduced_size(picture.0.size(), longer_px);
+        Self::of(&Encoded(resize_area(&picture.0, width, height)))
+    }
+
+    /// A thumbnail of a photograph's light as a panorama, as bright as the photograph: 1 is white, and noise stays dark.
+    pub fn as_exposed(light: &Image) -> Self {
+        Self::encoded(&Self::panorama(light), |pixel| pixel)
+    }
+
+    /// A thumbnail of a panorama: its log-average luminance at middle grey, highlights rolled off
+    /// (Reinhard et al., SIGGRAPH 2002, equations 1 to 4).
+    pub fn tone_mapped(radiance: &Image) -> Self {
+        let small = Self::panorama(radiance);
+        // Black texels say nothing about exposure; they would pull the average to nothing.
+        let lit: Vec<f32> = small
+            .pixels
+            .iter()
+            .map(|&p| luminance(p))
+            .filter(|&y| y > 0.0)
+            .collect();
+        let log_sum: f64 = lit.iter().map(|&y| f64::from(y).ln()).sum();
+        let average = (log_sum / lit.len().max(1) as f64).exp() as f32;
+        let white = lit.iter().copied().fold(0.0, f32::max) * 0.18 / average;
+        Self::encoded(&small, |pixel| {
+            let y = luminance(pixel) * 0.18 / average;
+            let shown = (1.0 + y / (white * white).max(1.0)) / (1.0 + y) * 0.18 / average;
+            pixel.map(|v| v * shown)
+        })
+    }
+
+    /// The same panorama for an environment that is turned, at up to `TURNED_WIDTH` columns; see
+    /// [`light::weights::rotation`].
+    pub fn turned(&self, turn: Quat) -> Self {
+        let codes = self.rgb.chunks_exact(3);
+        let codes = Image {
+            width: self.width,
+            height: self.height,
+            pixels: codes.map(|c| [c[0], c[1], c[2]].map(f32::from)).collect(),
+        };
+        let codes = Environment::from_radiance("", codes);
+        let width = self.width.min(Self::TURNED_WIDTH);
+        let height = (width / 2).max(1);
+        let back = turn.inverse();
+        // One thread, for the window waits: others may be busy with a job.
+        let rgb = (0..width * height).flat_map(|i| {
+            let direction = latlong::texel_direction(i % width, i / width, width, height);
+            codes.radiance(back * direction).map(|v| v.round() as u8)
+        });
+        Self {
+            width,
+            height,
+            rgb: rgb.collect(),
+        }
+    }
+
+    fn panorama(radiance: &Image) -> Image {
+        let (width, height) = (
+            Self::WIDTH.min(radiance.width),
+            (Self::WIDTH / 2).min(radiance.height),
+        );
+        resize_area(radiance, width, height)
+    }
+
+    fn encoded(small: &Image, shown: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
+        let codes = |pixel: &[f32; 3]| shown(*pixel).map(|v| byte_from_unit(srgb_from_linear(v)));
+        Self {
+            width: small.width,
+            height: small.height,
+            rgb: small.pixels.iter().flat_map(codes).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use light::weights::rotation;
+
+    #[test]
+    fn a_thumbnail_does_not_depend_on_the_panoramas_units() {
+        let picture = Image::from_fn(64, 32, |x, y| [x as f32 / 64.0, y as f32 / 32.0, 0.3]);
+        let brighter = picture.map(|p| p.map(|v| v * 1024.0));
+        let (a, b) = (
+            SrgbPicture::tone_mapped(&picture),
+            SrgbPicture::tone_mapped(&brighter),
+        );
+        let worst = a.rgb.iter().zip(&b.rgb).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(worst <= Some(1), "{worst:?}");
+    }
+
+    #[test]
+    fn black_panoramas_and_suns_have_thumbnails() {
+        assert!(
+            SrgbPicture::tone_mapped(&Image::filled(4, 2, [0.0; 3]))
+                .rgb
+                .iter()
+                .all(|&v| v == 0)
+        );
+        let sun = Image::from_fn(64, 32, |x, y| [if (x, y) == (9, 9) { 1e6 } else { 0.5 }; 3]);
+        let grey = SrgbPicture::tone_mapped(&sun).rgb[0];
+        assert!((80..160).contains(&grey), "a sun leaves the sky at {grey}");
+    }
+
+    #[test]
+    fn a_turned_thumbnail_shows_what_the_turn_brings_there() {
+        let bright = |x: usize, y: usize| (96..104).contains(&x) && (60..68).contains(&y);
+        let picture = Image::from_fn(256, 128, |x, y| [if bright(x, y) { 4.0 } else { 0.2 }; 3]);
+        let flat = SrgbPicture::tone_mapped(&picture);
+        let brightest = |shown: &SrgbPicture| {
+            let sum = |i: &usize| {
+                shown.rgb[3 * i..3 * i + 3]
+                    .iter()
+                    .map(|&v| u32::from(v))
+                    .sum::<u32>()
+            };
+            let i = (0..shown.width * shown.height).max_by_key(sum).unwrap();
+            latlong::texel_direction(i % shown.width, i / shown.width, shown.width, shown.height)
+        };
+        let spot = latlong::direction_from_uv(100.0 / 256.0, 64.0 / 128.0);
+        for (yaw, pitch, roll) in [(0.0, 0.0, 0.0), (70.0, 40.0, 0.0), (-20.0, -130.0, 75.0)] {
+            let turn = rotation(yaw, pitch, roll);
+            let seen = brightest(&flat.turned(turn));
+            let off = seen.angle_between(turn * spot).to_degrees();
+            // The spot is 11° across.
+            assert!(off < 8.0, "{yaw}, {pitch}, {roll}: {off}° off");
+        }
+        assert_eq!(flat.turned(Quat::IDENTITY), flat);
+    }
+}

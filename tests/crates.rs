@@ -1,0 +1,61 @@
+//! The walls between the crates: who may know the window's toolkit, the network's and the GPU's. Who may import whom among
+//! our own crates is what the compiler checks.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// The names of every crate's dependencies, those of its tests aside.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let sources = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("src");
+    let mut found = BTreeMap::new();
+    for entry in std::fs::read_dir(sources).unwrap() {
+        let folder = entry.unwrap().path();
+        let Ok(text) = std::fs::read_to_string(folder.join("Cargo.toml")) else {
+            continue;
+        };
+        let table: toml::Table = text.parse().unwrap();
+        let names = table["dependencies"].as_table().unwrap().keys().cloned();
+        let name = folder.file_name().unwrap().to_str().unwrap().to_owned();
+        found.insert(name, names.collect());
+    }
+    found
+}
+
+fn who_knows(prefixes: &[&str]) -> Vec<String> {
+    dependencies()
+        .into_iter()
+        .filter(|(_, names)| {
+            names
+                .iter()
+                .any(|name| prefixes.iter().any(|p| name.starts_with(p)))
+        })
+        .map(|(name, _)| name)
+        .collect()
+}
+
+#[test]
+fn the_window_alone_knows_egui() {
+    assert_eq!(who_knows(&["egui", "eframe"]), ["studio"]);
+}
+
+#[test]
+fn burn_stays_with_the_network_its_training_and_its_device() {
+    assert_eq!(
+        who_knows(&["burn", "cubecl"]),
+        ["gpu", "reflectance", "training"]
+    );
+}
+
+#[test]
+fn wgpu_stays_with_the_passes_the_fields_and_the_device() {
+    assert_eq!(who_knows(&["wgpu"]), ["compositor", "gpu", "reflectance"]);
+}
+
+/// What the network and the compositor are checked against must not be made by them.
+#[test]
+fn the_virtual_stage_uses_neither_calibration_nor_compositor() {
+    let ours: BTreeSet<String> = dependencies().into_keys().collect();
+    let used = &dependencies()["virtual_stage"];
+    let used: Vec<&String> = used.intersection(&ours).collect();
+    assert_eq!(used, ["base", "imaging", "light"]);
+}
