@@ -440,7 +440,7 @@ fn told_job(window: &mut Window) -> Sender<Word> {
     tell
 }
 
-const STEP: &str = "step 1204, OLATs 0.0213, relit 0.0108, unseen pose 31.42 dB";
+const STEP: &str = "step 1204, OLATs 0.0213, relit 0.0108, held-out pose 31.42 dB";
 const TRAINED: &str = "3250 steps in 600 s on the CPU (flex): as asked: OLATs 0.0187, relit 0.0092 \
                        from the truth by the built-in features";
 
@@ -525,7 +525,7 @@ fn a_job_is_paused_and_stopped_by_button_and_by_key() {
     assert!(!paused(window.state()));
     window.key_press(Key::P);
     window.run();
-    window.get_by_label("Go on").click();
+    window.get_by_label("Resume").click();
     window.run();
     job.send(|progress| progress.step("training", 500, 1000, "going on"))
         .unwrap();

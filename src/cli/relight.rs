@@ -71,7 +71,7 @@ pub struct RelightArgs {
     /// Say which passes ran, which did not and why, and what each took.
     #[arg(long)]
     profile: bool,
-    /// In what numbers the predicted OLATs are kept.
+    /// Storage format of predicted OLATs.
     #[arg(long, value_enum, default_value_t)]
     field: Storage,
     #[command(flatten)]

@@ -11,7 +11,7 @@ use reflectance::{
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// In what numbers predicted OLATs are kept: rungs of accuracy, memory and the time of a sum.
+/// Storage format of predicted OLATs: each trades accuracy for memory and speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Storage {

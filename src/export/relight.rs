@@ -54,7 +54,7 @@ pub struct RelightSettings {
     /// Say what each pass did and took.
     pub profile: bool,
     pub device: DeviceChoice,
-    /// In what numbers the predicted OLATs are kept.
+    /// Storage format of predicted OLATs.
     pub storage: Storage,
 }
 

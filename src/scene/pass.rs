@@ -72,35 +72,35 @@ passes! {
     Predict = "predict";
     /// The field's brightness is held steady from frame to frame.
     Smoothing = "smoothing", smoothing up to 1.0,
-        "Steadiness": "Holds back jumps in brightness from frame to frame";
+        "Smoothing": "Evens out jumps in brightness between frames";
     /// The environment's energy is given to the lamps.
     Weights = "weights";
     /// The lamps' pictures are summed, and the subject is cut out.
     Relight = "relight";
     /// A screen's colour is taken out of the subject's rim.
     Despill = "despill", despill up to 1.0,
-        "Despill": "Takes the green or blue of a screen out of the subject's rim";
+        "Despill": "Removes green- or blue-screen spill from the subject's edge";
     /// The environment is drawn behind the subject.
     Background = "background";
     /// The background is put out of focus.
     BackgroundBlur = "background_blur", background_blur up to 0.25,
-        "Defocus": "Puts the background out of focus: radius as a share of the picture's height";
+        "Background blur": "Puts the background out of focus; radius as a share of the picture's height";
     /// Light from behind reaches around the rim, and the subject is laid over what is behind it.
     LightWrap = "light_wrap", light_wrap up to 1.0,
-        "Light wrap": "Lets the background's light wrap around the subject's rim";
+        "Light wrap": "Wraps the background's light around the subject's edge";
     /// The lens scatters light that is brighter than white.
     Glare = "glare", glare up to 1.0,
-        "Glare": "Scatters light above white as a lens does";
+        "Glare": "Scatters light above white, as a lens does";
     /// The lens darkens the picture towards its corners.
     Vignette = "vignette", vignette up to 0.9,
-        "Vignette": "Darkens the picture towards its corners as a lens does: share of light that the corners lose";
+        "Vignette": "Darkens the corners, as a lens does; share of light that they lose";
     /// Everything is made brighter or darker.
     Exposure = "exposure";
     /// Linear light is encoded for a display.
     View = "view";
     /// The picture gets the plate's grain.
     Grain = "grain", grain up to 4.0,
-        "Grain": "Gives the picture the plate's grain; 1 matches the plate";
+        "Grain": "Adds the plate's grain; 1 matches the plate";
     /// A pattern below one code keeps smooth gradients from showing steps.
     Dither = "dither";
     /// One channel is shown in grey.

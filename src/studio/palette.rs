@@ -16,7 +16,7 @@ const OTHERS: [(&str, Command); 5] = [
         Command::Dialog(Dialog::ComparisonTruth),
     ),
     (
-        "reset the arrangement of panels",
+        "reset the layout of panels",
         Command::Window(WindowCommand::ResetLayout),
     ),
     ("clear the log", Command::Window(WindowCommand::ClearLog)),

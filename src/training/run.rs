@@ -359,7 +359,7 @@ impl SmoothedLosses {
             show(self.rendering)
         );
         if let Some(decibels) = self.held_out {
-            note += &format!(", unseen pose {decibels:.2} dB");
+            note += &format!(", held-out pose {decibels:.2} dB");
         }
         note
     }

@@ -108,7 +108,7 @@ fn two_checkpoints_are_compared_and_with_what_was_filmed() {
     until(&mut window, "list of checkpoints", |app| {
         app.training().records.is_some()
     });
-    window.get_by_label("step 400, 0:40, 28.86 dB, present");
+    window.get_by_label("step 400, 0:40, 28.86 dB, current");
     choose(&mut window, &["step 100, 0:10, 25.00 dB"]);
     until_compared(&mut window);
     let shown = window.state().relit().unwrap().clone();
@@ -160,12 +160,12 @@ fn a_click_in_a_menu_leaves_the_keys_to_the_pane_that_has_them() {
     assert_eq!(window.state().state().active, Pane::Picture);
     window.get_by_label("Panels").click();
     window.run_steps(3);
-    let entry = window.get_by_label("Reset arrangement").rect().center();
+    let entry = window.get_by_label("Reset layout").rect().center();
     let light = window.get_by_label("Environment").rect();
     assert!(entry.x > light.left(), "the menu lies over the light");
-    window.get_by_label("Reset arrangement").click();
+    window.get_by_label("Reset layout").click();
     window.run_steps(3);
-    assert!(window.query_by_label("Reset arrangement").is_none());
+    assert!(window.query_by_label("Reset layout").is_none());
     assert_eq!(window.state().state().active, Pane::Picture);
     // The same place is the pane's where no menu lies over it.
     window.hover_at(entry);

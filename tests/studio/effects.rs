@@ -96,7 +96,7 @@ fn effects_and_log_look_as_they_did() {
     let mut window = clay_window(folder.path());
     window.get_by_label("Log").click();
     window.run_steps(2);
-    window.get_by_label("Nothing has happened yet");
+    window.get_by_label("No messages yet");
     snapshot(&mut window, "studio_log_empty");
 
     // Room for the log.
@@ -163,6 +163,6 @@ fn without_a_picture_the_panels_beside_it_say_so() {
     snapshot(&mut window, "studio_effects_empty");
     window.get_by_label("Scopes").click();
     window.run_steps(2);
-    window.get_by_label("There is no picture yet");
+    window.get_by_label("No picture yet");
     snapshot(&mut window, "studio_scopes_empty");
 }

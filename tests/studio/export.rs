@@ -163,7 +163,7 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     // The same again takes another name, unless it is to replace what is there.
     let bytes = |name: &str| std::fs::read(root.join("exports").join(name)).unwrap();
     let before = bytes(first[0]);
-    until_said(&mut window, "2 files of this name are there already");
+    until_said(&mut window, "2 files with this name already exist");
     window.get_by_label_contains("mouse_2.0000.png");
     window.key_press(Key::E);
     window.run_steps(2);
@@ -173,8 +173,8 @@ fn two_frames_are_exported_with_the_mouse_and_nothing_that_is_there_is_lost() {
     assert_eq!(files(&root, "mouse").len(), 4);
     assert_eq!(bytes(first[0]), before);
     assert_ne!(bytes("mouse_2.0000.png"), before);
-    until_said(&mut window, "2 files of this name are there already");
-    window.get_by_label("replace what is there").click();
+    until_said(&mut window, "2 files with this name already exist");
+    window.get_by_label("replace existing files").click();
     window.run_steps(2);
     window.get_by_label("Add to queue").click();
     until_exported(&mut window, 3);
@@ -443,7 +443,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     window.get_by_label("Pause clay.%04d.png").click();
     window.run_steps(3);
     window.get_by_label("paused");
-    window.get_by_label("Go on clay.%04d.png").click();
+    window.get_by_label("Resume clay.%04d.png").click();
     window.run_steps(3);
     window.get_by_label("Cancel clay.%04d.png").click();
     until(&mut window, "end of the export", |app| {
@@ -538,7 +538,7 @@ fn an_export_that_failed_looks_as_it_did() {
         ))
     });
     until_exported(&mut window, 1);
-    until_said(&mut window, "2 files of this name are there already");
+    until_said(&mut window, "2 files with this name already exist");
     snapshot(&mut window, "studio_export_error");
     window.get_by_label("Remove clay.%04d.png").click();
     window.run_steps(3);

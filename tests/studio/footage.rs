@@ -81,7 +81,7 @@ fn thumbnails_lead_to_their_frames_and_mattes_lie_over_them() {
         "a pose's matte",
         file("exemplar_masks/pose00.png"),
     );
-    window.get_by_label("Matte over it").click();
+    window.get_by_label("Matte overlay").click();
     until(&mut window, "a pose", file("exemplars/pose00/olat_00.png"));
 }
 
@@ -98,17 +98,17 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
         "Framing, lower right corner",
         vec2(-90.0, -20.0),
     );
-    corner(&mut window, "Framing, the square", vec2(40.0, -120.0));
+    corner(&mut window, "Framing square", vec2(40.0, -120.0));
     window.get_by_label("Use this framing").click();
     window.run();
-    window.get_by_label_contains("made under the framing of before");
+    window.get_by_label_contains("belong to the old framing");
     assert_eq!(
         framing(&project),
         Framing::largest((32, 32)),
         "nothing is changed yet"
     );
     snapshot(&mut window, "studio_footage_filled");
-    window.get_by_label("Change it all the same").click();
+    window.get_by_label("Change framing anyway").click();
     until(
         &mut window,
         "need of a calibration",

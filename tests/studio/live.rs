@@ -170,11 +170,11 @@ fn every_control_of_every_workspace_pane_menu_and_dialog_has_a_name() {
         assert!(plain > 10, "{plain} controls");
         window.get_by_label("Panels").click();
         window.run_steps(3);
-        window.get_by_label("Reset arrangement");
+        window.get_by_label("Reset layout");
         named_controls(&window);
         window.key_press(Key::Escape);
         window.run_steps(3);
-        assert!(window.query_by_label("Reset arrangement").is_none());
+        assert!(window.query_by_label("Reset layout").is_none());
         for role in [Role::ComboBox, Role::DisclosureTriangle] {
             for list in 0..window.query_all_by_role(role).count() {
                 if let Some(list) = window.query_all_by_role(role).nth(list) {
@@ -241,7 +241,7 @@ fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
     });
     assert!(window.state().status().job.as_ref().unwrap().is_paused());
     window.get_by_label_contains("cannot write checkpoint/live.bpk");
-    window.get_by_label("Go on").click();
+    window.get_by_label("Resume").click();
     until(&mut window, "the step after it", |app| {
         app.status()
             .job

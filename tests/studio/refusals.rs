@@ -41,7 +41,7 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
         "it is wrapped: {note:?}"
     );
     snapshot_without(&mut window, "studio_refusal", &[]);
-    window.get_by_label("Put the message away").click();
+    window.get_by_label("Dismiss message").click();
     window.run_steps(2);
     assert!(!is_said(&window));
 

@@ -125,7 +125,7 @@ fn a_click_on_a_lamp_shows_it_alone_and_with_ctrl_beside_others() {
         "the second click ends it"
     );
     click(&mut window, places[0], Modifiers::NONE);
-    window.get_by_label("Whole light").click();
+    window.get_by_label("Back to environment").click();
     window.run_steps(2);
     assert!(window.state().state().solo.is_empty());
     assert_eq!(
@@ -237,7 +237,7 @@ fn the_review_looks_as_it_did() {
 fn what_keeps_the_review_empty_is_said_there() {
     let folder = crate::temporary();
     let mut window = opened(&clay_project(folder.path()));
-    window.get_by_label_contains("Nothing was measured yet");
+    window.get_by_label_contains("Not measured yet");
     window.get_by_label_contains("in the pose.");
     window.get_by_label("Measure");
     assert!(window.query_by_label("Report…").is_none());

@@ -96,7 +96,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     window.run_steps(40);
     let still = window.state().training().point.clone().unwrap().losses.step;
     assert_eq!(still, paused);
-    window.get_by_label("Go on").click();
+    window.get_by_label("Resume").click();
     until_step(&mut window, paused + 2);
     window.get_by_label("Stop").click();
     until_over(&mut window);
@@ -138,7 +138,7 @@ fn training_is_started_paused_resumed_stopped_and_gone_back_in() {
     window.run_steps(2);
     window.get_by_label("Start over…").click();
     window.run_steps(2);
-    window.get_by_label("Begin anew").click();
+    window.get_by_label("Start over").click();
     until(&mut window, "first steps", |app| {
         let point = app.training().point.as_ref();
         point.is_some_and(|point| point.losses.step < first)
@@ -284,7 +284,7 @@ fn a_window_in_which_a_network_trains_looks_as_it_did() {
         training.pictures.is_some() && last.is_some_and(|point| point.step == 1239)
     });
     window.get_by_label_contains("Dead outputs: olat_03, olat_17");
-    window.get_by_label_contains("2 steps were not finite");
+    window.get_by_label_contains("2 steps with NaN or infinite values");
     window.key_press(Key::PageDown);
     window.run_steps(2);
     assert_eq!(window.state().state().trained_lamp, 1);
@@ -346,7 +346,7 @@ fn a_training_that_cannot_be_read_says_why() {
     until(&mut window, "what is on disk", |app| {
         app.training().records.is_some() && app.relit().is_some()
     });
-    window.get_by_label("What was trained cannot be read");
+    window.get_by_label("The training cannot be read");
     let sentence = window.state().training().records.clone().unwrap();
     assert!(
         sentence

@@ -432,7 +432,7 @@ pub const BINDINGS: &[Binding] = &[
         Modifiers::NONE,
         Key::P,
         Command::Job(JobCommand::Pause),
-        "pause the job, go on",
+        "pause or resume the job",
     ),
     on(
         Modifiers::NONE,

@@ -1,4 +1,4 @@
-//! The list of environments: the shoot's, those that are built in, and what was added.
+//! The list of environments: the shoot's, the built-in ones, and those a person added.
 
 use crate::command::{Command, Dialog, LookCommand};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
@@ -11,7 +11,7 @@ use egui::{Color32, Pos2, Rect, Response, RichText, Sense, Ui, Vec2, pos2, vec2}
 /// Side of the button that removes an entry, in points.
 const REMOVE: f32 = 20.0;
 
-/// The panel keeps nothing.
+/// The panel has no state of its own.
 #[derive(Default)]
 pub struct EnvironmentsPanel;
 
@@ -22,7 +22,7 @@ impl EnvironmentsPanel {
             ui.strong("Environments");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if icons::worded_ui(ui, icons::ADD, "Add…")
-                    .on_hover_text("Add panoramas: EXR, HDR, or pictures of 8 or 16 bits; they can be dropped anywhere")
+                    .on_hover_text("Add panoramas: EXR, HDR, or 8- or 16-bit pictures. They can also be dropped anywhere.")
                     .clicked()
                 {
                     out.push(Command::Dialog(Dialog::Environments));
@@ -89,15 +89,15 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         PanoramaState::Failed(_) => Some([icons::WARNING, "unreadable"]),
         PanoramaState::Done { .. } if entry.listed.asks() => Some([icons::FRONT, "front?"]),
         PanoramaState::Done { panorama, .. } if !panorama.notes.is_empty() => {
-            Some(["", "see the notes"])
+            Some(["", "see notes"])
         }
-        // Which of two that have the same name.
+        // Tells two of the same name apart.
         PanoramaState::Done { .. } => (entry.listed)
             .is_ambiguous(&context.state.look.environments)
             .then(|| ["", entry.listed.owner.says()]),
     };
     let color = if chosen { Color32::WHITE } else { theme::TEXT };
-    // What there is to say stands below the name, which gives way to it.
+    // A state stands below the name, which then gets one line.
     let line = |words: &str, size: f32, color, max_rows: usize| {
         let font = egui::FontId::proportional(size);
         let mut job = egui::text::LayoutJob::simple(words.to_owned(), font, color, text.width());
@@ -123,7 +123,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
         PanoramaState::Done { panorama, .. } => {
             let (width, height) = panorama.environment.radiance.size();
             let (from, whose) = (&entry.listed.origin, entry.listed.owner.says());
-            let mut hint = format!("{from}\n{whose}, {width} × {height} texels");
+            let mut hint = format!("{from}\n{whose}, {width} × {height} pixels");
             for note in &panorama.notes {
                 hint += &format!("\n{note}");
             }
@@ -133,7 +133,7 @@ fn row_ui(ui: &mut Ui, entry: &EnvironmentEntry, context: &PanelContext, chosen:
     }
 }
 
-/// The button in a row that takes its entry out of the list; tells whether it was clicked.
+/// The button that removes a row's entry; returns whether it was clicked.
 fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
     let name = format!("Remove {}", entry.listed.name);
     let place = Rect::from_min_size(row.right_top() - vec2(REMOVE, 0.0), Vec2::splat(REMOVE));
@@ -153,11 +153,11 @@ fn remove_ui(ui: &Ui, entry: &EnvironmentEntry, row: Rect) -> bool {
         color,
     );
     response
-        .on_hover_text(format!("{name} from the list; the file stays"))
+        .on_hover_text(format!("{name} from the list; the file is kept"))
         .clicked()
 }
 
-/// The panorama turned by `yaw_deg`: its content moves to the right.
+/// The panorama turned by `yaw_deg`; positive angles move the content to the right.
 pub(super) fn panorama_ui(ui: &Ui, entry: &EnvironmentEntry, rect: Rect, yaw_deg: f32) {
     if let PanoramaState::Done { thumbnail, .. } = &entry.panorama {
         let from = -yaw_deg / 360.0;

@@ -1,4 +1,4 @@
-//! "Which way is front?": the question about a panorama's file, and the answer that can be changed later.
+//! "Which way is front?": asks it for a panorama file, and lets the answer be changed later.
 
 use super::panorama::{place, share};
 use super::rows::choice_ui;
@@ -11,7 +11,7 @@ use glam::Quat;
 use light::conventions::{Front, Tool};
 use light::latlong;
 
-/// What can be answered: fronts, with the programs that have them there.
+/// The possible fronts, each with the names of the programs that use it.
 fn choices() -> Vec<(Front, String)> {
     let mut choices = vec![(Front::default(), "Afterlight".to_owned())];
     for tool in Tool::ALL {
@@ -24,8 +24,8 @@ fn choices() -> Vec<(Front, String)> {
     choices
 }
 
-/// The choices as numbered marks on the panorama in `rect`, turned as that is. A click on one answers, and so
-/// does one on any other place: that is the front.
+/// The choices as numbered marks on the panorama in `rect`, turned with it. A click on a mark chooses it; a
+/// click anywhere else makes that direction the front.
 pub fn marks_ui(
     ui: &Ui,
     context: &PanelContext,
@@ -44,7 +44,7 @@ pub fn marks_ui(
             doubtful: false,
         })
         .collect();
-    // The left edge is a front of some: its mark is drawn whole.
+    // Some programs put the front at the left edge: its mark must not be cut in half.
     let within = rect.shrink(MARK_RADIUS);
     let places: Vec<Pos2> = (marks.iter())
         .map(|mark| within.clamp(place(rect, mark.direction)))
@@ -72,7 +72,7 @@ pub fn marks_ui(
 pub fn question_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.add_space(GAP / 2.0);
     ui.label(RichText::new("Which way is front in this file?").color(theme::ACCENT));
-    let hint = "Choose the program that it was made for, or click on the panorama where front is.";
+    let hint = "Choose the program it was made for, or click the panorama where front is.";
     ui.label(RichText::new(hint).small().color(theme::QUIET));
     for (i, (front, names)) in choices().into_iter().enumerate() {
         let text = format!("{}   {names}", i + 1);
@@ -89,12 +89,12 @@ pub fn question_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) 
     ui.add_space(GAP / 2.0);
 }
 
-/// The answer as a row of a grid; tells whether the person wants to be asked again.
+/// The chosen front as a row of a grid. Returns whether the person wants to pick it on the panorama.
 pub fn answer_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
     let look = &context.state.look;
     let now = look.front();
     let choices = choices();
-    let pointed = format!("{:.1}° from the middle", -now.yaw_deg());
+    let pointed = format!("{:.1}° from the centre", -now.yaw_deg());
     let mut all: Vec<(Option<Front>, &str)> = choices
         .iter()
         .map(|(front, names)| (Some(*front), names.as_str()))
@@ -102,10 +102,10 @@ pub fn answer_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) ->
     if choices.iter().all(|(front, _)| *front != now) {
         all.push((Some(now), &pointed));
     }
-    all.push((None, "point to it…"));
+    all.push((None, "pick on panorama…"));
     let mut wanted = Some(now);
     choice_ui(ui, "Front", &all, &mut wanted).on_hover_text(
-        "Which way is front in the file: the program that it was made for. It is kept in the project.",
+        "Which way is front in the file, by the program it was made for. Saved with the project.",
     );
     if let Some(front) = wanted.filter(|front| *front != now) {
         out.push(Command::Look(LookCommand::Front(

@@ -1,4 +1,4 @@
-//! The line of the job that runs beside the picture, and what it said when it was over.
+//! The line for the running job, and its message when it ends.
 
 use crate::command::{Command, JobCommand, WindowCommand};
 use crate::icons;
@@ -10,20 +10,20 @@ use egui::{Align, Align2, Button, Color32, Label, Layout, Rect, RichText, Sense,
 use std::time::{Duration, Instant};
 use worker::ExportStatus;
 
-/// Widths in points, so that nothing moves as figures change: "Stopping", "100 %", "99 h 59 min left".
+/// Widths in points, fixed so that nothing moves as the figures change: "Stopping", "100 %", "99 h 59 min left".
 const BUTTON_WIDTH: f32 = 100.0;
 const SHARE_WIDTH: f32 = 110.0;
 const LEFT_WIDTH: f32 = 118.0;
-/// Height of everything in the line.
+/// Height of the line's contents.
 const HEIGHT: f32 = 24.0;
 
-/// The panel keeps nothing.
+/// The panel has no state of its own.
 #[derive(Default)]
 pub struct JobPanel;
 
 impl JobPanel {
-    /// Whether there is anything to show: where relit pictures cannot be made, the viewport shows it, and
-    /// what is exported stands in the line of exports.
+    /// Whether the line is needed. It is not where the job is shown elsewhere: in the viewport while there are no
+    /// relit pictures, in the export queue, or in a pane of its own.
     pub fn is_needed(context: &PanelContext) -> bool {
         let viewport = context.shown.contains(&Pane::Picture) && !context.is_live();
         let said = context.status.message.as_deref();
@@ -39,10 +39,10 @@ impl JobPanel {
 
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         match (&context.status.job, &context.status.message) {
-            (Some(job), said) => {
-                ui.horizontal(|ui| job_ui(ui, job, said.as_deref(), out));
+            (Some(job), message) => {
+                ui.horizontal(|ui| job_ui(ui, job, message.as_deref(), out));
             }
-            (None, Some(said)) => said_ui(ui, said, out),
+            (None, Some(message)) => message_ui(ui, message, out),
             (None, None) => {}
         }
     }
@@ -76,7 +76,7 @@ fn job_ui(ui: &mut Ui, job: &RunningJob, said: Option<&str>, out: &mut Vec<Comma
     });
 }
 
-/// The finished share, as a bar with its number.
+/// The progress as a bar with a percentage.
 fn share_ui(ui: &mut Ui, job: &RunningJob) {
     let (rect, response) = ui.allocate_exact_size(vec2(SHARE_WIDTH, HEIGHT), Sense::hover());
     let text = format!("{:.0} %", job.share * 100.0);
@@ -96,7 +96,7 @@ fn share_ui(ui: &mut Ui, job: &RunningJob) {
     response.on_hover_text(job.stage);
 }
 
-/// Pause and stop, in a place of fixed width.
+/// Pause and stop, in a space of fixed width.
 pub fn buttons_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     let place = vec2(2.0 * BUTTON_WIDTH + GAP, HEIGHT);
     ui.allocate_ui_with_layout(place, Layout::right_to_left(Align::Center), |ui| {
@@ -111,8 +111,8 @@ fn stop_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     let stop = Button::new((icons::STOP, name)).min_size(size);
     if icons::named_ui(ui, !job.stopping, stop, name)
         .on_hover_text(
-            "Stops after the step in hand. What is finished is kept: training goes on from its \
-             checkpoint when it is started again.",
+            "Stops after the current step. Finished work is kept: training can resume from its \
+             checkpoint.",
         )
         .clicked()
     {
@@ -120,10 +120,10 @@ fn stop_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     }
 }
 
-/// The icon and the name of the button that holds a job, or lets it go on.
+/// Icon and name of the button that pauses or resumes a job.
 pub fn pause_name(job: &RunningJob) -> (&'static str, &'static str) {
     match job.is_paused() {
-        true => (icons::PLAY, "Go on"),
+        true => (icons::PLAY, "Resume"),
         false => (icons::PAUSE, "Pause"),
     }
 }
@@ -134,8 +134,8 @@ fn pause_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     let pause = Button::new((icon, name)).min_size(size);
     if icons::named_ui(ui, !job.stopping, pause, name)
         .on_hover_text(
-            "Waits after the step in hand, which leaves the device to the picture. Training saves its \
-             checkpoint first. Key: P",
+            "Pauses after the current step, so that the picture has the processor to itself. Training saves \
+             its checkpoint first. Key: P",
         )
         .clicked()
     {
@@ -143,8 +143,8 @@ fn pause_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     }
 }
 
-/// What the last job said, in full.
-fn said_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
+/// The last job's message in full.
+fn message_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         let width = ui.available_width() - BUTTON_WIDTH - GAP;
         let down = Layout::top_down(Align::Min);
@@ -160,7 +160,7 @@ fn said_ui(ui: &mut Ui, said: &str, out: &mut Vec<Command>) {
     });
 }
 
-/// Whether it waits, or how long it will take.
+/// Whether it is paused or stopping; otherwise the time left.
 pub fn state(job: &RunningJob) -> String {
     if job.stopping {
         return "stopping".to_owned();
@@ -179,7 +179,7 @@ fn remaining(left: Duration) -> String {
     }
 }
 
-/// A phrase as the beginning of a line.
+/// The phrase with a capital letter.
 pub fn capitalized(phrase: &str) -> String {
     let mut text = phrase.to_owned();
     if let Some(first) = text.get_mut(..1) {

@@ -1,9 +1,9 @@
-//! The light: how the environment is turned and graded, its brightest areas, and the lights placed by hand.
+//! The light: the environment's rotation and grade, its brightest areas, and the lights placed by hand.
 
 use super::front;
 use super::number_ui;
 use super::panorama::Preview;
-use super::rows::{FIELD, Row, choice_ui};
+use super::rows::{FIELD, NAME, Row, choice_ui};
 use super::timeline::diamond;
 use crate::command::{Command, LookCommand};
 use crate::environment_library::EnvironmentEntry;
@@ -12,14 +12,14 @@ use crate::icons;
 use crate::keyframed::Keyframed;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
-use egui::{DragValue, Grid, Rect, RichText, Sense, Ui, vec2};
+use egui::{Align, DragValue, Grid, Layout, Rect, RichText, Sense, Ui, vec2};
 use light::conventions::Tool;
 use light::weights::Weighting;
 use light::{Lighting, PlacedLight, placed, white};
 use std::ops::RangeInclusive;
 use worker::Origin;
 
-/// The picture of the panorama, and the environment of which the person wants to say anew which way is front.
+/// The panorama's picture, and the environment whose front the person wants to pick again.
 #[derive(Default)]
 pub struct LightPanel {
     preview: Preview,
@@ -97,7 +97,7 @@ const ROWS: [Row<Lighting>; 6] = [
         hint: "",
     },
     Row {
-        name: "Backdrop yaw",
+        name: "Background yaw",
         of: |lighting| &mut lighting.background_yaw_deg,
         speed: 0.5,
         range: -180.0..=180.0,
@@ -107,13 +107,13 @@ const ROWS: [Row<Lighting>; 6] = [
     },
 ];
 
-/// The environment's numbers; tells whether the person wants to say anew which way is front.
+/// The environment's settings. Returns whether the person wants to pick the front again.
 fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool {
     let look = &context.state.look;
     let mut asks = false;
     Grid::new("light")
         .num_columns(2)
-        .min_col_width(96.0)
+        .min_col_width(NAME)
         .show(ui, |ui| {
             let is_file = |entry: &EnvironmentEntry| matches!(entry.listed.origin, Origin::File(_));
             if context.environment().is_some_and(is_file) {
@@ -147,8 +147,8 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
                 (Weighting::Cells, "cells"),
             ];
             let mut weighting = look.lighting.weighting;
-            choice_ui(ui, "Lamps by", &kinds, &mut weighting).on_hover_text(
-                "How the environment is given to the lamps. Best fit is nearest to the truth.",
+            choice_ui(ui, "Lamp weights", &kinds, &mut weighting).on_hover_text(
+                "How the environment is split among the lamps. Best fit is the most accurate.",
             );
             if weighting != look.lighting.weighting {
                 out.push(command(Lighting {
@@ -161,7 +161,7 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
     for of in Keyframed::ALL {
         if look.is_keyed(of) {
             let sentence = format!(
-                "{} has keys: a change sets one at frame {}.",
+                "{} is keyed: a change sets a key at frame {}.",
                 of.name(),
                 context.state.frame
             );
@@ -172,8 +172,8 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
     asks
 }
 
-/// The diamond beside the field of what can have keys: filled where the shown frame has one. A click sets it
-/// or takes it away.
+/// The diamond beside a field that can be keyed, filled if the current frame has a key. A click sets or
+/// removes it.
 fn key_ui(ui: &Ui, context: &PanelContext, of: Keyframed, field: Rect, out: &mut Vec<Command>) {
     let (look, frame) = (&context.state.look, context.state.frame);
     let is_here = look.key_at(of, frame).is_some();
@@ -193,7 +193,7 @@ fn key_ui(ui: &Ui, context: &PanelContext, of: Keyframed, field: Rect, out: &mut
         Keyframed::Intensity => "Shift+K",
     };
     let does = if is_here {
-        "Takes the key at this frame away"
+        "Removes the key at this frame"
     } else {
         "Sets a key at this frame"
     };
@@ -205,9 +205,9 @@ fn key_ui(ui: &Ui, context: &PanelContext, of: Keyframed, field: Rect, out: &mut
     }
 }
 
-/// The turn in other tools' terms.
+/// The rotation as other tools write it.
 fn tools_ui(ui: &mut Ui, yaw_deg: f32) {
-    egui::CollapsingHeader::new("The turn in other tools")
+    egui::CollapsingHeader::new("Rotation in other tools")
         .id_salt("tools")
         .show(ui, |ui| {
             Grid::new("tools").num_columns(2).show(ui, |ui| {
@@ -222,99 +222,103 @@ fn tools_ui(ui: &mut Ui, yaw_deg: f32) {
         });
 }
 
-/// The lights placed by hand, and a way to add one.
+/// The lights placed by hand, and the button that adds one.
 fn placed_ui(ui: &mut Ui, lighting: &Lighting, out: &mut Vec<Command>) {
     ui.add_space(GAP);
-    let mut wanted = lighting.clone();
+    let mut changed = lighting.clone();
     ui.horizontal(|ui| {
         ui.strong("Lights");
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let hint =
-                "Adds a softbox beside the environment. It stays where it stands when that turns.";
+                "Adds a softbox to the environment. It stays in place when the environment is turned.";
             if icons::worded_ui(ui, icons::ADD, "Add light")
                 .on_hover_text(hint)
                 .clicked()
             {
-                wanted.placed.push(PlacedLight::default());
+                changed.placed.push(PlacedLight::default());
             }
         });
     });
     let mut removed = None;
-    for (i, light) in wanted.placed.iter_mut().enumerate() {
+    for (i, light) in changed.placed.iter_mut().enumerate() {
         ui.push_id(i, |ui| {
-            ui.horizontal(|ui| {
-                ui.checkbox(
-                    &mut light.enabled,
-                    RichText::new(format!("Light {}", i + 1)),
-                );
-                ui.color_edit_button_rgb(&mut light.color);
-                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    let name = format!("Remove light {}", i + 1);
-                    if icons::named_ui(ui, true, icons::alone(icons::REMOVE), &name)
-                        .on_hover_text(&name)
-                        .clicked()
-                    {
-                        removed = Some(i);
-                    }
-                    let kinds = [
-                        (placed::Kind::Area, "box"),
-                        (placed::Kind::Disc, "disc"),
-                        (placed::Kind::Point, "point"),
-                    ];
-                    let now = kinds.iter().find(|(kind, _)| *kind == light.kind);
-                    egui::ComboBox::from_id_salt("kind")
-                        .selected_text(now.map_or("", |(_, name)| name))
-                        .width(56.0)
-                        .show_ui(ui, |ui| {
-                            for (kind, name) in kinds {
-                                ui.selectable_value(&mut light.kind, kind, name);
-                            }
-                        });
-                });
-            });
-            let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {
-                DragValue::new(value)
-                    .speed(speed)
-                    .range(range)
-                    .prefix(prefix)
-                    .max_decimals(1)
-            };
-            let rows = [
-                [
-                    (
-                        field(&mut light.yaw_deg, 0.5, -180.0..=180.0, "azimuth "),
-                        "Azimuth in degrees: −90 is camera-left, 180 the camera",
-                    ),
-                    (
-                        field(&mut light.pitch_deg, 0.5, -90.0..=90.0, "elevation "),
-                        "Elevation in degrees",
-                    ),
-                ],
-                [
-                    (
-                        field(&mut light.radius_deg, 0.2, 0.0..=85.0, "radius "),
-                        "Radius in degrees, as the subject sees it",
-                    ),
-                    (
-                        field(&mut light.intensity, 0.05, 0.0..=1e4, "intensity "),
-                        "3.14 lights white that faces it to white",
-                    ),
-                ],
-            ];
-            for row in rows {
-                ui.horizontal(|ui| {
-                    let width = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
-                    for (number, hint) in row {
-                        ui.add_sized(vec2(width, 22.0), number).on_hover_text(hint);
-                    }
-                });
+            if light_ui(ui, i + 1, light) {
+                removed = Some(i);
             }
         });
     }
     if let Some(removed) = removed {
-        wanted.placed.remove(removed);
+        changed.placed.remove(removed);
     }
-    if wanted != *lighting {
-        out.push(Command::Look(LookCommand::Lighting(Box::new(wanted))));
+    if changed != *lighting {
+        out.push(Command::Look(LookCommand::Lighting(Box::new(changed))));
     }
+}
+
+/// One placed light, edited in place; returns whether it is to be removed.
+fn light_ui(ui: &mut Ui, number: usize, light: &mut PlacedLight) -> bool {
+    let mut removed = false;
+    ui.horizontal(|ui| {
+        let name = RichText::new(format!("Light {number}"));
+        ui.checkbox(&mut light.enabled, name);
+        ui.color_edit_button_rgb(&mut light.color);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let name = format!("Remove light {number}");
+            removed = icons::named_ui(ui, true, icons::alone(icons::REMOVE), &name)
+                .on_hover_text(&name)
+                .clicked();
+            let kinds = [
+                (placed::Kind::Area, "box"),
+                (placed::Kind::Disc, "disc"),
+                (placed::Kind::Point, "point"),
+            ];
+            let now = kinds.iter().find(|(kind, _)| *kind == light.kind);
+            egui::ComboBox::from_id_salt("kind")
+                .selected_text(now.map_or("", |(_, name)| name))
+                .width(56.0)
+                .show_ui(ui, |ui| {
+                    for (kind, name) in kinds {
+                        ui.selectable_value(&mut light.kind, kind, name);
+                    }
+                });
+        });
+    });
+    let field = |value, speed: f32, range: RangeInclusive<f32>, prefix: &str| {
+        DragValue::new(value)
+            .speed(speed)
+            .range(range)
+            .prefix(prefix)
+            .max_decimals(1)
+    };
+    let rows = [
+        [
+            (
+                field(&mut light.yaw_deg, 0.5, -180.0..=180.0, "azimuth "),
+                "Azimuth in degrees: 0 is behind the subject, −90 camera left, 180 at the camera",
+            ),
+            (
+                field(&mut light.pitch_deg, 0.5, -90.0..=90.0, "elevation "),
+                "Elevation in degrees",
+            ),
+        ],
+        [
+            (
+                field(&mut light.radius_deg, 0.2, 0.0..=85.0, "radius "),
+                "Radius in degrees, as seen from the subject",
+            ),
+            (
+                field(&mut light.intensity, 0.05, 0.0..=1e4, "intensity "),
+                "At 3.14, a white surface that faces the light is rendered white",
+            ),
+        ],
+    ];
+    for row in rows {
+        ui.horizontal(|ui| {
+            let width = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
+            for (number, hint) in row {
+                ui.add_sized(vec2(width, 22.0), number).on_hover_text(hint);
+            }
+        });
+    }
+    removed
 }

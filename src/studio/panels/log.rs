@@ -1,4 +1,4 @@
-//! What happened: sentences of jobs and errors with their remedies, to read again and to copy.
+//! The log: messages of jobs, and errors with what to do about them, to read again and to copy.
 
 use crate::command::{Command, WindowCommand};
 use crate::icons;
@@ -7,7 +7,7 @@ use crate::status::Severity;
 use crate::theme;
 use egui::{RichText, ScrollArea, Ui};
 
-/// The panel keeps nothing.
+/// The panel has no state of its own.
 #[derive(Default)]
 pub struct LogPanel;
 
@@ -15,7 +15,7 @@ impl LogPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let lines = &context.status.log;
         if lines.is_empty() {
-            ui.label(RichText::new("Nothing has happened yet").color(theme::QUIET));
+            ui.label(RichText::new("No messages yet").color(theme::QUIET));
             return;
         }
         ui.horizontal(|ui| {

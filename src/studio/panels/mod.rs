@@ -9,6 +9,7 @@ mod gamma;
 mod job;
 mod light;
 mod log;
+mod missing;
 mod panorama;
 mod picture;
 mod probe;
@@ -48,14 +49,14 @@ use super::status::RunningJob;
 use super::theme::{self, GAP};
 use egui::{Align, Layout, Rect, RichText, Ui, vec2};
 
-/// Widest that sentences over the picture become, in points.
+/// Maximum width in points of text over the picture.
 const TEXT_WIDTH: f32 = 520.0;
 
 /// A notice in place of a picture.
 fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     let rect = ui.available_rect_before_wrap();
     let width = (TEXT_WIDTH + 6.0 * GAP).min(rect.width() - 4.0 * GAP);
-    // Not at the centre: what is read first stands a little above it.
+    // The box starts above the centre, where people look first.
     let size = vec2(width, rect.height() * 0.75);
     let area = Rect::from_center_size(rect.center() + vec2(0.0, rect.height() * 0.1), size);
     ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
@@ -67,7 +68,7 @@ fn notice_ui(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// Why something could not be done, and the button that puts it away.
+/// Why something could not be done, and the button that dismisses the message.
 pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         ui.label(
@@ -82,22 +83,22 @@ pub fn refusal_ui(ui: &mut Ui, sentence: &str, out: &mut Vec<Command>) {
             ui.set_width(room.x);
             ui.colored_label(theme::ACCENT, sentence);
         });
-        put_away_ui(ui, out);
+        dismiss_ui(ui, out);
     });
 }
 
-/// The button that puts a refusal away.
-fn put_away_ui(ui: &mut Ui, out: &mut Vec<Command>) {
-    let name = "Put the message away";
+/// The button that dismisses such a message.
+fn dismiss_ui(ui: &mut Ui, out: &mut Vec<Command>) {
+    let name = "Dismiss message";
     if icons::named_ui(ui, true, icons::alone(icons::REMOVE).frame(false), name)
-        .on_hover_text("Puts it away; it stays in the log. Key: Esc")
+        .on_hover_text("Hides the message; the log keeps it. Key: Esc")
         .clicked()
     {
         out.push(Command::Window(WindowCommand::DismissRefusal));
     }
 }
 
-/// A job in all of the room: what it does, how far it is, and the buttons that end it.
+/// A job that fills the panel: what it does, its progress, and the buttons that pause and stop it.
 fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     ui.heading(job::capitalized(job.what));
     ui.add_space(GAP);
@@ -117,7 +118,7 @@ fn job_ui(ui: &mut Ui, job: &RunningJob, out: &mut Vec<Command>) {
     job::buttons_ui(ui, job, out);
 }
 
-/// A number to drag, type or reset by a double-click.
+/// A number to drag or type; a double-click resets it.
 fn number_ui(
     ui: &mut Ui,
     name: &str,
@@ -129,9 +130,10 @@ fn number_ui(
     let label = ui.label(name);
     let response = ui.add_sized(vec2(width, 24.0), field).labelled_by(label.id);
     if response.double_clicked() {
-        // The first click began to edit the number as text.
+        // The first click started editing the number as text.
         ui.memory_mut(|memory| memory.surrender_focus(response.id));
         out.push(reset());
     }
-    response.on_hover_text("Drag, or click to type. Shift drags finer, a double-click resets.")
+    response
+        .on_hover_text("Drag, or click to type. Hold Shift for fine steps; double-click to reset.")
 }

@@ -1,4 +1,4 @@
-//! The chosen panorama as the subject sees it, with its brightest areas and the lights placed by hand.
+//! The chosen panorama around the subject, with its brightest areas and the lights placed by hand.
 
 use super::environments::panorama_ui;
 use super::front;
@@ -18,10 +18,10 @@ use std::sync::Arc;
 
 /// Radius of a light's dot on the panorama in points.
 const DOT: f32 = 6.0;
-/// How far an arrow key moves a light, in degrees; with Shift ten times as far.
+/// Degrees that an arrow key moves a light; with Shift ten times as many.
 const STEP_DEG: f32 = 1.0;
 
-/// The picture, and the texture of a panorama that is turned about more than the vertical.
+/// Holds the texture of a panorama that is pitched or rolled.
 #[derive(Default)]
 pub struct Preview {
     turned: Option<Turned>,
@@ -34,8 +34,8 @@ struct Turned {
 }
 
 impl Preview {
-    /// Dragging the panorama turns it, dragging a light moves that. While the person is `asked` which way is
-    /// front, a click answers.
+    /// A drag turns the panorama or moves a light. While the person is `asked` which way is front, a click
+    /// answers.
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, asked: bool, out: &mut Vec<Command>) {
         let look = &context.state.look;
         let width = ui.available_width();
@@ -60,14 +60,14 @@ impl Preview {
                 areas = &panorama.areas;
             }
         }
-        // What is behind the subject: between these ticks, the column that the camera looks at.
+        // The ticks mark the column behind the subject, towards which the camera looks.
         let tick = Stroke::new(2.0, theme::ACCENT);
         ui.painter()
             .vline(rect.center().x, rect.top()..=rect.top() + 8.0, tick);
         ui.painter()
             .vline(rect.center().x, rect.bottom() - 8.0..=rect.bottom(), tick);
         if response.dragged() {
-            // The content follows the hand.
+            // The content follows the pointer.
             out.push(Command::Look(LookCommand::Turn(
                 response.drag_delta().x / width * 360.0,
             )));
@@ -79,7 +79,7 @@ impl Preview {
         response
             .on_hover_cursor(egui::CursorIcon::ResizeHorizontal)
             .on_hover_text(
-                "What lights the subject. The ticks mark what is behind the subject; drag to turn it.",
+                "The light around the subject. The ticks mark what is behind the subject. Drag to turn.",
             );
         for (i, light) in look.lighting.placed.iter().enumerate() {
             if let Some(moved) = dot_ui(ui, rect, i, light) {
@@ -90,7 +90,7 @@ impl Preview {
         }
     }
 
-    /// The panorama under any turn.
+    /// The panorama under any rotation.
     fn turned_ui(&mut self, ui: &Ui, entry: &EnvironmentEntry, rect: Rect, turn: Quat) {
         let PanoramaState::Done { panorama, .. } = &entry.panorama else {
             return;
@@ -119,14 +119,17 @@ impl Preview {
     }
 }
 
-/// The brightest areas where the turn brings them, with what each gives to which lamp.
+/// The brightest areas, rotated with the panorama, with the share and the nearest lamp of each.
 fn areas_ui(ui: &Ui, context: &PanelContext, rect: Rect, areas: &[Area], turn: Quat) {
     for (rank, area) in areas.iter().enumerate() {
         let at = place(rect, turn * area.direction);
         let rig = context.relit.map(|relit| &relit.rig);
         let lamp = rig.and_then(|rig| Some((rig, area.lamp(rig, turn)?)));
         let on = lamp.map_or(String::new(), |(rig, (lamp, off_deg))| {
-            format!(", falls on {}, {off_deg:.0}° from it", rig.lamps[lamp].name)
+            format!(
+                ", nearest lamp {} ({off_deg:.0}° away)",
+                rig.lamps[lamp].name
+            )
         });
         let hint = format!(
             "Brightest area {} of {}: {:.0} % of the light, {:.1}° across{on}",
@@ -146,7 +149,7 @@ fn areas_ui(ui: &Ui, context: &PanelContext, rect: Rect, areas: &[Area], turn: Q
     }
 }
 
-/// A placed light's dot; the light where it was moved to, by dragging or by the arrow keys.
+/// The dot of a placed light. Returns the light after a drag or an arrow key has moved it.
 fn dot_ui(ui: &Ui, rect: Rect, number: usize, light: &PlacedLight) -> Option<PlacedLight> {
     let at = place(rect, light.direction());
     let spot = Rect::from_center_size(at, Vec2::splat(2.5 * DOT));
@@ -177,18 +180,18 @@ fn dot_ui(ui: &Ui, rect: Rect, number: usize, light: &PlacedLight) -> Option<Pla
         });
     let stepped = response.has_focus().then(|| arrows(ui, id)).flatten();
     response.on_hover_text(format!(
-        "{name}: drag it to where it should stand, or click it and use the arrow keys, with Shift in steps of 10°"
+        "{name}: drag it, or click it and use the arrow keys (1°, with Shift 10°)"
     ));
     let stepped = stepped.map(|by| (light.yaw_deg + by.x, light.pitch_deg + by.y));
     dragged.or(stepped).map(|(yaw_deg, pitch_deg)| PlacedLight {
-        // The azimuth goes around, the elevation ends at the poles.
+        // The azimuth wraps around, the elevation stops at the poles.
         yaw_deg: 180.0 - (180.0 - yaw_deg).rem_euclid(360.0),
         pitch_deg: pitch_deg.clamp(-90.0, 90.0),
         ..light.clone()
     })
 }
 
-/// How far the arrow keys move what has the focus, in degrees to the right and up.
+/// Degrees to the right and up by which the arrow keys move the focused light.
 fn arrows(ui: &Ui, id: egui::Id) -> Option<Vec2> {
     keys::leave_arrows(ui.ctx(), id);
     let all = EventFilter {
@@ -208,13 +211,13 @@ fn arrows(ui: &Ui, id: egui::Id) -> Option<Vec2> {
     (by != Vec2::ZERO).then_some(by)
 }
 
-/// Where a direction is on the panorama.
+/// The point of a direction on the panorama in `rect`.
 pub fn place(rect: Rect, direction: glam::Vec3) -> Pos2 {
     let (u, v) = latlong::uv_from_direction(direction);
     rect.min + vec2(u.rem_euclid(1.0), v) * rect.size()
 }
 
-/// Which place of the panorama is at a point, at most at its edge.
+/// The panorama's coordinates u and v, from 0 to 1, at a point; outside, those of the nearest edge.
 pub fn share(rect: Rect, at: Pos2) -> (f32, f32) {
     let share = (at - rect.min) / rect.size();
     (share.x.clamp(0.0, 1.0), share.y.clamp(0.0, 1.0))

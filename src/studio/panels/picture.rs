@@ -1,16 +1,16 @@
-//! The picture: exposure, what is behind the subject, the view transform, and the effects.
+//! The picture: exposure, background, view transform and effects.
 
 use crate::command::{Command, LookCommand};
 use crate::icons;
 use crate::look::EXPOSURE_STOPS;
 use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
-use crate::panels::rows::{FIELD, Row, choice_ui};
+use crate::panels::rows::{FIELD, NAME, Row, choice_ui};
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
 use scene::{Background, Channel, Effects, Inspection, STRENGTHS, Strength, ViewTransform};
 
-/// The panel keeps nothing.
+/// The panel has no state of its own.
 #[derive(Default)]
 pub struct PicturePanel;
 
@@ -48,7 +48,7 @@ impl PicturePanel {
         });
         Grid::new("picture")
             .num_columns(2)
-            .min_col_width(96.0)
+            .min_col_width(NAME)
             .show(ui, |ui| {
                 exposure_ui(ui, context, out);
                 effects_ui(ui, context, out);
@@ -83,7 +83,7 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.end_row();
 }
 
-/// The row of a strength, from 0 to its largest value, which 200 points of a drag go through.
+/// The row of an effect's strength; a drag of 200 points covers its range.
 fn row(strength: &Strength) -> Row<Effects> {
     Row {
         name: strength.label,
@@ -96,7 +96,7 @@ fn row(strength: &Strength) -> Row<Effects> {
     }
 }
 
-/// What can be looked at, what it is called, and its key.
+/// What the picture can show: the setting, its name and its key.
 pub const SHOWN: [(Inspection, &str, &str); 7] = [
     (Inspection::Picture, "picture", "C"),
     (Inspection::Channel(Channel::Red), "red", "R"),
@@ -109,19 +109,19 @@ pub const SHOWN: [(Inspection, &str, &str); 7] = [
 
 fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let effects = context.state.look.effects;
-    let mut wanted = effects;
+    let mut changed = effects;
     let views = [
         (ViewTransform::Srgb, "sRGB"),
         (ViewTransform::Filmic, "filmic"),
         (ViewTransform::Aces, "ACES"),
     ];
-    choice_ui(ui, "View", &views, &mut wanted.view);
+    choice_ui(ui, "View", &views, &mut changed.view);
     ui.end_row();
     let shown = SHOWN.map(|(inspection, name, _)| (inspection, name));
-    choice_ui(ui, "Show", &shown, &mut wanted.inspection);
+    choice_ui(ui, "Show", &shown, &mut changed.inspection);
     ui.end_row();
-    if wanted != effects {
-        out.push(Command::Look(LookCommand::Effects(wanted)));
+    if changed != effects {
+        out.push(Command::Look(LookCommand::Effects(changed)));
     }
     for strength in STRENGTHS {
         row(strength).ui(ui, &effects, out, |wanted| {

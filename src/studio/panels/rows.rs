@@ -1,29 +1,30 @@
-//! Rows of a panel's grid: a number among some settings, and one of a few.
+//! Rows of a panel's grid: a number, and a list of choices.
 
 use super::number_ui;
 use crate::command::Command;
 use egui::{DragValue, Response, Ui};
 use std::ops::RangeInclusive;
 
-/// Width of a row's field in points.
+/// Width of a row's name, and of its field, in points.
+pub const NAME: f32 = 108.0;
 pub const FIELD: f32 = 100.0;
 
-/// One number among settings `T`.
+/// One number of the settings `T`.
 pub struct Row<T> {
     pub name: &'static str,
     pub of: fn(&mut T) -> &mut f32,
     pub range: RangeInclusive<f32>,
-    /// What a point of a drag adds.
+    /// Change per point of a drag.
     pub speed: f32,
     pub decimals: usize,
     pub suffix: &'static str,
-    /// What it does, where the name does not say it.
+    /// What it does; empty if the name says it.
     pub hint: &'static str,
 }
 
 impl<T: Clone + Default + PartialEq> Row<T> {
-    /// The row, and its field's response; a change becomes a command that has all the settings. A double-click
-    /// brings the default.
+    /// Draws the row and returns the field's response. A change becomes a command with all settings; a
+    /// double-click restores the default.
     pub fn ui(
         &self,
         ui: &mut Ui,
@@ -31,20 +32,20 @@ impl<T: Clone + Default + PartialEq> Row<T> {
         out: &mut Vec<Command>,
         command: impl Fn(T) -> Command,
     ) -> Response {
-        let mut wanted = settings.clone();
-        let field = DragValue::new((self.of)(&mut wanted))
+        let mut changed = settings.clone();
+        let field = DragValue::new((self.of)(&mut changed))
             .speed(self.speed)
             .range(self.range.clone())
             .fixed_decimals(self.decimals)
             .suffix(self.suffix);
         let reset = || {
-            let mut plain = settings.clone();
-            *(self.of)(&mut plain) = *(self.of)(&mut T::default());
-            command(plain)
+            let mut restored = settings.clone();
+            *(self.of)(&mut restored) = *(self.of)(&mut T::default());
+            command(restored)
         };
         let response = number_ui(ui, self.name, field, FIELD, out, reset);
-        if wanted != *settings {
-            out.push(command(wanted));
+        if changed != *settings {
+            out.push(command(changed));
         }
         if self.hint.is_empty() {
             response
@@ -54,7 +55,7 @@ impl<T: Clone + Default + PartialEq> Row<T> {
     }
 }
 
-/// One of a few.
+/// A list to choose one value from.
 pub fn choice_ui<T: PartialEq + Copy>(
     ui: &mut Ui,
     name: &str,
@@ -67,7 +68,7 @@ pub fn choice_ui<T: PartialEq + Copy>(
         .selected_text(now.map_or("", |(_, name)| name))
         .width(FIELD)
         .truncate()
-        // All of them at once.
+        // High enough to show all of them without scrolling.
         .height(400.0)
         .show_ui(ui, |ui| {
             for (one, name) in all {

@@ -1,14 +1,15 @@
-//! Histogram, waveform, and the pixel under the cursor: its values, and what each lamp gives to it.
+//! Histogram, waveform, and the pixel under the cursor: its values, and the light from each lamp.
 
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::missing::no_picture_ui;
 use crate::theme::{self, GAP};
 use egui::{Color32, Pos2, Rect, RichText, Sense, TextureHandle, Ui, pos2, vec2};
 use imaging::color::luminance;
 use std::sync::Arc;
 use worker::PreviewPicture;
 
-/// Columns of the waveform, and levels that it tells apart.
+/// Columns and levels of the waveform.
 const WAVEFORM: [usize; 2] = [128, 64];
 const COLORS: [Color32; 3] = [
     Color32::from_rgb(220, 90, 80),
@@ -16,20 +17,19 @@ const COLORS: [Color32; 3] = [
     Color32::from_rgb(90, 140, 230),
 ];
 
-/// The panel, with what it found in the newest picture.
+/// The panel, with the scopes of the newest picture.
 #[derive(Default)]
 pub struct ScopesPanel {
     found: Option<(Arc<PreviewPicture>, Histogram, TextureHandle)>,
 }
 
-/// How many pixels have each code, per channel.
+/// Pixels per 8-bit code, for each channel.
 type Histogram = [[u32; 256]; 3];
 
 impl ScopesPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let Some(relit) = context.relit else {
-            ui.label(RichText::new("There is no picture yet").color(theme::QUIET));
-            return;
+            return no_picture_ui(ui, context, "No picture yet", out);
         };
         let known = (self.found.as_ref()).is_some_and(|(of, ..)| Arc::ptr_eq(of, relit));
         if !known {
@@ -65,7 +65,7 @@ fn histogram(rgb: &[u8]) -> Histogram {
     counts
 }
 
-/// Per column of the picture how often each level of luma occurs, bright where it does often.
+/// How often each level of luma occurs in each column of the picture; bright means often.
 fn waveform(rgb: &[u8], width: usize) -> egui::ColorImage {
     let [columns, levels] = WAVEFORM;
     let mut counts = vec![0u32; columns * levels];
@@ -77,7 +77,7 @@ fn waveform(rgb: &[u8], width: usize) -> egui::ColorImage {
     }
     let most = counts.iter().copied().max().unwrap_or(0).max(1) as f32;
     let shade = |count: u32| {
-        // Rare levels are to be seen too.
+        // Keeps rare levels visible.
         let share = (count as f32 / most).powf(0.4);
         Color32::from_gray((24.0 + 200.0 * share) as u8)
     };
@@ -89,7 +89,7 @@ fn histogram_ui(ui: &mut Ui, histogram: &Histogram) {
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Histogram"));
     ui.painter().rect_filled(rect, 0.0, theme::WELL);
-    // Clipped pixels are shown by their own bars, not by the height of all others.
+    // Clipped pixels do not set the scale: they would flatten everything else.
     let inner = histogram.iter().flat_map(|counts| &counts[1..255]);
     let most = inner.copied().max().unwrap_or(0).max(1) as f32;
     for (counts, color) in histogram.iter().zip(COLORS) {
@@ -110,7 +110,7 @@ fn histogram_ui(ui: &mut Ui, histogram: &Histogram) {
 fn pixel_ui(ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, out: &mut Vec<Command>) {
     ui.add_space(GAP);
     let Some([x, y]) = context.state.probed else {
-        let hint = "Put the cursor on the picture to see a pixel";
+        let hint = "Point at the picture to read a pixel";
         ui.label(RichText::new(hint).color(theme::QUIET));
         return;
     };
@@ -135,7 +135,7 @@ fn pixel_ui(ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, out: &m
     }
 }
 
-/// What each lamp gives to the pixel, as bars; a click shows the lamp alone.
+/// The pixel's light from each lamp, as bars; a click shows that lamp alone.
 fn lamps_ui(
     ui: &mut Ui,
     texel: &[[f32; 3]],
@@ -149,7 +149,7 @@ fn lamps_ui(
         .map(|(texel, weight)| std::array::from_fn(|c| texel[c] * weight[c]))
         .collect();
     let most = (light.iter().map(|&light| luminance(light))).fold(f32::MIN_POSITIVE, f32::max);
-    ui.label(RichText::new("What each lamp gives to it").color(theme::QUIET));
+    ui.label(RichText::new("Light from each lamp").color(theme::QUIET));
     let size = vec2(ui.available_width(), 100.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Light by lamp"));
@@ -177,7 +177,7 @@ fn lamps_ui(
     let name = names.and_then(|names| names.get(lamp));
     let share = luminance(light[lamp]) / light.iter().map(|&l| luminance(l)).sum::<f32>();
     response.on_hover_text(format!(
-        "{}: {:.1} % of this pixel's light. A click shows it alone.",
+        "{}: {:.1} % of this pixel's light. Click to show it alone.",
         name.map_or("lamp", |name| name),
         100.0 * share
     ));

@@ -1,4 +1,4 @@
-//! Directions on pictures: lamps as numbered marks on a lat-long panorama and on a dome that can be turned.
+//! Lamp directions as numbered marks, on a lat-long panorama and on a dome that can be turned.
 
 use crate::theme;
 use egui::{
@@ -7,7 +7,7 @@ use egui::{
 use glam::{Quat, Vec3};
 use light::latlong::uv_from_direction;
 
-/// A mark reaches this far from its point, for the eye and for the hand.
+/// Radius of a mark in points, as drawn and as clicked.
 pub const MARK_RADIUS: f32 = 7.0;
 
 /// A numbered direction.
@@ -15,13 +15,13 @@ pub const MARK_RADIUS: f32 = 7.0;
 pub struct Mark {
     pub number: usize,
     pub direction: Vec3,
-    /// Drawn in the colour of what is chosen.
+    /// Drawn in the accent colour.
     pub chosen: bool,
-    /// Drawn faintly: what stands there is not to be relied on.
+    /// Drawn faintly: the direction is uncertain.
     pub doubtful: bool,
 }
 
-/// How the dome is turned, by dragging.
+/// How far the dome was turned by dragging, in radians.
 #[derive(Clone, Copy)]
 pub struct DomeView {
     yaw: f32,
@@ -63,7 +63,7 @@ pub fn mark_ui(painter: &Painter, at: Pos2, mark: &Mark, faint: bool) {
     );
 }
 
-/// Marks on a lat-long panorama drawn in `rect`; the one that was clicked.
+/// Marks on a lat-long panorama drawn in `rect`. Returns the clicked one's number.
 pub fn latlong_ui(ui: &Ui, rect: Rect, response: &Response, marks: &[Mark]) -> Option<usize> {
     let places: Vec<Pos2> = marks
         .iter()
@@ -79,7 +79,7 @@ pub fn latlong_ui(ui: &Ui, rect: Rect, response: &Response, marks: &[Mark]) -> O
     clicked(response, marks, &places)
 }
 
-/// The dome seen from outside, the camera's side marked; the mark that was clicked.
+/// The dome from outside, with the directions of the camera and up. Returns the clicked mark's number.
 pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> Option<usize> {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Dome of lamps"));
@@ -91,7 +91,7 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
     if response.double_clicked() {
         *view = DomeView::default();
     }
-    // The eye stands on +Z after the turn.
+    // After the turn the viewer is on +Z.
     let turn = Quat::from_rotation_x(view.pitch) * Quat::from_rotation_y(view.yaw);
     let (center, radius) = (rect.center(), 0.5 * side - MARK_RADIUS - 1.0);
     let place = |direction: Vec3| {
@@ -138,13 +138,13 @@ pub fn dome_ui(ui: &mut Ui, side: f32, view: &mut DomeView, marks: &[Mark]) -> O
     for i in order {
         mark_ui(painter, places[i], &marks[i], seen[i].1 < 0.0);
     }
-    // Of marks that cover each other, the nearer one is meant.
+    // Where marks overlap, a click means the nearer one.
     let near: Vec<Pos2> = seen
         .iter()
         .map(|(at, depth)| if *depth >= 0.0 { *at } else { pos2(-1e6, -1e6) })
         .collect();
     let hit = clicked(&response, marks, &near).or_else(|| clicked(&response, marks, &places));
-    response.on_hover_text("The lamps around the subject. Drag to turn, double-click to reset, click a lamp to see its ball.");
+    response.on_hover_text("The lamps around the subject. Drag to turn, double-click to reset, click a lamp to see its mirror ball.");
     hit
 }
 
@@ -162,7 +162,7 @@ pub fn clicked(response: &Response, marks: &[Mark], places: &[Pos2]) -> Option<u
         .map(|(number, _)| number)
 }
 
-/// Marks with their places, the chosen one last, so that nothing covers it.
+/// Marks with their points, the chosen one last, so that it is drawn on top.
 pub fn in_order<'a>(
     marks: &'a [Mark],
     places: &'a [Pos2],

@@ -1,4 +1,4 @@
-//! The status line: where the network runs and why, what the picture took, which passes ran.
+//! The status line: where the network runs and why, how long the picture took, which passes ran.
 
 use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
@@ -7,10 +7,10 @@ use crate::status::Phase;
 use crate::theme::GAP;
 use egui::{RichText, Ui};
 
-/// Room for "predicted in 99999 ms".
+/// Width of "predicted in 99999 ms", in points.
 const FIGURE_WIDTH: f32 = 134.0;
 
-/// The status line keeps nothing.
+/// The status line has no state of its own.
 #[derive(Default)]
 pub struct StatusPanel;
 
@@ -23,7 +23,7 @@ impl StatusPanel {
                 _ if context.status.job.is_some() && !context.is_live() => "Working",
                 Phase::NoProject => "No project",
                 Phase::Opening => "Opening",
-                Phase::Blocked(_) => "Waiting for you",
+                Phase::Blocked(_) => "Action needed",
                 Phase::Ready { device } => device,
             }));
             if let Some(relit) = context.relit {
@@ -33,11 +33,11 @@ impl StatusPanel {
                 let text = if share < 0.1 {
                     "all light covered".to_owned()
                 } else {
-                    format!("{share:.1} % of the light uncovered")
+                    format!("{share:.1} % of the light not covered")
                 };
                 ui.label(small(&text)).on_hover_text(
-                    "Share of the environment's energy that comes from where the rig has no lamp; \
-                     the nearest lamps stand in for it.",
+                    "Share of the environment's light from directions without a lamp; the nearest lamps \
+                     take it over.",
                 );
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -47,7 +47,7 @@ impl StatusPanel {
                 if let Some(relit) = context.relit {
                     let ran = relit.passes.iter().filter(|p| p.ran).count();
                     let text = format!("{ran} of {} passes ran", relit.passes.len());
-                    let hint = "Which passes ran, which did not, and why";
+                    let hint = "Shows which passes ran, which did not, and why";
                     if ui.button(small(&text)).on_hover_text(hint).clicked() {
                         out.push(Command::Window(WindowCommand::ShowPane(Pane::Effects)));
                     }
@@ -57,7 +57,7 @@ impl StatusPanel {
     }
 }
 
-/// A figure in a place of fixed width, so that the line does not wobble as it changes.
+/// A figure in a space of fixed width, so that the line does not move as it changes.
 fn figure_ui(ui: &mut Ui, text: &str) {
     let left = egui::Layout::left_to_right(egui::Align::Center);
     ui.allocate_ui_with_layout(egui::vec2(FIGURE_WIDTH, 20.0), left, |ui| {

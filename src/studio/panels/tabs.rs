@@ -1,4 +1,4 @@
-//! The workspaces, the panes that can be opened, and the arrangement.
+//! The workspaces, the panes that can be opened, and the layout.
 
 use crate::command::{Command, WindowCommand};
 use crate::icons;
@@ -7,7 +7,7 @@ use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{Button, RichText, Role, Ui, WidgetInfo, vec2};
 
-/// The panel keeps nothing.
+/// The panel has no state of its own.
 #[derive(Default)]
 pub struct TabsPanel;
 
@@ -43,7 +43,7 @@ impl TabsPanel {
                         }
                     }
                     ui.separator();
-                    if ui.button("Reset arrangement").clicked() {
+                    if ui.button("Reset layout").clicked() {
                         out.push(Command::Window(WindowCommand::ResetLayout));
                     }
                 });

@@ -1,4 +1,4 @@
-//! The scrub bar: which frame, whether it plays, and the keys of yaw and intensity.
+//! The scrub bar: current frame, playback, and the keys of yaw and intensity.
 
 use crate::command::{Command, LookCommand, ViewCommand};
 use crate::icons;
@@ -8,10 +8,10 @@ use crate::theme::{self, GAP};
 use egui::{Align2, Color32, Key, Modifiers, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 use light::keyframes::Interpolation;
 
-/// From a key's middle to its corners, in points.
+/// Distance from a key's centre to its corners, in points.
 const DIAMOND: f32 = 5.5;
 
-/// The key that is being dragged, and the frame that it is over.
+/// Holds the key that is being dragged: its kind, its index, and the frame under the pointer.
 #[derive(Default)]
 pub struct TimelinePanel {
     dragged: Option<(Keyframed, usize, usize)>,
@@ -75,7 +75,7 @@ impl TimelinePanel {
         });
     }
 
-    /// The bar itself: frames at hand are marked, since they play without waiting.
+    /// The bar itself. Predicted frames are marked: they play without waiting.
     fn bar_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let state = context.state;
         let size = vec2(ui.available_width(), 28.0);
@@ -124,7 +124,7 @@ impl TimelinePanel {
         }
     }
 
-    /// A row of keys: the yaw's above the track, the intensity's below it.
+    /// A row of keys: yaw above the track, intensity below it.
     fn keys_ui(
         &mut self,
         ui: &Ui,
@@ -180,14 +180,14 @@ impl TimelinePanel {
             }
             response.context_menu(|ui| menu_ui(ui, context, of, index, out));
             response.on_hover_text(format!(
-                "{name}: {:.2}. Click to go there, drag to move it, Delete takes it away",
+                "{name}: {:.2}. Click to go there, drag to move it, Delete to remove it.",
                 key.value
             ));
         }
     }
 }
 
-/// What can be done to a key and to its row.
+/// The menu of a key: remove it, or change how all keys of its row are interpolated.
 fn menu_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -195,16 +195,16 @@ fn menu_ui(
     index: usize,
     out: &mut Vec<Command>,
 ) {
-    if ui.button("Remove the key").clicked() {
+    if ui.button("Remove key").clicked() {
         out.push(Command::Look(LookCommand::RemoveKey { of, index }));
         ui.close();
     }
     let now = context.state.look.keys(of).interpolation;
     for (kind, name) in [
-        (Interpolation::Smooth, "smoothly"),
-        (Interpolation::Linear, "evenly, with corners"),
+        (Interpolation::Smooth, "smooth"),
+        (Interpolation::Linear, "linear"),
     ] {
-        let text = format!("{} goes {name}", of.name());
+        let text = format!("{}: {name} between keys", of.name());
         if ui.radio(kind == now, text).clicked() {
             out.push(Command::Look(LookCommand::Interpolate(of, kind)));
             ui.close();
@@ -212,7 +212,7 @@ fn menu_ui(
     }
 }
 
-/// A key, filled or as an outline.
+/// The diamond of a key, filled or outlined.
 pub fn diamond(painter: &Painter, at: Pos2, filled: bool, color: Color32) {
     let corners = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)];
     let corners = corners.map(|(x, y)| at + DIAMOND * vec2(x, y)).to_vec();
@@ -228,14 +228,14 @@ pub fn diamond(painter: &Painter, at: Pos2, filled: bool, color: Color32) {
     ));
 }
 
-/// Where the frames are.
+/// The frames' positions along the bar.
 struct Track {
     rect: Rect,
     frames: usize,
 }
 
 impl Track {
-    /// A frame's part, from `top` to `bottom` below the bar's upper edge.
+    /// The rectangle of a frame, from `top` to `bottom` points below the bar's upper edge.
     fn span(&self, frame: usize, top: f32, bottom: f32) -> Rect {
         let cell = self.rect.width() / self.frames.max(1) as f32;
         let left = self.rect.left() + frame as f32 * cell;

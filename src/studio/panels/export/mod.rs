@@ -1,6 +1,6 @@
-//! What is to be written: frames, format, size, background, layers and where; and the line of exports.
+//! What to export: frames, format, size, background, layers and file name; and the export queue.
 
-mod line;
+mod queue;
 
 use crate::command::{Command, Dialog, ExportCommand};
 use crate::export_options::ExportOptions;
@@ -19,14 +19,14 @@ use std::path::Path;
 /// Width of a number's field in points.
 const FIELD: f32 = 56.0;
 
-/// The panel knows whether the focus is to come to its first control.
+/// Holds whether the first control is to take the keyboard focus.
 #[derive(Default)]
 pub struct ExportPanel {
     focus: bool,
 }
 
 impl ExportPanel {
-    /// Gives the focus to the first control, from where the tab key goes on.
+    /// Moves the keyboard focus to the first control.
     pub fn focus(&mut self) {
         self.focus = true;
     }
@@ -55,11 +55,11 @@ impl ExportPanel {
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
         ui.add_space(GAP);
-        line::ui(ui, context, out);
+        queue::ui(ui, context, out);
     }
 }
 
-/// The first control is what is returned.
+/// Returns the first control.
 fn frames_ui(
     ui: &mut Ui,
     options: &mut ExportOptions,
@@ -89,8 +89,7 @@ fn frames_ui(
             to = to.max(from);
         }
         from = from.min(to);
-        let hint =
-            "All frames of the interview. The keys I and O set the ends to the frame that is shown";
+        let hint = "All frames of the interview. Keys I and O set In and Out to the current frame.";
         if choice_ui(ui, "Frames", "all", hint, options.frames.is_none()) {
             options.frames = None;
         } else if (from, to) != (first, last) {
@@ -102,8 +101,7 @@ fn frames_ui(
     response.inner
 }
 
-/// One of a few that exclude each other; tells whether it was chosen now. `of` says to a screen reader what
-/// it is one of.
+/// One option of a group; returns whether it was clicked. `of` names the group to screen readers.
 fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> bool {
     let response = ui.add(Button::selectable(chosen, name));
     response.widget_info(|| {
@@ -135,11 +133,11 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut V
         let field = DragValue::new(&mut size)
             .range(Files::SIZES)
             .suffix(" px")
-            // What is typed is not brought into the range before it is complete.
+            // The range is applied once typing has ended.
             .update_while_editing(false);
         let response = ui.add_sized(vec2(FIELD + 2.0 * GAP, 24.0), field);
         let response = response.labelled_by(label.id).on_hover_text(
-            "Width and height. Smaller pictures are averaged, larger ones interpolated, in linear light",
+            "Width and height. Pictures are averaged down or interpolated up, in linear light.",
         );
         if response.double_clicked() {
             ui.memory_mut(|memory| memory.surrender_focus(response.id));
@@ -149,7 +147,7 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut V
             };
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
-        let hint = format!("{working} pixels, as the network works");
+        let hint = format!("{working} pixels, the size that the network predicts");
         if choice_ui(ui, "Size", "working size", &hint, options.size.is_none()) {
             options.size = None;
         } else if size != before {
@@ -165,7 +163,7 @@ fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 6.0;
         for (background, name, hint) in [
-            (None, "as shown", "What the picture has behind the subject"),
+            (None, "as shown", "The same background as in the picture"),
             (
                 Some(Background::Environment),
                 "environment",
@@ -174,7 +172,7 @@ fn background_ui(ui: &mut Ui, options: &mut ExportOptions) {
             (
                 Some(Background::None),
                 "none",
-                "Nothing: the files have alpha, but H.264 is black there",
+                "No background: transparent; black in H.264",
             ),
         ] {
             if choice_ui(
@@ -201,10 +199,10 @@ fn layers_ui(ui: &mut Ui, options: &mut ExportOptions) {
             egui::Checkbox::new(&mut layers, "one for each lamp"),
         )
         .on_hover_text(
-            "light_00.R … beside the picture, with the lamps' weights in the header. That they add up to the \
-             relit subject is checked in each file",
+            "light_00.R … beside the picture, with the lamps' weights in the header. Each file is checked: the \
+             layers add up to the relit subject.",
         )
-        .on_disabled_hover_text("Only an EXR has room for them");
+        .on_disabled_hover_text("Only EXR files can hold layers");
     if response.changed() {
         options.layers = layers;
     }
@@ -218,18 +216,18 @@ fn name_ui(ui: &mut Ui, options: &mut ExportOptions, out: &mut Vec<Command>) {
         let field = TextEdit::singleline(&mut options.name)
             .desired_width(ui.available_width() - choose - 2.0 * GAP);
         ui.add(field).labelled_by(label.id).on_hover_text(
-            "Below the project's folder, or a whole path; number and ending come from the format",
+            "Relative to the project's folder, or a full path. The format adds frame number and extension.",
         );
         let button = ui.add(Button::new("…").min_size(vec2(choose, 24.0)));
-        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the name"));
-        if button.on_hover_text("Choose it in a dialog").clicked() {
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Choose the file name"));
+        if button.on_hover_text("Choose the file name in a dialog").clicked() {
             out.push(Command::Dialog(Dialog::Destination));
         }
     });
     ui.end_row();
 }
 
-/// Which files there will be, and what becomes of those that are there.
+/// The files that will be written, and whether existing ones are replaced.
 fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, root: &Path) {
     let (first, last) = options.range(context.state.frames);
     let to = options.to(root);
@@ -261,12 +259,12 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
     }
     if let Some(taken) = taken {
         let there = match taken.files {
-            1 => "1 file of this name is there already".to_owned(),
-            files => format!("{files} files of this name are there already"),
+            1 => "1 file with this name already exists".to_owned(),
+            files => format!("{files} files with this name already exist"),
         };
         ui.label(RichText::new(there).size(13.0).color(theme::ACCENT));
-        ui.checkbox(&mut options.replace, "replace what is there")
-            .on_hover_text("Else it stays, and a number is put behind the name");
+        ui.checkbox(&mut options.replace, "replace existing files")
+            .on_hover_text("If off, existing files are kept and a number is appended");
     } else {
         options.replace = false;
     }
@@ -286,7 +284,8 @@ fn add_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .add_enabled_ui(enabled, |ui| ui.add_sized(size, add))
         .inner;
     response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, "Add to queue"));
-    let response = response.on_hover_text("Exports the picture as it is set now. Key: Ctrl+Enter");
+    let response =
+        response.on_hover_text("Exports the picture with its current settings. Key: Ctrl+Enter");
     if response.clicked() {
         out.push(Command::Export(ExportCommand::Add));
     }

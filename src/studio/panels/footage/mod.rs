@@ -1,11 +1,11 @@
-//! The footage: the interview's frames and the exemplars as they were filmed, their mattes, and the square
-//! that is worked with.
+//! The footage: the interview's frames and the exemplars as filmed, their mattes, and the framing: the
+//! square that is cut out of them.
 
 mod square;
 mod strip;
 
-use super::notice_ui;
-use crate::command::{Command, Dialog, ExportCommand, ProjectCommand, ViewCommand};
+use super::{missing, notice_ui};
+use crate::command::{Command, ExportCommand, ProjectCommand, ViewCommand};
 use crate::export_options::ExportOptions;
 use crate::footage_reader::{FootagePicture, FootageView, MatteView};
 use crate::panel_context::PanelContext;
@@ -20,11 +20,11 @@ use worker::Need;
 const COLUMN: f32 = 272.0;
 const STRIP: f32 = 70.0;
 
-/// The panel keeps a framing that is not used yet.
+/// Holds the framing that is being edited.
 #[derive(Default)]
 pub struct FootagePanel {
     draft: Option<Framing>,
-    /// It was asked for, though what is computed has to be made again then.
+    /// Whether the person is asked to confirm it, since calibration and network have to be made again.
     asking: bool,
     square: Square,
 }
@@ -39,6 +39,12 @@ impl FootagePanel {
                 ui.heading("There is no footage");
                 ui.add_space(GAP);
                 ui.label(e.to_string());
+                missing::button_ui(
+                    ui,
+                    "New project…",
+                    Command::Project(ProjectCommand::New(None)),
+                    out,
+                );
             });
         }
         let ground = || {
@@ -75,13 +81,7 @@ impl FootagePanel {
                 ui.heading("This picture cannot be read");
                 ui.add_space(GAP);
                 ui.label(sentence);
-                let lost = matches!(&context.status.phase, Phase::Blocked(b) if b.need == Some(Need::Shoot));
-                if lost {
-                    ui.add_space(GAP);
-                    if ui.button("Locate…").clicked() {
-                        out.push(Command::Dialog(Dialog::ShootLocation));
-                    }
-                }
+                missing::locate_ui(ui, context, out);
             }),
             None => notice_ui(ui, |ui| {
                 ui.heading("Reading the footage");
@@ -89,7 +89,7 @@ impl FootagePanel {
         }
     }
 
-    /// The framing that is drawn: the one in hand, or the project's.
+    /// The framing that is drawn: the edited one, or the project's.
     fn framing(&self, kept: Framing) -> Framing {
         let draft = self.draft.filter(|draft| draft.source == kept.source);
         draft.unwrap_or(kept)
@@ -109,7 +109,7 @@ impl FootagePanel {
         ui.strong("Framing");
         quiet_ui(
             ui,
-            &format!("A square of pictures of {width} × {height} pixels is worked with."),
+            &format!("Only this square of the {width} × {height} pictures is used."),
         );
         let speed = width.max(height) as f32 / 500.0;
         egui::Grid::new("square")
@@ -117,20 +117,16 @@ impl FootagePanel {
             .spacing([GAP, 5.0])
             .show(ui, |ui| {
                 let most = 4 * width.max(height);
-                field_ui(ui, "Left edge", DragValue::new(&mut framing.x).speed(speed));
+                field_ui(ui, "Left", DragValue::new(&mut framing.x).speed(speed));
+                field_ui(ui, "Top", DragValue::new(&mut framing.y).speed(speed));
                 field_ui(
                     ui,
-                    "Upper edge",
-                    DragValue::new(&mut framing.y).speed(speed),
-                );
-                field_ui(
-                    ui,
-                    "Side",
+                    "Size",
                     DragValue::new(&mut framing.side)
                         .speed(speed)
                         .range(1..=most),
                 );
-                ui.label("Beyond the edge");
+                ui.label("Outside");
                 ui.horizontal(|ui| {
                     for padding in Padding::ALL {
                         let chosen = framing.padding == padding;
@@ -146,12 +142,12 @@ impl FootagePanel {
             for (name, hint, square) in [
                 (
                     "Largest",
-                    "The largest square in the middle",
+                    "The largest square inside the picture",
                     Framing::largest(shown.size),
                 ),
                 (
                     "Whole",
-                    "The smallest square about all of the picture",
+                    "The smallest square around the whole picture",
                     Framing::whole(shown.size),
                 ),
             ] {
@@ -164,7 +160,7 @@ impl FootagePanel {
         if framing.side < size {
             quiet_ui(
                 ui,
-                &format!("It has fewer pixels than the {size} that are worked with."),
+                &format!("Smaller than the working size of {size} pixels."),
             );
         }
         framing = framing.bounded();
@@ -176,7 +172,7 @@ impl FootagePanel {
         }
     }
 
-    /// Uses the framing that is drawn, or puts it back.
+    /// Buttons that use the edited framing or discard it.
     fn decide_ui(
         &mut self,
         ui: &mut Ui,
@@ -190,8 +186,8 @@ impl FootagePanel {
         if self.asking {
             ui.colored_label(
                 theme::ACCENT,
-                "The calibration and the network were made under the framing of before. They are put aside in \
-                 the project's folder, and have to be made again.",
+                "The calibration and the network belong to the old framing. They are set aside in the project's \
+                 folder and have to be made again.",
             );
         }
         let computed = match &context.status.phase {
@@ -200,14 +196,14 @@ impl FootagePanel {
         };
         ui.horizontal(|ui| {
             let name = if self.asking {
-                "Change it all the same"
+                "Change framing anyway"
             } else {
                 "Use this framing"
             };
             let free = context.read_only.is_none() && context.status.job.is_none();
             let response = ui.add_enabled(free, Button::new(name));
             if response
-                .on_disabled_hover_text("Not while a job runs, nor read-only")
+                .on_disabled_hover_text("Not while a job is running or the project is read-only")
                 .clicked()
             {
                 if computed && !self.asking {
@@ -217,7 +213,7 @@ impl FootagePanel {
                     out.push(Command::Project(ProjectCommand::Reframe(framing)));
                 }
             }
-            if ui.button("Put back").clicked() {
+            if ui.button("Revert").clicked() {
                 (self.draft, self.asking) = (None, false);
             }
         });
@@ -234,7 +230,7 @@ fn field_ui(ui: &mut Ui, name: &str, field: DragValue) {
     ui.end_row();
 }
 
-/// The frames that are played and exported.
+/// The in and out points for playback and export.
 fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let options = &context.state.export_options;
     let (first, last) = options.range(context.state.frames);
@@ -242,12 +238,12 @@ fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         for (name, hint, command) in [
             (
                 "In",
-                "Play and export from this frame on. Key: I",
+                "Play and export from this frame. Key: I",
                 Command::View(ViewCommand::MarkIn),
             ),
             (
                 "Out",
-                "Play and export up to this frame. Key: O",
+                "Play and export to this frame. Key: O",
                 Command::View(ViewCommand::MarkOut),
             ),
         ] {
@@ -269,7 +265,7 @@ fn range_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     });
 }
 
-/// Which picture is shown, and how its matte.
+/// Which picture is shown, and how its matte is.
 fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
     let view = context.state.footage;
     let mut choice = |ui: &mut Ui, name: &str, wanted: FootageView| {
@@ -285,7 +281,7 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
     ui.horizontal(|ui| {
         for (name, matte) in [
             ("Picture", MatteView::Off),
-            ("Matte over it", MatteView::Over),
+            ("Matte overlay", MatteView::Over),
             ("Matte", MatteView::Alone),
         ] {
             choice(ui, name, FootageView { matte, ..view });
@@ -308,7 +304,11 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
         let frame = context.state.frame.min(shoot.frames.len() - 1);
         quiet_ui(
             ui,
-            &format!("{} of {} frames", shoot.frames[frame], shoot.frames.len()),
+            &format!(
+                "{}, {} frames in all",
+                shoot.frames[frame],
+                shoot.frames.len()
+            ),
         );
     }
 }

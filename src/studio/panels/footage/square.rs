@@ -1,15 +1,15 @@
-//! The square over the picture, to be dragged by its corners and its body.
+//! The framing over the picture: a square to drag by its corners or as a whole.
 
 use crate::footage_reader::FootagePicture;
 use crate::theme::{self, GAP};
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 use project::Framing;
 
-/// A corner is taken within this many points.
+/// Points from a corner within which it can be grabbed.
 const REACH: f32 = 9.0;
-/// Smallest side in pixels that a drag makes.
+/// Smallest size in pixels that a drag makes.
 const LEAST: f32 = 16.0;
-/// The corners, as shares of the side from the left upper one, and what they are called.
+/// The corners, as shares of the side from the upper left one, with their names.
 const CORNERS: [([f32; 2], &str); 4] = [
     ([0.0, 0.0], "Framing, upper left corner"),
     ([1.0, 0.0], "Framing, upper right corner"),
@@ -17,21 +17,21 @@ const CORNERS: [([f32; 2], &str); 4] = [
     ([1.0, 1.0], "Framing, lower right corner"),
 ];
 
-/// The drawing remembers where a drag began.
+/// Holds where a drag began.
 #[derive(Default)]
 pub struct Square {
     /// The framing and the pointer, in pixels, when the drag began.
     grabbed: Option<(Framing, Pos2)>,
 }
 
-/// From pixels of the picture to points of the window.
+/// Converts pixels of the picture to points of the window.
 struct Placement {
     origin: Pos2,
     scale: f32,
 }
 
 impl Placement {
-    /// The picture in the room's middle, with what the framing of before shows beyond it.
+    /// Centres the picture in the room, with what the project's framing shows outside it.
     fn of(room: Rect, shown: &FootagePicture, kept: Framing) -> Self {
         let (width, height) = (shown.size.0 as f32, shown.size.1 as f32);
         let picture = Rect::from_min_size(Pos2::ZERO, vec2(width, height));
@@ -101,11 +101,9 @@ impl Square {
     fn drag(&mut self, ui: &Ui, room: Rect, place: &Placement, framing: &mut Framing) {
         let chosen = place.rect(square(*framing));
         let id = ui.scope_id().with("framing");
-        // The corners lie over the body, and get what is pressed there.
+        // The corners are above the square and take the presses there.
         let body = ui.interact(chosen.intersect(room), id, Sense::drag());
-        body.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::Role::Button, true, "Framing, the square")
-        });
+        body.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Framing square"));
         let body = body.on_hover_cursor(CursorIcon::Move);
         let mut held = body.dragged().then_some((body, None));
         for (i, (corner, name)) in CORNERS.into_iter().enumerate() {
@@ -153,7 +151,7 @@ fn grown(before: Framing, corner: [f32; 2], moved: Vec2) -> Framing {
             -moved[axis]
         }
     };
-    // The axis that was dragged further decides: so the corner stays under the hand along it.
+    // The axis that was dragged further decides: along it the corner stays under the pointer.
     let growth = if outwards(0).abs() > outwards(1).abs() {
         outwards(0)
     } else {
@@ -174,7 +172,7 @@ fn at_corner(rect: Rect, [x, y]: [f32; 2]) -> Pos2 {
     rect.lerp_inside(vec2(x, y))
 }
 
-/// What of `picture` is outside `chosen`, as rectangles that do not overlap.
+/// The part of `picture` outside `chosen`, as rectangles that do not overlap.
 fn around(picture: Rect, chosen: Rect) -> [Rect; 4] {
     let inside = chosen.intersect(picture);
     if !inside.is_positive() {

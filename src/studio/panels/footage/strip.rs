@@ -1,11 +1,11 @@
-//! The strip of thumbnails: frames spread over the clip, as many as there is room for.
+//! The strip of thumbnails: as many frames as fit, spread over the clip.
 
 use crate::command::{Command, ProjectCommand, ViewCommand};
 use crate::panel_context::PanelContext;
 use crate::theme;
 use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
-/// Narrowest place of a thumbnail in points, and the distance between two.
+/// Minimum width of a thumbnail, and the gap between two, in points.
 const LEAST: f32 = 64.0;
 const BETWEEN: f32 = 3.0;
 
@@ -65,7 +65,7 @@ pub fn strip_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
 }
 
-/// `room` of `frames` frames at most, spread evenly from the first on.
+/// At most `room` of `frames` frames, spread evenly from the first.
 fn spread(frames: usize, room: usize) -> Vec<usize> {
     let count = frames.min(room.max(1));
     (0..count).map(|i| i * frames / count).collect()

@@ -1,5 +1,5 @@
-//! The camera's response: the interview beside the exemplar that is relit as it, the curve, the loss surface
-//! and the histograms, with sliders that act at once.
+//! The camera's response: the interview beside an exemplar relit with the interview's light, the curve, the
+//! loss surface and the histograms, with sliders that act at once.
 
 mod plots;
 
@@ -24,7 +24,7 @@ struct GammaTextures {
     surface: TextureHandle,
 }
 
-/// The panel keeps textures.
+/// Holds the view's textures.
 #[derive(Default)]
 pub struct GammaPanel {
     shown: Option<GammaTextures>,
@@ -39,7 +39,7 @@ impl GammaPanel {
         let Some(shown) = &self.shown else {
             return notice_ui(ui, |ui| match context.gamma {
                 Some(Err(sentence)) => {
-                    ui.heading("The response cannot be shown");
+                    ui.heading("The camera's response cannot be shown");
                     ui.add_space(GAP);
                     ui.label(sentence);
                     ui.add_space(GAP);
@@ -179,7 +179,7 @@ impl GammaPanel {
     }
 }
 
-/// Which exemplar is relit, and by what kind of curve.
+/// Which exemplar is relit, and which kind of curve is tried.
 fn choices_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -212,7 +212,7 @@ fn choices_ui(
             .show_ui(ui, |ui| {
                 for curve in view.curves.iter() {
                     let name = curve.response.name();
-                    let off = format!("{name}: {:.1} codes off on the balls", 255.0 * curve.ball);
+                    let off = format!("{name}: mirror-ball error {:.1} codes", 255.0 * curve.ball);
                     let is_chosen = name == wanted.response.name();
                     if ui.selectable_label(is_chosen, off).clicked() && !is_chosen {
                         *wanted = Trial {
@@ -269,7 +269,7 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut V
         let fit = Button::new("Fit").fill(theme::ACCENT_DIM);
         if ui
             .add_enabled(idle, fit)
-            .on_hover_text("Fits the response to the pictures and the mirror balls, and keeps it")
+            .on_hover_text("Fits the response to the pictures and the mirror balls, and saves it")
             .clicked()
         {
             out.push(Command::Look(LookCommand::Trial(None)));
@@ -277,12 +277,12 @@ fn buttons_ui(ui: &mut Ui, context: &PanelContext, view: &GammaView, out: &mut V
         }
         if ui
             .add_enabled(idle && tried, Button::new("Use this"))
-            .on_hover_text("Keeps what is tried as the project's calibration, with lamps and weights to match. Key: Ctrl+Enter")
+            .on_hover_text("Saves the tried response as the project's calibration and recomputes lamps and weights. Key: Ctrl+Enter")
             .clicked()
         {
             out.push(Command::Calibration(CalibrationCommand::Start));
         }
-        if ui.add_enabled(tried, Button::new("Reset")).on_hover_text("Goes back to the calibration").clicked() {
+        if ui.add_enabled(tried, Button::new("Reset")).on_hover_text("Returns to the calibrated response").clicked() {
             out.push(Command::Look(LookCommand::Trial(None)));
         }
     });
@@ -305,13 +305,13 @@ fn figures_ui(ui: &mut Ui, view: &GammaView) {
         .collect();
     if let Some(dual) = view.curves.first() {
         ui.label(quiet(format!(
-            "Codes off on the balls: dual gamma {:.1}, {}",
+            "Mirror-ball error (8-bit codes): dual gamma {:.1}, {}",
             255.0 * dual.ball,
             others.join(", ")
         )));
     }
     ui.label(quiet(format!(
-        "Distance of the pictures as tried: {:.2} of 255 codes; on the mirror balls {:.2}",
+        "Error as tried (8-bit codes): pictures {:.2}, mirror balls {:.2}",
         255.0 * view.subject_distance,
         255.0 * view.ball_distance
     )));

@@ -1,4 +1,4 @@
-//! The plots of the response: the curve with its asymptotes, the loss surface, the histograms.
+//! Plots of the response: the curve with its asymptotes, the loss surface, the histograms.
 
 use crate::theme;
 use calibration::Trial;
@@ -17,7 +17,7 @@ const QUIET_LINE: Color32 = Color32::from_gray(110);
 /// Points along a curve.
 const STEPS: usize = 96;
 
-/// The curve of a trial, encoded to the right and linear upward, with I^γ1 and I^γ2.
+/// The curve of a trial, with I^γ1 and I^γ2: encoded values to the right, linear upward.
 pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial>) {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Response curve"));
@@ -60,14 +60,14 @@ pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial
         Some([gamma1, gamma2]) => format!(
             "I′ = (1 − I)·I^γ1 + I·I^γ2. Near black it follows I^{gamma1:.2}, near white I^{gamma2:.2} (dashed)."
         ),
-        None => format!("The curve of {}.", trial.response),
+        None => format!("Response: {}.", trial.response),
     };
     response.on_hover_text(format!(
-        "{what} White is the calibration's own where another is tried."
+        "{what} White: the calibrated curve, if another is tried."
     ));
 }
 
-/// The fit's cost over γ1 (to the right) and γ2 (upward); a place that was clicked or dragged to.
+/// The fit's cost over γ1 (to the right) and γ2 (upward). Returns γ1 and γ2 where it was clicked or dragged.
 pub fn surface_ui(
     ui: &mut Ui,
     side: f32,
@@ -117,14 +117,14 @@ pub fn surface_ui(
             );
             [x, y].map(|v| range.start() + v.clamp(0.0, 1.0) * span)
         });
-    response.on_hover_text("How far each pair of exponents is from the pictures: dark is near. The ring is the best, the cross is what is tried; drag it.");
+    response.on_hover_text("Error of each pair of exponents: dark is small. Ring: the best fit. Cross: the pair that is tried; drag it.");
     to
 }
 
-/// A picture of the surface: dark near the optimum, grey where there is no such curve.
+/// A picture of the surface: dark near the optimum, grey where the curve is not valid.
 pub fn surface_picture(surface: &Surface) -> egui::ColorImage {
     let side = surface.gammas.len();
-    // In deviations from the fit: what is far away matters less and less.
+    // Compressed, so that detail near the optimum shows.
     let level = |cost: f32| cost.max(0.0).sqrt().ln_1p();
     let finite = surface.cost.iter().filter(|cost| cost.is_finite());
     let most = finite.map(|&cost| level(cost)).fold(1e-6, f32::max);
@@ -142,7 +142,7 @@ pub fn surface_picture(surface: &Surface) -> egui::ColorImage {
     egui::ColorImage::new([side, side], pixels)
 }
 
-/// How often each code occurs: the interview filled, the relit exemplars as lines, before and after.
+/// Histograms of 8-bit codes: the interview filled, the relit exemplars as lines, before and after.
 pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
     let (rect, response) = ui.allocate_exact_size(vec2(width, height), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Histograms"));
@@ -160,7 +160,7 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
             &view.relit_histogram,
         ];
         let shares = sets.map(|set| smooth(&set[channel]));
-        // What is clipped stands far above all else and would press it flat.
+        // Clipped codes do not set the scale: they would flatten everything else.
         let inner = shares.iter().flat_map(|share| &share[2..254]);
         let most = inner.copied().fold(1e-6, f32::max);
         let place = |code: usize, share: f32| {
@@ -190,8 +190,8 @@ pub fn histograms_ui(ui: &mut Ui, width: f32, height: f32, view: &GammaView) {
         line(&after, Stroke::new(1.5, color));
     }
     response.on_hover_text(
-        "How often each code from black to white occurs in the subject. Filled: the interview. Coloured line: the \
-         exemplars relit as the interview, under what is tried. Grey line: under a plain power of 2.2.",
+        "How often each code from black to white occurs on the subject. Filled: the interview. Coloured line: the \
+         exemplars relit as the interview, with the tried response. Grey line: the same with a gamma of 2.2.",
     );
 }
 
@@ -213,7 +213,7 @@ fn frame_ui(painter: &Painter, rect: Rect, to_right: &str, upward: &str) {
     let stroke = Stroke::new(1.0, Color32::from_gray(70));
     painter.rect_stroke(rect, 0.0, stroke, egui::StrokeKind::Inside);
     let font = || FontId::proportional(11.0);
-    // The surface is light where its corners are.
+    // The surface is light at its corners.
     let color = if to_right == "encoded" {
         theme::QUIET
     } else {

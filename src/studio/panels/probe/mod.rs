@@ -1,4 +1,4 @@
-//! The mirror ball: its photograph with the silhouette, the light that it shows, and the lamps.
+//! The mirror ball: its photograph with the circle, the light in it, and the lamps.
 
 mod photograph;
 
@@ -18,7 +18,7 @@ use worker::{ProbeView, SeenLamp};
 const DOME_SIDE: f32 = 168.0;
 /// Height of a lamp's row.
 const ROW: f32 = 20.0;
-/// The table's columns end at these shares of its width.
+/// Right edges of the table's columns, as shares of its width.
 const COLUMNS: [f32; 5] = [0.28, 0.43, 0.61, 0.77, 1.0];
 
 /// The textures of the study that is shown.
@@ -28,7 +28,7 @@ struct ProbeTextures {
     panorama: TextureHandle,
 }
 
-/// The panel keeps textures, and how the dome is turned.
+/// Holds textures, and how far the dome is turned.
 #[derive(Default)]
 pub struct ProbePanel {
     shown: Option<ProbeTextures>,
@@ -54,6 +54,7 @@ impl ProbePanel {
                     ui.heading("The mirror ball cannot be shown");
                     ui.add_space(GAP);
                     ui.label(sentence);
+                    super::missing::locate_ui(ui, context, out);
                 }
                 _ => {
                     ui.heading("Reading the mirror balls");
@@ -62,7 +63,7 @@ impl ProbePanel {
         }
     }
 
-    /// What the ball shows, and what can be done.
+    /// The light in the ball, the lamps, and the circle's settings.
     pub fn side_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         self.upload(ui, context);
         let Some(shown) = &self.shown else {
@@ -78,7 +79,7 @@ impl ProbePanel {
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         ui.painter().image(panorama, rect, whole, Color32::WHITE);
         let mut chosen = sphere::latlong_ui(ui, rect, &response, &marks);
-        response.on_hover_text("The light that the ball shows, as a lat-long panorama: the middle is what the camera sees behind the subject.");
+        response.on_hover_text("The light in the mirror ball as a lat-long panorama. Its centre is the direction behind the subject.");
         ui.add_space(4.0);
         ui.horizontal_top(|ui| {
             chosen = chosen.or(sphere::dome_ui(ui, DOME_SIDE, &mut self.dome, &marks));
@@ -92,7 +93,7 @@ impl ProbePanel {
         }
     }
 
-    /// The silhouette in numbers, and the ways to set it.
+    /// The circle in numbers, and the ways to set it.
     fn circle_ui(
         &mut self,
         ui: &mut Ui,
@@ -119,7 +120,7 @@ impl ProbePanel {
             let find = ui.add_enabled(study.found.is_ok(), Button::new("Find"));
             let hint = match &study.found {
                 Ok(found) => format!(
-                    "Takes the circle that the photographs show: radius {:.1} pixels, rim within {:.2} pixels. Key: C",
+                    "Uses the circle found in the photographs: radius {:.1} pixels, rim within {:.2} pixels. Key: C",
                     found.circle.radius_px, found.residual_px
                 ),
                 Err(sentence) => sentence.clone(),
@@ -132,20 +133,20 @@ impl ProbePanel {
                 Some(points) => format!("Click point {} of 3", points.len() + 1),
                 None => "Three points".to_owned(),
             };
-            let hint = "Click three points of the rim, far apart";
+            let hint = "Click three points on the rim, far apart";
             if ui.toggle_value(&mut by_points, text).on_hover_text(hint).clicked() {
                 self.photograph.points = by_points.then(Vec::new);
                 self.photograph.refused = None;
             }
             let by_hand = context.state.look.circle.is_some();
-            if ui.add_enabled(by_hand, Button::new("Reset")).on_hover_text("Goes back to the project's circle").clicked() {
+            if ui.add_enabled(by_hand, Button::new("Reset")).on_hover_text("Returns to the project's circle").clicked() {
                 out.push(reset());
             }
             let idle = context.status.job.is_none();
             let calibrate = Button::new("Calibrate").fill(theme::ACCENT_DIM);
             if ui
                 .add_enabled(idle, calibrate)
-                .on_hover_text("Keeps this circle in the project and calibrates anew. Key: Ctrl+Enter")
+                .on_hover_text("Saves this circle in the project and calibrates again. Key: Ctrl+Enter")
                 .clicked()
             {
                 out.push(Command::Calibration(CalibrationCommand::Start));
@@ -228,39 +229,39 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
     let rim = match (&study.rim, context.state.look.circle) {
         (Ok(rim), _) if rim.rim_share > 0.0 => {
             format!(
-                "{:.2} px, {:.0} % seen",
+                "{:.2} px, {:.0} % visible",
                 rim.residual_px,
                 100.0 * rim.rim_share
             )
         }
-        (Ok(_), _) => "no rim there".to_owned(),
+        (Ok(_), _) => "no rim found".to_owned(),
         (Err(_), _) => "not measured".to_owned(),
     };
     let rows = [
         (
-            "Rim's residual",
+            "Rim error",
             rim,
-            "Root-mean-square distance of the rim from the circle, and how much of it was seen",
+            "Root-mean-square distance of the rim from the circle, and how much of the rim is visible",
         ),
         (
-            "Clipped here",
+            "Clipped",
             format!("{} pixels", study.clipped_pixels),
-            "Their light is only known to be at least so much; marked in magenta",
+            "Brighter than the photograph can record; marked in magenta",
         ),
         (
-            "Not shown",
+            "Not visible",
             format!("{:.1} % of the sphere", 100.0 * study.blind_share),
-            "Behind the ball, and beyond the photograph",
+            "Behind the ball, or outside the photograph",
         ),
         (
             "Filled in",
             format!("{:.1} % of the light", 100.0 * study.filled_share),
-            "Energy that was put where the ball shows nothing",
+            "Light filled in behind the ball",
         ),
         (
             "Lamps",
             study.lamps.len().to_string(),
-            "Numbered as their files are",
+            "Numbered in the order of their files",
         ),
     ];
     egui::Grid::new("figures")
@@ -278,7 +279,7 @@ fn figures_ui(ui: &mut Ui, context: &PanelContext, study: &ProbeView) {
         });
 }
 
-/// What is wrong with the lamps, where anything is.
+/// Problems found with the lamps.
 fn findings_ui(ui: &mut Ui, study: &ProbeView) {
     /// Three lines; more can be scrolled to.
     const HEIGHT: f32 = 50.0;
@@ -296,7 +297,7 @@ fn findings_ui(ui: &mut Ui, study: &ProbeView) {
         });
 }
 
-/// The lamps as a table; the one that was clicked.
+/// The lamps as a table. Returns the clicked one's number.
 fn lamps_ui(ui: &mut Ui, study: &ProbeView, chosen: Option<usize>) -> Option<usize> {
     let mut hit = None;
     row_ui(

@@ -1,4 +1,4 @@
-//! The mirror ball's photograph with its silhouette to be dragged, the rim magnified and the lamps marked.
+//! The mirror ball's photograph: the circle can be dragged, the rim is magnified, the lamps are marked.
 
 use super::super::sphere::{self, Mark};
 use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
@@ -11,36 +11,36 @@ use egui::{
 };
 use worker::ProbeView;
 
-/// A handle is taken within this many points.
+/// Points from a handle within which it can be grabbed.
 const REACH: f32 = 9.0;
-/// Side of the magnified rim in points, and how often it is magnified.
+/// Size of the magnifier in points, and its magnification.
 const LOUPE_SIDE: f32 = 156.0;
 const LOUPE_ZOOM: f32 = 6.0;
-/// More clipped pixels than this are not marked one by one.
+/// Beyond this many, clipped pixels are not marked.
 const MOST_MARKED: usize = 4000;
 
-/// What a drag holds.
+/// What a drag moves.
 #[derive(Clone, Copy, PartialEq)]
-enum Held {
+enum DragTarget {
     Center,
-    /// The rim, at an angle in radians.
+    /// The rim at an angle in radians: changes the radius.
     Rim(f32),
     Picture,
 }
 
-/// What the drawing remembers between frames.
+/// What is remembered from frame to frame.
 #[derive(Default)]
 pub struct Photograph {
-    held: Option<Held>,
-    /// Points of the rim that were clicked, in pixels; none where clicks mean lamps.
+    dragged: Option<DragTarget>,
+    /// Points of the rim clicked so far, in pixels; `None` while clicks choose lamps.
     pub points: Option<Vec<[f64; 2]>>,
-    /// Why the clicked points make no circle.
+    /// Why no circle goes through the clicked points.
     pub refused: Option<String>,
-    /// Where the rim is magnified, as an angle in radians.
+    /// The angle in radians at which the rim is magnified.
     looked_at: f32,
 }
 
-/// From pixels of the photograph to points of the window.
+/// Converts pixels of the photograph to points of the window.
 #[derive(Clone, Copy)]
 struct Placement {
     rect: Rect,
@@ -63,7 +63,7 @@ impl Placement {
 }
 
 impl Photograph {
-    /// Draws the photograph into what is left of the window, with what was done to it as commands.
+    /// Draws the photograph into what is left of the window.
     pub fn ui(
         &mut self,
         ui: &mut Ui,
@@ -142,16 +142,16 @@ impl Photograph {
                 out.push(Command::View(ViewCommand::Zoom { factor, about }));
             }
             let from_center = at - placement.point(circle.center_px);
-            if self.held.is_none() && from_center.length() > 4.0 {
+            if self.dragged.is_none() && from_center.length() > 4.0 {
                 self.looked_at = from_center.angle();
             }
             if self.points.is_some() {
                 ui.set_cursor_icon(CursorIcon::Crosshair);
             } else {
-                match self.held.unwrap_or_else(|| grip(placement, circle, at)) {
-                    Held::Center => ui.set_cursor_icon(CursorIcon::Move),
-                    Held::Rim(_) => ui.set_cursor_icon(CursorIcon::ResizeNwSe),
-                    Held::Picture => {}
+                match self.dragged.unwrap_or_else(|| grip(placement, circle, at)) {
+                    DragTarget::Center => ui.set_cursor_icon(CursorIcon::Move),
+                    DragTarget::Rim(_) => ui.set_cursor_icon(CursorIcon::ResizeNwSe),
+                    DragTarget::Picture => {}
                 }
             }
         }
@@ -172,7 +172,7 @@ impl Photograph {
         if response.drag_started_by(PointerButton::Primary)
             && let Some(at) = ui.input(|i| i.pointer.press_origin())
         {
-            self.held = Some(grip(placement, circle, at));
+            self.dragged = Some(grip(placement, circle, at));
         }
         if response.dragged_by(PointerButton::Middle) {
             out.push(Command::View(ViewCommand::Pan(
@@ -185,35 +185,37 @@ impl Photograph {
             } else {
                 1.0
             };
-            // A drag is known for one only after some points, which count too.
+            // A drag is recognised only after some points, which count too.
             let whole = response
                 .total_drag_delta()
                 .filter(|_| response.drag_started());
             let delta = whole.unwrap_or(response.drag_delta());
             let pixels = |points: f32| f64::from(fine * points / placement.points_per_pixel);
-            match self.held {
-                Some(Held::Center) => {
+            match self.dragged {
+                Some(DragTarget::Center) => {
                     out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
                         by: [pixels(delta.x), pixels(delta.y)],
                         radius: 0.0,
                     }))
                 }
-                Some(Held::Rim(angle)) => {
+                Some(DragTarget::Rim(angle)) => {
                     out.push(Command::Calibration(CalibrationCommand::NudgeCircle {
                         by: [0.0; 2],
                         radius: pixels(delta.dot(Vec2::angled(angle))),
                     }))
                 }
-                Some(Held::Picture) => out.push(Command::View(ViewCommand::Pan(delta.into()))),
+                Some(DragTarget::Picture) => {
+                    out.push(Command::View(ViewCommand::Pan(delta.into())))
+                }
                 None => {}
             }
         }
         if response.drag_stopped() {
-            self.held = None;
+            self.dragged = None;
         }
     }
 
-    /// The rim where the pointer is, magnified in a corner.
+    /// The rim near the pointer, magnified in a corner.
     fn loupe_ui(
         &self,
         ui: &Ui,
@@ -230,7 +232,7 @@ impl Photograph {
         painter.rect_filled(loupe, 0.0, Color32::BLACK);
         let rim = Vec2::angled(self.looked_at) * circle.radius_px as f32
             + vec2(circle.center_px[0] as f32, circle.center_px[1] as f32);
-        // At least six times what the picture shows, and never less than three points a pixel.
+        // Six times the picture's scale, and at least three points per pixel.
         let scale = (LOUPE_ZOOM * placement.points_per_pixel).max(3.0);
         let shown = Rect::from_center_size(rim.to_pos2(), Vec2::splat(side / scale));
         let part = shown.intersect(Rect::from_min_size(Pos2::ZERO, size));
@@ -245,7 +247,7 @@ impl Photograph {
                 Color32::WHITE,
             );
         }
-        // A circle of this size would be drawn with corners: an arc of it is drawn by points instead.
+        // egui draws a circle this large with visible corners, so the arc is drawn point by point.
         let radius = circle.radius_px as f32 * scale;
         let center = loupe.center() - Vec2::angled(self.looked_at) * radius;
         let reach = (side / radius).min(std::f32::consts::PI);
@@ -270,15 +272,15 @@ impl Photograph {
     }
 }
 
-/// What a drag that begins here would hold.
-fn grip(placement: Placement, circle: Circle, at: Pos2) -> Held {
+/// What a drag that starts at `at` moves.
+fn grip(placement: Placement, circle: Circle, at: Pos2) -> DragTarget {
     let from_center = at - placement.point(circle.center_px);
     if (from_center.length() - placement.length(circle.radius_px)).abs() <= REACH {
-        Held::Rim(from_center.angle())
+        DragTarget::Rim(from_center.angle())
     } else if from_center.length() <= REACH {
-        Held::Center
+        DragTarget::Center
     } else {
-        Held::Picture
+        DragTarget::Picture
     }
 }
 

@@ -1,4 +1,4 @@
-//! The project: what is open, what was open lately, and the way to a new one.
+//! The project: the open one, recent ones, and the way to a new one.
 
 mod wizard;
 
@@ -13,7 +13,7 @@ use egui::{Button, Color32, Label, RichText, ScrollArea, Sense, TextEdit, Ui, ve
 use footage::scan::counted;
 use project::Project;
 
-/// The panel keeps where the demo shall be.
+/// Holds the folder typed for the demo.
 pub struct ProjectPanel {
     demo: String,
 }
@@ -50,7 +50,7 @@ impl ProjectPanel {
             super::refusal_ui(ui, refusal, out);
             ui.add_space(GAP);
         }
-        // A window with a project shows its job in a line of its own.
+        // With a project open, the window shows the job in a line of its own.
         if let (Some(job), None) = (&context.status.job, context.project) {
             return super::job_ui(ui, job, out);
         }
@@ -67,7 +67,7 @@ impl ProjectPanel {
                 ui.heading("No project is open");
                 quiet_ui(
                     ui,
-                    "A project is a folder that points at a shoot: the interview, a few poses under every lamp, \
+                    "A project is a folder that refers to a shoot: the interview, a few poses under every lamp, \
                      and the mirror balls. The shoot itself is never changed or copied.",
                 );
             }
@@ -91,7 +91,7 @@ impl ProjectPanel {
                     out.push(command);
                 }
             }
-            quiet_ui(ui, "or drop the folder of a shoot or a project anywhere");
+            quiet_ui(ui, "or drop a shoot's or a project's folder anywhere");
         });
         ui.add_space(2.0 * GAP);
         recent_ui(ui, context, out);
@@ -105,11 +105,11 @@ impl ProjectPanel {
         ui.strong("Demo");
         quiet_ui(
             ui,
-            "Without a shoot of your own: a virtual light stage makes one, and the project opens with its \
-             network ready. This takes a few minutes and 20 MB.",
+            "No shoot of your own? A virtual light stage makes one, and the project opens with a trained \
+             network. This takes a few minutes and 20 MB.",
         );
         ui.horizontal(|ui| {
-            let label = ui.label("In folder");
+            let label = ui.label("Folder");
             let field = TextEdit::singleline(&mut self.demo).desired_width(360.0);
             ui.add(field).labelled_by(label.id);
             let folder = typed(&self.demo);
@@ -125,13 +125,13 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
     ui.label(RichText::new(sentence).color(theme::QUIET));
 }
 
-/// The project that is open.
+/// The open project.
 fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     let (settings, shoot) = (&project.settings, &project.settings.shoot);
     ui.heading(&settings.name);
     quiet_ui(ui, &project.root.display().to_string());
     ui.label(format!(
-        "{} at {} a second, {} × {}, worked with at {} pixels",
+        "{} at {} fps, {} × {}, working size {} pixels",
         counted(shoot.frames.len(), "frame"),
         shoot.frame_rate,
         counted(shoot.poses.len(), "pose"),
@@ -142,7 +142,7 @@ fn open_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     quiet_ui(
         ui,
         match context.read_only {
-            Some(_) => "Nothing is saved here: somebody else writes into this project",
+            Some(_) => "Nothing is saved: this project is open for writing elsewhere",
             None => "Everything is saved as you work",
         },
     );
@@ -156,7 +156,7 @@ fn recent_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .filter(|recent| Some(&recent.folder) != open)
         .peekable();
     if others.peek().is_none() {
-        quiet_ui(ui, "No other project was opened lately");
+        quiet_ui(ui, "No other recent projects");
     }
     for recent in others {
         row_ui(ui, recent, out);
@@ -195,7 +195,7 @@ fn row_ui(ui: &mut Ui, recent: &Recent, out: &mut Vec<Command>) {
                     recent.folder.clone(),
                 )));
             }
-            let hint = "Takes it out of this list. Nothing on the disk is changed.";
+            let hint = "Removes it from this list. Nothing on disk changes.";
             if button(ui, "Remove", true).on_hover_text(hint).clicked() {
                 out.push(Command::Project(ProjectCommand::Forget(
                     recent.folder.clone(),

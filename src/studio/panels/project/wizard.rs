@@ -1,4 +1,4 @@
-//! A new project on one page: the shoot, what was found in it, and what is chosen.
+//! A new project on one page: the shoot, what was found in it, and the settings.
 
 use super::quiet_ui;
 use crate::command::{Command, Dialog, ProjectCommand};
@@ -37,11 +37,11 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
         Some(scan) => found_ui(ui, scan),
         None if plan.shoot.trim().is_empty() => quiet_ui(
             ui,
-            "A shoot's folder holds the frames of the interview, each pose under each lamp alone, their mattes, \
-             the mirror balls, and manifest.json, which says how camera and ball stood. Choose it, type its path, \
+            "A shoot's folder holds the interview's frames, each pose under each single lamp, their mattes, the \
+             mirror balls, and manifest.json, which says where camera and ball stood. Choose it, type its path, \
              or drop it here.",
         ),
-        None => quiet_ui(ui, "Looking at the folder"),
+        None => quiet_ui(ui, "Reading the folder"),
     }
     ui.add_space(GAP);
     if let Some(scan) = scan {
@@ -50,7 +50,7 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
     }
     ui.horizontal(|ui| {
         let obstacle = match context.status.job {
-            Some(_) => Some("Something else is being made: wait until it is done, or stop it"),
+            Some(_) => Some("Another job is running: wait until it ends, or stop it"),
             None => context.wizard.job().err(),
         };
         let make = Button::new("Make project").min_size(vec2(120.0, 28.0));
@@ -74,7 +74,7 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
     }
 }
 
-/// A named row; its contents get the name's id.
+/// A row with a name; its contents get the name's id.
 fn row_ui(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui, Id)) {
     ui.horizontal(|ui| {
         let left = egui::Layout::left_to_right(egui::Align::Center);
@@ -87,7 +87,7 @@ fn row_ui(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui, Id)) {
     });
 }
 
-/// A path to type, with a button for a dialog; tells whether that was clicked.
+/// A path to type, with a button for a dialog; returns whether the button was clicked.
 fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -> bool {
     let width = ui.available_width() - 96.0;
     let field = TextEdit::singleline(path)
@@ -99,7 +99,7 @@ fn path_ui(ui: &mut Ui, name: Id, path: &mut String, hint: &str, choose: &str) -
     button.clicked()
 }
 
-/// What the folder holds, a line for each part.
+/// What the folder contains, one line for each part.
 fn found_ui(ui: &mut Ui, scan: &Scan) {
     egui::Frame::new()
         .fill(theme::WELL)
@@ -155,7 +155,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
         {
             quiet_ui(
                 ui,
-                &format!("The frames have {width} × {height} pixels: more cannot be seen"),
+                &format!("The frames are {width} × {height}: a larger size adds no detail"),
             );
         }
     });
@@ -172,10 +172,7 @@ fn choices_ui(ui: &mut Ui, scan: &Scan, plan: &Plan, changed: &mut Plan, out: &m
             let most = scan.lamps.saturating_sub(1).max(1);
             ui.add(DragValue::new(count).range(1..=most))
                 .labelled_by(name);
-            quiet_ui(
-                ui,
-                "spread evenly; the others go on to serve the calibration",
-            );
+            quiet_ui(ui, "spread evenly; calibration still uses the others");
         }
     });
     row_ui(ui, "Name", |ui, name| {

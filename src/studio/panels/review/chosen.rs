@@ -1,21 +1,21 @@
-//! The chosen cell: its figures, its verdict and its note.
+//! The chosen picture of the review: its figures, its mark and its note.
 
 use crate::command::{Command, ReviewCommand};
 use crate::theme;
 use egui::{RichText, TextEdit, Ui};
 use evaluation::review::{Mark, MarkedOlat, Marks, Metric, Review};
 
-/// The note as it is being written, and the names of the cell that it belongs to.
+/// The note being written, and the case and lamp that it belongs to.
 #[derive(Default)]
 pub struct Draft {
     cell: Option<(String, String)>,
     text: String,
 }
 
-/// What is shown of a cell.
+/// Draws the chosen cell.
 pub struct ChosenUi<'a> {
     pub review: &'a Review,
-    /// Places of case and lamp in the review.
+    /// Indices of case and lamp in the review.
     pub cell: (usize, usize),
     pub marks: &'a Marks,
     pub metric: Metric,
@@ -55,7 +55,7 @@ impl ChosenUi<'_> {
         let field = TextEdit::multiline(&mut draft.text)
             .desired_rows(2)
             .desired_width(f32::INFINITY)
-            .hint_text("What is wrong, or right, here");
+            .hint_text("What is right or wrong here");
         ui.add(field).labelled_by(label.id);
         if wanted != mark || draft.text != note {
             let marked = MarkedOlat::new(&case.name, lamp_name, wanted, &draft.text);

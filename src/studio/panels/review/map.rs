@@ -1,4 +1,4 @@
-//! The map of errors: lamps to the right, frames and poses downward, each lamp's mean as a bar above.
+//! The error map: one column per lamp, one row per frame or pose, and each lamp's mean as a bar above.
 
 use crate::theme;
 use egui::{
@@ -8,14 +8,14 @@ use egui::{
 use evaluation::review::{Case, Marks, Metric, Review, badness, heat};
 use imaging::color::byte_from_unit;
 
-/// Points of a row, of the names before it, of the bars above, and the least of a column.
+/// In points: height of a row, width of the names, height of the bars, narrowest and widest column.
 const ROW: f32 = 18.0;
 const NAMES: f32 = 86.0;
 const BARS: f32 = 40.0;
 const LEAST_COLUMN: f32 = 5.0;
 const MOST_COLUMN: f32 = 22.0;
 
-/// What the map shows.
+/// Draws the map.
 pub struct MapUi<'a> {
     pub review: &'a Review,
     pub metric: Metric,
@@ -26,7 +26,7 @@ pub struct MapUi<'a> {
 }
 
 impl MapUi<'_> {
-    /// Draws it; the cell that was pressed, by its places in the review.
+    /// Draws the map. Returns the clicked cell: the indices of its case and lamp in the review.
     pub fn ui(&self, ui: &mut Ui) -> Option<(usize, usize)> {
         let (rows, columns) = (self.review.cases.len(), self.review.lamps.len());
         let room = ui.available_width() - NAMES;
@@ -69,7 +69,7 @@ impl MapUi<'_> {
         let seen = if case.seen {
             "seen in training"
         } else {
-            "kept out of training"
+            "not seen in training"
         };
         let mut text = format!("{}, {name}, {seen}\n{}", case.name, figures.join("  "));
         if let Some(marked) = self.marks.of(&case.name, name) {
@@ -98,7 +98,7 @@ impl MapUi<'_> {
         }
     }
 
-    /// Each lamp's mean: the longer, the worse.
+    /// Each lamp's mean: a longer bar is worse.
     fn bars_ui(&self, painter: &Painter, origin: Pos2, column: f32) {
         for (lamp, mean) in self.review.lamp_means(self.metric).into_iter().enumerate() {
             let error = badness(self.metric, mean);
@@ -151,7 +151,7 @@ impl MapUi<'_> {
     }
 }
 
-/// Between two columns, where there is room.
+/// The gap between two columns, where there is room.
 fn gap(column: f32) -> f32 {
     1.0f32.min(0.15 * column)
 }

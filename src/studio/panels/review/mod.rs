@@ -1,5 +1,4 @@
-//! The review: how near the network is to the truth, lamp by lamp and frame by frame, and what a person says
-//! of it.
+//! The review: the network's error for each lamp and frame, and a person's marks and notes.
 
 mod chosen;
 mod map;
@@ -9,6 +8,7 @@ pub use sheet::LampSheetPanel;
 
 use crate::command::{Command, Dialog, ReviewCommand, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::missing;
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use chosen::ChosenUi;
@@ -16,14 +16,14 @@ use egui::{Button, Color32, RichText, ScrollArea, Ui};
 use evaluation::review::{Case, Means, Metric, Review};
 use worker::{Blocked, SavedReview};
 
-/// Cells in the list of the worst.
+/// Length of the list of largest errors.
 const WORST: usize = 12;
 
-/// The panel, what it shows of the figures, and the note that is being written.
+/// Holds the metric, the chosen cell and the note being written.
 #[derive(Default)]
 pub struct ReviewPanel {
     metric: Metric,
-    /// A case and a lamp by their places in the review.
+    /// Indices of case and lamp in the review.
     chosen: Option<(usize, usize)>,
     note: chosen::Draft,
 }
@@ -32,7 +32,7 @@ impl ReviewPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.add_space(GAP);
-            // Beside the scroll bar.
+            // Leaves room for the scroll bar.
             ui.set_max_width(ui.available_width() - GAP);
             self.contents_ui(ui, context, out);
             ui.add_space(GAP);
@@ -44,7 +44,7 @@ impl ReviewPanel {
             _ if context.project.is_none() => {
                 return quiet_ui(ui, "Open a project to review its network.");
             }
-            None => return quiet_ui(ui, "Reading what was measured."),
+            None => return quiet_ui(ui, "Reading the last measurement."),
             Some(Err(sentence)) => {
                 ui.colored_label(theme::ACCENT, sentence);
                 ui.add_space(GAP);
@@ -63,7 +63,7 @@ impl ReviewPanel {
         if let Some(failure) = &context.review.failure {
             ui.colored_label(theme::ACCENT, failure);
         }
-        // Another measurement may have fewer of them.
+        // A newer measurement may have fewer cases or lamps.
         self.chosen = (self.chosen)
             .filter(|&(case, lamp)| case < review.cases.len() && lamp < review.lamps.len());
         ui.add_space(GAP);
@@ -96,7 +96,7 @@ impl ReviewPanel {
         }
     }
 
-    /// Chooses a cell: its frame is shown under its lamp.
+    /// Chooses a cell and shows its frame under its lamp.
     fn choose(&mut self, review: &Review, cell: (usize, usize), out: &mut Vec<Command>) {
         self.chosen = Some(cell);
         if let Case::Frame(frame) = review.cases[cell.0].case {
@@ -110,25 +110,29 @@ fn quiet_ui(ui: &mut Ui, sentence: &str) {
     ui.label(RichText::new(sentence).color(theme::QUIET));
 }
 
-/// Why there are no figures, and what brings them.
+/// Why there are no figures, and the button that makes them.
 fn empty_ui(ui: &mut Ui, context: &PanelContext, kept: &SavedReview, out: &mut Vec<Command>) {
-    if let Phase::Blocked(Blocked { sentence, .. }) = &context.status.phase {
-        ui.label("There is no network to compare with the truth yet.");
-        return quiet_ui(ui, sentence);
+    if let Phase::Blocked(Blocked { sentence, need }) = &context.status.phase {
+        ui.label("No trained network to measure yet.");
+        quiet_ui(ui, sentence);
+        if context.status.job.is_none() {
+            missing::provide_ui(ui, *need, out);
+        }
+        return;
     }
     let poses = match context.project.map_or(0, |p| p.settings.shoot.poses.len()) {
         1 => "the pose".to_owned(),
         poses => format!("each of {poses} poses"),
     };
-    ui.label("Nothing was measured yet.");
+    ui.label("Not measured yet.");
     let frames = match &kept.truth {
-        Some(folder) => format!(", and in the frames whose truth is in {}", folder.display()),
+        Some(folder) => format!(", and with the ground truth in {}", folder.display()),
         None => String::new(),
     };
     quiet_ui(
         ui,
         &format!(
-            "Measuring compares what the network predicts under every lamp with the photograph, in {poses}\
+            "Measuring compares the network's prediction under every lamp with the photograph, in {poses}\
              {frames}."
         ),
     );
@@ -145,8 +149,8 @@ fn buttons_ui(
     let idle = context.status.job.is_none();
     let able = idle && context.is_live();
     let why = match (idle, context.is_live()) {
-        (false, _) => "A job is running; it has to end first.",
-        (_, false) => "There is no network yet.",
+        (false, _) => "Wait until the running job ends.",
+        (_, false) => "Train the network first.",
         _ => "",
     };
     let mut button = |ui: &mut Ui,
@@ -169,13 +173,35 @@ fn buttons_ui(
         }
     };
     ui.horizontal_wrapped(|ui| {
-        let hint = "Compares every predicted picture under one lamp with the true one, and keeps the figures with the project";
-        button(ui, "Measure", Some(theme::ACCENT_DIM), able, hint, Command::Review(ReviewCommand::Measure(None)));
-        let hint = "Measures on the frames of another truth: a folder with truth/";
-        button(ui, "Truth…", None, able, hint, Command::Dialog(Dialog::Truth));
+        let hint =
+            "Compares every predicted OLAT with the true one, and saves the figures in the project";
+        button(
+            ui,
+            "Measure",
+            Some(theme::ACCENT_DIM),
+            able,
+            hint,
+            Command::Review(ReviewCommand::Measure(None)),
+        );
+        let hint = "Measures against another ground truth: a folder that contains truth/";
+        button(
+            ui,
+            "Truth…",
+            None,
+            able,
+            hint,
+            Command::Dialog(Dialog::Truth),
+        );
         if kept.is_some_and(|kept| kept.review.is_some()) {
-            let hint = "Writes one page with figures, pictures and notes, to hand on";
-            button(ui, "Report…", None, able, hint, Command::Dialog(Dialog::ReportPage));
+            let hint = "Writes a page with figures, pictures and notes to share";
+            button(
+                ui,
+                "Report…",
+                None,
+                able,
+                hint,
+                Command::Dialog(Dialog::ReportPage),
+            );
         }
     });
 }
@@ -184,28 +210,28 @@ fn metrics_ui(ui: &mut Ui, chosen: &mut Metric) {
     ui.horizontal(|ui| {
         for metric in Metric::ALL {
             let hint = match metric {
-                Metric::Flip => "What a viewer notices when one picture is flipped into the other: 0 to 1, less is better",
-                Metric::Psnr => "The error's power against white: more decibels are better",
-                Metric::Ssim => "How alike the structure is: up to 1, more is better",
+                Metric::Flip => "What a viewer notices when flipping between the two pictures: 0 to 1, lower is better",
+                Metric::Psnr => "Error power relative to white, in decibels: higher is better",
+                Metric::Ssim => "Similarity of structure: up to 1, higher is better",
             };
             ui.selectable_value(chosen, metric, metric.name()).on_hover_text(hint);
         }
     });
 }
 
-/// The figures over all cells.
+/// The means over all cells.
 fn means_ui(ui: &mut Ui, review: &Review, metric: Metric) {
     let (seen, unseen): (Vec<_>, Vec<_>) = review.cases.iter().partition(|case| case.seen);
-    for (what, cases) in [("kept out of training", unseen), ("seen in training", seen)] {
+    for (what, cases) in [("not seen in training", unseen), ("seen in training", seen)] {
         if let Some(means) = Means::of(&cases) {
             let figure = metric.text(metric.of(&means.over_cells));
-            let text = format!("{figure} over {} {what}", means.cases);
+            let text = format!("Mean {figure} of {} {what}", means.cases);
             ui.label(RichText::new(text).color(theme::QUIET));
         }
     }
 }
 
-/// The worst cells, one button each; the one that was pressed.
+/// The largest errors, one button each. Returns the clicked cell.
 fn worst_ui(
     ui: &mut Ui,
     review: &Review,
@@ -213,7 +239,7 @@ fn worst_ui(
     chosen: Option<(usize, usize)>,
 ) -> Option<(usize, usize)> {
     let mut pressed = None;
-    ui.label(RichText::new("Furthest from the truth").color(theme::QUIET));
+    ui.label(RichText::new("Largest errors").color(theme::QUIET));
     for cell in review.worst(metric).into_iter().take(WORST) {
         let (case, lamp) = (&review.cases[cell.0], &review.lamps[cell.1]);
         let figure = metric.text(metric.of(&case.cells[cell.1]));

@@ -1,18 +1,23 @@
-//! The contact sheet: the shown frame under every lamp, each picture where its lamp is.
+//! The contact sheet: the current frame under every lamp, each picture in the direction of its lamp.
 
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::missing::no_picture_ui;
 use crate::theme::{self, GAP};
 use egui::{
-    Align, Align2, Button, Color32, ColorImage, FontId, Layout, Rect, RichText, Sense, Stroke,
-    StrokeKind, TextureHandle, TextureOptions, Ui, pos2, vec2,
+    Align, Align2, Button, Color32, ColorImage, FontId, Layout, Painter, Rect, Response, RichText,
+    Sense, Stroke, StrokeKind, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
 };
-use evaluation::review::{Mark, place_by_direction};
+use evaluation::review::{Mark, MarkedOlat, place_by_direction};
 use glam::Vec3;
+use light::Lamp;
 use std::sync::Arc;
 use worker::{LampSheet, PreviewPicture, SrgbPicture};
 
-/// The panel, and the texture that holds all pictures of the sheet that is shown.
+/// Pictures wider than this many points show their lamp's number.
+const NUMBERED: f32 = 26.0;
+
+/// Holds one texture with all pictures of the sheet.
 #[derive(Default)]
 pub struct LampSheetPanel {
     shown: Option<(Arc<LampSheet>, Atlas)>,
@@ -30,7 +35,8 @@ impl LampSheetPanel {
                 return self.sheet_ui(ui, context, sheet, relit, out);
             }
             _ if !context.is_live() => {
-                "The lamps are shown once there is a network that predicts them."
+                let sentence = "A trained network is needed to show the frame under every lamp.";
+                return no_picture_ui(ui, context, sentence, out);
             }
             _ => "Predicting the frame under every lamp.",
         };
@@ -46,82 +52,29 @@ impl LampSheetPanel {
         out: &mut Vec<Command>,
     ) {
         let solo = &context.state.solo;
-        ui.horizontal(|ui| {
-            let title = match solo.as_slice() {
-                [] => format!("Frame {} under every lamp", sheet.frame),
-                [lamp] => format!(
-                    "Frame {}: {}",
-                    sheet.frame,
-                    relit.rig.lamps[(*lamp).min(relit.rig.lamps.len() - 1)].name
-                ),
-                lamps => format!("Frame {}: {} lamps", sheet.frame, lamps.len()),
-            };
-            ui.label(title);
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let all = ui.add_enabled(!solo.is_empty(), Button::new("Whole light"));
-                if all
-                    .on_hover_text("Shows the picture under the light again")
-                    .clicked()
-                {
-                    out.push(Command::View(ViewCommand::Solo(None)));
-                }
-            });
-        });
+        title_ui(ui, sheet, relit, solo, out);
         self.upload(ui.ctx(), sheet);
         let Some((_, atlas)) = &self.shown else {
             return;
         };
         let area = ui.available_rect_before_wrap();
-        let directions: Vec<Vec3> = relit.rig.lamps.iter().map(|lamp| lamp.direction).collect();
+        let lamps = &relit.rig.lamps;
+        let directions: Vec<Vec3> = lamps.iter().map(|lamp| lamp.direction).collect();
         let placed = place_by_direction(&directions, area.width(), area.height());
-        let case = context
+        let frame = context
             .project
             .and_then(|p| p.settings.shoot.frames.get(sheet.frame));
-        for (number, (lamp, [x, y])) in relit.rig.lamps.iter().zip(&placed.corners).enumerate() {
-            let rect = Rect::from_min_size(area.min + vec2(*x, *y), vec2(placed.side, placed.side))
-                .shrink(1.0);
-            let response = ui.interact(rect, ui.scope_id().with(("lamp", number)), Sense::click());
-            let chosen = solo.contains(&number);
-            response.widget_info(|| {
-                egui::WidgetInfo::selected(egui::Role::Button, true, chosen, &lamp.name)
-            });
-            let painter = ui.painter();
-            painter.image(
-                atlas.texture.id(),
-                rect,
-                atlas.place(number),
-                Color32::WHITE,
-            );
-            let mark = case.and_then(|case| context.review.marks.of(case, &lamp.name));
-            if let Some(marked) = mark {
-                let color = match marked.mark {
-                    Some(Mark::Good) => Color32::from_rgb(126, 190, 116),
-                    Some(Mark::Doubtful) => theme::ACCENT,
-                    Some(Mark::Bad) => Color32::from_rgb(224, 96, 84),
-                    None => Color32::WHITE,
-                };
-                painter.circle_filled(rect.right_top() + vec2(-5.0, 5.0), 3.0, color);
-            }
-            if placed.side > 28.0 {
-                let font = FontId::proportional(10.0);
-                let at = rect.left_bottom() + vec2(3.0, -2.0);
-                painter.text(
-                    at,
-                    Align2::LEFT_BOTTOM,
-                    number.to_string(),
-                    font,
-                    theme::QUIET,
-                );
-            }
-            let edge = match (chosen, response.hovered() || response.has_focus()) {
-                (true, _) => Some(Stroke::new(2.0, theme::ACCENT)),
-                (false, true) => Some(Stroke::new(1.0, theme::TEXT)),
-                _ => None,
+        for (number, (lamp, [x, y])) in lamps.iter().zip(&placed.corners).enumerate() {
+            let corner = area.min + vec2(*x, *y);
+            let marked = frame.and_then(|frame| context.review.marks.of(frame, &lamp.name));
+            let picture = LampPicture {
+                number,
+                lamp,
+                rect: Rect::from_min_size(corner, Vec2::splat(placed.side)).shrink(1.0),
+                chosen: solo.contains(&number),
+                marked,
             };
-            if let Some(edge) = edge {
-                painter.rect_stroke(rect, 1.0, edge, StrokeKind::Inside);
-            }
-            if response.clicked() {
+            if picture.ui(ui, atlas).clicked() {
                 let also = ui.input(|i| i.modifiers.command);
                 out.push(match (also, solo.as_slice()) {
                     (true, _) => Command::View(ViewCommand::SoloAlso(number)),
@@ -129,19 +82,6 @@ impl LampSheetPanel {
                     (false, _) => Command::View(ViewCommand::Solo(Some(number))),
                 });
             }
-            let hint = || {
-                let d = lamp.direction;
-                let (azimuth, elevation) = (d.x.atan2(-d.z), d.y.clamp(-1.0, 1.0).asin());
-                format!(
-                    "{}: azimuth {:.0}°, elevation {:.0}°. Click shows the frame under it alone, Ctrl+click adds it.",
-                    lamp.name,
-                    azimuth.to_degrees(),
-                    elevation.to_degrees()
-                )
-            };
-            response.on_hover_ui(|ui| {
-                ui.label(hint());
-            });
         }
         ui.advance_cursor_after_rect(area);
         ui.add_space(GAP);
@@ -155,7 +95,104 @@ impl LampSheetPanel {
     }
 }
 
-/// Pictures of one size in one texture, row by row.
+/// What the sheet shows, and the button that returns to the environment.
+fn title_ui(
+    ui: &mut Ui,
+    sheet: &LampSheet,
+    relit: &PreviewPicture,
+    solo: &[usize],
+    out: &mut Vec<Command>,
+) {
+    let frame = sheet.frame;
+    let lamps = &relit.rig.lamps;
+    ui.horizontal(|ui| {
+        ui.label(match solo {
+            [] => format!("Frame {frame} under every lamp"),
+            [lamp] => format!(
+                "Frame {frame}: {}",
+                lamps[(*lamp).min(lamps.len() - 1)].name
+            ),
+            more => format!("Frame {frame}: {} lamps", more.len()),
+        });
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let back = ui.add_enabled(!solo.is_empty(), Button::new("Back to environment"));
+            if back
+                .on_hover_text("Shows the picture under the environment again")
+                .clicked()
+            {
+                out.push(Command::View(ViewCommand::Solo(None)));
+            }
+        });
+    });
+}
+
+/// The frame under one lamp.
+struct LampPicture<'a> {
+    number: usize,
+    lamp: &'a Lamp,
+    rect: Rect,
+    chosen: bool,
+    marked: Option<&'a MarkedOlat>,
+}
+
+impl LampPicture<'_> {
+    fn ui(&self, ui: &Ui, atlas: &Atlas) -> Response {
+        let id = ui.scope_id().with(("lamp", self.number));
+        let response = ui.interact(self.rect, id, Sense::click());
+        response.widget_info(|| {
+            egui::WidgetInfo::selected(egui::Role::Button, true, self.chosen, &self.lamp.name)
+        });
+        self.paint(
+            ui.painter(),
+            atlas,
+            response.hovered() || response.has_focus(),
+        );
+        response.on_hover_ui(|ui| {
+            ui.label(self.hint());
+        })
+    }
+
+    fn paint(&self, painter: &Painter, atlas: &Atlas, pointed_at: bool) {
+        let (rect, texture) = (self.rect, atlas.texture.id());
+        painter.image(texture, rect, atlas.place(self.number), Color32::WHITE);
+        if let Some(marked) = self.marked {
+            let color = match marked.mark {
+                Some(Mark::Good) => Color32::from_rgb(126, 190, 116),
+                Some(Mark::Doubtful) => theme::ACCENT,
+                Some(Mark::Bad) => Color32::from_rgb(224, 96, 84),
+                None => Color32::WHITE,
+            };
+            painter.circle_filled(rect.right_top() + vec2(-5.0, 5.0), 3.0, color);
+        }
+        if rect.width() > NUMBERED {
+            let font = FontId::proportional(10.0);
+            let at = rect.left_bottom() + vec2(3.0, -2.0);
+            let number = self.number.to_string();
+            painter.text(at, Align2::LEFT_BOTTOM, number, font, theme::QUIET);
+        }
+        let edge = match (self.chosen, pointed_at) {
+            (true, _) => Some(Stroke::new(2.0, theme::ACCENT)),
+            (false, true) => Some(Stroke::new(1.0, theme::TEXT)),
+            _ => None,
+        };
+        if let Some(edge) = edge {
+            painter.rect_stroke(rect, 1.0, edge, StrokeKind::Inside);
+        }
+    }
+
+    fn hint(&self) -> String {
+        let d = self.lamp.direction;
+        let (azimuth, elevation) = (d.x.atan2(-d.z), d.y.clamp(-1.0, 1.0).asin());
+        format!(
+            "{}: azimuth {:.0}°, elevation {:.0}°. Click to show it alone, Ctrl+click to add or remove it.",
+            self.lamp.name,
+            azimuth.to_degrees(),
+            elevation.to_degrees()
+        )
+    }
+}
+
+/// Pictures of the same size in one texture, row by row.
 struct Atlas {
     texture: TextureHandle,
     columns: usize,
@@ -185,7 +222,7 @@ impl Atlas {
         }
     }
 
-    /// Where a picture is in the texture.
+    /// The texture coordinates of a picture.
     fn place(&self, number: usize) -> Rect {
         let cell = vec2(1.0 / self.columns as f32, 1.0 / self.rows as f32);
         let corner = pos2(

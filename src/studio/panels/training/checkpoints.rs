@@ -16,7 +16,7 @@ pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command
         .as_ref()
         .map_or(&[][..], |r| &r.kept);
     if kept.is_empty() {
-        let text = "Training leaves some as it goes, and one before each new start.";
+        let text = "Training saves some as it goes, and one before each fresh start.";
         ui.label(RichText::new(text).size(12.0).color(theme::QUIET));
     }
     let idle = context.status.job.is_none();
@@ -25,7 +25,7 @@ pub fn checkpoints_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command
     }
 }
 
-/// What a checkpoint is called: its step, the time of training, and how the unseen pose came out.
+/// A checkpoint's name: its step, its training time, and its PSNR on the held-out pose.
 pub fn title(kept: &SavedCheckpoint) -> String {
     let info = &kept.info;
     let mut text = short(kept);
@@ -38,7 +38,7 @@ pub fn title(kept: &SavedCheckpoint) -> String {
     text
 }
 
-/// The same where there is little room.
+/// A short name: the step alone.
 pub fn short(kept: &SavedCheckpoint) -> String {
     match kept.info.step {
         0 => "starting point".to_owned(),
@@ -46,12 +46,12 @@ pub fn short(kept: &SavedCheckpoint) -> String {
     }
 }
 
-/// Why a checkpoint is kept, its folder, and what it takes.
+/// Why a checkpoint is kept, its folder and its size.
 pub fn details(kept: &SavedCheckpoint) -> String {
     let why = if kept.aside {
-        "Put aside"
+        "Set aside"
     } else {
-        "Left by training"
+        "Saved by training"
     };
     format!("{why}: {}, {:.1} MB", kept.name, kept.bytes as f64 / 1e6)
 }
@@ -65,13 +65,12 @@ fn row_ui(ui: &mut Ui, kept: &SavedCheckpoint, idle: bool, out: &mut Vec<Command
             .on_hover_text(details(kept));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if kept.present {
-                ui.label(RichText::new("present").size(12.0).color(theme::QUIET));
+                ui.label(RichText::new("current").size(12.0).color(theme::QUIET));
                 return;
             }
             let back = Button::new(RichText::new("Go back").size(12.5)).min_size(vec2(64.0, 20.0));
             let response = ui.add_enabled(idle, back).on_hover_text(
-                "Puts this checkpoint in place of the present one, which goes into the list. Training goes on \
-                 from it.",
+                "Makes this the current checkpoint; the one in use moves to the list. Training resumes from here.",
             );
             response.widget_info(|| {
                 let name = format!("Go back to step {}", info.step);

@@ -1,4 +1,4 @@
-//! What to train, what it will cost, and the buttons that begin, hold and end a run.
+//! The training preset, its cost, and the buttons that start, pause and stop a run.
 
 use crate::command::{Command, LookCommand, TrainingCommand};
 use crate::icons;
@@ -10,11 +10,11 @@ use egui::{Button, DragValue, RichText, Sense, Ui, WidgetInfo, vec2};
 use project::Project;
 use training::{Preset, RunCost};
 
-/// Most minutes that can be asked for: a week.
+/// Longest run in minutes: a week.
 const MOST_MINUTES: f64 = 7.0 * 24.0 * 60.0;
 const BUTTON: egui::Vec2 = vec2(84.0, 24.0);
 
-/// The presets as a list, each with what it will cost.
+/// The presets as a list, each with its cost.
 pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
     let choice = context
         .training
@@ -69,10 +69,10 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
             quiet,
         );
         let known = match (pace, cost.timed) {
-            (None, _) => "How long a step takes is known after the first steps.",
-            (Some(_), true) => "By the steps that were timed on this machine.",
+            (None, _) => "The time is known after the first steps.",
+            (Some(_), true) => "Estimated from steps timed on this machine.",
             (Some(_), false) => {
-                "By the steps that were timed with another network, after its multiplications."
+                "Estimated from another network's steps on this machine, scaled by the number of multiplications."
             }
         };
         let response = response.on_hover_text(format!("{}: {network}. {known}", preset.purpose()));
@@ -82,7 +82,7 @@ pub fn presets_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &
     }
 }
 
-/// Minutes and hours of a run; those that `limited` it are exact.
+/// The duration of a run, exact if the run is `limited` by time.
 fn time(cost: &RunCost, limited: bool) -> String {
     match cost.seconds {
         None => "known after the first steps".to_owned(),
@@ -93,13 +93,13 @@ fn time(cost: &RunCost, limited: bool) -> String {
 
 fn steps(cost: &RunCost, limited: bool) -> String {
     match cost.steps {
-        None => "steps by its time".to_owned(),
+        None => "limited by time".to_owned(),
         Some(steps) if limited && !cost.timed => format!("about {steps} steps"),
         Some(steps) => format!("{steps} steps"),
     }
 }
 
-/// Seconds as a person says them.
+/// A duration as people write it.
 pub fn duration(seconds: f64) -> String {
     let minutes = (seconds / 60.0).round() as u64;
     match minutes {
@@ -110,7 +110,7 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// The pose that judges, and the minutes.
+/// The held-out pose, and the minutes.
 pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec<Command>) {
     let choice = context
         .training
@@ -127,7 +127,7 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                 .selected_text(name(choice.hold_out))
                 .width(76.0)
                 .show_ui(ui, |ui| {
-                    // A pose has to be left to learn from.
+                    // At least one pose is needed to train on.
                     let others = if poses.len() > 1 { poses.len() } else { 0 };
                     for pose in std::iter::once(None).chain((0..others).map(Some)) {
                         let chosen = pose == choice.hold_out;
@@ -140,8 +140,7 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                     }
                 });
             list.response.labelled_by(label.id).on_hover_text(
-                "A pose that training does not see and that judges it: the network that does best there is the \
-                 one that predicts",
+                "A pose kept out of training for testing. The network that does best on it is the one that is used.",
             );
             if let Some(preset) = choice.preset.config().minutes {
                 let label = ui.label(RichText::new("Minutes").size(13.0));
@@ -158,17 +157,17 @@ pub fn settings_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: 
                     })));
                 }
                 response.on_hover_text(
-                    "Of training, earlier sittings counted in. The learning rate falls towards the end",
+                    "Training time, including earlier runs. The learning rate falls towards the end.",
                 );
             }
         });
     });
 }
 
-/// The buttons. A run is begun from here, and held and ended while it goes.
+/// The buttons that start a run, and pause and stop it while it runs.
 #[derive(Default)]
 pub struct Buttons {
-    /// Whether it was asked if a run shall begin anew.
+    /// Whether the person is asked to confirm starting over.
     confirming: bool,
 }
 
@@ -185,26 +184,26 @@ impl Buttons {
             if context.training.running {
                 ui.horizontal(|ui| job::buttons_ui(ui, job, out));
             } else {
-                let text = format!("{} is in hand", job::capitalized(job.what));
+                let text = format!("Wait for the running job: {}", job.what);
                 ui.label(RichText::new(text).size(13.0).color(theme::QUIET));
             }
             return;
         }
         let records = context.training.records.as_deref();
         let Some(present) = records.and_then(|records| records.present.as_ref()) else {
-            // A checkpoint that is there and cannot be read is put aside by a run that begins anew.
+            // Starting over sets a checkpoint that cannot be read aside.
             let broken = records.is_some_and(|records| records.failure.is_some());
             ui.horizontal(|ui| start_ui(ui, broken, out));
             return;
         };
         if self.confirming {
             ui.label(RichText::new(format!(
-                "The network after step {} goes into the list below, with its curves, and another is begun.",
+                "The network of step {} moves to the list below with its curves, and a new one is started.",
                 present.step
             ))
             .size(13.0));
             ui.horizontal(|ui| {
-                let yes = Button::new("Begin anew").fill(theme::ACCENT_DIM);
+                let yes = Button::new("Start over").fill(theme::ACCENT_DIM);
                 if ui.add(yes).clicked() {
                     out.push(Command::Training(TrainingCommand::Start { fresh: true }));
                     self.confirming = false;
@@ -221,7 +220,7 @@ impl Buttons {
             let resume = Button::new((icons::PLAY, "Resume"))
                 .fill(theme::ACCENT_DIM)
                 .min_size(BUTTON);
-            let hint = format!("Goes on from step {}. Key: Ctrl+Enter", present.step);
+            let hint = format!("Continues from step {}. Key: Ctrl+Enter", present.step);
             if icons::named_ui(ui, refusal.is_none(), resume, "Resume")
                 .on_hover_text(hint)
                 .on_disabled_hover_text(refusal.clone().unwrap_or_default())
@@ -231,7 +230,7 @@ impl Buttons {
             }
             let over = Button::new((icons::OVER, "Start over…")).min_size(BUTTON);
             if icons::named_ui(ui, true, over, "Start over…")
-                .on_hover_text("Begins with a new network")
+                .on_hover_text("Starts with a new network")
                 .clicked()
             {
                 self.confirming = true;
@@ -239,7 +238,7 @@ impl Buttons {
         });
         let over = (choice.config().minutes).filter(|minutes| 60.0 * minutes <= present.seconds);
         let complete = over.map(|minutes| {
-            format!("Its {minutes:.0} minutes are over: give it more minutes to go on")
+            format!("The {minutes:.0} minutes are used up: raise Minutes to continue")
         });
         for sentence in refusal.into_iter().chain(complete) {
             ui.label(RichText::new(sentence).size(12.0).color(theme::QUIET));
@@ -247,7 +246,7 @@ impl Buttons {
     }
 }
 
-/// The button that begins the first run.
+/// The button that starts the first run.
 pub fn start_ui(ui: &mut Ui, fresh: bool, out: &mut Vec<Command>) {
     let start = Button::new((icons::PLAY, "Start"))
         .fill(theme::ACCENT_DIM)
@@ -288,7 +287,7 @@ mod tests {
             (
                 cost(Some(600.0), None, false),
                 true,
-                ["10 min", "steps by its time"],
+                ["10 min", "limited by time"],
             ),
             (
                 cost(Some(600.0), Some(9), false),

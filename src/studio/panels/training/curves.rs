@@ -1,18 +1,18 @@
-//! The curves of a run: losses on a logarithmic axis, the unseen pose below.
+//! The curves of a run: losses on a logarithmic axis, the held-out pose below.
 
 use crate::theme;
 use base::progress::LossPoint;
 use egui::{Color32, FontId, Rect, RichText, Sense, Ui, Vec2b, WidgetInfo, vec2};
 use egui_plot::{AxisHints, GridInput, GridMark, HoverPosition, Line, Plot, PlotPoints, Points};
 
-/// The two terms, in colours that those who see no red or no green tell apart.
+/// Colours of the two losses, distinct for people with red-green colour blindness.
 pub const OLATS: Color32 = Color32::from_rgb(232, 164, 80);
 pub const RELIT: Color32 = Color32::from_rgb(108, 172, 228);
-const UNSEEN: Color32 = Color32::from_gray(222);
-/// Points that a smoothed curve averages over, as a share of all.
+const HELD_OUT: Color32 = Color32::from_gray(222);
+/// Share of all points that a smoothed curve averages over.
 const SMOOTHED: f32 = 1.0 / 40.0;
 
-/// The losses, each term as it came and smoothed, over the steps.
+/// The losses over the steps, raw and smoothed.
 pub fn losses_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
     let olats = curve(points, |p| p.reconstruction);
     let relit = curve(points, |p| p.rendering);
@@ -54,18 +54,18 @@ pub fn losses_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "Loss curves"));
 }
 
-/// What the curves are, in their colours.
+/// The names of the curves in their colours.
 pub fn legend_ui(ui: &mut Ui) {
     for (name, color, hint) in [
         (
             "OLATs",
             OLATS,
-            "Reconstruction loss: how far the predicted OLATs are from the exemplars'",
+            "Reconstruction loss: how far the predicted OLATs are from the exemplars",
         ),
         (
             "relit",
             RELIT,
-            "Rendering loss: how far the OLATs, summed by the interview's light, are from it",
+            "Rendering loss: how far the OLATs, relit with the interview's light, are from the interview",
         ),
     ] {
         let (rect, _) = ui.allocate_exact_size(vec2(14.0, 12.0), Sense::hover());
@@ -76,7 +76,7 @@ pub fn legend_ui(ui: &mut Ui) {
     }
 }
 
-/// PSNR on the unseen pose over the steps.
+/// PSNR on the held-out pose over the steps.
 pub fn held_out_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
     let curve = curve(points, |p| p.held_out_db);
     let hint = |position: &HoverPosition| match position {
@@ -98,15 +98,15 @@ pub fn held_out_ui(ui: &mut Ui, height: f32, points: &[LossPoint]) {
         ])
         .label_formatter(hint)
         .show(ui, |plot| {
-            plot.line(Line::new("unseen pose", PlotPoints::from(curve.clone())).color(UNSEEN));
-            let marks = Points::new("judged", PlotPoints::from(curve)).color(UNSEEN);
+            plot.line(Line::new("held-out pose", PlotPoints::from(curve.clone())).color(HELD_OUT));
+            let marks = Points::new("measured", PlotPoints::from(curve)).color(HELD_OUT);
             plot.points(marks.radius(2.0).allow_hover(false));
         })
         .response;
-    response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "Unseen pose's curve"));
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "Held-out pose's curve"));
 }
 
-/// A plot that is read and not moved.
+/// A plot that cannot be moved or zoomed.
 fn plot<'a>(name: &'static str, height: f32) -> Plot<'a> {
     let steps = axis(AxisHints::new_x()).formatter(|mark, _| {
         if mark.value >= 0.0 && mark.value.fract() == 0.0 {
@@ -136,7 +136,7 @@ fn axis<'a>(hints: AxisHints<'a>) -> AxisHints<'a> {
         .tick_label_font(FontId::proportional(11.0))
 }
 
-/// Steps and values of a term, where it has any.
+/// Steps and values of a loss, without the steps at which it is missing.
 fn curve(points: &[LossPoint], term: impl Fn(&LossPoint) -> Option<f32>) -> Vec<[f64; 2]> {
     let value = |p| term(p).map(|value| [p.step as f64, f64::from(value)]);
     points.iter().filter_map(value).collect()
@@ -154,7 +154,7 @@ fn smoothed(curve: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut seen = 0.0f64;
     (curve.iter().filter(|[_, y]| *y > 0.0))
         .map(|&[x, y]| {
-            // Early on it follows fast, so that it does not lag behind the first fall.
+            // Early on it follows fast, so that it does not lag behind the first drop.
             seen += 1.0;
             let share = (1.0 / seen).max(1.0 / f64::from(count));
             let old = mean.unwrap_or(y.ln());
@@ -165,7 +165,7 @@ fn smoothed(curve: &[[f64; 2]]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Marks at 1, 2 and 5 of each power of ten that is seen.
+/// Marks at 1, 2 and 5 of each visible power of ten.
 fn decades(input: GridInput) -> Vec<GridMark> {
     let (from, to) = input.bounds;
     if !(from.is_finite() && to.is_finite()) || to - from > 30.0 {
@@ -202,13 +202,13 @@ fn few(input: &GridInput, count: f64) -> Vec<GridMark> {
     numbers.map(mark).collect()
 }
 
-/// A loss as it is written on an axis: two digits.
+/// A loss as written on an axis: two digits.
 fn plain(value: f64) -> String {
     let digits = (1.0 - value.log10().floor()).clamp(0.0, 7.0) as usize;
     tidy(value, digits)
 }
 
-/// A number with so many decimals at most.
+/// A number with at most `digits` decimals.
 fn tidy(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     if text.contains('.') {

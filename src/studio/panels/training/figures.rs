@@ -1,4 +1,4 @@
-//! Where a run stands, in numbers.
+//! The figures of a run.
 
 use crate::panel_context::PanelContext;
 use crate::panels::job;
@@ -8,8 +8,30 @@ use base::progress::{LossPoint, TrainingPhase, TrainingPoint};
 use egui::{RichText, Ui};
 use project::Project;
 
-/// The figures of the run, and what is wrong with it.
+/// The figures of the run, and its warnings.
 pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
+    // Rows of text alone need no room for buttons.
+    ui.spacing_mut().interact_size.y = 0.0;
+    egui::Grid::new("figures of training")
+        .num_columns(2)
+        .spacing([2.0 * GAP, 2.0])
+        .show(ui, |ui| {
+            for (name, value, hint) in rows(context) {
+                ui.label(RichText::new(name).size(12.0).color(theme::QUIET))
+                    .on_hover_text(hint);
+                ui.label(RichText::new(value).size(12.5))
+                    .on_hover_text(hint);
+                ui.end_row();
+            }
+        });
+    let point = context.training.point.as_ref();
+    for warning in point.map_or(vec![], |point| warnings(point, project)) {
+        ui.label(RichText::new(warning).size(12.5).color(theme::ACCENT));
+    }
+}
+
+/// Name, value and explanation of each figure; a dash for those not known yet.
+fn rows(context: &PanelContext) -> [(&'static str, String, &'static str); 11] {
     let training = context.training;
     let present = training.records.as_ref().and_then(|r| r.present.as_ref());
     let (point, last) = (training.point.as_ref(), training.history.points().last());
@@ -23,37 +45,41 @@ pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
     let step = last.map(|p| p.step).or(present.map(|p| p.step));
     let seconds = last.map(|p| p.seconds).or(present.map(|p| p.seconds));
     let best = present.and_then(|p| p.held_out);
-    let unseen = recent(|p| p.held_out_db).map(|db| match best {
+    let held_out = recent(|p| p.held_out_db).map(|db| match best {
         Some(best) => format!("{db:.2} dB, best {:.2}", best.decibels),
         None => format!("{db:.2} dB"),
     });
-    let rows = [
+    [
         (
             "Step",
             step.map_or_else(none, |s| s.to_string()),
-            "Steps of the optimiser, earlier sittings counted in",
+            "Optimiser steps, including earlier runs",
         ),
         (
             "Trained",
             seconds.map_or_else(none, clock),
-            "Time of training, pauses left out",
+            "Training time, without pauses",
         ),
-        ("Left", job.map_or_else(none, left), "Until the run is over"),
-        ("Rate", point.map_or_else(none, rate), "Steps a second"),
+        (
+            "Progress",
+            job.map_or_else(none, left),
+            "Time left, and share done",
+        ),
+        ("Rate", point.map_or_else(none, rate), "Speed of training"),
         (
             "Phase",
             point.map_or_else(none, |p| phase(p).to_owned()),
-            "What it learns from",
+            "What it is training on",
         ),
         (
             "Learning rate",
             point.map_or_else(none, |p| format!("{:.2e}", p.learning_rate)),
-            "Of the optimiser",
+            "The optimiser's learning rate",
         ),
         (
             "Gradient",
             point.map_or_else(none, |p| format!("{:.3}", p.gradient_norm)),
-            "Norm of all gradients, before it is clipped",
+            "Norm of all gradients before clipping",
         ),
         (
             "Loss, OLATs",
@@ -66,33 +92,22 @@ pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
             "Rendering loss of the last steps",
         ),
         (
-            "Unseen pose",
-            unseen.unwrap_or_else(none),
-            "PSNR of the OLATs on the pose that was held out; the network that did best there predicts",
+            "Held-out pose",
+            held_out.unwrap_or_else(none),
+            "PSNR of the OLATs on the held-out pose; the network that did best there is used",
         ),
         (
             "Memory",
             point
                 .and_then(|p| p.memory_bytes)
                 .map_or_else(none, |b| format!("{} MB", b / 1_000_000)),
-            "Of the whole program",
+            "Used by the whole program",
         ),
-    ];
-    // Rows of text alone need no room for buttons.
-    ui.spacing_mut().interact_size.y = 0.0;
-    egui::Grid::new("figures of training")
-        .num_columns(2)
-        .spacing([2.0 * GAP, 2.0])
-        .show(ui, |ui| {
-            for (name, value, hint) in rows {
-                ui.label(RichText::new(name).size(12.0).color(theme::QUIET))
-                    .on_hover_text(hint);
-                ui.label(RichText::new(value).size(12.5))
-                    .on_hover_text(hint);
-                ui.end_row();
-            }
-        });
-    let Some(point) = point else { return };
+    ]
+}
+
+/// What is wrong with the run.
+fn warnings(point: &TrainingPoint, project: &Project) -> Vec<String> {
     let mut warnings = Vec::new();
     if !point.dead_lamps.is_empty() {
         let lamps = &project.settings.shoot.lamps;
@@ -100,19 +115,17 @@ pub fn figures_ui(ui: &mut Ui, context: &PanelContext, project: &Project) {
             .filter_map(|&lamp| lamps.get(lamp).map(String::as_str))
             .collect();
         warnings.push(format!(
-            "Dead outputs: {} are stuck at black or white and hardly learn any more. Stop, and start over",
+            "Dead outputs: {} are stuck at black or white and hardly learn any more. Stop and start over.",
             names.join(", ")
         ));
     }
     if point.skipped_steps > 0 {
         warnings.push(format!(
-            "{} steps were not finite and were skipped",
+            "{} steps with NaN or infinite values were skipped",
             point.skipped_steps
         ));
     }
-    for warning in warnings {
-        ui.label(RichText::new(warning).size(12.5).color(theme::ACCENT));
-    }
+    warnings
 }
 
 fn phase(point: &TrainingPoint) -> &'static str {
@@ -125,8 +138,8 @@ fn phase(point: &TrainingPoint) -> &'static str {
 fn rate(point: &TrainingPoint) -> String {
     match point.steps_per_second {
         rate if rate <= 0.0 => "–".to_owned(),
-        rate if rate < 1.0 => format!("{:.2} s a step", 1.0 / rate),
-        rate => format!("{rate:.1} steps a second"),
+        rate if rate < 1.0 => format!("{:.2} s per step", 1.0 / rate),
+        rate => format!("{rate:.1} steps per second"),
     }
 }
 

@@ -1,5 +1,4 @@
-//! The network while it learns: curves and pictures, what to train, what it costs, and the checkpoints to go
-//! back to.
+//! Training: curves and pictures, presets and their cost, and the checkpoints to go back to.
 
 pub mod checkpoints;
 mod controls;
@@ -17,12 +16,12 @@ use project::Project;
 use training::Records;
 use worker::Need;
 
-/// Width of what stands to the right of the curves, in points.
+/// Width of the column to the right of the curves, in points.
 const SIDE: f32 = 292.0;
-/// Height of a line of small text.
+/// Height of a line of small text in points.
 const LINE: f32 = 20.0;
 
-/// The panel keeps textures, and whether it asked something.
+/// Holds textures, and whether a question is open.
 #[derive(Default)]
 pub struct TrainingPanel {
     pictures: pictures::Pictures,
@@ -42,7 +41,7 @@ impl TrainingPanel {
         };
         let Some(records) = context.training.records.as_deref() else {
             return notice_ui(ui, |ui| {
-                ui.heading("Reading what was trained");
+                ui.heading("Reading the training log");
             });
         };
         let frame = Frame::new()
@@ -73,7 +72,7 @@ impl TrainingPanel {
             return notice_ui(ui, |ui| instead_ui(ui, context, records, out));
         }
         let judged = points.iter().any(|point| point.held_out_db.is_some());
-        // Pictures are squares: as high as three fit beside each other, or a third of the room.
+        // Three squares side by side, but not much higher than a third of the room.
         let room = ui.available_height();
         let thirds = (ui.available_width() - 2.0 * GAP) / 3.0 + LINE;
         let pictures = thirds.min(0.38 * room);
@@ -85,7 +84,7 @@ impl TrainingPanel {
         });
         curves::losses_ui(ui, rest - below, points);
         if judged {
-            ui.label(RichText::new("PSNR on the unseen pose").size(13.0));
+            ui.label(RichText::new("PSNR on the held-out pose").size(13.0));
             curves::held_out_ui(ui, below - LINE, points);
         }
         ui.horizontal(|ui| pictures::lamp_ui(ui, context, out));
@@ -101,7 +100,7 @@ impl TrainingPanel {
         out: &mut Vec<Command>,
     ) {
         ui.add_space(GAP);
-        // The bar to scroll by covers nothing.
+        // Leaves room for the scroll bar.
         ui.set_max_width(ui.available_width() - GAP);
         let known = !context.training.history.points().is_empty() || context.training.running;
         let job = context
@@ -129,32 +128,32 @@ impl TrainingPanel {
     }
 }
 
-/// Whether there is nothing yet but the button that begins, which the notice has.
+/// Whether nothing was trained yet: then the notice has the start button.
 fn is_empty(context: &PanelContext, records: &Records) -> bool {
     let untouched = records.present.is_none() && records.failure.is_none();
     untouched && context.status.job.is_none() && context.training.history.points().is_empty()
 }
 
-/// What stands where the curves would be.
+/// What is shown in place of the curves.
 fn instead_ui(ui: &mut Ui, context: &PanelContext, records: &Records, out: &mut Vec<Command>) {
     let heading = |ui: &mut Ui, text: &str| {
         ui.heading(text);
         ui.add_space(GAP);
     };
     if let Some(sentence) = &records.failure {
-        heading(ui, "What was trained cannot be read");
+        heading(ui, "The training cannot be read");
         ui.label(sentence);
     } else if !records.calibrated {
-        heading(ui, "The lamps are not known yet");
+        heading(ui, "Not calibrated yet");
         ui.label("Training needs the calibration: the lamps, their weights in the interview's light, and the camera's response.");
         ui.add_space(GAP);
         if context.status.job.is_none() && ui.button("Calibrate first").clicked() {
             out.push(Command::Job(JobCommand::Provide(Need::Calibration)));
         }
     } else if let Some(present) = &records.present {
-        heading(ui, "There is a network, and no curve of it");
+        heading(ui, "A trained network, but no training log");
         ui.label(format!(
-            "It stands at step {}. Its training was not written down here; Resume goes on from it.",
+            "The network is at step {}. The log of its training is not here; Resume continues from it.",
             present.step
         ));
     } else {
@@ -162,7 +161,7 @@ fn instead_ui(ui: &mut Ui, context: &PanelContext, records: &Records, out: &mut 
         let shoot = context.project.map(|project| &project.settings.shoot);
         if let Some(shoot) = shoot {
             ui.label(format!(
-                "To learn from: poses {}, lamps {}, frames of the interview {}. Choose a preset at the right.",
+                "Training data: poses {}, lamps {}, interview frames {}. Choose a preset on the right.",
                 shoot.poses.len(),
                 shoot.lamps.len(),
                 shoot.frames.len()

@@ -1,4 +1,4 @@
-//! What the network makes of a pose under one lamp, beside the truth and their difference.
+//! A pose under one lamp: predicted, true, and their difference.
 
 use crate::command::{Command, ViewCommand};
 use crate::panel_context::PanelContext;
@@ -9,11 +9,11 @@ use egui::{
 };
 use std::sync::Arc;
 
-/// How much the difference is enlarged.
+/// Gain of the difference.
 const GAIN: u32 = 4;
 const CAPTION: f32 = 18.0;
 
-/// The textures of the lamp that is shown.
+/// Holds the textures of the shown lamp.
 #[derive(Default)]
 pub struct Pictures {
     shown: Option<LampTextures>,
@@ -26,7 +26,7 @@ struct LampTextures {
 }
 
 impl Pictures {
-    /// Three pictures beside each other, as high as there is room.
+    /// Three pictures side by side, as large as fits.
     pub fn ui(&mut self, ui: &mut Ui, height: f32, context: &PanelContext) {
         let pictures = context.training.pictures.as_ref();
         self.upload(ui, pictures, context.state.trained_lamp);
@@ -54,7 +54,7 @@ impl Pictures {
             response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, name));
         }
         if self.shown.is_none() {
-            let text = "Pictures appear here while a network trains";
+            let text = "Pictures appear here during training";
             let font = FontId::proportional(13.0);
             let middle = rect.center() - vec2(0.0, CAPTION / 2.0);
             ui.painter()
@@ -93,7 +93,7 @@ impl Pictures {
     }
 }
 
-/// Which pose and which lamp.
+/// The list of lamps, and the pose.
 pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let lamps = context.project.map_or(&[][..], |p| &p.settings.shoot.lamps);
     let shown = context
@@ -119,7 +119,7 @@ pub fn lamp_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let poses = context.project.map_or(&[][..], |p| &p.settings.shoot.poses);
         let pose = poses.get(pictures.pose).map_or("", String::as_str);
         let seen = match pictures.held_out {
-            true => ", which training does not see",
+            true => ", held out",
             false => "",
         };
         let text = format!("{pose}{seen}, after step {}", pictures.step);

@@ -1,4 +1,4 @@
-//! A compass over the picture: seen from above, camera below, it turns the environment.
+//! A compass over the picture that turns the environment: a view from above, with the camera at the bottom.
 
 use crate::command::{Command, LookCommand};
 use crate::environment_library::PanoramaState;
@@ -9,7 +9,7 @@ use egui::{Color32, CursorIcon, FontId, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec
 /// Radius of the ring in points.
 const RADIUS: f32 = 30.0;
 
-/// The compass in the lower right corner: a drag around it sets the yaw.
+/// The compass in the lower right corner; a drag around it sets the yaw.
 pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Command>) {
     let Some(PanoramaState::Done { .. }) = context.environment().map(|entry| &entry.panorama)
     else {
@@ -29,7 +29,7 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
     painter.circle_filled(center, RADIUS + GAP, dark);
     let ring = if lively { theme::TEXT } else { theme::QUIET };
     painter.circle_stroke(center, RADIUS, Stroke::new(1.5, ring));
-    // The camera, below, looks up.
+    // The camera at the bottom looks up.
     let camera = center + vec2(0.0, RADIUS);
     let lens = [vec2(-5.0, 4.0), vec2(5.0, 4.0), vec2(0.0, -4.0)].map(|corner| camera + corner);
     painter.add(egui::Shape::convex_polygon(lens.into(), ring, Stroke::NONE));
@@ -47,10 +47,10 @@ pub fn gizmo_ui(ui: &Ui, rect: Rect, context: &PanelContext, out: &mut Vec<Comma
             out.push(Command::Look(LookCommand::Yaw(angle(at - center))));
         }
     }
-    response.on_hover_text("The environment from above, the camera below. Drag to turn it; a double-click puts it back.");
+    response.on_hover_text("The environment from above, with the camera at the bottom. Drag to turn, double-click to reset.");
 }
 
-/// Where the middle of the panorama is, which at no yaw is behind the subject: above.
+/// The panorama's centre on the ring: at yaw 0 it is at the top, behind the subject.
 fn on_ring(center: Pos2, yaw_deg: f32) -> Pos2 {
     let (sin, cos) = yaw_deg.to_radians().sin_cos();
     center + RADIUS * vec2(sin, -cos)

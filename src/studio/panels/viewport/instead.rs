@@ -1,121 +1,83 @@
-//! What stands where the picture would be: what is missing, why, and the button that brings it.
+//! Shown in place of the picture: what is missing, why, and the button that provides it.
 
-use crate::command::{Command, Dialog, JobCommand, ProjectCommand};
+use crate::command::Command;
 use crate::environment_library::PanoramaState;
 use crate::panel_context::PanelContext;
-use crate::panels::refusal_ui;
+use crate::panels::{job_ui, missing, refusal_ui};
 use crate::status::Phase;
 use crate::theme::{self, GAP};
 use egui::Ui;
-use training::Preset;
 use worker::{Blocked, Need};
 
-/// What stands where the picture would be.
+/// What is shown in place of the picture.
 pub fn instead_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-    let heading = |ui: &mut Ui, text: &str| {
-        ui.heading(text);
-        ui.add_space(GAP);
-    };
-    if let Some(refusal) = &context.status.refusal {
+    let status = context.status;
+    if let Some(refusal) = &status.refusal {
         refusal_ui(ui, refusal, out);
         ui.add_space(GAP);
     }
-    let mut button = |ui: &mut Ui, text: String, command: Command| {
-        ui.add_space(GAP);
-        if ui.button(text).clicked() {
-            out.push(command);
-        }
-    };
-    let failed = context
-        .status
-        .failure
-        .as_ref()
-        .map(|failure| (failure, theme::ACCENT));
-    let said = (context
-        .status
-        .message
-        .as_ref()
-        .filter(|_| !context.is_live()))
-    .map(|said| (said, theme::QUIET));
-    for (sentence, color) in failed.into_iter().chain(said) {
-        ui.colored_label(color, sentence);
+    let failure = status.failure.as_ref().map(|text| (text, theme::ACCENT));
+    let message = status.message.as_ref().filter(|_| !context.is_live());
+    let message = message.map(|text| (text, theme::QUIET));
+    for (text, color) in failure.into_iter().chain(message) {
+        ui.colored_label(color, text);
         ui.add_space(GAP);
     }
-    if let Some(job) = context.status.job.as_ref().filter(|_| !context.is_live()) {
+    if let Some(job) = status.job.as_ref().filter(|_| !context.is_live()) {
         if context.job_has_pane() {
-            return heading(ui, "The picture comes with the first checkpoint");
+            return heading_ui(ui, "The picture appears with the first checkpoint");
         }
-        return super::super::job_ui(ui, job, out);
+        return job_ui(ui, job, out);
     }
-    match &context.status.phase {
-        Phase::NoProject => heading(ui, "No project is open"),
-        Phase::Opening => heading(ui, "Reading the calibration and the network"),
-        Phase::Blocked(Blocked { sentence, need }) => {
-            heading(
-                ui,
-                match need {
-                    Some(Need::Shoot) => "This project's shoot is not there",
-                    Some(Need::Calibration) => "This project has to be calibrated",
-                    Some(Need::Network) => "This project has no trained network yet",
-                    None => "This project cannot be relit",
-                },
-            );
-            ui.label(sentence);
-            match need {
-                Some(Need::Shoot) => {
-                    button(
-                        ui,
-                        "Locate…".to_owned(),
-                        Command::Dialog(Dialog::ShootLocation),
-                    );
-                    button(
-                        ui,
-                        "Try again".to_owned(),
-                        Command::Project(ProjectCommand::Reopen),
-                    );
-                }
-                Some(Need::Calibration) => {
-                    button(
-                        ui,
-                        "Calibrate".to_owned(),
-                        Command::Job(JobCommand::Provide(Need::Calibration)),
-                    );
-                }
-                Some(Need::Network) => {
-                    let minutes = Preset::Quick.config().minutes;
-                    let time = minutes.map_or(String::new(), |m| format!(" for {m} minutes"));
-                    button(
-                        ui,
-                        format!("Train{time}"),
-                        Command::Job(JobCommand::Provide(Need::Network)),
-                    );
-                }
-                None => button(
-                    ui,
-                    "Try again".to_owned(),
-                    Command::Project(ProjectCommand::Reopen),
-                ),
-            }
+    match &status.phase {
+        Phase::NoProject => {
+            heading_ui(ui, "No project is open");
+            missing::open_project_ui(ui, out);
         }
-        Phase::Ready { .. } => match context.environment().map(|e| &e.panorama) {
-            _ if context.status.failure.is_some() => heading(ui, "This picture cannot be made"),
-            None => {
-                heading(ui, "Light is missing");
-                ui.label("Add an environment: a lat-long panorama, .exr or .hdr. It can be dropped here.");
-                button(
-                    ui,
-                    "Add environments…".to_owned(),
-                    Command::Dialog(Dialog::Environments),
-                );
-            }
-            Some(PanoramaState::Failed(sentence)) => {
-                heading(ui, "This environment cannot be read");
-                ui.label(sentence);
-            }
-            Some(PanoramaState::Waiting) => heading(ui, "Reading the environment"),
-            Some(PanoramaState::Done { .. }) => {
-                heading(ui, &format!("Predicting frame {}", context.state.frame));
-            }
+        Phase::Opening => heading_ui(ui, "Reading the calibration and the network"),
+        Phase::Blocked(blocked) => blocked_ui(ui, blocked, out),
+        Phase::Ready { .. } if status.failure.is_some() => {
+            heading_ui(ui, "This picture cannot be made");
+        }
+        Phase::Ready { .. } => environment_ui(ui, context, out),
+    }
+}
+
+/// What the project needs before it can be relit.
+fn blocked_ui(ui: &mut Ui, Blocked { sentence, need }: &Blocked, out: &mut Vec<Command>) {
+    heading_ui(
+        ui,
+        match need {
+            Some(Need::Shoot) => "This project's shoot is missing",
+            Some(Need::Calibration) => "This project is not calibrated yet",
+            Some(Need::Network) => "This project has no trained network yet",
+            None => "This project cannot be relit",
         },
+    );
+    ui.label(sentence);
+    missing::provide_ui(ui, *need, out);
+}
+
+/// What the picture's environment needs, or that the picture is being made.
+fn environment_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    match context.environment().map(|entry| &entry.panorama) {
+        None => {
+            heading_ui(ui, "No environment yet");
+            ui.label("Add a lat-long panorama, .exr or .hdr, or drop it here.");
+            missing::add_environments_ui(ui, out);
+        }
+        Some(PanoramaState::Failed(sentence)) => {
+            heading_ui(ui, "This environment cannot be read");
+            ui.label(sentence);
+        }
+        Some(PanoramaState::Waiting) => heading_ui(ui, "Reading the environment"),
+        Some(PanoramaState::Done { .. }) => {
+            heading_ui(ui, &format!("Predicting frame {}", context.state.frame));
+        }
     }
+}
+
+fn heading_ui(ui: &mut Ui, text: &str) {
+    ui.heading(text);
+    ui.add_space(GAP);
 }

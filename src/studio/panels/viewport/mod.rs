@@ -1,4 +1,4 @@
-//! The picture, alone or beside another; where there is none, what is needed to make one.
+//! The picture, alone or compared with another; if there is none, what is needed to make one.
 
 mod gizmo;
 mod instead;
@@ -9,7 +9,7 @@ use crate::comparison::CompareMode;
 use crate::environment_library::PanoramaState;
 use crate::icons;
 use crate::panel_context::PanelContext;
-use crate::panels::{TEXT_WIDTH, notice_ui, put_away_ui};
+use crate::panels::{TEXT_WIDTH, dismiss_ui, notice_ui};
 use crate::theme::{self, GAP};
 use egui::{
     Align2, Color32, CursorIcon, FontId, PointerButton, Rect, Sense, TextureHandle, Ui, Vec2, pos2,
@@ -20,14 +20,14 @@ use worker::PreviewPicture;
 
 /// Degrees of yaw per point of a drag: half a turn across a small window.
 const DEGREES_PER_POINT: f32 = 0.4;
-/// Half of the width in points by which a line can be taken hold of.
+/// Points to either side of the wipe line within which it can be grabbed.
 const HOLD: f32 = 6.0;
 
 /// The viewport, and the textures that it shows.
 #[derive(Default)]
 pub struct ViewportPanel {
     shown: Option<ViewportTextures>,
-    /// Points that a pixel of the fitted picture takes.
+    /// Points per pixel of the fitted picture.
     fit: f32,
 }
 
@@ -38,7 +38,7 @@ struct ViewportTextures {
 }
 
 impl ViewportPanel {
-    /// Points that a pixel of the fitted picture takes; 0 before there was one.
+    /// Points per pixel of the fitted picture; 0 before the first picture.
     pub fn fit(&self) -> f32 {
         self.fit
     }
@@ -120,7 +120,7 @@ fn texture(
     }
 }
 
-/// Where a picture is: fitted with a margin, then zoomed and moved. And points per pixel when fitted.
+/// The picture's rectangle: fitted with a margin, then zoomed and panned. Also the points per pixel when fitted.
 fn placed(rect: Rect, size: Vec2, context: &PanelContext) -> (Rect, f32) {
     let room = (rect.size() - Vec2::splat(4.0 * GAP)).max(Vec2::splat(1.0));
     let fit = (room / size).min_elem();
@@ -130,7 +130,7 @@ fn placed(rect: Rect, size: Vec2, context: &PanelContext) -> (Rect, f32) {
     (placed, fit)
 }
 
-/// The picture, and what it is compared with; tells how many points a pixel of the fitted one takes.
+/// The picture and what it is compared with. Returns the points per pixel when fitted.
 fn pictures_ui(
     ui: &Ui,
     rect: Rect,
@@ -201,7 +201,7 @@ fn pictures_ui(
     fit
 }
 
-/// The part of a texture between two shares of its width, in its place.
+/// Draws the part of a texture between two shares of its width, where it belongs in `place`.
 fn paint(ui: &Ui, clip: Rect, texture: &TextureHandle, place: Rect, (from, to): (f32, f32)) {
     let x = |share: f32| place.left() + share * place.width();
     let part = Rect::from_min_max(pos2(x(from), place.top()), pos2(x(to), place.bottom()));
@@ -210,7 +210,7 @@ fn paint(ui: &Ui, clip: Rect, texture: &TextureHandle, place: Rect, (from, to): 
     painter.image(texture.id(), part, uv, Color32::WHITE);
 }
 
-/// A word over a corner of the picture.
+/// A name over a corner of the picture.
 fn label(ui: &Ui, rect: Rect, corner: Align2, text: &str) {
     let painter = ui.painter().with_clip_rect(rect);
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(13.0), theme::TEXT);
@@ -219,7 +219,7 @@ fn label(ui: &Ui, rect: Rect, corner: Align2, text: &str) {
     painter.galley(back.min + vec2(6.0, 3.0), galley, theme::TEXT);
 }
 
-/// The line between the two pictures, which can be dragged.
+/// The line between the two pictures; it can be dragged.
 fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) {
     let x = place.left() + wipe * place.width();
     let line = Rect::from_x_y_ranges(x - HOLD..=x + HOLD, place.y_range()).intersect(rect);
@@ -249,7 +249,7 @@ fn wipe_ui(ui: &Ui, rect: Rect, place: Rect, wipe: f32, out: &mut Vec<Command>) 
     }
 }
 
-/// Tells which pixel is under the cursor.
+/// Reports the pixel under the cursor.
 fn probe(
     ui: &Ui,
     rect: Rect,
@@ -269,7 +269,7 @@ fn probe(
         let at = |share: f32, length: usize| (share * length as f32) as usize;
         inside.then_some([at(u, relit.width), at(v, relit.height)])
     });
-    // The last pixel stays when the cursor goes to the panel that shows it.
+    // The last pixel is kept while the cursor moves to the panel that shows it.
     if pixel.is_some() && pixel != context.state.probed {
         out.push(Command::View(ViewCommand::Pixel(pixel)));
     }
@@ -302,7 +302,7 @@ fn gestures(ui: &Ui, rect: Rect, out: &mut Vec<Command>) {
     }
 }
 
-/// A sentence to be read over the picture: why it is not the one that was asked for.
+/// A message over the picture: why it is not yet the one that was asked for.
 fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
     if let Some(failure) = &context.status.failure {
         return Some(failure.clone());
@@ -318,8 +318,8 @@ fn overlay(context: &PanelContext, relit: &PreviewPicture) -> Option<String> {
     }
 }
 
-/// A sentence in the lower left corner, which is where it is returned. One that says why something could not
-/// be done stays until it is put away.
+/// A message in the lower left corner; returns its rectangle. A `refusal` says why something could not be done
+/// and stays until it is dismissed.
 fn note_ui(ui: &mut Ui, rect: Rect, sentence: &str, refusal: bool, out: &mut Vec<Command>) -> Rect {
     let sides = if refusal { [26.0, 34.0] } else { [0.0; 2] };
     let width = TEXT_WIDTH.min(rect.width() - 6.0 * GAP - sides[0] - sides[1]);
@@ -340,7 +340,7 @@ fn note_ui(ui: &mut Ui, rect: Rect, sentence: &str, refusal: bool, out: &mut Vec
     if refusal {
         let at = Rect::from_min_size(back.right_top() + vec2(-32.0, 4.0), vec2(28.0, 24.0));
         ui.scope_builder(egui::UiBuilder::new().max_rect(at), |ui| {
-            put_away_ui(ui, out);
+            dismiss_ui(ui, out);
         });
     }
     back

@@ -1,4 +1,4 @@
-//! The line above the picture: what it is compared with, how it is scaled, and the pixel under the cursor.
+//! The bar above the picture: comparison, zoom, channels and the pixel under the cursor.
 
 use crate::command::{Command, Dialog, LookCommand, TrainingCommand, ViewCommand, WindowCommand};
 use crate::comparison::{CompareMode, CompareSettings, Reference};
@@ -14,10 +14,10 @@ use egui::{
 };
 use scene::Inspection;
 
-/// Its height in points.
+/// The bar's height in points.
 pub const HEIGHT: f32 = 32.0;
 
-/// What the second picture is called.
+/// The name of a compared picture.
 pub fn name(with: &Reference, context: &PanelContext) -> String {
     match with {
         Reference::Plate => "interview frame".to_owned(),
@@ -55,12 +55,12 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
                 solo_ui(ui, lamp, context, out);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let hint = "A pixel of the picture on one of the screen. Key: 1";
+                let hint = "One pixel of the picture on one pixel of the screen. Key: 1";
                 if ui.button("1:1").on_hover_text(hint).clicked() {
                     out.push(Command::Window(WindowCommand::ActualSize));
                 }
                 if icons::named_ui(ui, true, icons::alone(icons::FIT), "Fit")
-                    .on_hover_text("Fits the picture. Key: F")
+                    .on_hover_text("Fits the picture to the pane. Key: F")
                     .clicked()
                 {
                     out.push(Command::View(ViewCommand::Fit));
@@ -77,7 +77,7 @@ pub fn toolbar_ui(ui: &mut Ui, rect: Rect, context: &PanelContext, out: &mut Vec
 
 fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let compare = &context.state.compare;
-    let hint = "W wipes, Q changes sides, Shift peeks at the other picture";
+    let hint = "W wipes, Q switches between the two, holding Shift shows the other";
     if compare.on {
         let text =
             (compare.first.as_ref()).map_or("relit".to_owned(), |first| name(first, context));
@@ -154,12 +154,12 @@ fn compare_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "How to compare"));
 }
 
-/// Gives a menu's button its name.
+/// Sets the accessible name of a menu's button.
 fn called(response: Response, name: String) {
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
 }
 
-/// The pictures that can be compared besides the relit one.
+/// The pictures that can be compared, apart from the relit one.
 fn pictures_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -198,12 +198,12 @@ fn pictures_ui(
     }
 }
 
-/// A list in a menu, which may have been opened before it was known how long the list is.
+/// A list in a menu. Its height is reserved, because the menu may open before the list is read.
 fn list() -> ScrollArea {
     ScrollArea::vertical().min_scrolled_height(320.0)
 }
 
-/// The network as it was at other times.
+/// The saved states of the network.
 fn checkpoints_ui(
     ui: &mut Ui,
     context: &PanelContext,
@@ -214,18 +214,18 @@ fn checkpoints_ui(
         out.push(Command::Training(TrainingCommand::ListCheckpoints));
     }
     let (Some(project), Some(records)) = (context.project, &context.training.records) else {
-        ui.label(RichText::new("Reading the list").color(theme::QUIET));
+        ui.label(RichText::new("Reading the checkpoints").color(theme::QUIET));
         return;
     };
     if records.kept.is_empty() {
-        let text = "None is kept yet: training leaves some as it goes";
+        let text = "None yet: training saves some as it goes";
         ui.label(RichText::new(text).color(theme::QUIET));
     }
     list().show(ui, |ui| {
         for kept in &records.kept {
             let mut text = checkpoints::title(kept);
             if kept.present {
-                text += ", present";
+                text += ", current";
             }
             let with = Reference::Checkpoint(kept.folder(project));
             entry(ui, out, &text, with).on_hover_text(checkpoints::details(kept));
@@ -233,7 +233,7 @@ fn checkpoints_ui(
     });
 }
 
-/// What of the picture is looked at.
+/// The menu of channels.
 fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     let now = context.state.look.effects.inspection;
     let looked = SHOWN
@@ -253,12 +253,12 @@ fn channels_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         }
     });
     called(
-        menu.0.on_hover_text("What of the picture is shown"),
+        menu.0.on_hover_text("Which channel is shown"),
         "Channels".to_owned(),
     );
 }
 
-/// The lamp that is shown alone, and the way back.
+/// The lamps shown alone, as a button that returns to the environment.
 fn solo_ui(ui: &mut Ui, lamp: usize, context: &PanelContext, out: &mut Vec<Command>) {
     let lamps = context.project.map(|project| &project.settings.shoot.lamps);
     let name = lamps.and_then(|lamps| lamps.get(lamp));
@@ -268,13 +268,13 @@ fn solo_ui(ui: &mut Ui, lamp: usize, context: &PanelContext, out: &mut Vec<Comma
         text += &format!(" and {more} more");
     }
     let back = Button::new(RichText::new(format!("{text} alone ×")).color(theme::ACCENT));
-    let hint = "Back to the environment. Keys: Page up and Page down go through the lamps";
+    let hint = "Back to the environment. Page Up and Page Down go through the lamps.";
     if ui.add(back).on_hover_text(hint).clicked() {
         out.push(Command::View(ViewCommand::Solo(None)));
     }
 }
 
-/// The pixel that is looked at: its place and its codes.
+/// The pixel under the cursor: its position and its 8-bit codes.
 fn pixel(context: &PanelContext) -> Option<String> {
     let ([x, y], relit) = (context.state.probed?, context.relit?);
     let at = 3 * (y * relit.width + x);

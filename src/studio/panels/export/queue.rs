@@ -1,4 +1,4 @@
-//! The line of exports: what waits, how far the one in hand is, what became of the others.
+//! The export queue: what waits, the progress of the running export, and how the others ended.
 
 use crate::command::{Command, ExportCommand, JobCommand};
 use crate::icons;
@@ -31,8 +31,8 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if context.exports.is_empty() {
         ui.label(
             RichText::new(
-                "Nothing is in line. Exports are written one after the other while you go on working, each as \
-                 the picture was when it was added.",
+                "The queue is empty. Exports are written one after another while you keep working, each with the \
+                 settings that it was added with.",
             )
             .color(theme::QUIET),
         );
@@ -40,7 +40,7 @@ pub fn ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     }
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for export in context.exports {
-            // Lighter than the panel: the bar of what is done lies in it as in a well.
+            // Lighter than the panel, so that the progress bar stands out in it.
             let card = Frame::new()
                 .fill(ui.visuals().faint_bg_color)
                 .corner_radius(3)
@@ -115,8 +115,7 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
         ExportStatus::Running => {
             let Some(job) = job else { return };
             let (icon, pause) = job::pause_name(job);
-            let hint =
-                "Waits after the frame in hand, which leaves the device to the picture. Key: P";
+            let hint = "Pauses after the current frame, so that the picture has the processor to itself. Key: P";
             button(
                 ui,
                 !job.stopping,
@@ -126,23 +125,22 @@ fn buttons_ui(ui: &mut Ui, export: &Export, job: Option<&RunningJob>, out: &mut 
                 Command::Job(JobCommand::Pause),
             );
             let cancel = if job.stopping { "Stopping" } else { "Cancel" };
-            let hint =
-                "Stops after the frame in hand. Stills that are finished are kept, a movie is not";
+            let hint = "Stops after the current frame. Finished stills are kept; a movie is not.";
             button(ui, !job.stopping, icons::STOP, cancel, hint, remove);
         }
         ExportStatus::Waiting => {
-            let hint = "Takes it out of the line";
+            let hint = "Removes it from the queue";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
         ExportStatus::Done(WrittenExport { folder, .. }) => {
             let hint = folder.display().to_string();
             let open = Command::Export(ExportCommand::OpenFolder(folder.clone()));
             button(ui, true, icons::FOLDER, "Open folder", &hint, open);
-            let hint = "Takes it out of the list; the files stay";
+            let hint = "Removes it from the list; the files are kept";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
         ExportStatus::Failed(_) | ExportStatus::Cancelled(_) => {
-            let hint = "Takes it out of the list; what was written stays";
+            let hint = "Removes it from the list; files already written are kept";
             button(ui, true, icons::REMOVE, "Remove", hint, remove);
         }
     }

@@ -1,0 +1,84 @@
+//! Buttons that provide what is missing before there is a relit picture.
+
+use crate::command::{Command, Dialog, JobCommand, ProjectCommand};
+use crate::panel_context::PanelContext;
+use crate::status::Phase;
+use crate::theme::{self, GAP};
+use egui::{RichText, Ui};
+use training::Preset;
+use worker::{Blocked, Need};
+
+/// The buttons that provide a `need`, or try again if nothing in the window can.
+pub fn provide_ui(ui: &mut Ui, need: Option<Need>, out: &mut Vec<Command>) {
+    match need {
+        Some(Need::Shoot) => {
+            button_ui(ui, "Locate…", Command::Dialog(Dialog::ShootLocation), out);
+            button_ui(
+                ui,
+                "Try again",
+                Command::Project(ProjectCommand::Reopen),
+                out,
+            );
+        }
+        Some(Need::Calibration) => {
+            let calibrate = Command::Job(JobCommand::Provide(Need::Calibration));
+            button_ui(ui, "Calibrate", calibrate, out);
+        }
+        Some(Need::Network) => {
+            let minutes = Preset::Quick.config().minutes;
+            let time = minutes.map_or(String::new(), |m| format!(" for {m} minutes"));
+            let train = Command::Job(JobCommand::Provide(Need::Network));
+            button_ui(ui, &format!("Train{time}"), train, out);
+        }
+        None => button_ui(
+            ui,
+            "Try again",
+            Command::Project(ProjectCommand::Reopen),
+            out,
+        ),
+    }
+}
+
+/// In a panel that needs the relit picture, while there is none: `sentence` says so, a button leads to one.
+pub fn no_picture_ui(ui: &mut Ui, context: &PanelContext, sentence: &str, out: &mut Vec<Command>) {
+    ui.label(RichText::new(sentence).color(theme::QUIET));
+    if context.status.job.is_some() {
+        return;
+    }
+    match &context.status.phase {
+        Phase::NoProject => open_project_ui(ui, out),
+        Phase::Blocked(blocked) => provide_ui(ui, blocked.need, out),
+        Phase::Ready { .. } if context.environment().is_none() => add_environments_ui(ui, out),
+        Phase::Opening | Phase::Ready { .. } => {}
+    }
+}
+
+/// "Locate…", if the project's shoot was moved or its disk is not connected.
+pub fn locate_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    if let Phase::Blocked(Blocked { need, .. }) = &context.status.phase
+        && *need == Some(Need::Shoot)
+    {
+        button_ui(ui, "Locate…", Command::Dialog(Dialog::ShootLocation), out);
+    }
+}
+
+pub fn open_project_ui(ui: &mut Ui, out: &mut Vec<Command>) {
+    button_ui(ui, "Open project…", Command::Dialog(Dialog::Project), out);
+}
+
+pub fn add_environments_ui(ui: &mut Ui, out: &mut Vec<Command>) {
+    button_ui(
+        ui,
+        "Add environments…",
+        Command::Dialog(Dialog::Environments),
+        out,
+    );
+}
+
+/// A button on a line of its own.
+pub fn button_ui(ui: &mut Ui, text: &str, command: Command, out: &mut Vec<Command>) {
+    ui.add_space(GAP);
+    if ui.button(text).clicked() {
+        out.push(command);
+    }
+}
