@@ -125,30 +125,6 @@ impl Error {
         }
     }
 
-    /// As [`Self::codec`], for callers that do not tell yet why a file was refused.
-    pub fn file(
-        action: &'static str,
-        path: impl AsRef<Path>,
-        cause: impl ToString,
-        remedy: impl Into<String>,
-    ) -> Self {
-        Self::codec(action, path, cause.to_string(), remedy)
-    }
-
-    /// As [`Self::invalid`], for callers that still name what was expected and what was found.
-    pub fn unexpected(
-        place: impl ToString,
-        expected: impl Into<String>,
-        found: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> Self {
-        let (place, expected, found) = (place.to_string(), expected.into(), found.into());
-        Self::invalid(
-            format!("{place}: expected {expected}, found {found}"),
-            remedy,
-        )
-    }
-
     /// The same error with `note` after what to do, such as what has been kept. Kinds that name no remedy
     /// stay as they are.
     pub fn with_note(mut self, note: &str) -> Self {

@@ -95,10 +95,11 @@ struct Ball {
 /// When a photograph cannot be read or shows no ball, or a value is impossible.
 pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
     if !(1..=MAX_ROWS).contains(&settings.height) {
-        return Err(Error::unexpected(
-            "the light probe's size",
-            format!("1 to {MAX_ROWS} rows"),
-            settings.height.to_string(),
+        return Err(Error::invalid(
+            format!(
+                "a light probe cannot have {} rows, only 1 to {MAX_ROWS}",
+                settings.height
+            ),
             "Give a height such as 512",
         ));
     }
@@ -178,11 +179,10 @@ impl Ball {
         let paths = &pictures.photographs;
         let bracket = paths.len() > 1;
         if paths.is_empty() || (bracket && pictures.stops.len() != paths.len()) {
-            return Err(Error::unexpected(
-                "the mirror ball's photographs",
-                "one photograph, or a bracket with an exposure in stops for each",
+            return Err(Error::invalid(
                 format!(
-                    "{} photographs, {} exposures",
+                    "{} photographs of the mirror ball do not go with {} exposures: give one photograph, or a bracket \
+                     with an exposure in stops for each",
                     paths.len(),
                     pictures.stops.len()
                 ),

@@ -268,38 +268,45 @@ impl Calibration {
         const REMEDY: &str = "Run `afterlight calibrate` on the project";
         let path = project.calibration_path();
         let text =
-            std::fs::read_to_string(&path).map_err(|e| Error::file("open", &path, e, REMEDY))?;
+            std::fs::read_to_string(&path).map_err(|e| Error::io("open", &path, e, REMEDY))?;
         let calibration: Self =
-            toml::from_str(&text).map_err(|e| Error::file("read", &path, e.message(), REMEDY))?;
-        let refuse = |expected: String, found: String| {
-            Err(Error::unexpected(path.display(), expected, found, REMEDY))
+            toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
+        let refuse = |problem: String| {
+            Err(Error::invalid(
+                format!("{} {problem}", path.display()),
+                REMEDY,
+            ))
         };
         let shoot = &project.settings.shoot;
         let (lamps, all) = (&shoot.lamps, shoot.all_lamps().len());
         let (found, weights) = (&calibration.rig.lamps, &calibration.interview_weights);
         if found.len() != lamps.len() || weights.len() != all {
-            return refuse(
-                format!("{} lamps and {all} interview weights", lamps.len()),
-                format!("{} lamps and {} weights", found.len(), weights.len()),
-            );
+            return refuse(format!(
+                "has {} lamps and {} interview weights, but the project has {} lamps to learn of {all}",
+                found.len(),
+                weights.len(),
+                lamps.len()
+            ));
         }
         let stand_in = calibration
             .stand_in
             .as_ref()
             .map_or(&[][..], |s| &s.weights);
         if stand_in.len() != if all > lamps.len() { lamps.len() } else { 0 } {
-            return refuse(
-                "one stand-in weight for each learnt lamp if the shoot has other lamps, else none"
-                    .into(),
-                format!("{} of them", stand_in.len()),
-            );
+            return refuse(format!(
+                "has {} stand-in weights; one for each learnt lamp is needed if the shoot has other lamps, else none",
+                stand_in.len()
+            ));
         }
         if let Some((name, lamp)) = lamps
             .iter()
             .zip(found)
             .find(|(name, lamp)| **name != lamp.name)
         {
-            return refuse(format!("lamp {name}"), format!("lamp {}", lamp.name));
+            return refuse(format!(
+                "has lamp {} where the project has lamp {name}",
+                lamp.name
+            ));
         }
         let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
         let sound = weights.iter().chain(stand_in).flatten().all(is_light)
@@ -309,8 +316,7 @@ impl Calibration {
                 .all(|lamp| lamp.direction.is_normalized() && lamp.energy.iter().all(is_light));
         if !sound {
             return refuse(
-                "finite weights and energies of 0 or more, and directions of unit length".into(),
-                "a value that is negative, NaN or infinite, or a direction of another length"
+                "has a weight or energy that is negative, NaN or infinite, or a direction that is not of unit length"
                     .into(),
             );
         }

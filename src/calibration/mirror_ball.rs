@@ -55,10 +55,11 @@ impl MirrorBall {
             && ball.camera_distance_m > ball.radius_m
             && dome_radius_m.is_none_or(|dome| dome > ball.radius_m);
         if !possible {
-            return Err(Error::unexpected(
-                "the mirror ball in project.toml",
-                "a radius of more than one pixel, and a ball smaller than the dome and the camera's distance",
-                format!("{ball:?}, dome {dome_radius_m:?}"),
+            return Err(Error::invalid(
+                format!(
+                    "the mirror ball in project.toml is impossible ({ball:?}, dome {dome_radius_m:?}): its radius must \
+                     be more than one pixel, and the ball smaller than the dome and the camera's distance"
+                ),
                 "Correct the ball's centre, radius and camera distance",
             ));
         }
@@ -92,11 +93,10 @@ impl MirrorBall {
             }
         }
         if pixels.is_empty() {
-            return Err(Error::unexpected(
-                "the mirror ball in project.toml",
-                format!("a ball within the photograph of {width}×{height} pixels"),
+            return Err(Error::invalid(
                 format!(
-                    "centre {:?}, radius {} pixels",
+                    "the mirror ball in project.toml, centre {:?} and radius {} pixels, is not within the photograph \
+                     of {width}×{height} pixels",
                     ball.center_px, ball.radius_px
                 ),
                 "Correct the ball's centre and radius",

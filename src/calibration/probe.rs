@@ -52,10 +52,12 @@ impl Probes {
         let ball = MirrorBall::new(&shoot.ball, shoot.dome_radius_m, size)?;
         let provisional = ResponseTable::of(&PROVISIONAL);
         if f64::from(shoot.ball.radius_px) < MIN_RADIUS_PX {
-            return Err(Error::unexpected(
-                project.interview_probe_path().display(),
-                format!("a mirror ball with a radius of {MIN_RADIUS_PX} pixels or more"),
-                format!("{:.1} pixels", shoot.ball.radius_px),
+            return Err(Error::invalid(
+                format!(
+                    "the mirror ball in {} has a radius of {:.1} pixels; {MIN_RADIUS_PX} or more are needed",
+                    project.interview_probe_path().display(),
+                    shoot.ball.radius_px
+                ),
                 "Give the ball's circle, or photograph the ball from closer or with a longer lens",
             ));
         }
@@ -70,13 +72,15 @@ impl Probes {
                 let path = project.lamp_probe_path(lamp);
                 let picture = file::read_encoded(&path)?;
                 if picture.0.size() != size {
-                    return Err(Error::unexpected(
-                        path.display(),
+                    return Err(Error::invalid(
                         format!(
-                            "{}×{} pixels, like the interview's mirror ball",
-                            size.0, size.1
+                            "{} has {}×{} pixels, but the interview's mirror ball has {}×{}",
+                            path.display(),
+                            picture.0.width,
+                            picture.0.height,
+                            size.0,
+                            size.1
                         ),
-                        format!("{}×{}", picture.0.width, picture.0.height),
                         "Use uncropped photographs of the mirror ball from one camera",
                     ));
                 }
@@ -92,29 +96,30 @@ impl Probes {
         let interview = on_ball(&codes(&interview));
         let is_clipped = |code: &&CodeValues| Footprint::is_clipped(code);
         let clipped = interview.iter().filter(is_clipped).count();
-        let found = if 10 * clipped > 9 * interview.len() {
+        let problem = if 10 * clipped > 9 * interview.len() {
             Some((
                 project.interview_probe_path(),
-                "a ball that is clipped everywhere",
+                "shows a mirror ball that is clipped everywhere",
             ))
         } else if interview.iter().all(|code| *code == [0; 3]) {
-            Some((project.interview_probe_path(), "a ball that is black"))
+            Some((
+                project.interview_probe_path(),
+                "shows a mirror ball that is black",
+            ))
         } else if footprints
             .iter()
             .all(|footprint| footprint.pixels.is_empty())
         {
             Some((
                 project.lamp_probe_path(0),
-                "no lamp, neither here nor in any other lamp's photograph",
+                "shows no lamp on the mirror ball, nor does any other lamp's photograph",
             ))
         } else {
             None
         };
-        if let Some((path, found)) = found {
-            return Err(Error::unexpected(
-                path.display(),
-                "lamps reflected in a mirror ball",
-                found,
+        if let Some((path, problem)) = problem {
+            return Err(Error::invalid(
+                format!("{} {problem}", path.display()),
                 "Check that these are the mirror ball's photographs, and expose them so that the lamps are bright \
                  and everything else is dark",
             ));

@@ -145,7 +145,7 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
 /// When a file cannot be read.
 pub fn same_pictures(paths: &[PathBuf]) -> Result<Vec<Vec<usize>>> {
     let refuse = |path: &PathBuf, e: std::io::Error| {
-        Error::file("read", path, e, "Check that the shoot is complete")
+        Error::io("read", path, e, "Check that the shoot is complete")
     };
     // Few files have the same length, so few are read.
     let mut of_length = std::collections::BTreeMap::<u64, Vec<usize>>::new();

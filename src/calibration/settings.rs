@@ -39,10 +39,12 @@ impl Trial {
         if Self::EXPOSURES.contains(&exposure) {
             return Ok(Self { response, exposure });
         }
-        Err(Error::unexpected(
-            "the interview's exposure",
-            format!("{} to {}", Self::EXPOSURES.start(), Self::EXPOSURES.end()),
-            exposure.to_string(),
+        Err(Error::invalid(
+            format!(
+                "an exposure of the interview of {exposure} is not from {} to {}",
+                Self::EXPOSURES.start(),
+                Self::EXPOSURES.end()
+            ),
             "Give the interview's exposure as a factor of the OLATs', near 1",
         ))
     }

@@ -41,10 +41,8 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
         .filter(|pixel| pixel.light.is_finite())
         .collect();
     let dark = || {
-        Error::unexpected(
-            "the photograph of a matt ball",
-            "a hundred pixels or more that one lamp lights",
-            "fewer",
+        Error::invalid(
+            "one lamp lights fewer than a hundred pixels of the matt ball in the photograph",
             "Check that the lamp was on, and the ball's centre and radius",
         )
     };

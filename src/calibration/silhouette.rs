@@ -98,19 +98,17 @@ pub fn find(photographs: &Photographs) -> Result<Silhouette> {
         if let Some(small) = rims.first().filter(|rim| rim.share > CLEAR_RIM) {
             large_enough(&small.circle, place)?;
         }
-        return Err(Error::unexpected(
-            place,
-            "a mirror ball whose rim can be seen",
+        return Err(Error::invalid(
             match rims.first() {
                 Some(rim) => format!(
-                    "no circle with enough of a rim (the best, centre {:.0}, {:.0}, radius {:.0} pixels, shows \
-                     {:.0} % of one)",
+                    "{place}: no mirror ball with enough of a rim was found (the best circle, centre {:.0}, {:.0}, \
+                     radius {:.0} pixels, shows {:.0} % of one)",
                     rim.circle.center_px[0],
                     rim.circle.center_px[1],
                     rim.circle.radius_px,
                     100.0 * rim.share
                 ),
-                None => "no circle".to_owned(),
+                None => format!("{place}: no mirror ball was found"),
             },
             "Check that these are the mirror ball's photographs, add photographs in which its rim stands out from \
              the background, or set the circle by hand",
@@ -131,13 +129,14 @@ pub fn refine(photographs: &Photographs, rough: &Circle) -> Result<Silhouette> {
         .iter()
         .find(|rim| is_ball(rim, photographs))
         .ok_or_else(|| {
-            Error::unexpected(
-                photographs.place(),
+            Error::invalid(
                 format!(
-                    "a rim near the circle with centre {:.1}, {:.1} and radius {:.1} pixels",
-                    rough.center_px[0], rough.center_px[1], rough.radius_px
+                    "{}: no rim was found near the circle with centre {:.1}, {:.1} and radius {:.1} pixels",
+                    photographs.place(),
+                    rough.center_px[0],
+                    rough.center_px[1],
+                    rough.radius_px
                 ),
-                "none",
                 "Place the circle closer to the ball's outline, or keep it as it is",
             )
         })?;
@@ -182,10 +181,12 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     {
         return Ok(());
     }
-    Err(Error::unexpected(
-        photographs.place(),
-        format!("a circle inside the picture of {width}×{height} pixels"),
-        format!("centre {x:.1}, {y:.1}, radius {radius_px:.1}"),
+    Err(Error::invalid(
+        format!(
+            "the circle with centre {x:.1}, {y:.1} and radius {radius_px:.1} is not within the {width}×{height} pixels \
+             of {}",
+            photographs.place()
+        ),
         "Give the ball's circle in pixels of these photographs",
     ))
 }
@@ -194,10 +195,11 @@ fn large_enough(circle: &Circle, place: &str) -> Result<()> {
     if circle.radius_px >= MIN_RADIUS_PX {
         return Ok(());
     }
-    Err(Error::unexpected(
-        place,
-        format!("a ball with a radius of {MIN_RADIUS_PX} pixels or more"),
-        format!("{:.1} pixels", circle.radius_px),
+    Err(Error::invalid(
+        format!(
+            "{place}: the ball's radius is {:.1} pixels; a radius of {MIN_RADIUS_PX} pixels or more is needed",
+            circle.radius_px
+        ),
         "Use the photographs at their full size, or photograph the ball from closer",
     ))
 }

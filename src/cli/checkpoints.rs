@@ -10,14 +10,14 @@ use std::path::PathBuf;
 use training::checkpoints::{self, SavedCheckpoint};
 use worker::Job;
 
-/// List the checkpoints that training has left, the newest first, or go back to one.
+/// List a project's saved checkpoints, the newest first, or go back to one.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight checkpoints interview --back-to 1200")]
 pub struct CheckpointsArgs {
     /// The project's folder.
     project: PathBuf,
-    /// Put the newest checkpoint of this step, or the one of this name, in place of the present one, which
-    /// is put aside into the list.
+    /// Replace the current checkpoint by the newest one of this step, or by the one of this name. The current
+    /// one is set aside in the list.
     #[arg(long, value_name = "STEP|NAME")]
     back_to: Option<String>,
     #[command(flatten)]
@@ -29,7 +29,7 @@ impl CheckpointsArgs {
     pub fn run(self) -> Result<()> {
         if let Some(to) = self.back_to {
             let project = self.project;
-            return do_job(&self.output, || Ok(Job::GoBack { project, to }));
+            return do_job(self.output, Ok(Job::GoBack { project, to }));
         }
         let project = Project::open(&self.project)?;
         let kept = checkpoints::list(&project);
@@ -38,7 +38,7 @@ impl CheckpointsArgs {
             "kept": kept,
         });
         let sentences = || match kept.as_slice() {
-            [] => "No checkpoint is kept yet: training leaves some as it goes".to_owned(),
+            [] => "No checkpoint is saved yet: training saves some while it runs".to_owned(),
             kept => kept.iter().map(line).collect::<Vec<_>>().join("\n"),
         };
         Console::new(self.output.json).finish(&figures, sentences);
@@ -57,6 +57,6 @@ fn line(kept: &SavedCheckpoint) -> String {
         info.step,
         info.seconds,
         kept.bytes as f64 / 1e6,
-        if kept.present { " (present)" } else { "" }
+        if kept.present { " (current)" } else { "" }
     )
 }

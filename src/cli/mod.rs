@@ -18,11 +18,10 @@ use checkpoints::CheckpointsArgs;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
 use environments::EnvironmentsArgs;
-use evaluation::{EvaluateSettings, Method};
+use evaluation::EvaluateSettings;
 use footage::ImportSettings;
 use frame::FrameArgs;
 use gpu::DeviceChoice;
-use light::weights::Weighting;
 use parse::{parse_circle, parse_count, parse_trial};
 use probe::ProbeArgs;
 use project::Project;
@@ -36,7 +35,7 @@ use worker::Job;
 
 /// Relight filmed interviews after filming.
 ///
-/// Without a command the studio opens, on PROJECT where one is named.
+/// Without a command the studio opens, on PROJECT if one is given.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 pub struct Cli {
@@ -64,7 +63,7 @@ enum Command {
     Pack(PackArgs),
 }
 
-/// Write a shoot of a virtual light stage, with its truth: data to try everything with.
+/// Write a shoot of a virtual light stage with its ground truth, to try everything with.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight stage shoot --frames 24 --size 128")]
 struct StageArgs {
@@ -76,7 +75,7 @@ struct StageArgs {
     /// Width and height of the pictures in pixels.
     #[arg(long, default_value_t = StageSettings::default().size)]
     size: usize,
-    /// Seed of all that is random: the same seed gives the same files.
+    /// Random seed: the same seed gives the same files.
     #[arg(long, default_value_t = StageSettings::default().seed)]
     seed: u64,
     /// Lamp banks, which are the lighting conditions of the OLATs.
@@ -86,11 +85,11 @@ struct StageArgs {
     output: OutputArgs,
 }
 
-/// Make a project from a shoot folder. Copies nothing.
+/// Make a project from a shoot folder. No pictures are copied.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight import interview --shoot shoot --size 128")]
 struct ImportArgs {
-    /// The project's folder, made where it is missing.
+    /// The project's folder, made if it is missing.
     project: PathBuf,
     /// The folder that holds the shoot's manifest.json.
     #[arg(long)]
@@ -101,10 +100,10 @@ struct ImportArgs {
     /// Seed of the project's random draws.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Work with so many of the lamps only, chosen evenly over the sphere.
+    /// Use only this many lamps, chosen evenly over the sphere.
     #[arg(long, value_name = "N", value_parser = parse_count)]
     lamps: Option<usize>,
-    /// What the project is called; as the shoot, if this is left out.
+    /// The project's name [default: the shoot's].
     #[arg(long)]
     name: Option<String>,
     #[command(flatten)]
@@ -117,49 +116,31 @@ struct ImportArgs {
 struct CalibrateArgs {
     /// The project's folder.
     project: PathBuf,
-    /// The ball's centre and radius in pixels of its photographs, in place of the project's.
+    /// The ball's centre and radius in pixels of its photographs, instead of the project's.
     #[arg(long, value_name = "X,Y,RADIUS", value_parser = parse_circle, conflicts_with = "find_ball")]
     circle: Option<Circle>,
-    /// Look for the ball in its photographs, in place of the project's circle.
+    /// Find the ball in its photographs instead of using the project's circle.
     #[arg(long)]
     find_ball: bool,
-    /// What of exemplars and interview is compared; pixels where a frame shows a pose, if this is left out.
+    /// How exemplars and interview are compared [default: by pixels if a frame shows a pose].
     #[arg(long, value_enum)]
     comparison: Option<Comparison>,
-    /// Take this response of the camera, two exponents, srgb, rec709 or linear, and an exposure of the
-    /// interview, in place of fitting them.
+    /// Use this camera response (two exponents, srgb, rec709 or linear) and exposure of the interview instead of
+    /// fitting them.
     #[arg(long, value_name = "RESPONSE[,EXPOSURE]", value_parser = parse_trial, conflicts_with = "comparison")]
     gamma: Option<Trial>,
     #[command(flatten)]
     output: OutputArgs,
 }
 
-/// Measure relit frames and OLATs against a truth.
+/// Score relit frames and OLATs against the ground truth.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight evaluate interview --truth shoot --with ratio")]
 struct EvaluateArgs {
     /// The project's folder.
     project: PathBuf,
-    /// A folder with truth.json and truth/.
-    #[arg(long)]
-    truth: PathBuf,
-    /// What predicts.
-    #[arg(long, value_enum, default_value = "network")]
-    with: Method,
-    /// How an environment is given to the lamps.
-    #[arg(long, value_enum, default_value_t)]
-    weights: Weighting,
-    /// Also measure all methods and write their table into this Markdown file, in the shoot's section.
-    #[arg(long, value_name = "FILE")]
-    table: Option<PathBuf>,
-    /// Also write predicted beside true OLATs as a contact sheet.
-    #[arg(long, value_name = "PNG")]
-    sheet: Option<PathBuf>,
-    /// Also write a contact sheet of the 20 lamps and frames whose OLATs are furthest from the truth.
-    #[arg(long, value_name = "FILE.png")]
-    worst: Option<PathBuf>,
     #[command(flatten)]
-    device: DeviceArgs,
+    settings: EvaluateSettings,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -176,14 +157,14 @@ struct StudioArgs {
     output: OutputArgs,
 }
 
-/// Run the whole way on a shoot of the virtual stage: no data and no download needed.
+/// Run everything once, on a shoot of the virtual stage. Needs no data and no download.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight demo demo")]
 struct DemoArgs {
-    /// The folder to work in. What is there already is kept and not made again.
+    /// The folder to work in. Existing results are kept and not made again.
     #[arg(default_value = "demo")]
     dir: PathBuf,
-    /// Make the project only, for the studio to open.
+    /// Only make the project, for the studio to open.
     #[arg(long)]
     prepare: bool,
     #[command(flatten)]
@@ -206,7 +187,7 @@ struct PackArgs {
     output: OutputArgs,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Copy, Debug, Args)]
 struct OutputArgs {
     /// Print one JSON object with the figures instead of sentences.
     #[arg(long)]
@@ -237,52 +218,35 @@ impl Cli {
                 }
                 Ok(())
             }
-            Command::Stage(args) => {
-                let StageArgs {
-                    dir,
-                    frames,
-                    size,
-                    seed,
-                    lamps,
-                    output,
-                } = args;
-                let settings = StageSettings {
-                    frames,
-                    size,
-                    seed,
-                    lamps,
-                };
-                do_job(&output, || {
-                    Ok(Job::Stage {
-                        folder: dir,
-                        settings,
-                    })
-                })
-            }
-            Command::Import(args) => {
-                let ImportArgs {
-                    project,
-                    shoot,
-                    size,
-                    seed,
-                    lamps,
-                    name,
-                    output,
-                } = args;
-                let settings = ImportSettings { size, seed };
-                do_job(&output, || {
-                    Ok(Job::Import {
-                        project,
-                        shoot,
-                        settings,
-                        lamps,
-                        name,
-                    })
-                })
-            }
-            Command::Environments(args) => do_job(&args.output, || Ok(args.job())),
-            Command::Probe(args) => do_job(&args.output, || Ok(args.job())),
-            Command::Calibrate(args) => do_job(&args.output, || {
+            Command::Stage(args) => do_job(
+                args.output,
+                Ok(Job::Stage {
+                    folder: args.dir,
+                    settings: StageSettings {
+                        frames: args.frames,
+                        size: args.size,
+                        seed: args.seed,
+                        lamps: args.lamps,
+                    },
+                }),
+            ),
+            Command::Import(args) => do_job(
+                args.output,
+                Ok(Job::Import {
+                    project: args.project,
+                    shoot: args.shoot,
+                    settings: ImportSettings {
+                        size: args.size,
+                        seed: args.seed,
+                    },
+                    lamps: args.lamps,
+                    name: args.name,
+                }),
+            ),
+            Command::Environments(args) => do_job(args.output, Ok(args.job())),
+            Command::Probe(args) => do_job(args.output, Ok(args.job())),
+            Command::Calibrate(args) => do_job(
+                args.output,
                 Ok(Job::Calibrate {
                     project: args.project,
                     settings: CalibrateSettings {
@@ -291,65 +255,43 @@ impl Cli {
                         comparison: args.comparison,
                         trial: args.gamma,
                     },
-                })
-            }),
-            Command::Train(args) => do_job(&args.output, || args.job()),
+                }),
+            ),
+            Command::Train(args) => do_job(args.output, args.job()),
             Command::Checkpoints(args) => args.run(),
-            Command::Frame(args) => do_job(&args.output, || Ok(args.job())),
-            Command::Relight(args) => do_job(&args.output, || Ok(args.job())),
-            Command::Evaluate(args) => {
-                let EvaluateArgs {
-                    project,
-                    truth,
-                    with,
-                    weights,
-                    table,
-                    sheet,
-                    worst,
-                    device,
-                    output,
-                } = args;
-                let settings = EvaluateSettings {
-                    truth,
-                    method: with,
-                    weighting: weights,
-                    table,
-                    sheet,
-                    worst,
-                    device: device.device,
-                };
-                do_job(&output, || Ok(Job::Evaluate { project, settings }))
-            }
-            Command::Review(args) => do_job(&args.output, || Ok(args.job())),
-            Command::Demo(args) => {
-                let DemoArgs {
-                    dir,
-                    prepare,
-                    device,
-                    output,
-                } = args;
-                do_job(&output, || {
-                    Ok(Job::Demo {
-                        folder: dir,
-                        prepare,
-                        device: device.device,
-                    })
-                })
-            }
-            Command::Pack(args) => do_job(&args.output, || {
+            Command::Frame(args) => do_job(args.output, Ok(args.job())),
+            Command::Relight(args) => do_job(args.output, Ok(args.job())),
+            Command::Evaluate(args) => do_job(
+                args.output,
+                Ok(Job::Evaluate {
+                    project: args.project,
+                    settings: args.settings,
+                }),
+            ),
+            Command::Review(args) => do_job(args.output, Ok(args.job())),
+            Command::Demo(args) => do_job(
+                args.output,
+                Ok(Job::Demo {
+                    folder: args.dir,
+                    prepare: args.prepare,
+                    device: args.device.device,
+                }),
+            ),
+            Command::Pack(args) => do_job(
+                args.output,
                 Ok(Job::Pack {
                     project: args.project,
                     to: args.to,
-                })
-            }),
+                }),
+            ),
         }
     }
 }
 
 /// Runs a job on this thread and prints what came of it.
-fn do_job(output: &OutputArgs, job: impl FnOnce() -> Result<Job>) -> Result<()> {
+fn do_job(output: OutputArgs, job: Result<Job>) -> Result<()> {
+    let job = job?;
     let console = Console::new(output.json);
-    let job = job()?;
     let _lock = job.lock()?;
     let outcome = console.run(|progress| job.run(progress))?;
     console.finish(&outcome, || outcome.sentence());
@@ -361,7 +303,7 @@ fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {
     studio::run(project.transpose()?, device)
 }
 
-/// A project's folder, also where its `project.toml` was named, as a desktop does that opens the file.
+/// A project's folder, also if its `project.toml` was given, as a desktop does that opens the file.
 fn project_folder(path: &Path) -> &Path {
     if !path.ends_with("project.toml") || !path.is_file() {
         return path;
@@ -381,7 +323,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("project.toml");
         assert_eq!(project_folder(folder.path()), folder.path());
-        // What is missing is said of what was named.
+        // An error names the path that was given.
         assert_eq!(project_folder(&file), file);
         std::fs::write(&file, "").unwrap();
         assert_eq!(project_folder(&file), folder.path());

@@ -32,7 +32,7 @@ pub fn parse_square(text: &str) -> std::result::Result<Square, String> {
         Ok((x as i32, y as i32, side as usize))
     } else {
         Err(format!(
-            "{text:?} is no square: whole pixels, and a side of at least 1"
+            "{text:?} is not a square: give whole pixels and a side of at least 1"
         ))
     }
 }
@@ -107,7 +107,7 @@ pub fn parse_front(text: &str) -> std::result::Result<Front, String> {
             )?;
             return match yaw_deg.is_finite() {
                 true => Ok(Front::new(yaw_deg as f32)),
-                false => Err(format!("{text:?} is no angle")),
+                false => Err(format!("{text:?} is not an angle")),
             };
         }
     };
@@ -128,7 +128,7 @@ pub fn parse_light(text: &str) -> std::result::Result<PlacedLight, String> {
     let lights = size >= 0.0 && intensity >= 0.0 && [r, g, b].iter().all(|v| *v >= 0.0);
     if !lights || !numbers.iter().all(|v| v.is_finite()) || pitch.abs() > 90.0 {
         return Err(format!(
-            "{text:?} is no light: {NAMES}, elevation within 90°, the rest not negative"
+            "{text:?} is not a light: {NAMES}, elevation within 90°, the rest not negative"
         ));
     }
     Ok(PlacedLight {
@@ -148,8 +148,8 @@ pub fn parse_rgb(text: &str) -> std::result::Result<[f32; 3], String> {
 
 pub fn parse_count(text: &str) -> std::result::Result<usize, String> {
     match text.parse() {
-        Ok(0) => Err("at least one lamp has to count".to_owned()),
-        parsed => parsed.map_err(|e| format!("{text:?} is no count: {e}")),
+        Ok(0) => Err("at least one lamp is needed".to_owned()),
+        parsed => parsed.map_err(|e| format!("{text:?} is not a number of lamps: {e}")),
     }
 }
 
@@ -158,7 +158,7 @@ pub fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
     let number = |s: &str| {
         s.trim()
             .parse::<usize>()
-            .map_err(|e| format!("{s:?} is no frame number: {e}"))
+            .map_err(|e| format!("{s:?} is not a frame number: {e}"))
     };
     let (from, to) = (number(from)?, number(to)?);
     if from <= to {

@@ -23,10 +23,10 @@ pub struct ProbeArgs {
     /// Exposures of the photographs in stops, in their order.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     stops: Vec<f32>,
-    /// The ball's centre and radius in pixels; it is looked for where this is left out.
+    /// The ball's centre and radius in pixels [default: found in the photographs].
     #[arg(long, value_name = "X,Y,RADIUS", value_parser = parse_circle)]
     circle: Option<Circle>,
-    /// The same ball from another side, to fill in what the first hides.
+    /// The same ball from another side, to fill in what the first photograph hides.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     second: Vec<PathBuf>,
     /// Exposures of those photographs in stops.
@@ -45,7 +45,7 @@ pub struct ProbeArgs {
         allow_negative_numbers = true
     )]
     second_angle: f32,
-    /// The camera's field of view across the whole picture's width; from far away where nothing is said.
+    /// The camera's field of view across the picture's width [default: a camera far away].
     #[arg(long, value_name = "DEG", group = "lens")]
     fov: Option<f64>,
     /// The camera's focal length in pixels.
@@ -57,13 +57,13 @@ pub struct ProbeArgs {
     /// The camera's response: two exponents, srgb, rec709 or linear.
     #[arg(long, value_name = "RESPONSE", default_value = "2.2,2.2", value_parser = parse_response)]
     gamma: Response,
-    /// The part of the light that the ball reflects, in red, green and blue.
+    /// The share of light that the ball reflects, in red, green and blue.
     #[arg(long, value_name = "R,G,B", default_value = "1,1,1", value_parser = parse_rgb)]
     reflectivity: [f32; 3],
-    /// Estimate the light that was clipped from what surrounds it; otherwise it is only counted.
+    /// Estimate clipped light from its surroundings; otherwise clipped pixels are only counted.
     #[arg(long)]
     estimate_clipped: bool,
-    /// Turn what is written: positive moves it to camera-right in front.
+    /// Turn the light probe: positive moves it to camera-right in front.
     #[arg(
         long,
         value_name = "DEG",
@@ -71,7 +71,7 @@ pub struct ProbeArgs {
         allow_negative_numbers = true
     )]
     yaw: f32,
-    /// How the sphere is laid out.
+    /// How the sphere is laid out in the picture.
     #[arg(long, value_enum, default_value = "lat-long")]
     mapping: Mapping,
     /// Rows of the picture.

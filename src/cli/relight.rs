@@ -26,11 +26,11 @@ pub struct RelightArgs {
     /// three-point, clamshell, side-light, clear-sky, low-sun, overcast, courtyard, nave.
     #[arg(long)]
     environment: PathBuf,
-    /// Which way is front in the panorama's file, in place of what the project remembers: as in a tool
+    /// Which way is front in the panorama's file, instead of what the project remembers: the convention of a tool
     /// (afterlight, openexr, usd, nuke, mitsuba, threejs, blender), or the yaw that brings it to the middle.
     #[arg(long, value_name = "TOOL|DEG", value_parser = parse_front, allow_hyphen_values = true)]
     front: Option<Front>,
-    /// How the panorama's file lays out the sphere, where it is no lat-long.
+    /// How the panorama's file lays out the sphere [default: lat-long].
     #[arg(long, value_enum)]
     mapping: Option<Mapping>,
     /// Turn the environment: positive moves it to camera-right in front.
@@ -41,23 +41,23 @@ pub struct RelightArgs {
         allow_negative_numbers = true
     )]
     yaw: f32,
-    /// Turn the environment once around over the frames, from --yaw on.
+    /// Turn the environment once around over the frames, starting at --yaw.
     #[arg(long)]
     turntable: bool,
-    /// Yaw over the frames, added to --yaw: it goes through these values.
+    /// Keyframes of the yaw, added to --yaw.
     #[arg(long, value_name = "FRAME:DEG,…", value_parser = parse_keys, allow_hyphen_values = true)]
     yaw_keys: Option<Keyframes>,
-    /// Brightness of the environment in stops over the frames, added to --intensity.
+    /// Keyframes of the environment's brightness in stops, added to --intensity.
     #[arg(long, value_name = "FRAME:STOPS,…", value_parser = parse_keys, allow_hyphen_values = true)]
     intensity_keys: Option<Keyframes>,
-    /// Go evenly from key to key, with corners.
+    /// Interpolate keyframes linearly instead of smoothly.
     #[arg(long)]
     linear_keys: bool,
     #[command(flatten)]
     lighting: LightingArgs,
     #[command(flatten)]
     effects: Effects,
-    /// Frames A to B, both included; all where this is left out.
+    /// Frames A to B, both included [default: all].
     #[arg(long, value_name = "A-B", value_parser = parse_range)]
     frames: Option<(usize, usize)>,
     /// Exposure in stops.
@@ -68,7 +68,7 @@ pub struct RelightArgs {
     no_background: bool,
     #[command(flatten)]
     files: FilesArgs,
-    /// Say which passes ran, which did not and why, and what each took.
+    /// Print which passes ran, which did not and why, and how long each took.
     #[arg(long)]
     profile: bool,
     /// Storage format of predicted OLATs.
@@ -86,11 +86,10 @@ struct FilesArgs {
     /// What to write: out.%04d.png, out.%04d.exr, clip.mp4, or clip.mov with alpha.
     #[arg(long)]
     to: String,
-    /// Where a file is there already, keep it and take the next free name with a number; else it is
-    /// replaced.
+    /// Keep existing files and append a number to the name, instead of replacing them.
     #[arg(long)]
     keep: bool,
-    /// Width and height in pixels; the working size where this is left out.
+    /// Width and height in pixels [default: the working size].
     #[arg(long, value_name = "PIXELS")]
     size: Option<usize>,
     /// Bits of a PNG's channels.
@@ -145,8 +144,8 @@ struct LightingArgs {
         allow_negative_numbers = true
     )]
     background_yaw: f32,
-    /// A soft light of so many degrees across, at an azimuth (−90 camera-left, 90 camera-right, 180 the
-    /// camera) and an elevation; π lights white that faces it to 1. Can be given several times.
+    /// A soft light of SIZE degrees across, at an azimuth (−90 camera-left, 90 camera-right, 180 at the camera)
+    /// and an elevation. An intensity of π lights white that faces it to 1. Can be given several times.
     #[arg(long, value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]", value_parser = parse_light, allow_hyphen_values = true)]
     light: Vec<PlacedLight>,
 }

@@ -19,19 +19,28 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// What to evaluate, and what to write.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct EvaluateSettings {
-    /// A folder with truth, see [`Truth::open`].
+    /// A folder with truth.json and truth/.
+    #[arg(long, value_name = "DIR")]
     pub truth: PathBuf,
+    /// What predicts the OLATs.
+    #[arg(long = "with", value_enum, default_value_t = Method::Network)]
     pub method: Method,
     /// How an environment is given to the lamps.
+    #[arg(long = "weights", value_enum, default_value_t)]
     pub weighting: Weighting,
-    /// A Markdown file whose section for this shoot is replaced by a table of all methods.
+    /// Also measure all methods and write their table into this Markdown file, in the shoot's section.
+    #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
-    /// A contact sheet of predicted beside true OLATs.
+    /// Also write a contact sheet of predicted beside true OLATs.
+    #[arg(long, value_name = "FILE.png")]
     pub sheet: Option<PathBuf>,
-    /// A contact sheet of the lamps and frames whose OLATs are furthest from the truth.
+    /// Also write a contact sheet of the 20 lamps and frames whose OLATs are furthest from the truth.
+    #[arg(long, value_name = "FILE.png")]
     pub worst: Option<PathBuf>,
+    /// Where the network runs.
+    #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }
 

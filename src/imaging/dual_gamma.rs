@@ -31,14 +31,13 @@ impl DualGamma {
         if [gamma1, gamma2].iter().all(|g| Self::BOUNDS.contains(g)) && curve.is_monotone() {
             return Ok(curve);
         }
-        Err(Error::unexpected(
-            "the camera's dual gamma",
+        Err(Error::invalid(
             format!(
-                "two exponents from {} to {} whose curve never falls",
+                "a camera response of γ1 = {gamma1}, γ2 = {gamma2} cannot be used: both exponents must be from {} to \
+                 {}, and the curve must never fall",
                 Self::BOUNDS.start(),
                 Self::BOUNDS.end()
             ),
-            format!("γ1 = {gamma1}, γ2 = {gamma2}"),
             "Run the calibration again, or give exponents near 2.2",
         ))
     }

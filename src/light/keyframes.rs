@@ -80,10 +80,10 @@ impl Keyframes {
     pub fn insert(&mut self, frame: f64, value: f64) -> Result<usize> {
         const LARGEST: f64 = 1e9;
         if !(frame.abs() <= LARGEST && value.abs() <= LARGEST) {
-            return Err(Error::unexpected(
-                "a keyframe",
-                "a frame and a value of no more than 1000000000",
-                format!("{value} at frame {frame}"),
+            return Err(Error::invalid(
+                format!(
+                    "a keyframe cannot be {value} at frame {frame}: neither may exceed 1000000000"
+                ),
                 "Give smaller numbers",
             ));
         }
@@ -108,10 +108,11 @@ impl Keyframes {
     pub fn shift(&mut self, index: usize, frame: f64, value: f64) -> Result<usize> {
         let mut moved = self.clone();
         moved.remove(index).ok_or_else(|| {
-            Error::unexpected(
-                "a keyframe",
-                format!("one of {} keys, numbered from 0", self.keys.len()),
-                format!("key {index}"),
+            Error::missing(
+                format!(
+                    "there is no key {index} among {} keys, numbered from 0",
+                    self.keys.len()
+                ),
                 "Choose an existing key",
             )
         })?;

@@ -29,18 +29,17 @@ pub struct Subset {
 /// When `count` is 0 or more than there are lamps, or a direction is not of unit length.
 pub fn choose(directions: &[Vec3], count: usize) -> Result<Subset> {
     if count == 0 || count > directions.len() {
-        return Err(Error::unexpected(
-            "the number of lamps to choose",
-            format!("1 to {}, as many as the rig has", directions.len()),
-            count.to_string(),
-            "Choose another number",
+        return Err(Error::invalid(
+            format!("cannot choose {count} of {} lamps", directions.len()),
+            "Choose at least 1, and at most all",
         ));
     }
     if let Some(lamp) = directions.iter().position(|d| !d.is_normalized()) {
-        return Err(Error::unexpected(
-            format!("lamp {lamp} of the rig"),
-            "a direction of unit length",
-            directions[lamp].to_string(),
+        return Err(Error::invalid(
+            format!(
+                "lamp {lamp} of the rig has the direction {}, which is not of unit length",
+                directions[lamp]
+            ),
             "Leave out lamps that the mirror ball did not show",
         ));
     }

@@ -42,7 +42,7 @@ macro_rules! passes {
                 #[arg(long, default_value_t = 0.0, help = format!("{} [0 to {}]", $hint, $most))]
                 pub $field: f32,
             )?)*
-            /// How linear light becomes codes of a display.
+            /// The view transform: how light becomes display codes.
             #[arg(long, value_enum, default_value_t)]
             pub view: ViewTransform,
             /// What is shown in place of the picture itself.

@@ -82,16 +82,21 @@ pub struct TrainingConfig {
 }
 
 /// What a run is asked to do.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct TrainSettings {
+    #[arg(skip = Preset::Quick.config())]
     pub config: TrainingConfig,
-    /// Interview frames that training must not see.
+    /// Interview frames to keep out of training, such as 5,14,25,36.
+    #[arg(long, value_delimiter = ',')]
     pub exclude_frames: Vec<usize>,
-    /// A pose, from 0, that is held out of training and validates it: the network that does best on it is the one
-    /// that predicts.
+    /// A pose, from 0, to hold out of training. It validates the network, and the best one on it predicts.
+    #[arg(long, value_name = "POSE")]
     pub hold_out: Option<usize>,
     /// Start over instead of continuing from the checkpoint.
+    #[arg(long)]
     pub fresh: bool,
+    /// Where the network runs.
+    #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }
 

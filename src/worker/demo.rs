@@ -41,6 +41,9 @@ pub struct DemoReport {
     pub network: EvaluateReport,
     pub ratio: EvaluateReport,
     pub relight: RelightReport,
+    /// The clip's.
+    #[serde(skip)]
+    pub environment: String,
 }
 
 /// Where the demo in `folder` has its project.
@@ -120,11 +123,11 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
         .shoot
         .environments
         .first()
-        .map(|e| PathBuf::from(&e.name));
+        .map_or(String::new(), |e| e.name.clone());
     let relight = relight(
         &project,
         &RelightSettings {
-            environment: environment.unwrap_or_default(),
+            environment: PathBuf::from(&environment),
             front: None,
             read: None,
             mapping: None,
@@ -154,6 +157,7 @@ pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<D
         network,
         ratio,
         relight,
+        environment,
     };
     let text = made.text(&calibration);
     write_beside(&report, |out| out.write_all(text.as_bytes()))?;
@@ -203,7 +207,8 @@ impl DemoReport {
     pub fn sentence(&self) -> String {
         let folder = self.report.parent().unwrap_or(Path::new("."));
         let scores = &self.network.scores.relit_psnr_db;
-        let other = scores.keys().next_back().map_or("nave", String::as_str);
+        let mut others = scores.keys().filter(|name| **name != self.environment);
+        let other = others.next().unwrap_or(&self.environment);
         let (project, program) = (self.project.display(), program());
         format!(
             "The interview under a turning environment, {} frames: {}\n\

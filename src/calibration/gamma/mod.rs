@@ -200,18 +200,16 @@ pub(super) fn fit<'a>(
         return Ok(found);
     }
     let best = nearest.iter().min_by(|a, b| a.2.total_cmp(&b.2));
-    Err(Error::unexpected(
-        "the pixel-by-pixel comparison",
-        format!(
-            "a frame that shows a pose, with a mismatch of {} or less",
-            FrameMatch::MAX_MISMATCH
-        ),
+    Err(Error::invalid(
         best.map_or(
-            "no frame with the outline of a pose".into(),
+            "cannot compare pixel by pixel: no frame has the outline of a pose".into(),
             |(_, frame_match, mismatch)| {
                 format!(
-                    "{mismatch:.2} at best, for pose {} and frame {}",
-                    frame_match.pose, frame_match.frame
+                    "cannot compare pixel by pixel: pose {} and frame {} match best, with a mismatch of \
+                     {mismatch:.2}, above {}",
+                    frame_match.pose,
+                    frame_match.frame,
+                    FrameMatch::MAX_MISMATCH
                 )
             },
         ),

@@ -154,10 +154,11 @@ impl PosePicture {
     fn load(project: &Project, pose: usize) -> Result<Self> {
         let shoot = &project.settings.shoot;
         if pose >= shoot.poses.len() {
-            return Err(Error::unexpected(
-                "the pose to show",
-                format!("a pose from 0 to {}", shoot.poses.len().saturating_sub(1)),
-                pose.to_string(),
+            return Err(Error::missing(
+                format!(
+                    "there is no pose {pose}: the shoot has poses 0 to {}",
+                    shoot.poses.len().saturating_sub(1)
+                ),
                 "Choose a pose of the shoot",
             ));
         }

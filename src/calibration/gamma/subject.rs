@@ -261,10 +261,11 @@ fn check_light(project: &Project, poses: &[Pose], frames: &[Vec<CodeValues>]) ->
         ("interview_masks", frames.is_empty()),
     ] {
         if empty {
-            return Err(Error::unexpected(
-                project.shoot_path(what).display(),
-                "a subject, that is, pixels with a coverage above 0.98",
-                "none",
+            return Err(Error::invalid(
+                format!(
+                    "{} shows no subject: no pixel has a coverage above 0.98",
+                    project.shoot_path(what).display()
+                ),
                 "Check the mattes: the subject is white in them",
             ));
         }
@@ -290,10 +291,8 @@ fn check_light(project: &Project, poses: &[Pose], frames: &[Vec<CodeValues>]) ->
         ("interview", fault(&mut frames.iter().flatten())),
     ] {
         if let Some(fault) = fault {
-            return Err(Error::unexpected(
-                project.shoot_path(what).display(),
-                "a subject that is lit and not clipped",
-                fault,
+            return Err(Error::invalid(
+                format!("{} shows {fault}", project.shoot_path(what).display()),
                 "Check the exposure, and that the pictures and the mattes belong together",
             ));
         }
@@ -358,15 +357,16 @@ fn read_codes(
 ) -> Result<Vec<CodeValues>> {
     let picture = footage::read_encoded(path, framing)?;
     if picture.0.size() != mask.size() {
-        return Err(Error::unexpected(
-            path.display(),
+        return Err(Error::invalid(
             format!(
-                "{}×{} pixels, like {}",
+                "{} has {}×{} pixels, but {} has {}×{}",
+                path.display(),
+                picture.0.width,
+                picture.0.height,
+                mask_path.display(),
                 mask.width,
-                mask.height,
-                mask_path.display()
+                mask.height
             ),
-            format!("{}×{}", picture.0.width, picture.0.height),
             "Use the matte that belongs to the picture",
         ));
     }

@@ -55,14 +55,15 @@ const SHOULDER_WEIGHT: f32 = 1e-3;
 /// When there is no photograph, sizes differ, an exposure is NaN or infinite, two are the same, or the pictures
 /// contradict the order of the exposures.
 pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
-    const PLACE: &str = "the exposure bracket";
-    let refuse = |expected: &str, found: String, remedy: &str| {
-        Err(Error::unexpected(PLACE, expected, found, remedy))
+    let refuse = |problem: String, remedy: &str| {
+        Err(Error::invalid(
+            format!("the exposure bracket {problem}"),
+            remedy,
+        ))
     };
     let Some(first) = exposures.first() else {
         return refuse(
-            "at least one photograph",
-            "none".into(),
+            "has no photograph".into(),
             "Choose the photographs of the ball",
         );
     };
@@ -71,15 +72,20 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
         let found = exposure.photograph.size();
         if found != size {
             return refuse(
-                "photographs of one size",
-                format!("{}×{} and {}×{} pixels", size.0, size.1, found.0, found.1),
+                format!(
+                    "has photographs of {}×{} and {}×{} pixels",
+                    size.0, size.1, found.0, found.1
+                ),
                 "Use uncropped photographs from one camera that did not move",
             );
         }
         if !exposure.stops.is_finite() || exposure.stops.abs() > 64.0 {
             return refuse(
-                "finite exposures in stops",
-                format!("{} for photograph {}", exposure.stops, i + 1),
+                format!(
+                    "has an exposure of {} stops for photograph {}",
+                    exposure.stops,
+                    i + 1
+                ),
                 "Give each photograph's exposure relative to the first, such as 0, -2, -4",
             );
         }
@@ -94,17 +100,15 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
         let names = format!("photographs {} and {}", pair[0] + 1, pair[1] + 1);
         if given < SAME_STOPS {
             return refuse(
-                "different exposures",
-                format!("{} stops for both {names}", long.stops),
+                format!("has the same exposure, {} stops, for {names}", long.stops),
                 "Leave one of them out, or correct its exposure",
             );
         }
         if let Some(measured) = stops_between(short.photograph, long.photograph) {
             if measured < -REVERSED_STOPS {
                 return refuse(
-                    &format!("{names} to differ as their exposures say"),
                     format!(
-                        "the one given as {given:.1} stops longer to be {:.1} stops darker",
+                        "has {names} in the wrong order: the one given as {given:.1} stops longer is {:.1} stops darker",
                         -measured
                     ),
                     "Correct the order of the photographs or of their exposures",

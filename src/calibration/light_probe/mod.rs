@@ -123,11 +123,10 @@ impl Ball {
         let pixels = usable.iter().filter(|u| **u > 0.0).count();
         if pixels == 0 {
             let (width, height) = photograph.size();
-            return Err(Error::unexpected(
-                "the mirror ball",
-                format!("a ball inside the photograph of {width}×{height} pixels"),
+            return Err(Error::invalid(
                 format!(
-                    "no pixel that lies wholly on the ball at {:?} with radius {}",
+                    "no pixel of the photograph of {width}×{height} pixels lies wholly on the mirror ball at {:?} with \
+                     radius {}",
                     view.centre_px, view.radius_px
                 ),
                 "Correct the ball's centre and radius, or photograph the ball from closer",

@@ -88,11 +88,11 @@ pub fn merge_balls(
     let angles = [settings.camera_half_angle_deg, settings.feather_deg];
     let sensible = angles.iter().all(|a| (0.0..=90.0).contains(a));
     if !(sensible && turn.is_finite() && turn.length_squared() > 0.5) {
-        return Err(Error::unexpected(
-            "the two mirror balls",
-            "a rotation, and angles from 0 to 90 degrees",
-            format!("{turn:?}, {angles:?}"),
-            "Give the angle between the two cameras in degrees",
+        return Err(Error::invalid(
+            format!(
+                "two mirror balls cannot be joined by the rotation {turn:?} with the angles {angles:?}"
+            ),
+            "Give the angle between the two cameras in degrees, and angles from 0 to 90",
         ));
     }
     let given = turn.normalize();

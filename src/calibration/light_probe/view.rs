@@ -132,11 +132,11 @@ impl BallView {
                 }),
             });
         }
-        Err(Error::unexpected(
-            "the mirror ball",
-            "a radius of more than one pixel, a camera and surroundings outside the ball, and a reflectivity above \
-             0 and up to 1",
-            format!("{self:?}"),
+        Err(Error::invalid(
+            format!(
+                "the mirror ball is impossible ({self:?}): its radius must be more than one pixel, camera and \
+                 surroundings outside the ball, and its reflectivity above 0 and up to 1"
+            ),
             "Correct the ball's centre, radius, distance or reflectivity",
         ))
     }

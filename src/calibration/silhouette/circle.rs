@@ -30,11 +30,11 @@ impl Circle {
                 radius_px,
             });
         }
-        Err(Error::unexpected(
-            "the mirror ball's circle",
-            "a centre and a positive radius in pixels",
-            format!("centre {center_px:?}, radius {radius_px}"),
-            "Give the ball's centre and radius in the photograph",
+        Err(Error::invalid(
+            format!(
+                "a mirror ball cannot have its centre at {center_px:?} and a radius of {radius_px} pixels"
+            ),
+            "Give the ball's centre, and its radius above 0, in the photograph",
         ))
     }
 
@@ -58,10 +58,8 @@ impl Circle {
         if radius < FLATTEST * longest {
             return Self::new((a + to_center).to_array(), radius);
         }
-        Err(Error::unexpected(
-            "the three points on the mirror ball's rim",
-            "three different points spread around the rim",
-            format!("{points:?}, nearly on one line"),
+        Err(Error::invalid(
+            format!("the three points {points:?} on the mirror ball's rim lie nearly on one line"),
             "Choose points that lie far apart on the rim",
         ))
     }
@@ -86,11 +84,12 @@ impl Circle {
             })
             .filter(|circle| circle.radius_px < FLATTEST * longest)
             .ok_or_else(|| {
-                Error::unexpected(
-                    "the points on the mirror ball's rim",
-                    "three or more points spread around the rim",
-                    format!("{} points that determine no circle", points.len()),
-                    "Choose points that lie far apart on the rim",
+                Error::invalid(
+                    format!(
+                        "{} points on the mirror ball's rim determine no circle",
+                        points.len()
+                    ),
+                    "Choose three or more points that lie far apart on the rim",
                 )
             })
     }

@@ -35,10 +35,8 @@ impl Photographs {
         let name = name.as_ref().display().to_string();
         let (width, height) = picture.0.size();
         if width < 16 || height < 16 || picture.0.pixels.len() != width * height {
-            return Err(Error::unexpected(
-                name,
-                "a photograph of at least 16×16 pixels",
-                format!("{width}×{height}"),
+            return Err(Error::invalid(
+                format!("{name} has {width}×{height} pixels, fewer than 16×16"),
                 "Use the mirror ball's photographs at their full size",
             ));
         }
@@ -55,13 +53,16 @@ impl Photographs {
     /// When its size differs from the others'.
     pub fn add(&mut self, name: impl AsRef<Path>, picture: &Encoded) -> Result<()> {
         if picture.0.size() != self.average.size() {
-            return Err(Error::unexpected(
-                name.as_ref().display(),
+            return Err(Error::invalid(
                 format!(
-                    "{}×{} pixels, like {}",
-                    self.average.width, self.average.height, self.first
+                    "{} has {}×{} pixels, but {} has {}×{}",
+                    name.as_ref().display(),
+                    picture.0.width,
+                    picture.0.height,
+                    self.first,
+                    self.average.width,
+                    self.average.height
                 ),
-                format!("{}×{}", picture.0.width, picture.0.height),
                 "Use uncropped photographs of the mirror ball from one camera",
             ));
         }
@@ -102,10 +103,8 @@ impl Photographs {
             progress.step("mirror balls", done as u64, paths.len() as u64, "");
         }
         photographs.ok_or_else(|| {
-            Error::unexpected(
-                "the mirror ball's photographs",
-                "at least one",
-                "none",
+            Error::missing(
+                "there are no photographs of the mirror ball",
                 "Choose the photographs of the ball: the interview's, and one under each lamp",
             )
         })
@@ -150,10 +149,8 @@ impl Photographs {
         } else {
             return Ok(());
         };
-        Err(Error::unexpected(
-            self.place(),
-            "a photograph that shows a mirror ball",
-            found,
+        Err(Error::invalid(
+            format!("{}: no mirror ball is visible, it is {found}", self.place()),
             remedy,
         ))
     }

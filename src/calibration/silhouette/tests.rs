@@ -241,7 +241,7 @@ fn pictures_without_a_ball_are_refused() {
         let error =
             find(picture).map_or_else(|e| e.to_string(), |found| panic!("picture {i}: {found:?}"));
         assert!(
-            error.contains(".png: expected a mirror ball") && error.contains("by hand"),
+            error.contains(".png: no mirror ball") && error.contains("by hand"),
             "{error}"
         );
     }

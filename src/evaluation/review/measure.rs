@@ -12,14 +12,19 @@ use serde::Serialize;
 use std::path::PathBuf;
 
 /// What to review, and what to write.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct ReviewSettings {
-    /// A folder with truth, see [`Truth::open`]; without it only poses are measured.
+    /// A folder with truth.json and truth/. Without it only poses are compared.
+    #[arg(long, value_name = "DIR")]
     pub truth: Option<PathBuf>,
-    /// Measure again though nothing has changed since the last time.
+    /// Measure again even if nothing has changed since the last time.
+    #[arg(long)]
     pub fresh: bool,
-    /// An HTML page to write, for sharing.
+    /// Also write a page for sharing, with its pictures inside.
+    #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
+    /// Where the network runs.
+    #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
 }
 

@@ -145,10 +145,11 @@ impl Mapping {
         if fits && u32::try_from(width.saturating_mul(height)).is_ok() {
             return Ok(self.geometry(width, height));
         }
-        Err(Error::unexpected(
-            format!("a picture of the sphere as {self:?}"),
-            format!("{expected}, and fewer than 4 billion pixels"),
-            format!("{width}×{height} pixels"),
+        Err(Error::invalid(
+            format!(
+                "a picture of {width}×{height} pixels cannot show the sphere as {self:?}: that needs {expected}, and \
+                 fewer than 4 billion pixels"
+            ),
             "Choose another size or another mapping",
         ))
     }

@@ -12,10 +12,11 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
         .with_guessed_format()
         .map_err(|e| panorama.broken(e))?;
     if reader.format().is_none() {
-        return Err(Error::unexpected(
-            panorama.path.display(),
-            "a panorama as Radiance HDR, OpenEXR, PNG, JPEG or TIFF",
-            "an unknown format",
+        return Err(Error::invalid(
+            format!(
+                "{} has an unknown format: it is not Radiance HDR, OpenEXR, PNG, JPEG or TIFF",
+                panorama.path.display()
+            ),
             "Convert it to OpenEXR",
         ));
     }

@@ -27,7 +27,7 @@ use std::path::Path;
 /// When the file cannot be read, has an unknown format, or is a square or has a shape that the wanted mapping
 /// cannot have.
 pub fn read(path: &Path, settings: &ReadSettings) -> Result<Panorama> {
-    let fail = |e: std::io::Error| Error::file("read", path, e, COMPLETE);
+    let fail = |e: std::io::Error| Error::io("read", path, e, COMPLETE);
     let mut file = BufReader::with_capacity(1 << 18, File::open(path).map_err(fail)?);
     let mut magic = [0; 4];
     let known = file.read(&mut magic).map_err(fail)?;

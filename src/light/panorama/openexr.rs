@@ -239,10 +239,12 @@ fn choose(panorama: &mut PanoramaReader, headers: &[Header]) -> Result<LayerChoi
         .flat_map(|header| header.channels.list.iter().map(|c| c.name.to_string()))
         .take(12)
         .collect();
-    Err(Error::unexpected(
-        panorama.path.display(),
-        "a flat layer with the channels R, G and B or Y at full resolution",
-        format!("the channels {}", found.join(", ")),
+    Err(Error::invalid(
+        format!(
+            "{} has the channels {}, but no flat layer with R, G and B or with Y at full resolution",
+            panorama.path.display(),
+            found.join(", ")
+        ),
         "Write it again with the channels R, G and B",
     ))
 }

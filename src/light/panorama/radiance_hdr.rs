@@ -110,10 +110,11 @@ impl Header {
                     "32-bit_rle_rgbe" => xyz = false,
                     "32-bit_rle_xyze" => xyz = true,
                     other => {
-                        return Err(Error::unexpected(
-                            panorama.path.display(),
-                            "the format 32-bit_rle_rgbe or 32-bit_rle_xyze",
-                            other,
+                        return Err(Error::invalid(
+                            format!(
+                                "{} has the format {other}, not 32-bit_rle_rgbe or 32-bit_rle_xyze",
+                                panorama.path.display()
+                            ),
                             "Write it again as Radiance HDR or OpenEXR",
                         ));
                     }
@@ -128,10 +129,11 @@ impl Header {
         }
         let line = header_line(panorama, file)?;
         let layout = Layout::parse(&line).ok_or_else(|| {
-            Error::unexpected(
-                panorama.path.display(),
-                "a size such as -Y 512 +X 1024 after the header",
-                format!("\"{line}\""),
+            Error::invalid(
+                format!(
+                    "{} has no size such as -Y 512 +X 1024 after its header, but {line:?}",
+                    panorama.path.display()
+                ),
                 super::COMPLETE,
             )
         })?;

@@ -60,8 +60,8 @@ impl<'a> PanoramaReader<'a> {
     }
 
     /// The error of a damaged file.
-    pub fn broken(&self, cause: impl ToString) -> Error {
-        Error::file("read", self.path, cause, COMPLETE)
+    pub fn broken(&self, cause: impl std::fmt::Display) -> Error {
+        Error::codec("read", self.path, cause, COMPLETE)
     }
 
     /// The canvas for the picture's light, and how many rows of the sphere are above the picture.
@@ -70,10 +70,12 @@ impl<'a> PanoramaReader<'a> {
         self.size = size;
         let texels = width.saturating_mul(height);
         if texels == 0 || texels > 1 << 32 || width.max(height) > 1 << 20 {
-            return Err(Error::unexpected(
-                self.path.display(),
-                "a picture of at most a million pixels a side, and 65536 × 65536 in total",
-                format!("{width}×{height}"),
+            return Err(Error::invalid(
+                format!(
+                    "{} has {width}×{height} pixels; a panorama may have up to a million on each side, and \
+                     65536×65536 in total",
+                    self.path.display()
+                ),
                 "Check the file, or make it smaller",
             ));
         }
@@ -87,10 +89,11 @@ impl<'a> PanoramaReader<'a> {
             None => {}
         }
         if width == height {
-            return Err(Error::unexpected(
-                self.path.display(),
-                "a panorama twice as wide as high",
-                format!("a square of {width}×{height} pixels"),
+            return Err(Error::invalid(
+                format!(
+                    "{} is a square of {width}×{height} pixels; a lat-long panorama is twice as wide as high",
+                    self.path.display()
+                ),
                 "Choose mirror ball or angular map (light probe) as its mapping, or convert it to a lat-long",
             ));
         }
