@@ -21,7 +21,7 @@ fn every_shader_is_valid() {
 
 #[test]
 fn every_shader_s_file_is_used_and_named_after_its_pass() {
-    let folder = std::env::var("CARGO_MANIFEST_DIR").unwrap() + "/shaders";
+    let folder = test_support::repository("shaders");
     let mut files: BTreeSet<String> = std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())

@@ -153,6 +153,13 @@ pub fn parse_count(text: &str) -> std::result::Result<usize, String> {
     }
 }
 
+pub fn parse_minutes(text: &str) -> std::result::Result<f64, String> {
+    match text.trim().parse() {
+        Ok(minutes) if minutes > 0.0 && f64::is_finite(minutes) => Ok(minutes),
+        _ => Err(format!("{text:?} is no number of minutes above 0")),
+    }
+}
+
 pub fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
     let (from, to) = text.split_once('-').unwrap_or((text, text));
     let number = |s: &str| {
@@ -191,6 +198,14 @@ mod tests {
             "0,0,1,1,1",
         ] {
             assert!(parse_light(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn minutes_are_positive_and_end() {
+        assert_eq!(parse_minutes("0.75"), Ok(0.75));
+        for text in ["", "soon", "0", "-1", "nan", "inf"] {
+            assert!(parse_minutes(text).is_err(), "{text}");
         }
     }
 

@@ -68,7 +68,7 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
     until(&mut window, "reason", |app| app.status().refusal.is_some());
     window.key_press(Key::E);
     until_shown(&mut window);
-    window.get_by_label_contains("Mend the line");
+    window.get_by_label_contains("Correct the line");
     assert!(window.state().project().is_some());
 }
 
