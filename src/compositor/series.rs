@@ -1,7 +1,7 @@
 //! Pictures one after the other, of a clip or of a window: what one leaves for the next.
 
 use super::compose::compose_reusing;
-use super::grain::Grain;
+use super::facts::Grain;
 use super::picture::{Extra, Ingredients, Picture};
 use super::reuse::Reuse;
 use super::smoothing::Steady;
