@@ -19,35 +19,46 @@ build: setup
 setup:
 	@sh tools/setup.sh
 
+# Passes all tests of all crates, and says at the end which were skipped and why. AFTERLIGHT_REQUIRED names, with
+# commas between, what must not be missing: shared data, gpu, gpu f16, gpu clock, ffmpeg, python, amx, small disk,
+# pfspanoramic.
+SKIPPED = $(abspath $(or $(CARGO_TARGET_DIR),target))/skipped.txt
+
 test: setup
-	$(CARGO) test --locked
+	@mkdir -p $(dir $(SKIPPED)) && : >$(SKIPPED)
+	@AFTERLIGHT_SKIPPED=$(SKIPPED) AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
+		$(CARGO) test --locked --workspace --no-fail-fast; \
+		code=$$?; awk -f tests/support/skipped.awk $(SKIPPED); exit $$code
 
 # The tests run in sessions without a folder of their own too: Mesa's driver then prints an error each time.
 test bench bench-relight bench-passes: export XDG_RUNTIME_DIR ?= $(CURDIR)/target
 
 lint:
 	$(CARGO) fmt --check
-	$(CARGO) clippy --locked --all-targets -- -D warnings
+	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 
 doc:
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps
 
-# An environment with PyTorch, which the network is compared with and raced against. Pip's own
-# settings choose where it comes from; a build for the CPU suffices.
+# An environment with PyTorch, which the network is compared with and raced against; kept until the requirements
+# change. Pip's own settings choose where it comes from; a build for the CPU suffices.
 PEERS = $(or $(CARGO_TARGET_DIR),target)/peers
+PYTHON = $(abspath $(wildcard $(PEERS)/bin/python))
 
 peers:
-	python3 -m venv $(PEERS)
-	$(PEERS)/bin/pip install -r tests/peers/requirements.txt
+	@cmp -s tests/peers/requirements.txt $(PEERS)/requirements.txt || { \
+		python3 -m venv --clear $(PEERS) && \
+		$(PEERS)/bin/pip install -r tests/peers/requirements.txt && \
+		cp tests/peers/requirements.txt $(PEERS)/requirements.txt; }
 
 # The network's speed and memory, and PyTorch's where it is there. BENCH="--size 128" makes it short.
 bench:
-	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(wildcard $(PEERS)/bin/python)} \
+	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
 		$(CARGO) bench --locked --profile dev --bench network -- $(BENCH)
 
 # The sum of lamps beside what the memory allows, NumPy and PyTorch.
 bench-relight:
-	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(wildcard $(PEERS)/bin/python)} \
+	AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
 		$(CARGO) bench --locked --profile dev --bench relight -- $(BENCH)
 
 # Every pass beside what memory allows. BENCH="--software" includes a GPU that is none.

@@ -3,6 +3,7 @@
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
+use test_support::Need;
 
 /// Runs the program in a folder, which is its cache too; what burn does is written beside.
 fn afterlight(folder: &Path, arguments: &[&str]) -> Output {
@@ -238,7 +239,7 @@ fn a_small_shoot_goes_all_the_way() {
     );
     assert!(refused.contains("%04d.exr"), "{refused}");
 
-    if Command::new("ffmpeg").arg("-version").output().is_ok() {
+    if test_support::ffmpeg() {
         let to_clip = [
             "relight",
             "film",
@@ -251,8 +252,6 @@ fn a_small_shoot_goes_all_the_way() {
         ];
         assert_eq!(succeed(at, &to_clip)["frames"], 8);
         assert!(at.join("clip.mp4").metadata().unwrap().len() > 500);
-    } else {
-        println!("skipped the movie: there is no ffmpeg here");
     }
 
     // More training on all frames makes the truth's frames known to the network.
@@ -296,8 +295,7 @@ fn kernels_are_timed_once(at: &Path) {
     let _ = std::fs::remove_file(&log);
     for anew in [true, false] {
         let said = relit(at, &["--device", "gpu"]);
-        if !said.contains("GPU (wgpu)") {
-            eprintln!("skipped: no GPU, not even a software one: {said}");
+        if !test_support::require(Need::Gpu, said.contains("GPU (wgpu)"), &said) {
             return;
         }
         let timed = std::fs::read_to_string(&log).unwrap();
@@ -617,6 +615,107 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
         "--json",
     ];
     assert_eq!(succeed(at, &probe)["repaired_pixels"][0], 1);
+}
+
+/// As many lamps as the stage of the paper has, each by itself.
+#[test]
+fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let stage = [
+        "stage", "shoot", "--size", "32", "--frames", "1", "--lamps", "931", "--json",
+    ];
+    succeed(at, &stage);
+    let import = [
+        "import", "film", "--shoot", "shoot", "--size", "16", "--json",
+    ];
+    assert_eq!(succeed(at, &import)["lamps"], 931);
+    let calibrated = succeed(at, &["calibrate", "film", "--json"]);
+    assert_eq!(calibrated["lamps"].as_array().unwrap().len(), 931);
+    let train = [
+        "train", "film", "--epochs", "1", "--device", "cpu", "--json",
+    ];
+    let trained = succeed(at, &train);
+    assert_eq!(trained["skipped_steps"], 0);
+    assert!(trained["loss_rec"].is_number(), "it is finite");
+    for device in ["cpu", "gpu"] {
+        let relight = [
+            "relight",
+            "film",
+            "--environment",
+            "nave",
+            "--layers",
+            "--to",
+            "lit.%04d.exr",
+            "--device",
+            device,
+            "--json",
+        ];
+        let relit = succeed(at, &relight);
+        assert_eq!(relit["layers"]["layers"], 931);
+        let figure = |name: &str| relit["layers"][name].as_f64().unwrap();
+        assert!(figure("residual") <= figure("brightest") / 2048.0);
+    }
+    let refused = [
+        "stage", "larger", "--size", "16", "--frames", "1", "--lamps", "932",
+    ];
+    assert!(fail(at, &refused).contains("from 4 to 931"));
+}
+
+/// What `make` does without a display, but for a shorter training.
+#[test]
+fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let made = succeed(
+        at,
+        &["demo", "--minutes", "0.05", "--device", "cpu", "--json"],
+    );
+    assert!(made["training"]["steps"].as_u64().unwrap() > 0);
+    assert_eq!(made["training"]["skipped_steps"], 0);
+    // The starting point alone is better than the baseline under every environment, and stays so.
+    let decibels = |method: &str| made[method]["relit_psnr_db"].as_object().unwrap().clone();
+    let (network, ratio) = (decibels("network"), decibels("ratio"));
+    assert_eq!(network.len(), 2);
+    for (environment, network) in &network {
+        let (network, ratio) = (
+            network.as_f64().unwrap(),
+            ratio[environment].as_f64().unwrap(),
+        );
+        assert!(
+            network > ratio,
+            "{environment}: {network} dB, ratio {ratio} dB"
+        );
+    }
+    assert_eq!(made["relight"]["frames"], 24);
+    let probe = Command::new("ffprobe")
+        .args(["-v", "error", "-count_frames", "-show_entries"])
+        .args(["stream=width,height,nb_read_frames", "-of", "csv=p=0"])
+        .arg(at.join("demo/relit.mp4"))
+        .output()
+        .unwrap();
+    let probed = String::from_utf8_lossy(&probe.stdout);
+    assert_eq!(probed.trim(), "128,128,24");
+    let sheet = image::open(at.join("demo/olats.png")).unwrap().into_rgb8();
+    let codes = sheet.as_raw();
+    assert!(codes.iter().any(|&code| code > 100) && codes.iter().any(|&code| code < 20));
+    let report = std::fs::read_to_string(at.join("demo/report.md")).unwrap();
+    for environment in network.keys() {
+        assert!(report.contains(&format!("| {environment} |")), "{report}");
+    }
+    assert!(report.contains("![") && !report.contains("NaN"), "{report}");
+
+    // What is there is kept: the window opens on it at once.
+    let before = contents(&at.join("demo"));
+    let prepared = succeed(at, &["demo", "--prepare", "--json"]);
+    assert_eq!(
+        (&prepared["lamps"], &prepared["frames"]),
+        (&41.into(), &24.into())
+    );
+    assert!(contents(&at.join("demo")) == before);
 }
 
 #[test]

@@ -14,6 +14,7 @@ use afterlight::reflectance::{
 use burn::module::Module;
 use burn::tensor::Device;
 use mapped::{gpu, mapped_during};
+use test_support::{Need, require};
 
 const SIZE: usize = 16;
 const LAMPS: usize = 4;
@@ -162,8 +163,8 @@ fn half_precision_on_a_gpu_is_as_close_as_f16_allows() {
     let Some((compute, _turn)) = gpu() else {
         return;
     };
-    if !predicts_in_half(&compute.device) {
-        println!("skipped: this GPU's shaders have no f16");
+    let f16 = predicts_in_half(&compute.device);
+    if !require(Need::GpuF16, f16, &compute.description) {
         return;
     }
     let [full, half] = both(&compute, Precision::Half);

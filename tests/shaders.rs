@@ -21,7 +21,7 @@ fn shaders(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn every_shader_is_valid() {
-    let found = shaders(&Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("shaders"));
+    let found = shaders(&test_support::repository("shaders"));
     assert!(!found.is_empty());
     for path in found {
         let name = path.display();
@@ -39,8 +39,7 @@ fn every_shader_is_valid() {
 
 #[test]
 fn every_shader_is_named_after_its_pass() {
-    let folder = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("shaders");
-    for path in shaders(&folder) {
+    for path in shaders(&test_support::repository("shaders")) {
         let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
         // What several passes stand on has a name of its own.
         let shared = ["edges", "measure", "pyramid"].contains(&name.as_str());

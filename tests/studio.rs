@@ -29,12 +29,10 @@ mod training;
 
 use afterlight::Error;
 use afterlight::compositor::Field;
-use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
 use afterlight::progress::Progress;
 use afterlight::scene::{Background, ViewTransform};
 use afterlight::studio::{Phase, StudioApp};
-use afterlight::virtual_stage::{StageSettings, write_shoot};
 use afterlight::worker::{Blocked, Need};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -43,6 +41,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
+use test_shoot::TestShoot;
+use test_support::PATIENCE;
 
 /// How far a pixel of a snapshot may differ (YIQ distance), and how many may differ more: drivers
 /// round the edges of text differently.
@@ -81,12 +81,12 @@ fn clay_window(folder: &Path) -> Window {
     window
 }
 
-/// Steps the window until `seen`, as a person would wait; a minute is far beyond any of it.
+/// Steps the window until `seen`, as a person would wait.
 fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
     let started = Instant::now();
     while !seen(window.state()) {
         assert!(
-            started.elapsed() < Duration::from_secs(60),
+            started.elapsed() < PATIENCE,
             "no {what}: {:?}",
             window.state().status()
         );
@@ -232,7 +232,7 @@ fn play_goes_through_the_frames_and_around() {
     let mut shown = std::collections::BTreeSet::new();
     let started = Instant::now();
     while shown.len() < clay::FRAMES || window.state().state().frame > 1 {
-        assert!(started.elapsed() < Duration::from_secs(60), "{shown:?}");
+        assert!(started.elapsed() < PATIENCE, "{shown:?}");
         std::thread::sleep(Duration::from_millis(2));
         window.step();
         shown.extend(window.state().relit().map(|r| r.scene.frame));
@@ -384,10 +384,10 @@ fn tab_hides_the_panels_and_a_question_mark_lists_the_keys() {
     window.key_press(Key::Questionmark);
     window.run();
     assert!(window.query_by_label("Play").is_some());
-    window.get_by_label("next environment");
+    window.get_by_label("Next environment");
     window.key_press(Key::Escape);
     window.run();
-    assert!(window.query_by_label("next environment").is_none());
+    assert!(window.query_by_label("Next environment").is_none());
 }
 
 #[test]
@@ -597,16 +597,7 @@ fn a_frame_that_cannot_be_read_is_named_over_the_picture() {
 #[test]
 fn a_shoot_is_calibrated_trained_and_relit_in_the_window() {
     let folder = crate::temporary();
-    let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
-    let stage = StageSettings {
-        frames: 3,
-        size: 32,
-        lamps: 6,
-        ..StageSettings::default()
-    };
-    write_shoot(&shoot, &stage, &silent).unwrap();
-    let settings = ImportSettings { size: 32, seed: 5 };
-    let project = import(&folder.path().join("project"), &shoot, &settings, &silent).unwrap();
+    let project = TestShoot::default().import(folder.path(), "project");
 
     let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
     let needs = |need| move |app: &StudioApp| matches!(&app.status().phase, Phase::Blocked(b) if b.need == Some(need));
@@ -714,8 +705,8 @@ fn lines_with(window: &Window, word: &str, left: f32, right: f32) -> Vec<egui::R
 
 /// The same without what is in `places`.
 fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
-    if !vulkan_adapter() {
-        println!("skipped: no Vulkan adapter to draw with; install mesa-vulkan-drivers");
+    let need = test_support::Need::Gpu;
+    if !test_support::require(need, vulkan_adapter(), "no Vulkan adapter to draw with") {
         return;
     }
     window.run();

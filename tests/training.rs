@@ -1,20 +1,22 @@
 //! Training as a whole, on a shoot small enough for seconds.
 
-use afterlight::calibration::{CalibrateSettings, Calibration, calibrate};
-use afterlight::footage::{Frame, ImportSettings, import};
+use afterlight::calibration::Calibration;
+use afterlight::footage::Frame;
 use afterlight::gpu::DeviceChoice;
 use afterlight::progress::{Control, Progress, Report};
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, CheckpointInfo};
-use afterlight::reflectance::{Predictor, ReflectanceField};
+use afterlight::reflectance::{
+    Formulation, Normalization, Predictor, ReflectanceField, Statistics,
+};
 use afterlight::training::{History, Preset, TrainSettings, TrainingConfig, checkpoints, train};
-use afterlight::virtual_stage::{StageSettings, write_shoot};
 use burn::tensor::Device;
 use std::path::Path;
 use std::process::Stdio;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use test_shoot::TestShoot;
 
 /// The backend's random generator is one for the process, so runs that are compared take turns.
 fn turn() -> MutexGuard<'static, ()> {
@@ -22,33 +24,14 @@ fn turn() -> MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn shoot(folder: &Path) {
-    let settings = StageSettings {
-        frames: 4,
-        size: 32,
-        lamps: 6,
-        ..StageSettings::default()
-    };
-    write_shoot(&folder.join("shoot"), &settings, &Progress::silent()).unwrap();
-}
-
+/// A project in `folder`, of the one shoot that is there.
 fn project(folder: &Path, name: &str) -> (Project, Calibration) {
-    let settings = ImportSettings { size: 16, seed: 5 };
-    let mut project = import(
-        &folder.join(name),
-        &folder.join("shoot"),
-        &settings,
-        &Progress::silent(),
-    )
-    .unwrap();
-    let calibration = calibrate(
-        &mut project,
-        &CalibrateSettings::default(),
-        &Progress::silent(),
-    )
-    .unwrap();
-    calibration.save(&project).unwrap();
-    (project, calibration)
+    let shoot = TestShoot {
+        frames: 4,
+        working_size: 16,
+        ..TestShoot::default()
+    };
+    shoot.calibrate(folder, name)
 }
 
 fn small() -> TrainingConfig {
@@ -92,12 +75,10 @@ fn a_resumed_run_equals_an_unstopped_one_bit_for_bit() {
 /// The true features that a resumed run has not met yet are those that an unstopped one remembers.
 #[test]
 fn so_it_does_with_features_from_a_file_and_sampled_lamps() {
-    let weights = "../shared/data/weights/squeezenet1_1_lpips_v0_1.safetensors";
-    let weights = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join(weights);
-    if !weights.exists() {
-        eprintln!("skipped: no {}", weights.display());
+    let weights = "data/weights/squeezenet1_1_lpips_v0_1.safetensors";
+    let Some(weights) = test_support::shared(weights) else {
         return;
-    }
+    };
     for shift in [0.0, 0.05] {
         a_resumed_run_equals_an_unstopped_one(TrainingConfig {
             features: Some(weights.clone()),
@@ -112,7 +93,6 @@ fn so_it_does_with_features_from_a_file_and_sampled_lamps() {
 fn a_resumed_run_equals_an_unstopped_one(config: TrainingConfig) {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let (stopped, calibration) = project(folder.path(), "stopped");
     let (unstopped, _) = project(folder.path(), "unstopped");
     run(
@@ -150,7 +130,6 @@ fn a_resumed_run_equals_an_unstopped_one(config: TrainingConfig) {
 fn what_is_computed_anew_on_the_way_back_changes_nothing() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let networks = [false, true].map(|recompute| {
         let (project, calibration) = project(folder.path(), &format!("{recompute}"));
         let config = TrainingConfig {
@@ -164,45 +143,76 @@ fn what_is_computed_anew_on_the_way_back_changes_nothing() {
     assert_eq!(networks[0], networks[1]);
 }
 
+/// Trains so for 30 epochs, after which the loss has fallen and the output is neither black nor NaN.
+fn learns(folder: &Path, name: &str, config: TrainingConfig) {
+    let (project, calibration) = project(folder, name);
+    let report = run(
+        &project,
+        &calibration,
+        TrainingConfig {
+            epochs: 30,
+            ..config
+        },
+    );
+    assert_eq!(report.skipped_steps, 0);
+    assert!(report.dead_lamps.is_empty(), "{:?}", report.dead_lamps);
+    let log = std::fs::read_to_string(project.root.join("training.csv")).unwrap();
+    let losses: Vec<f32> = log
+        .lines()
+        .skip(1)
+        .filter_map(|line| line.split(',').nth(2).and_then(|loss| loss.parse().ok()))
+        .collect();
+    let mean = |part: &[f32]| part.iter().sum::<f32>() / part.len() as f32;
+    let (first, last) = (mean(&losses[..12]), mean(&losses[losses.len() - 12..]));
+    assert!(
+        last < 0.8 * first,
+        "{name}: the reconstruction loss went from {first} to {last}"
+    );
+    let field = predicted(&project, &calibration);
+    let lit = field.values.iter().filter(|v| **v > 1e-3).count();
+    assert!(
+        lit * 20 > field.values.len(),
+        "{name}: only {lit} of {} values are lit",
+        field.values.len()
+    );
+    assert!(field.values.iter().all(|v| v.is_finite()));
+}
+
 #[test]
 fn training_learns_and_its_output_does_not_fall_to_black() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
-    for formulation in [
-        afterlight::reflectance::Formulation::Direct,
-        afterlight::reflectance::Formulation::Ratio,
-    ] {
-        let (project, calibration) = project(folder.path(), &format!("{formulation:?}"));
+    for formulation in [Formulation::Direct, Formulation::Ratio] {
         let config = TrainingConfig {
             formulation,
-            epochs: 30,
             ..small()
         };
-        let report = run(&project, &calibration, config);
-        assert_eq!(report.skipped_steps, 0);
-        assert!(report.dead_lamps.is_empty(), "{:?}", report.dead_lamps);
-        let log = std::fs::read_to_string(project.root.join("training.csv")).unwrap();
-        let losses: Vec<f32> = log
-            .lines()
-            .skip(1)
-            .filter_map(|line| line.split(',').nth(2).and_then(|loss| loss.parse().ok()))
-            .collect();
-        let mean = |part: &[f32]| part.iter().sum::<f32>() / part.len() as f32;
-        let (first, last) = (mean(&losses[..12]), mean(&losses[losses.len() - 12..]));
-        assert!(
-            last < 0.8 * first,
-            "{formulation:?}: the reconstruction loss went from {first} to {last}"
-        );
-        let field = predicted(&project, &calibration);
-        let lit = field.values.iter().filter(|v| **v > 1e-3).count();
-        assert!(
-            lit * 20 > field.values.len(),
-            "{formulation:?}: only {lit} of {} values are lit",
-            field.values.len()
-        );
-        assert!(field.values.iter().all(|v| v.is_finite()));
+        learns(folder.path(), &format!("{formulation:?}"), config);
     }
+}
+
+/// Batch normalisation as the paper has it, with one picture a step.
+fn batch(statistics: Statistics) -> TrainingConfig {
+    TrainingConfig {
+        normalization: Normalization::Batch,
+        formulation: Formulation::Direct,
+        statistics,
+        ..small()
+    }
+}
+
+#[test]
+fn batch_normalisation_learns_from_a_batch_of_one() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    for statistics in [Statistics::Own, Statistics::Running] {
+        learns(folder.path(), &format!("{statistics:?}"), batch(statistics));
+    }
+}
+
+#[test]
+fn a_resumed_run_has_the_running_statistics_of_an_unstopped_one() {
+    a_resumed_run_equals_an_unstopped_one(batch(Statistics::Running));
 }
 
 /// A rate far too high saturates the sigmoid, and the run says which lamps no longer learn.
@@ -210,11 +220,10 @@ fn training_learns_and_its_output_does_not_fall_to_black() {
 fn outputs_that_have_died_are_named() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let (project, calibration) = project(folder.path(), "film");
     let settings = TrainSettings {
         config: TrainingConfig {
-            formulation: afterlight::reflectance::Formulation::Direct,
+            formulation: Formulation::Direct,
             learning_rate: 1.0,
             gradient_norm: 1e9,
             warm_up: 0,
@@ -250,7 +259,6 @@ fn outputs_that_have_died_are_named() {
 fn a_killed_run_leaves_a_readable_checkpoint() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let (project, _) = project(folder.path(), "film");
     let checkpoint = project.checkpoint_path();
     let settings = [
@@ -302,7 +310,6 @@ fn contents(folder: &Path) -> (CheckpointInfo, Vec<Vec<u8>>) {
 fn a_run_that_goes_back_learns_again_what_it_learnt() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let (project, calibration) = project(folder.path(), "film");
     let short = TrainingConfig {
         epochs: 3,
@@ -361,7 +368,6 @@ fn a_run_that_goes_back_learns_again_what_it_learnt() {
 fn what_was_trained_before_a_new_start_is_kept_and_the_list_is_bounded() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let (project, calibration) = project(folder.path(), "film");
     let config = TrainingConfig {
         epochs: 12,
@@ -403,7 +409,6 @@ fn what_was_trained_before_a_new_start_is_kept_and_the_list_is_bounded() {
 fn a_way_back_that_is_killed_leaves_a_readable_checkpoint() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let (project, calibration) = project(folder.path(), "film");
     let steps = [2, 5].map(|epochs| {
         let config = TrainingConfig { epochs, ..small() };
@@ -447,7 +452,6 @@ fn a_way_back_that_is_killed_leaves_a_readable_checkpoint() {
 fn a_paused_run_goes_on_as_if_it_had_not_been() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let (paused, calibration) = project(folder.path(), "paused");
     let (straight, _) = project(folder.path(), "straight");
     let config = TrainingConfig {
@@ -495,7 +499,6 @@ fn a_paused_run_goes_on_as_if_it_had_not_been() {
 fn a_pose_held_out_judges_and_does_not_teach() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let (project, calibration) = project(folder.path(), "film");
     let poses = project.settings.shoot.poses.len();
     let attempt = |hold_out: usize, epochs: u32| {
@@ -533,7 +536,6 @@ fn a_pose_held_out_judges_and_does_not_teach() {
 fn a_checkpoint_of_another_shape_is_refused_with_a_sentence() {
     let _turn = turn();
     let folder = tempfile::tempdir().unwrap();
-    shoot(folder.path());
     let (project, calibration) = project(folder.path(), "film");
     run(
         &project,

@@ -76,7 +76,9 @@ pub fn lamp_from_shading(ball: &Ball, photograph: &Image) -> Result<Shading> {
         fit = Fit::of(&used).ok_or_else(dark)?;
     }
     let strength = fit.lamp.length();
-    if used.len() < 100 || strength.is_nan() || strength <= 0.0 {
+    // Light from everywhere leaves a lamp of rounding alone.
+    let least = 1e-6 * fit.ambient.abs();
+    if used.len() < 100 || strength.is_nan() || strength <= least {
         return Err(dark());
     }
     let square: f64 = used.iter().map(|(p, w)| w * fit.residual(p).powi(2)).sum();

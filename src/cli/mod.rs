@@ -141,6 +141,9 @@ struct DemoArgs {
     /// Only make the project, for the studio to open.
     #[arg(long)]
     prepare: bool,
+    /// End after this many minutes of training, including earlier runs.
+    #[arg(long, default_value_t = worker::demo::MINUTES, value_parser = parse::parse_minutes)]
+    minutes: f64,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
@@ -235,6 +238,7 @@ impl Cli {
                 Ok(Job::Demo {
                     folder: args.dir,
                     prepare: args.prepare,
+                    minutes: args.minutes,
                     device: args.device.device,
                 }),
             ),

@@ -14,6 +14,13 @@ pub fn parse_count(text: &str) -> std::result::Result<usize, String> {
     }
 }
 
+pub fn parse_minutes(text: &str) -> std::result::Result<f64, String> {
+    match text.trim().parse() {
+        Ok(minutes) if minutes > 0.0 && f64::is_finite(minutes) => Ok(minutes),
+        _ => Err(format!("{text:?} is not a number of minutes above 0")),
+    }
+}
+
 pub fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
     let (from, to) = text.split_once('-').unwrap_or((text, text));
     let number = |s: &str| {
@@ -26,5 +33,18 @@ pub fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
         Ok((from, to))
     } else {
         Err(format!("{from} comes after {to}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn minutes_are_positive_and_end() {
+        assert_eq!(parse_minutes("0.75"), Ok(0.75));
+        for text in ["", "soon", "0", "-1", "nan", "inf"] {
+            assert!(parse_minutes(text).is_err(), "{text}");
+        }
     }
 }

@@ -30,7 +30,7 @@ pub struct RelightArgs {
     /// (afterlight, openexr, usd, nuke, mitsuba, threejs, blender), or the yaw that brings it to the middle.
     #[arg(long, value_name = "TOOL|DEG", allow_hyphen_values = true)]
     front: Option<Front>,
-    /// How the panorama's file lays out the sphere [default: lat-long].
+    /// How the panorama's file lays out the sphere, if it is not a lat-long.
     #[arg(long, value_enum)]
     mapping: Option<Mapping>,
     /// Turn the environment: positive moves it to camera-right in front.

@@ -1,7 +1,7 @@
 //! `afterlight train`.
 
 use super::OutputArgs;
-use super::parse::parse_count;
+use super::parse::{parse_count, parse_minutes};
 use base::error::Result;
 use clap::Args;
 use evaluation::Truth;
@@ -26,7 +26,7 @@ pub struct TrainArgs {
     #[arg(long, value_enum)]
     precision: Option<Precision>,
     /// End after this many minutes of training, including earlier runs.
-    #[arg(long, conflicts_with = "epochs")]
+    #[arg(long, conflicts_with = "epochs", value_parser = parse_minutes)]
     minutes: Option<f64>,
     /// End after this many epochs, including earlier runs.
     #[arg(long)]

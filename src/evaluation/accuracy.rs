@@ -341,7 +341,6 @@ mod tests {
     use footage::{ImportSettings, import};
     use imaging::{DualGamma, Response};
     use light::Rig;
-    use std::path::Path;
 
     type Weights = Vec<[f32; 3]>;
 
@@ -360,12 +359,9 @@ mod tests {
     /// them most, by 0.44 dB; none of the others by more than 0.14.
     #[test]
     fn the_scores_agree_with_an_independent_program() {
-        let shoot =
-            Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("../shared/data/stage");
-        if !shoot.is_dir() {
-            println!("skipped: {} is not here", shoot.display());
+        let Some(shoot) = test_support::shared("data/stage") else {
             return;
-        }
+        };
         let facts = std::fs::read_to_string(shoot.join("truth.json")).unwrap();
         let facts: Facts = serde_json::from_str(&facts).unwrap();
         let folder = tempfile::tempdir().unwrap();

@@ -239,7 +239,6 @@ pub(super) mod tests {
     use super::super::metrics::mean_inside;
     use super::*;
     use imaging::Mask;
-    use std::path::Path;
     use std::process::Command;
 
     /// 8-bit codes that every program computes alike.
@@ -330,19 +329,10 @@ pub(super) mod tests {
 
     #[test]
     fn whole_maps_are_those_of_the_authors_program() {
-        let Some(python) = std::env::var_os("AFTERLIGHT_PYTHON") else {
-            eprintln!("skipped: AFTERLIGHT_PYTHON names no interpreter that has flip_evaluator");
+        let Some(python) = test_support::python(&["flip_evaluator"]) else {
             return;
         };
-        let has = Command::new(&python)
-            .args(["-c", "import flip_evaluator"])
-            .output();
-        if !has.is_ok_and(|o| o.status.success()) {
-            eprintln!("skipped: the interpreter has no flip_evaluator");
-            return;
-        }
-        let script =
-            Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("tests/peers/flip.py");
+        let script = test_support::repository("tests/peers/flip.py");
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
         for (width, height, pixels_per_degree) in [(61, 40, 67.0), (33, 70, 20.0), (128, 9, 120.0)]

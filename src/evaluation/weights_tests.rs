@@ -12,8 +12,8 @@ use light::YawTable;
 use light::weights::{Partition, Weighting};
 use project::Project;
 use reflectance::ReflectanceField;
-use std::path::PathBuf;
 use std::sync::OnceLock;
+use test_support::shared;
 
 /// The shoot, calibrated from its own photographs, at 256 × 256.
 struct Shoot {
@@ -23,35 +23,23 @@ struct Shoot {
     _folder: tempfile::TempDir,
 }
 
-fn shared(inside: &str) -> PathBuf {
-    PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").unwrap())
-        .join("../shared/data")
-        .join(inside)
-}
-
-/// The shoot; None if it is not available.
+/// The shoot; None if it is missing, and the test returns.
 fn shoot() -> Option<&'static Shoot> {
-    static SHOOT: OnceLock<Option<Shoot>> = OnceLock::new();
+    static SHOOT: OnceLock<Shoot> = OnceLock::new();
+    let stage = shared("data/stage")?;
     let shoot = SHOOT.get_or_init(|| {
-        let stage = shared("stage");
-        if !stage.is_dir() || !shared("hdri").is_dir() {
-            return None;
-        }
         let folder = tempfile::tempdir().unwrap();
         let (settings, silent) = (ImportSettings { size: 256, seed: 0 }, Progress::silent());
         let mut project = import(folder.path(), &stage, &settings, &silent).unwrap();
         let settings = CalibrateSettings::default();
-        Some(Shoot {
+        Shoot {
             calibration: calibrate(&mut project, &settings, &silent).unwrap(),
             truth: Truth::open(&project, &stage).unwrap(),
             project,
             _folder: folder,
-        })
+        }
     });
-    if shoot.is_none() {
-        println!("skipped: {} is not here", shared("").display());
-    }
-    shoot.as_ref()
+    Some(shoot)
 }
 
 const KINDS: [Weighting; 3] = [Weighting::Cells, Weighting::Smooth, Weighting::Fit];
@@ -137,8 +125,11 @@ fn flicker(field: &ReflectanceField, subject: &[bool], table: &YawTable, gain: f
 #[test]
 fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells() {
     const SIZE: usize = 64;
-    let Some(shoot) = shoot() else { return };
-    let park = light::panorama::load(&shared("hdri/polyhaven_sunny_vondelpark_1k.hdr")).unwrap();
+    let park = shared("data/hdri/polyhaven_sunny_vondelpark_1k.hdr");
+    let (Some(shoot), Some(park)) = (shoot(), park) else {
+        return;
+    };
+    let park = light::panorama::load(&park).unwrap();
     let index = shoot.truth.frames[0];
     let olats = shoot.truth.olats(index).unwrap();
     let olats: Vec<Image> = olats.iter().map(|o| resize_area(o, SIZE, SIZE)).collect();
@@ -183,13 +174,15 @@ fn a_slow_turn_of_a_sunny_park_flickers_less_by_smooth_and_by_fit_than_by_cells(
 
 #[test]
 fn the_true_olats_are_relit_under_every_panorama_with_all_of_its_energy() {
-    let Some(shoot) = shoot() else { return };
+    let (Some(shoot), Some(folder)) = (shoot(), shared("data/hdri")) else {
+        return;
+    };
     let rig = &shoot.calibration.rig;
     let partition = Partition::of(Weighting::default(), rig);
     let olats = shoot.truth.olats(shoot.truth.frames[0]).unwrap();
     let field = ReflectanceField::from_olats(&olats);
     let mut panoramas = 0;
-    for file in std::fs::read_dir(shared("hdri")).unwrap() {
+    for file in std::fs::read_dir(folder).unwrap() {
         let path = file.unwrap().path();
         if !["hdr", "exr"]
             .iter()

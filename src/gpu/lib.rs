@@ -220,8 +220,8 @@ mod tests {
     fn a_network_on_a_gpu_that_is_lost_says_so_and_the_next_device_is_the_cpu() {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-        let Some(adapter) = adapters.into_iter().next() else {
-            println!("skipped: no adapter");
+        let adapter = adapters.into_iter().next().ok_or("no adapter");
+        let Some(adapter) = test_support::found(test_support::Need::Gpu, adapter) else {
             return;
         };
         let gpu = Gpu::open(&instance, adapter).unwrap();

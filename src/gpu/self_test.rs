@@ -271,8 +271,8 @@ mod tests {
     #[test]
     fn the_program_falls_back_to_the_cpu_and_says_why() {
         let right = ComputeDevice::choose(DeviceChoice::Gpu);
-        let Some(gpu) = right.gpu else {
-            println!("skipped: {}", right.description);
+        let gpu = right.gpu.ok_or(right.description);
+        let Some(gpu) = test_support::found(test_support::Need::Gpu, gpu) else {
             return;
         };
         // This adapter, software or not, is right.

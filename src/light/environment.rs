@@ -261,12 +261,9 @@ mod tests {
 
     #[test]
     fn a_panorama_of_the_shared_data_is_read() {
-        let path = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
-            .join("../shared/data/hdri/probulator_pisa.hdr");
-        if !path.exists() {
-            eprintln!("skipped: {} is not here", path.display());
+        let Some(path) = test_support::shared("data/hdri/probulator_pisa.hdr") else {
             return;
-        }
+        };
         let pisa = crate::panorama::load(&path).unwrap();
         assert_eq!(
             (pisa.name.as_str(), pisa.repaired_texels),

@@ -2,7 +2,7 @@
 
 use super::kernels::{self, Activation, Precision};
 use base::error::{Error, Result};
-use burn::module::{Initializer, Module, ModuleMapper, Param};
+use burn::module::{Initializer, Module, ModuleMapper, Param, RunningState};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, GroupNorm, GroupNormConfig, PaddingConfig2d};
 use burn::tensor::{DType, Device, FloatDType, Tensor};
@@ -307,6 +307,26 @@ impl UNet {
 }
 
 impl UNet {
+    /// What batch normalisation knows of the pictures so far, `[channels]` each: running means and variances, which
+    /// every pass of training changes. Empty without batch normalisation.
+    pub fn running_statistics(&self) -> Vec<Tensor<1>> {
+        let values = self.running().map(|running| running.value_sync());
+        values.collect()
+    }
+
+    /// Goes back to what [`Self::running_statistics`] gave.
+    pub fn set_running_statistics(&self, values: Vec<Tensor<1>>) {
+        for (running, value) in self.running().zip(values) {
+            running.update(value);
+            running.value_sync();
+        }
+    }
+
+    fn running(&self) -> impl Iterator<Item = &RunningState<Tensor<1>>> {
+        let batches = self.encoder.iter().filter_map(|block| block.batch.as_ref());
+        batches.flat_map(|batch| [&batch.running_mean, &batch.running_var])
+    }
+
     /// The network with convolutions in f16, for predictions on a GPU: its input has to be f16 too, and
     /// its output is. Normalisation computes in f32.
     pub fn halved(self) -> Self {

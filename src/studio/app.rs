@@ -1,5 +1,5 @@
-//! The application: it takes in what the threads say, shows the panels, applies their commands and asks for the
-//! picture that the state calls for.
+//! The application: it takes in what the threads report, draws the panels, applies their commands and asks for
+//! the picture that the state calls for.
 
 mod autosave;
 mod commands;
@@ -201,7 +201,7 @@ impl StudioApp {
         move || ctx.request_repaint()
     }
 
-    /// Takes in what the threads have to say.
+    /// Takes in what the threads report.
     fn receive(&mut self) {
         self.receive_events();
         self.readers.receive(&self.ctx);

@@ -1,4 +1,4 @@
-//! What the window knows of the calibration: it asks the thread that looks at it, and keeps the answers.
+//! What the window knows of the calibration. A thread of its own finds it out.
 
 use super::layout::Pane;
 use super::state::State;
@@ -7,23 +7,23 @@ use project::Project;
 use std::sync::Arc;
 use worker::{CalibrationRequest, CalibrationThread, GammaView, ProbeView};
 
-/// The answers, and the thread once it was needed.
+/// The thread's answers; it starts when it is first needed.
 #[derive(Default)]
 pub struct CalibrationAnalysis {
     /// What the mirror balls show, or why they cannot be read.
     pub probe: Option<Result<Arc<ProbeView>, String>>,
-    /// How the tried response does, or why that cannot be told.
+    /// How well the tried response fits, or why that is unknown.
     pub gamma: Option<Result<Arc<GammaView>, String>>,
     thread: Option<CalibrationThread>,
-    /// What was asked last.
+    /// The last question.
     asked: Option<CalibrationRequest>,
-    /// How often the calibration may have changed.
+    /// Counts how often the calibration may have changed.
     calibrations: u64,
 }
 
 impl CalibrationAnalysis {
-    /// The calibration may be another from now on.
-    pub fn renew(&mut self) {
+    /// A job may have changed the calibration.
+    pub fn invalidate(&mut self) {
         self.calibrations += 1;
     }
 
@@ -35,8 +35,7 @@ impl CalibrationAnalysis {
         }
     }
 
-    /// Asks for what the panes `shown` show, where that is another than before; where there are two, for
-    /// the one in hand.
+    /// Asks for what the panes `shown` need, if that changed; of two panes, for the active one.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -48,8 +47,8 @@ impl CalibrationAnalysis {
         let mut studied = shown
             .iter()
             .filter(|pane| matches!(pane, Pane::Probe | Pane::Gamma));
-        let in_hand = studied.clone().find(|&&pane| pane == state.active);
-        let wanted = match in_hand.or(studied.next()) {
+        let active = studied.clone().find(|&&pane| pane == state.active);
+        let wanted = match active.or(studied.next()) {
             Some(Pane::Probe) => CalibrationRequest::Probe {
                 calibrations,
                 photograph: state.photograph,
@@ -116,7 +115,7 @@ fn known<'a, T>(answer: &'a Option<Result<Arc<T>, String>>, what: &str) -> Resul
 }
 
 impl Drop for CalibrationAnalysis {
-    /// The thread is joined beside the window: it may be amid a fit.
+    /// Joins the thread in the background: it may be busy with a fit.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             std::thread::spawn(move || drop(thread));

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use worker::{Comparison, ComparisonSource, Origin};
 
-/// What stands beside the relit picture.
+/// A picture to compare with.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reference {
     /// The interview's frame.
@@ -28,11 +28,11 @@ pub enum Reference {
 pub enum CompareMode {
     /// The first to the left of a line that can be dragged, the second to its right.
     Wipe,
-    /// One beside the other.
+    /// Side by side.
     Side,
     /// One at a time.
     Toggle,
-    /// What differs between them.
+    /// Their difference.
     Difference,
 }
 
@@ -40,12 +40,12 @@ pub enum CompareMode {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompareSettings {
     pub on: bool,
-    /// The first picture; none is the relit one.
+    /// The first picture; None for the relit one.
     pub first: Option<Reference>,
     /// The second picture.
     pub reference: Reference,
     pub mode: CompareMode,
-    /// Where one is shown at a time: whether it is the second.
+    /// In [`CompareMode::Toggle`], whether the second is shown.
     pub second: bool,
 }
 
@@ -62,7 +62,7 @@ impl Default for CompareSettings {
 }
 
 impl CompareSettings {
-    /// Wipes, or no longer does.
+    /// Starts or stops the wipe.
     pub fn toggle_wipe(&mut self) {
         self.on = !(self.on && self.mode == CompareMode::Wipe);
         self.mode = CompareMode::Wipe;

@@ -1,31 +1,31 @@
-//! Looks beside the window whether files of the next export are there already.
+//! Checks in the background whether files of the next export exist already.
 
 use export::{Destination, untaken};
 use std::sync::Arc;
 use worker::Latest;
 
-/// What is asked: where the export goes.
+/// The question: where the export goes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DestinationQuery {
     /// As [`Destination::parse`] understands it.
     pub to: String,
     /// First and last frame.
     pub range: (usize, usize),
-    /// Exports that are over: each may have written files.
+    /// Number of finished exports: each may have written files.
     pub finished: usize,
 }
 
-/// What was found.
+/// The answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExistingFiles {
     pub query: DestinationQuery,
-    /// How many of its files are there.
+    /// How many of its files exist.
     pub files: usize,
-    /// The destination with a number that is free, or the same where none is there.
+    /// The destination with a number appended that is free; unchanged if no file exists.
     pub free: String,
 }
 
-/// Asks one question at a time, the newest.
+/// Answers one question at a time, the newest.
 pub struct DestinationCheck {
     asked: Option<DestinationQuery>,
     answer: Arc<Latest<ExistingFiles>>,
@@ -44,7 +44,7 @@ impl DestinationCheck {
         }
     }
 
-    /// Takes in the answer and asks where `query` is another question than before.
+    /// Takes in the answer, and asks again if the question changed.
     pub fn ask(&mut self, query: DestinationQuery) {
         if let Some(found) = self.answer.take() {
             self.found = Some(found);
@@ -59,7 +59,7 @@ impl DestinationCheck {
         std::thread::spawn(move || answer.put(ExistingFiles::of(query)));
     }
 
-    /// What is known of the destination that was asked for last.
+    /// The newest answer.
     pub fn found(&self) -> Option<&ExistingFiles> {
         self.found.as_ref()
     }

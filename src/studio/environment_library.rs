@@ -1,5 +1,4 @@
-//! The panoramas behind the list of environments: has them read as the list grows, and keeps the list in the
-//! project.
+//! The panoramas of the environments in the list: loads them as the list grows, and saves the list in the project.
 
 use super::environment_list::{self, ListedEnvironment};
 use egui::Context;
@@ -15,7 +14,7 @@ pub struct EnvironmentEntry {
     pub panorama: PanoramaState,
 }
 
-/// How far the reading of a panorama is.
+/// Whether a panorama is loaded.
 pub enum PanoramaState {
     Waiting,
     Done {
@@ -27,7 +26,7 @@ pub enum PanoramaState {
 }
 
 impl PanoramaState {
-    /// Whether it is not known yet.
+    /// Whether it is still being loaded.
     pub fn is_waiting(&self) -> bool {
         matches!(self, Self::Waiting)
     }
@@ -50,7 +49,7 @@ pub struct EnvironmentLibrary {
 }
 
 impl EnvironmentLibrary {
-    /// An empty one.
+    /// An empty library.
     pub fn new(ctx: &Context) -> Self {
         let woken = ctx.clone();
         Self {
@@ -63,7 +62,7 @@ impl EnvironmentLibrary {
         }
     }
 
-    /// Reads a project once the list of the open one is written, in case they are the same.
+    /// Calls `read`, which reads a project, after the open one's list has been written: they may be the same.
     pub fn written<T>(&mut self, read: impl FnOnce() -> T) -> T {
         self.writer = None;
         let read = read();
@@ -82,18 +81,18 @@ impl EnvironmentLibrary {
         ))
     }
 
-    /// The list of a project that was just opened, into which it is `kept` as it changes. Files that are not
-    /// there are named in the sentences.
+    /// The list of a project that was just opened, and a sentence for each file that is missing. If `saved`, changes
+    /// of the list are saved in the project.
     pub fn open(
         &mut self,
         project: &Project,
-        kept: bool,
+        saved: bool,
     ) -> (Arc<Vec<ListedEnvironment>>, Vec<String>) {
         let list = Arc::new(environment_list::of_project(project));
         self.entries.clear();
         self.writer = None;
         self.follow(&list);
-        self.root = kept.then(|| project.root.clone());
+        self.root = saved.then(|| project.root.clone());
         self.writer = self.start();
         let known = project.environments();
         (list, known.iter().filter_map(|e| e.complaint()).collect())
@@ -113,7 +112,7 @@ impl EnvironmentLibrary {
         }
     }
 
-    /// Brings the panoramas and the project in line with the list.
+    /// Loads and saves what changed in the list.
     pub fn follow(&mut self, list: &Arc<Vec<ListedEnvironment>>) {
         if self.list == *list && self.entries.len() == list.len() {
             return;
@@ -139,7 +138,7 @@ impl EnvironmentLibrary {
         self.list = list.clone();
     }
 
-    /// Takes in what has been read, and gives what could not be kept, a sentence each.
+    /// Takes in what was loaded; returns a sentence for each list that could not be saved.
     pub fn receive(&mut self) -> Vec<String> {
         for (origin, read) in self.loader.loaded() {
             let panorama = match read {

@@ -1,4 +1,4 @@
-//! The list of environments as a setting: which there are, whose they are, and which way is front in them.
+//! The list of environments as a setting: what is in it, where it comes from, and which way is front.
 
 use super::look::LookSettings;
 use light::built_in;
@@ -13,25 +13,25 @@ use worker::Origin;
 pub struct ListedEnvironment {
     pub name: String,
     pub origin: Origin,
-    /// Which way is front in its file, once the person has said so.
+    /// Which way is front in its file; None until the person says so.
     pub front: Option<Front>,
     pub owner: Owner,
 }
 
-/// Whose an environment is.
+/// Where an environment comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
     Shoot,
     Program,
-    /// Added, and kept in the project.
+    /// Added by a person, and saved in the project.
     Person,
 }
 
 impl Owner {
-    /// Whose it is, in a few words.
+    /// Where it comes from, for the window.
     pub fn says(self) -> &'static str {
         match self {
-            Self::Shoot => "of the shoot",
+            Self::Shoot => "from the shoot",
             Self::Program => "built in",
             Self::Person => "added",
         }
@@ -39,19 +39,19 @@ impl Owner {
 }
 
 impl ListedEnvironment {
-    /// Whether another of a list has the same name but for capitals.
+    /// Whether another one in the list has the same name, ignoring case.
     pub fn is_ambiguous(&self, list: &[Self]) -> bool {
         let name = self.name.to_lowercase();
         let same = list.iter().filter(|one| one.name.to_lowercase() == name);
         same.count() > 1
     }
 
-    /// Whether it has not been said yet which way is front in a file that a person brought.
+    /// Whether the person still has to say which way is front in an added file.
     pub fn asks(&self) -> bool {
         self.owner == Owner::Person && self.front.is_none()
     }
 
-    /// Which way is front: as it has been said, or else this program's convention.
+    /// Which way is front: as the person said, or else Afterlight's convention.
     pub fn front(&self) -> Front {
         self.front.unwrap_or_default()
     }
@@ -64,7 +64,7 @@ impl ListedEnvironment {
     }
 }
 
-/// The list of a project that was just opened: the shoot's, those that are built in, and what was added.
+/// The list of a project that was just opened: the shoot's environments, the built-in ones, and the added ones.
 pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
     let (added, shoots): (Vec<_>, Vec<_>) =
         project.environments().into_iter().partition(|e| e.added);
@@ -87,7 +87,7 @@ pub fn of_project(project: &Project) -> Vec<ListedEnvironment> {
     shoots.chain(built_in).chain(added).collect()
 }
 
-/// What of a list is kept in the project.
+/// What of a list is saved in the project.
 pub fn saved(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
     let files = list.iter().filter_map(|listed| {
         Some(NamedEnvironment {
@@ -100,8 +100,7 @@ pub fn saved(list: &[ListedEnvironment]) -> Vec<NamedEnvironment> {
 }
 
 impl LookSettings {
-    /// Adds panoramas at the end of the list, and shows the first of them. One that is there already is not
-    /// added again.
+    /// Adds panoramas at the end of the list, and shows the first of them. A file is listed once.
     pub(super) fn add(&mut self, files: &[PathBuf]) {
         let list = Arc::make_mut(&mut self.environments);
         let mut first = None;
@@ -123,8 +122,7 @@ impl LookSettings {
         self.environment = first.unwrap_or(self.environment);
     }
 
-    /// Takes an added environment out of the list; the others stay as they are, and the one that is shown too
-    /// unless it is this one.
+    /// Removes an added environment from the list. The one that is shown stays, unless it is this one.
     pub(super) fn remove(&mut self, place: usize) {
         let list = Arc::make_mut(&mut self.environments);
         if list
@@ -138,7 +136,7 @@ impl LookSettings {
         }
     }
 
-    /// Says which way is front in a file of the list.
+    /// Sets which way is front in a file of the list.
     pub(super) fn set_front(&mut self, place: usize, front: Option<Front>) {
         let list = Arc::make_mut(&mut self.environments);
         if let Some(listed) = list
@@ -163,7 +161,7 @@ mod tests {
     use super::*;
     use light::conventions::Tool;
 
-    /// A window on a list of two that are the shoot's.
+    /// A window with two environments from the shoot.
     fn state() -> State {
         let mut state = State::new(1, 24.0);
         let shoots = ["sky", "night"].map(|name| ListedEnvironment {
@@ -200,7 +198,7 @@ mod tests {
             assert_eq!(s.look.yaw_deg, 25.0);
             apply(&mut s, LookCommand::Front(0, None));
         }
-        // It belongs to the file: another environment stays as it is.
+        // It belongs to the file: other environments stay as they are.
         apply(&mut s, LookCommand::Front(0, Some(Front::new(90.0))));
         apply(&mut s, LookCommand::Environment(1));
         assert_eq!(s.scene().yaw_deg, 25.0);

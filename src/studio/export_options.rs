@@ -14,26 +14,26 @@ use scene::{Background, Effects, Inspection};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a person chose.
+/// The chosen options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportOptions {
-    /// First and last frame; none is all.
+    /// First and last frame; None for all.
     pub frames: Option<(usize, usize)>,
     pub format: Format,
-    /// Width and height in pixels; none is the working size.
+    /// Width and height in pixels; None for the working size.
     pub size: Option<usize>,
-    /// What is behind the subject; none is as the picture has it.
+    /// What is behind the subject; None for what the picture has.
     pub background: Option<Background>,
-    /// Add the subject under each lamp, where the format has room for it.
+    /// Add the subject under each lamp as layers, if the format can hold them.
     pub layers: bool,
-    /// The files without the frame's number and the ending: below the project's folder, or absolute.
+    /// Name of the files without frame number and extension: relative to the project's folder, or absolute.
     pub name: String,
-    /// Replace files that are there already; else a number is put behind the name.
+    /// Replace existing files. If off, they are kept and a number is appended to the name.
     pub replace: bool,
 }
 
 impl ExportOptions {
-    /// All frames of a project as they are shown, for a display.
+    /// All frames of a project, as they are shown.
     pub fn of(project: &Project) -> Self {
         let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
         let name: String = project.settings.name.chars().map(plain).collect();
@@ -50,7 +50,7 @@ impl ExportOptions {
         (first.min(most), last.min(most))
     }
 
-    /// The name without an ending that says what the format says already.
+    /// The name without the extension of a format.
     fn stem(&self) -> &str {
         let name = self.name.trim();
         let ending = name.rfind('.').map(|dot| name.split_at(dot));
@@ -60,20 +60,20 @@ impl ExportOptions {
         }
     }
 
-    /// The destination, as the export understands it.
+    /// The destination, as [`export::Destination::parse`] reads it.
     pub fn to(&self, root: &Path) -> String {
-        // A percent sign begins a frame's number there.
+        // There a percent sign begins the frame number.
         let path = root.join(self.stem()).display().to_string();
         path.replace('%', "%%") + self.format.ending()
     }
 
-    /// Takes a file that was chosen for the name.
+    /// Takes a chosen file as the name.
     pub fn choose(&mut self, file: &Path, root: &Path) {
         let name = file.strip_prefix(root).unwrap_or(file);
         self.name = name.display().to_string();
     }
 
-    /// Why nothing can be exported now, and what to do; none where it can.
+    /// Why nothing can be exported now, and what to do; None if it can.
     pub fn obstacle(
         &self,
         phase: &Phase,
@@ -86,19 +86,19 @@ impl ExportOptions {
             (Phase::NoProject, _) => Some("Open a project first"),
             (Phase::Opening, _) => Some("The network is still being read"),
             (Phase::Blocked(_), _) => {
-                Some("The interview cannot be relit yet: the picture's pane says what is missing")
+                Some("The interview cannot be relit yet. The Picture panel says what is missing")
             }
             (_, None) => Some("Choose an environment first"),
             (_, Some(PanoramaState::Waiting)) => Some("The environment is still being read"),
             (_, Some(PanoramaState::Failed(_))) => {
-                Some("This environment cannot be read: choose another one")
+                Some("This environment cannot be read. Choose another one")
             }
-            _ if !named => Some("Give the files a name"),
+            _ if !named => Some("Give the export a name"),
             _ => None,
         }
     }
 
-    /// All that the export needs to know: what is changed later does not change it.
+    /// Everything that the export needs: later changes of the look do not affect it.
     pub fn settings(
         &self,
         project: &Project,
@@ -106,7 +106,7 @@ impl ExportOptions {
         environment: Arc<Environment>,
         device: DeviceChoice,
     ) -> RelightSettings {
-        // What has keys goes by them alone: the value is that of the frame which is shown.
+        // With keyframes the value is that of the current frame, and is left out.
         let free = |of, value| if look.is_keyed(of) { 0.0 } else { value };
         RelightSettings {
             environment: PathBuf::from(&environment.name),
@@ -122,7 +122,7 @@ impl ExportOptions {
             },
             intensity_keys: look.intensity_keys.clone(),
             effects: Effects {
-                // What is only looked at is not exported.
+                // Channels are only for viewing.
                 inspection: Inspection::Picture,
                 ..look.effects
             },

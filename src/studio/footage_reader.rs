@@ -1,4 +1,4 @@
-//! The interview's and the exemplars' pictures as they were filmed, read when the pane shows them.
+//! Reads the pictures of interview and exemplars as they were filmed, when the pane shows them.
 
 use base::error::Result;
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
@@ -9,19 +9,19 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use worker::{Lookup, SrgbPicture};
 
-/// Longer sides of a picture and of a thumbnail in pixels: sharp on screens of two pixels a point.
+/// Longer sides of a picture and of a thumbnail in pixels: sharp on a screen with two pixels per point.
 const PICTURE_PX: usize = 2560;
 const THUMBNAIL_PX: usize = 128;
-/// Thumbnails that are kept.
+/// How many thumbnails stay in memory.
 const MOST_THUMBNAILS: usize = 128;
 /// The matte's colour over a picture.
 const RED: [f32; 3] = [0.9, 0.1, 0.1];
 
-/// What the pane shows.
+/// What the footage pane shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FootageView {
     pub matte: MatteView,
-    /// The exemplar's picture in place of the interview's.
+    /// Show the exemplar instead of the interview.
     pub exemplars: bool,
 }
 
@@ -30,13 +30,13 @@ pub struct FootageView {
 pub enum MatteView {
     #[default]
     Off,
-    /// The subject in red.
+    /// Over the picture, in red.
     Over,
-    /// In place of the picture.
+    /// Instead of the picture.
     Alone,
 }
 
-/// A picture that is wanted, and how.
+/// A picture to read, and how to show it.
 #[derive(Clone, Debug, PartialEq)]
 struct FootageRequest {
     picture: PathBuf,
@@ -70,22 +70,22 @@ pub struct FootageReader {
 }
 
 impl FootageReader {
-    /// The picture that is shown, or why it cannot be; none until the first was read.
+    /// The current picture, or why it cannot be shown; None until the first is read.
     pub fn picture(&self) -> Option<&std::result::Result<FootagePicture, String>> {
         self.picture.as_ref()
     }
 
-    /// The thumbnail of a frame, once it was read.
+    /// The thumbnail of a frame, once it is read.
     pub fn thumbnail(&self, frame: usize) -> Option<&TextureHandle> {
         self.thumbnails.get(&frame)?.as_ref()
     }
 
-    /// Frames whose thumbnails are wanted.
+    /// Frames whose thumbnails the panel has asked for.
     pub fn wanted(&self) -> &[usize] {
         &self.wanted
     }
 
-    /// Wants the thumbnails of other frames.
+    /// Asks for the thumbnails of these frames.
     pub fn want(&mut self, mut frames: Vec<usize>) {
         frames.truncate(MOST_THUMBNAILS);
         self.thumbnails.retain(|frame, _| frames.contains(frame));
@@ -107,7 +107,7 @@ impl FootageReader {
         for (frame, read) in self.small.iter().flat_map(Lookup::answers) {
             self.reading = None;
             if self.wanted.contains(&frame) {
-                // What cannot be read stays dark: the large picture says why.
+                // An unreadable one stays dark: the large picture says why.
                 let codes = read.ok().map(|(codes, _)| codes);
                 let small = codes.map(|codes| texture(ctx, "thumbnail", &codes));
                 self.thumbnails.insert(frame, small);
@@ -115,7 +115,7 @@ impl FootageReader {
         }
     }
 
-    /// Asks for what the pane shows, where that is another than before. Called while it is seen.
+    /// Reads what the pane shows, if that changed. Called while the pane is visible.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -148,13 +148,13 @@ impl FootageReader {
             }
         };
         if self.asked.as_ref() != Some(&request) {
-            let clerk = self.pictures.get_or_insert_with(|| {
+            let lookup = self.pictures.get_or_insert_with(|| {
                 Lookup::start(wake.clone(), |request: FootageRequest| {
                     let read = request.read();
                     (request, read)
                 })
             });
-            clerk.ask(request.clone());
+            lookup.ask(request.clone());
             self.asked = Some(request);
         }
         let missing = self.wanted.iter().copied();
@@ -162,12 +162,12 @@ impl FootageReader {
             .filter(|frame| *frame < shoot.frames.len())
             .find(|frame| !self.thumbnails.contains_key(frame));
         if let (Some(frame), None) = (next, self.reading) {
-            let clerk = self.small.get_or_insert_with(|| {
+            let lookup = self.small.get_or_insert_with(|| {
                 Lookup::start(wake, |(frame, path): (usize, PathBuf)| {
                     (frame, thumbnail(&path))
                 })
             });
-            clerk.ask((frame, project.frame_path(frame)));
+            lookup.ask((frame, project.frame_path(frame)));
             self.reading = Some(frame);
         }
     }
@@ -218,7 +218,7 @@ fn thumbnail(path: &Path) -> Read {
     Ok((codes(&picture, size), picture.size()))
 }
 
-/// To look at, averages of encoded values are near enough.
+/// For viewing, averages of encoded values are close enough.
 fn codes(picture: &Image, (width, height): (usize, usize)) -> SrgbPicture {
     SrgbPicture::of(&Encoded(resize_area(picture, width, height)))
 }

@@ -29,7 +29,7 @@ pub const WARNING: &str = "\u{E4E0}";
 /// Size in points of an icon that stands alone.
 const SIZE: f32 = 16.0;
 
-/// Adds the font to those of all text. It comes after the text's own: its small letters are blank.
+/// Adds the font to the text's. It comes second: its small letters are blank.
 pub fn add_to(fonts: &mut FontDefinitions) {
     let font = FontData::from_static(include_bytes!("../../assets/phosphor/Phosphor.ttf"));
     fonts.font_data.insert("icons".to_owned(), Arc::new(font));
@@ -42,7 +42,7 @@ pub fn alone(icon: &str) -> Button<'_> {
     Button::new(RichText::new(icon).size(SIZE)).min_size(vec2(28.0, 24.0))
 }
 
-/// Adds a button that is called `name`, whatever it shows.
+/// Adds a button with this accessible name, whatever it shows.
 pub fn named_ui(ui: &mut Ui, enabled: bool, button: Button, name: &str) -> Response {
     let response = ui.add_enabled(enabled, button);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, name));

@@ -1,4 +1,4 @@
-//! What has keyframes: its value at the shown frame follows them, and changing the value sets a key there.
+//! Settings with keyframes: their value follows the keys, and changing the value sets a key at the current frame.
 
 use super::look::LookSettings;
 use light::keyframes::{Interpolation, Keyframes};
@@ -14,7 +14,7 @@ impl Keyframed {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::Yaw, Self::Intensity];
 
-    /// What people call it.
+    /// Its name in the window.
     pub fn name(self) -> &'static str {
         match self {
             Self::Yaw => "Yaw",
@@ -44,7 +44,7 @@ impl LookSettings {
         !self.keys(of).keys().is_empty()
     }
 
-    /// The place in the order of the key at a frame.
+    /// The index of the key at a frame.
     pub fn key_at(&self, of: Keyframed, frame: usize) -> Option<usize> {
         let keys = self.keys(of).keys();
         keys.iter().position(|key| key.frame == frame as f64)
@@ -64,7 +64,7 @@ impl LookSettings {
         }
     }
 
-    /// Brings what has keys to its value at a frame.
+    /// Sets each setting that has keys to its value at a frame.
     pub(super) fn follow(&mut self, frame: usize) {
         for of in Keyframed::ALL {
             if let Some(value) = self.keys(of).at(frame as f64) {
@@ -140,7 +140,7 @@ mod tests {
         s.show(ViewCommand::Frame(4));
         assert!(!s.look.is_keyed(Keyframed::Yaw), "a value alone is no key");
         s.change(LookCommand::ToggleKey(Keyframed::Yaw));
-        // Beyond half a turn: the light goes all the way, not back.
+        // Beyond half a turn: the light keeps turning the same way.
         at(&mut s, 8, LookCommand::Yaw(400.0));
         at(&mut s, 6, LookCommand::Turn(5.0));
         assert_eq!(frames(&s, Keyframed::Yaw), [4.0, 6.0, 8.0]);

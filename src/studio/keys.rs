@@ -1,4 +1,4 @@
-//! The keys: one table that the window obeys and shows.
+//! The keys: one table, which the window follows and shows.
 
 mod bindings;
 mod overlay;
@@ -17,21 +17,21 @@ const ARROWS: [Key; 4] = [
     Key::ArrowDown,
 ];
 
-/// Keys besides the arrows that a control which has the focus takes.
+/// Keys besides the arrows that a focused control uses itself.
 const CONTROL_KEYS: [Key; 4] = [Key::Tab, Key::Space, Key::Home, Key::End];
 
-/// Leaves the arrow keys to a widget for as long as that has the focus; to be said whenever it is drawn.
+/// Leaves the arrow keys to a widget while it has the focus. Call it whenever the widget is drawn.
 pub fn leave_arrows(ctx: &egui::Context, widget: egui::Id) {
     ctx.data_mut(|data| data.insert_temp(egui::Id::unique("arrow keys"), widget));
 }
 
-/// Whether what has the focus takes the arrow keys.
+/// Whether the focused widget uses the arrow keys itself.
 fn are_arrows_left(ctx: &egui::Context) -> bool {
     let widget = ctx.data(|data| data.get_temp(egui::Id::unique("arrow keys")));
     widget.is_some() && widget == ctx.memory(|memory| memory.focused())
 }
 
-/// The commands of the keys that were pressed since the last frame, for a pane.
+/// The commands of the keys that were pressed since the last frame, with `pane` active.
 pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
     let arrows_are_left = are_arrows_left(ctx);
     let typing = ctx.text_edit_focused();
@@ -43,7 +43,7 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
             logical_key,
         } = binding.shortcut;
         if menu && logical_key == Key::Escape {
-            // An open menu is what it closes.
+            // Escape closes the menu.
             true
         } else if typing {
             binding.only != Some(EXPORT) || modifiers.is_none()
@@ -61,7 +61,7 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
             if arrows_are_left && is_arrow && !shortcut.modifiers.alt {
                 continue;
             }
-            // A question mark is typed with Shift on many keyboards, and means the same on all.
+            // On many keyboards a question mark is typed with Shift.
             let pressed = match shortcut.logical_key {
                 Key::Questionmark => {
                     input.consume_key(Modifiers::SHIFT, Key::Questionmark)
@@ -77,7 +77,7 @@ pub fn pressed(ctx: &egui::Context, pane: Pane, out: &mut Vec<Command>) {
     if out.contains(&Command::Window(WindowCommand::TogglePanels))
         || out.contains(&Command::Window(WindowCommand::FocusPane))
     {
-        // egui moves the focus with the same key.
+        // egui uses the same key to move the focus.
         ctx.memory_mut(|memory| memory.move_focus(egui::FocusDirection::None));
     }
 }
@@ -87,15 +87,27 @@ fn known(pane: Pane) -> impl Iterator<Item = &'static Binding> {
     all.filter(move |binding| binding.only.is_none_or(|only| only == pane))
 }
 
-/// Keys, what they do, and the commands, for a pane: what the list of commands shows.
-pub fn listed(
-    ctx: &egui::Context,
-    pane: Pane,
-) -> impl Iterator<Item = (String, &'static str, Command)> {
-    known(pane).map(|binding| {
+/// A command that has a key.
+pub struct Listed {
+    /// Its key; empty if the active pane uses that for something else.
+    pub key: String,
+    pub label: &'static str,
+    pub command: Command,
+}
+
+/// The commands that have keys in a pane, the pane's own first.
+pub fn listed(ctx: &egui::Context, pane: Pane) -> Vec<Listed> {
+    let mut all: Vec<Listed> = Vec::new();
+    for binding in known(pane) {
         let key = name(ctx, binding);
-        (key, binding.says, binding.command.clone())
-    })
+        let free = all.iter().all(|before| before.key != key);
+        all.push(Listed {
+            key: if free { key } else { String::new() },
+            label: binding.label,
+            command: binding.command.clone(),
+        });
+    }
+    all
 }
 
 fn name(ctx: &egui::Context, binding: &Binding) -> String {

@@ -1,5 +1,4 @@
-//! How the window is divided: a tree of panes for each workspace, which a person rearranges by dragging
-//! tabs and borders.
+//! How the window is divided: a tree of panes for each workspace. Dragging tabs and borders rearranges it.
 
 use egui_tiles::{Behavior, Container, Linear, LinearDir, Tabs, Tile, TileId, Tiles, Tree};
 use serde::{Deserialize, Serialize};
@@ -7,12 +6,12 @@ use std::collections::HashSet;
 
 /// Height of a row of tabs in points.
 pub const TABS_HEIGHT: f32 = 24.0;
-/// What the border between two tiles takes in points.
+/// Width of the border between two tiles in points.
 pub const BORDER: f32 = 2.0;
-/// The least that the main pane keeps, in points.
+/// Smallest width and height of the main pane in points.
 const LEAST: f32 = 120.0;
 
-/// One panel in its place.
+/// A place for one panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Pane {
     Project,
@@ -35,7 +34,7 @@ pub enum Pane {
 /// An arrangement of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Workspace {
-    /// The mirror ball with the lamps that it shows, and the camera's response.
+    /// The mirror ball with the lamps in it, and the camera's response.
     Calibrate,
     /// The network while it learns.
     Train,
@@ -49,7 +48,7 @@ pub enum Workspace {
 }
 
 impl Pane {
-    /// All of them, in the order of the list that opens them.
+    /// All of them, in the order of the menu.
     pub const ALL: [Self; 15] = [
         Self::Project,
         Self::Footage,
@@ -83,7 +82,7 @@ impl Pane {
             Self::Effects => "Effects",
             Self::Scopes => "Scopes",
             Self::Lamps => "Lamps",
-            Self::Review => "Measured",
+            Self::Review => "Measurements",
             Self::Export => "Export",
             Self::Log => "Log",
         }
@@ -91,7 +90,7 @@ impl Pane {
 }
 
 impl Workspace {
-    /// All of them, in the order of the work.
+    /// All of them, in the order of a production.
     pub const ALL: [Self; 5] = [
         Self::Calibrate,
         Self::Train,
@@ -111,7 +110,7 @@ impl Workspace {
         }
     }
 
-    /// The panes that take the room which the others leave; keys go to the first that is shown.
+    /// The panes that fill the space left by the others; keys go to the first visible one.
     pub fn main(self) -> &'static [Pane] {
         match self {
             Self::Calibrate => &[Pane::Probe, Pane::Gamma],
@@ -121,7 +120,7 @@ impl Workspace {
         }
     }
 
-    /// The pane that keys are meant for when a person comes here.
+    /// The pane that keys go to when the workspace is opened.
     pub fn first(self) -> Pane {
         match self {
             Self::Export => Pane::Export,
@@ -129,7 +128,7 @@ impl Workspace {
         }
     }
 
-    /// The arrangement that it has until a person changes it.
+    /// Its original arrangement.
     fn preset(self) -> Tree<Pane> {
         let mut tiles = Tiles::default();
         let root = match self {
@@ -213,7 +212,7 @@ fn tabs(tiles: &mut Tiles<Pane>, panes: &[Pane]) -> TileId {
     tiles.insert_tab_tile(children)
 }
 
-/// Tiles beside or above each other with their sizes in points; 0 is what is left.
+/// Tiles in a row or a column, with their sizes in points; 0 takes what is left.
 fn divided(tiles: &mut Tiles<Pane>, dir: LinearDir, parts: &[(TileId, f32)]) -> TileId {
     let mut linear = Linear::new(dir, parts.iter().map(|&(tile, _)| tile).collect());
     for &(tile, points) in parts {
@@ -238,7 +237,7 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// The same with a preset for each workspace that is missing or has lost its main panes.
+    /// The same, with the original arrangement of each workspace that is missing or has lost its main panes.
     pub fn mended(mut self) -> Self {
         let whole = |workspace: Workspace, tree: &Tree<Pane>| {
             let main = workspace.main();
@@ -259,7 +258,7 @@ impl Layout {
         &mut self.trees[place.unwrap_or_default()].1
     }
 
-    /// Gives a workspace its preset again.
+    /// Gives a workspace its original arrangement.
     pub fn reset(&mut self, workspace: Workspace) {
         *self.tree(workspace) = workspace.preset();
     }
@@ -281,7 +280,7 @@ impl Layout {
         tree.make_active(|_, tile| matches!(tile, Tile::Pane(one) if *one == pane));
     }
 
-    /// Takes a pane away, unless it is a main one.
+    /// Closes a pane, unless it is a main one.
     pub fn close(&mut self, workspace: Workspace, pane: Pane) {
         let tree = self.tree(workspace);
         if let Some(tile) = tree.tiles.find_pane(&pane)
@@ -291,7 +290,7 @@ impl Layout {
         }
     }
 
-    /// Draws a workspace into what is left of `ui`.
+    /// Draws a workspace into the rest of `ui`.
     pub fn ui(&mut self, workspace: Workspace, ui: &mut egui::Ui, panes: &mut dyn Behavior<Pane>) {
         let size = ui.available_rect_before_wrap().size();
         let tree = self.tree(workspace);
@@ -305,7 +304,7 @@ impl Layout {
     }
 }
 
-/// Makes the shares of a container points: what holds a main pane takes what the others leave, so that
+/// Turns the shares of a container into points: the part with a main pane takes what the others leave, so that
 /// panels keep their widths as the window grows.
 fn settle(tiles: &mut Tiles<Pane>, id: TileId, size: egui::Vec2, main: &HashSet<TileId>) {
     let Some(Tile::Container(container)) = tiles.get(id).cloned() else {

@@ -1,5 +1,5 @@
-//! The studio: a window with the relit frame, a scrub bar and the light. Panels emit [`Command`]s,
-//! [`StudioApp`] applies them; pictures come from [`worker`], and nothing here waits for it.
+//! The studio: a window with the relit frame, the timeline and the light. Panels emit [`Command`]s,
+//! [`StudioApp`] applies them; pictures come from [`worker`], and the window never waits for it.
 
 mod app;
 mod calibration_analysis;
@@ -62,11 +62,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use worker::Latest;
 
-/// A window whose GPU is lost sooner is not opened again.
+/// A window whose GPU is lost sooner than this is not opened again.
 const SOON: Duration = Duration::from_secs(20);
 
-/// Opens the window, on a project or on the offer to open one, and returns when it is closed. Where the GPU
-/// that draws it is lost, the window is opened anew on the same project, and says so.
+/// Opens the window, on a project or on the offer to open one, and returns when it is closed. If the GPU that
+/// draws it is lost, the window opens again on the same project, and says so.
 ///
 /// # Errors
 /// When there is no display, or no graphics adapter that can draw a window.
@@ -84,7 +84,7 @@ pub fn run(mut project: Option<Project>, device: DeviceChoice) -> Result<()> {
     }
 }
 
-/// One window, until it is closed. `lost` says that it stands for one whose GPU was lost.
+/// One window, until it is closed. `lost`: it replaces one whose GPU was lost.
 fn show(
     project: Option<Project>,
     device: DeviceChoice,
@@ -110,9 +110,9 @@ fn show(
         if let Some(window) = &cc.wgpu_render_state {
             share(window);
         }
-        let said = lost.then(|| Error::GpuLost.to_string());
+        let message = lost.then(|| Error::GpuLost.to_string());
         let app = StudioApp::of(&cc.egui_ctx, Preferences::of_user(), project, device);
-        Ok(Box::new(app.replaced_by(handover, said.as_deref())) as Box<dyn eframe::App>)
+        Ok(Box::new(app.replaced_by(handover, message.as_deref())) as Box<dyn eframe::App>)
     };
     eframe::run_native(&title, options, Box::new(create)).map_err(|e| {
         Error::device(

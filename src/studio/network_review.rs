@@ -1,4 +1,4 @@
-//! What the window knows of the review: it asks the thread that draws and keeps it, and holds the answers.
+//! What the window knows of the review. A thread of its own draws the sheet and saves the marks.
 
 use evaluation::review::{MarkedOlat, Marks};
 use project::Project;
@@ -6,29 +6,29 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use worker::{LampSheet, PredictedFrame, PreviewPicture, ReviewThread, SavedReview};
 
-/// The answers, and the thread once it was needed.
+/// The thread's answers; it starts when it is first needed.
 #[derive(Default)]
 pub struct NetworkReview {
-    /// The shown frame under every lamp, or why it cannot be drawn.
+    /// The current frame under every lamp, or why it cannot be drawn.
     pub sheet: Option<Result<Arc<LampSheet>, String>>,
-    /// What the project keeps, or why that cannot be read.
-    pub kept: Option<Result<Arc<SavedReview>, String>>,
-    /// The marks as they are now; they may not be written yet.
+    /// The review that is saved in the project, or why it cannot be read.
+    pub saved: Option<Result<Arc<SavedReview>, String>>,
+    /// The current marks; they may not be written yet.
     pub marks: Marks,
     /// Why the marks could not be written.
     pub failure: Option<String>,
     thread: Option<ReviewThread>,
-    /// The field whose sheet was asked for last.
+    /// The prediction whose sheet was asked for last.
     drawn: Option<Arc<PredictedFrame>>,
-    /// Whether what is kept was asked for since it may have changed.
+    /// Whether the saved review was asked for since it may have changed.
     asked: bool,
-    /// Whether marks were set here.
+    /// Whether marks were set in this window.
     edited: bool,
 }
 
 impl NetworkReview {
-    /// A job may have changed what is kept.
-    pub fn renew(&mut self) {
+    /// A job may have changed the saved review.
+    pub fn invalidate(&mut self) {
         self.asked = false;
     }
 
@@ -39,17 +39,17 @@ impl NetworkReview {
         if let Some(written) = thread.written() {
             self.failure = written.err();
         }
-        if let Some(kept) = thread.kept() {
-            // What was marked here is newer than any file that was read meanwhile.
-            if let (Ok(kept), false) = (&kept, self.edited) {
-                self.marks = kept.marks.clone();
+        if let Some(saved) = thread.kept() {
+            // Marks from this window are newer than the file.
+            if let (Ok(saved), false) = (&saved, self.edited) {
+                self.marks = saved.marks.clone();
             }
-            self.kept = Some(kept);
+            self.saved = Some(saved);
         }
     }
 
-    /// Asks for what the review shows, where that is another than before. Called while it is open; while a
-    /// clip plays, `relit` is none.
+    /// Asks for what the review shows, if that changed. Called while it is visible; `relit` is None while a clip
+    /// plays.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -76,7 +76,7 @@ impl NetworkReview {
     /// # Errors
     /// When the saved ones are not read yet, or cannot be read: they would be lost.
     pub fn mark(&mut self, marked: MarkedOlat) -> Result<(), String> {
-        let (Some(thread), Some(saved)) = (&self.thread, &self.kept) else {
+        let (Some(thread), Some(saved)) = (&self.thread, &self.saved) else {
             return Err("The review is still being read".to_owned());
         };
         if let Err(sentence) = saved {
@@ -88,14 +88,14 @@ impl NetworkReview {
         Ok(())
     }
 
-    /// The truth that a new measurement goes by.
+    /// The truth that was measured against last.
     pub fn truth(&self) -> Option<PathBuf> {
-        self.kept.as_ref()?.as_ref().ok()?.truth.clone()
+        self.saved.as_ref()?.as_ref().ok()?.truth.clone()
     }
 }
 
 impl Drop for NetworkReview {
-    /// The thread is joined beside the window: it may be amid a sheet.
+    /// Joins the thread in the background: it may be drawing a sheet.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             std::thread::spawn(move || drop(thread));

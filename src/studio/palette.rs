@@ -1,30 +1,37 @@
-//! The list of all commands: what is typed narrows it, Enter runs the first.
+//! The list of all commands: typing filters it, Enter runs the first.
 
-use super::command::{Command, Dialog, LookCommand, WindowCommand};
+use super::command::{Command, Dialog, JobCommand, LookCommand, ProjectCommand, WindowCommand};
 use super::keys;
-use super::layout::{Pane, Workspace};
+use super::layout::Pane;
 use super::panel_context::PanelContext;
 use super::theme::{self, GAP};
 use egui::{Id, Key, Modal, RichText, ScrollArea, TextEdit};
 
 /// Commands that have no key.
-const OTHERS: [(&str, Command); 5] = [
-    ("add environments…", Command::Dialog(Dialog::Environments)),
-    ("open a project…", Command::Dialog(Dialog::Project)),
+const OTHERS: [(&str, Command); 9] = [
+    ("New project…", Command::Project(ProjectCommand::New(None))),
+    ("Open project…", Command::Dialog(Dialog::Project)),
+    ("Add environments…", Command::Dialog(Dialog::Environments)),
     (
-        "compare with true OLATs in a folder…",
+        "Compare with true OLATs…",
         Command::Dialog(Dialog::ComparisonTruth),
     ),
     (
-        "reset the layout of panels",
+        "Measure against true OLATs…",
+        Command::Dialog(Dialog::Truth),
+    ),
+    ("Save the report…", Command::Dialog(Dialog::ReportPage)),
+    ("Stop the job", Command::Job(JobCommand::Stop)),
+    (
+        "Reset the layout of panels",
         Command::Window(WindowCommand::ResetLayout),
     ),
-    ("clear the log", Command::Window(WindowCommand::ClearLog)),
+    ("Clear the log", Command::Window(WindowCommand::ClearLog)),
 ];
 
 /// A command, what it is called, and its key if it has one.
 struct PaletteEntry {
-    says: String,
+    label: String,
     key: String,
     command: Command,
 }
@@ -58,7 +65,7 @@ impl Palette {
                 .show(ui, |ui| {
                     for entry in &found {
                         ui.horizontal(|ui| {
-                            if ui.selectable_label(false, &entry.says).clicked() {
+                            if ui.selectable_label(false, &entry.label).clicked() {
                                 chosen = Some(entry.command.clone());
                             }
                             let right = egui::Layout::right_to_left(egui::Align::Center);
@@ -68,7 +75,7 @@ impl Palette {
                         });
                     }
                     if found.is_empty() {
-                        ui.label(RichText::new("No command is called so").color(theme::QUIET));
+                        ui.label(RichText::new("No command has this name").color(theme::QUIET));
                     }
                 });
             chosen
@@ -82,48 +89,45 @@ impl Palette {
 }
 
 fn all(ctx: &egui::Context, context: &PanelContext) -> Vec<PaletteEntry> {
-    let entry = |says: String, command| PaletteEntry {
-        says,
-        key: String::new(),
-        command,
-    };
-    let bound = keys::listed(ctx, context.state.active).map(|(key, says, command)| PaletteEntry {
-        says: says.to_owned(),
-        key,
-        command,
-    });
-    let others = OTHERS.map(|(says, command)| entry(says.to_owned(), command));
+    let bound = keys::listed(ctx, context.state.active)
+        .into_iter()
+        .map(|listed| PaletteEntry {
+            label: listed.label.to_owned(),
+            key: listed.key,
+            command: listed.command,
+        });
+    let others = OTHERS.map(|(label, command)| entry(label.to_owned(), command));
     let panes = Pane::ALL.map(|pane| {
-        entry(
-            format!("panel {}", pane.name()),
-            Command::Window(WindowCommand::ShowPane(pane)),
-        )
+        let show = Command::Window(WindowCommand::ShowPane(pane));
+        entry(format!("Panel: {}", pane.name()), show)
     });
-    let workspaces = Workspace::ALL.map(|workspace| {
-        let says = format!("workspace {}", workspace.name());
-        entry(says, Command::Window(WindowCommand::Workspace(workspace)))
-    });
-    let lights = context.environments.iter().enumerate();
-    let lights = lights.map(|(i, e)| {
-        entry(
-            format!("light by {}", context.title(e)),
-            Command::Look(LookCommand::Environment(i)),
-        )
+    let environments = context.environments.iter().enumerate();
+    let environments = environments.map(|(i, e)| {
+        let light = Command::Look(LookCommand::Environment(i));
+        entry(format!("Environment: {}", context.title(e)), light)
     });
     bound
         .chain(others)
-        .chain(workspaces)
         .chain(panes)
-        .chain(lights)
+        .chain(environments)
         .collect()
 }
 
-/// The entries that have every typed word, in any order.
+/// A command without a key.
+fn entry(label: String, command: Command) -> PaletteEntry {
+    PaletteEntry {
+        label,
+        key: String::new(),
+        command,
+    }
+}
+
+/// The entries that contain every typed word, in any order.
 fn matching(mut entries: Vec<PaletteEntry>, typed: &str) -> Vec<PaletteEntry> {
     let typed = typed.to_lowercase();
     entries.retain(|entry| {
-        let says = entry.says.to_lowercase();
-        typed.split_whitespace().all(|word| says.contains(word))
+        let label = entry.label.to_lowercase();
+        typed.split_whitespace().all(|word| label.contains(word))
     });
     entries
 }
@@ -134,13 +138,7 @@ mod tests {
 
     #[test]
     fn words_narrow_the_list_in_any_order_and_case() {
-        let entries = || {
-            OTHERS.map(|(says, command)| PaletteEntry {
-                says: says.to_owned(),
-                key: String::new(),
-                command,
-            })
-        };
+        let entries = || OTHERS.map(|(label, command)| entry(label.to_owned(), command));
         assert_eq!(matching(entries().into(), "").len(), OTHERS.len());
         let found = matching(entries().into(), "  PROJECT open");
         assert_eq!(found.len(), 1);

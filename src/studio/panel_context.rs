@@ -16,58 +16,58 @@ use project::Project;
 use std::sync::Arc;
 use worker::{Export, GammaView, PreviewPicture, ProbeView};
 
-/// Everything that can be shown.
+/// Everything that panels can show.
 #[derive(Clone, Copy)]
 pub struct PanelContext<'a> {
     pub project: Option<&'a Project>,
     pub state: &'a State,
     pub status: &'a Status,
     pub environments: &'a [EnvironmentEntry],
-    /// The panes that are to be seen.
+    /// The panes that are visible.
     pub shown: &'a [Pane],
     /// The newest picture.
     pub relit: Option<&'a Arc<PreviewPicture>>,
     /// The light of the probed pixel under each lamp at full power.
     pub texel: Option<&'a [[f32; 3]]>,
-    /// The line of exports.
+    /// The queue of exports.
     pub exports: &'a [Export],
-    /// Which files of the next export are there already.
+    /// Which files of the next export exist already.
     pub existing_files: Option<&'a ExistingFiles>,
     /// What the mirror balls show, or why they cannot be read.
     pub probe: Option<&'a Result<Arc<ProbeView>, String>>,
-    /// How the tried response does, or why that cannot be told.
+    /// How well the tried response fits, or why that is unknown.
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
-    /// The shown frame under every lamp, and how near the network is to the truth.
+    /// The current frame under every lamp, and how close the network is to the truth.
     pub review: &'a NetworkReview,
     /// The network's training.
     pub training: &'a Training,
-    /// Why nothing can be written into the project, where somebody else writes there.
+    /// Why nothing can be written into the project: another process holds its lock.
     pub read_only: Option<&'a str>,
-    /// The projects that were opened lately.
+    /// The recent projects.
     pub recents: &'a [Recent],
-    /// The project that is being made.
+    /// The project that is being planned.
     pub wizard: &'a Wizard,
     /// The pictures as they were filmed.
     pub footage: &'a FootageReader,
 }
 
 impl PanelContext<'_> {
-    /// Whether pictures can be made. Where they cannot, the viewport says why, or what is being done.
+    /// Whether pictures can be made. If not, the viewport says why, or what is being done.
     pub fn is_live(&self) -> bool {
         matches!(self.status.phase, Phase::Ready { .. })
     }
 
-    /// Whether the running job is shown with its buttons in a pane of its own.
+    /// Whether a visible pane shows the running job with its buttons.
     pub fn job_has_pane(&self) -> bool {
         self.training.running && self.shown.contains(&Pane::Training)
     }
 
-    /// Whether a pane that is shown says why something could not be done.
+    /// Whether a visible pane says why something could not be done.
     pub fn refusal_has_pane(&self) -> bool {
         self.shown.contains(&Pane::Picture) || self.shown.contains(&Pane::Project)
     }
 
-    /// What an environment is called: with whose it is, where another has the same name.
+    /// The name of an environment, with its origin if another one has the same name.
     pub fn title(&self, entry: &EnvironmentEntry) -> String {
         let ListedEnvironment { name, owner, .. } = &entry.listed;
         match entry.listed.is_ambiguous(&self.state.look.environments) {

@@ -1,5 +1,4 @@
-//! What each lamp gives to the pixel under the cursor. It is found beside the window's thread, for a field on a GPU
-//! has to be waited for.
+//! The light of the pixel under the cursor under each lamp. It is read in the background: a field on a GPU takes time.
 
 use super::layout::Pane;
 use std::sync::Arc;
@@ -12,13 +11,13 @@ struct Ask {
     pixel: [usize; 2],
 }
 
-/// The light of a pixel under each lamp at full power; none where it cannot be told.
+/// The light of a pixel under each lamp at full power; None if unknown.
 type Texel = Option<Vec<[f32; 3]>>;
 
-/// The newest that was found, and who finds it.
+/// The newest answer, and the thread that finds it.
 #[derive(Default)]
 pub struct PixelInspector {
-    clerk: Option<Lookup<Ask, Texel>>,
+    lookup: Option<Lookup<Ask, Texel>>,
     asked: Option<Ask>,
     found: Texel,
 }
@@ -26,13 +25,13 @@ pub struct PixelInspector {
 impl PixelInspector {
     /// Takes in what was found.
     pub fn receive(&mut self) {
-        // The newest question is answered last, and others may not be.
-        if let Some(found) = self.clerk.iter().flat_map(Lookup::answers).last() {
+        // Older questions may stay unanswered; the newest is answered last.
+        if let Some(found) = self.lookup.iter().flat_map(Lookup::answers).last() {
             self.found = found;
         }
     }
 
-    /// Asks for a pixel of a frame where the panes `shown` show it.
+    /// Asks for a pixel of a frame if the panes `shown` show it.
     pub fn ask(
         &mut self,
         of: &Arc<PredictedFrame>,
@@ -49,14 +48,14 @@ impl PixelInspector {
             pixel,
         };
         let answer = |Ask { of, pixel: [x, y] }: Ask| of.field.texel(x, y);
-        let clerk = self
-            .clerk
+        let lookup = self
+            .lookup
             .get_or_insert_with(|| Lookup::start(wake, answer));
-        clerk.ask(ask.clone());
+        lookup.ask(ask.clone());
         self.asked = Some(ask);
     }
 
-    /// The light of the pixel under each lamp at full power, or that of the one before while it is looked for.
+    /// The light of the pixel under each lamp at full power; that of the previous pixel until it is known.
     pub fn texel(&self) -> Option<&[[f32; 3]]> {
         self.found.as_deref()
     }

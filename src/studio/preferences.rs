@@ -1,11 +1,11 @@
-//! What the window remembers of a person: arrangements and recent projects, in one file of the user's own.
+//! A person's preferences: arrangements of the window and recent projects, in one file.
 
 use super::layout::Layout;
 use super::saver::Saver;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Projects that are remembered.
+/// Number of recent projects.
 const RECENT: usize = 8;
 
 /// The contents of the file.
@@ -17,17 +17,17 @@ struct PreferencesFile {
     layout: Layout,
 }
 
-/// What is remembered, and where.
+/// The preferences, and their file.
 #[derive(Default)]
 pub struct Preferences {
     saved: PreferencesFile,
-    /// Where they are kept; nowhere in a window that is not a person's.
+    /// Where they are saved; None in a window that remembers nothing.
     file: Option<PathBuf>,
 }
 
 impl Preferences {
-    /// Those of the person at this machine: `afterlight/window.json` in the folder for settings. A file that
-    /// cannot be understood is put aside as `window.json.old`, and the presets stand in.
+    /// Those of the current user: `afterlight/window.json` in the folder for settings. A file that cannot be
+    /// understood is renamed to `window.json.old`, and the defaults are used.
     pub fn of_user() -> Self {
         let folder = dirs::config_dir();
         folder.map_or(Self::default(), |folder| {
@@ -35,11 +35,11 @@ impl Preferences {
         })
     }
 
-    /// Those in `file`, which need not be there yet.
+    /// Those in `file`, which need not exist.
     pub fn from_file(file: &Path) -> Self {
         let saved = std::fs::read(file).ok().map(|bytes| {
             serde_json::from_slice(&bytes).unwrap_or_else(|_| {
-                // Whatever it is, it is not lost. Where it cannot be moved, nothing more can be done.
+                // It is kept for the person to look at, if it can be renamed.
                 let _ = std::fs::rename(file, file.with_extension("json.old"));
                 PreferencesFile::default()
             })
@@ -59,7 +59,7 @@ impl Preferences {
         &mut self.saved.layout
     }
 
-    /// Projects that were opened lately, the newest first.
+    /// The recent projects, the newest first.
     pub fn recent(&self) -> &[PathBuf] {
         &self.saved.recent
     }
@@ -72,12 +72,12 @@ impl Preferences {
         self.saved.recent.truncate(RECENT);
     }
 
-    /// A project is no longer to be listed.
+    /// Removes a project from the recent ones.
     pub fn forget(&mut self, project: &Path) {
         self.saved.recent.retain(|one| one != project);
     }
 
-    /// Keeps them.
+    /// Saves them.
     pub fn save(&self, saver: &Saver) {
         if let (Some(file), Ok(text)) = (&self.file, serde_json::to_string_pretty(&self.saved)) {
             saver.save(file.clone(), text);

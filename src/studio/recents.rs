@@ -1,14 +1,14 @@
-//! The projects that were opened lately, as they are on the disk now.
+//! The recent projects, as they are on the disk now.
 
 use project::Project;
 use std::path::PathBuf;
 use worker::Lookup;
 
-/// A project that was opened before.
+/// A recent project.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recent {
     pub folder: PathBuf,
-    /// What it is called; its folder's name where that cannot be read.
+    /// Its name; the folder's name if it cannot be read.
     pub name: String,
     /// Why it cannot be opened.
     pub trouble: Option<String>,
@@ -24,10 +24,7 @@ impl Recent {
         let opened = if folder.is_dir() {
             Project::open(&folder).map_err(|e| e.to_string())
         } else {
-            Err(
-                "The folder is not there any more: it was moved, or its disk is not connected"
-                    .to_owned(),
-            )
+            Err("The folder is missing: it was moved, or its disk is not connected".to_owned())
         };
         let (name, trouble) = match opened {
             Ok(project) => (project.settings.name, None),
@@ -41,38 +38,38 @@ impl Recent {
     }
 }
 
-/// The list, and the thread that looks at it.
+/// The list, and the thread that reads it.
 #[derive(Default)]
 pub struct Recents {
     list: Vec<Recent>,
     asked: Option<Vec<PathBuf>>,
-    clerk: Option<Lookup<Vec<PathBuf>, Vec<Recent>>>,
+    lookup: Option<Lookup<Vec<PathBuf>, Vec<Recent>>>,
 }
 
 impl Recents {
-    /// The newest first; empty until it was looked at.
+    /// The newest first; empty until it is read.
     pub fn list(&self) -> &[Recent] {
         &self.list
     }
 
-    /// Looks again when it is asked next.
-    pub fn renew(&mut self) {
+    /// The next [`Self::look`] reads the list again.
+    pub fn invalidate(&mut self) {
         self.asked = None;
     }
 
-    /// Looks at `folders`, where they are others than before, and takes in what was found.
+    /// Reads the projects in `folders`, if they changed, and takes in what was read.
     pub fn look(&mut self, folders: &[PathBuf], wake: impl Fn() + Send + 'static) {
         if self.asked.as_deref() != Some(folders) {
-            let clerk = self.clerk.get_or_insert_with(|| {
+            let lookup = self.lookup.get_or_insert_with(|| {
                 Lookup::start(wake, |folders: Vec<PathBuf>| {
                     folders.into_iter().map(Recent::look).collect()
                 })
             });
-            clerk.ask(folders.to_vec());
+            lookup.ask(folders.to_vec());
             self.asked = Some(folders.to_vec());
             self.list.retain(|recent| folders.contains(&recent.folder));
         }
-        if let Some(list) = self.clerk.iter().flat_map(Lookup::answers).last() {
+        if let Some(list) = self.lookup.iter().flat_map(Lookup::answers).last() {
             self.list = list;
         }
     }

@@ -1,4 +1,4 @@
-//! The look of a project between two sessions: `look.json` beside `project.toml`, written by itself.
+//! The look of a project between two sessions: `look.json` beside `project.toml`, saved automatically.
 
 use super::look::LookSettings;
 use base::error::{Error, Result};
@@ -9,7 +9,7 @@ use scene::{Background, Effects};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// What of a look is kept. What a file leaves out is as in a new window.
+/// What of a look is saved. A file may leave anything out: it is as in a new window then.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SavedLook {
@@ -25,12 +25,12 @@ pub struct SavedLook {
 }
 
 impl SavedLook {
-    /// Where a project's is.
+    /// The file of a project.
     pub fn path(project: &Project) -> PathBuf {
         project.root.join("look.json")
     }
 
-    /// That of a look.
+    /// What is saved of a look.
     pub fn of(look: &LookSettings) -> Self {
         let shown = look.environments.get(look.environment);
         Self {
@@ -45,10 +45,10 @@ impl SavedLook {
         }
     }
 
-    /// What a project has; none where nothing was kept yet.
+    /// What is saved in a project; None if nothing is yet.
     ///
     /// # Errors
-    /// When the file cannot be understood: it is put aside as `look.json.old`.
+    /// When the file cannot be understood: it is renamed to `look.json.old`.
     pub fn load(project: &Project) -> Result<Option<Self>> {
         let path = Self::path(project);
         let Ok(bytes) = std::fs::read(&path) else {
@@ -56,17 +56,17 @@ impl SavedLook {
         };
         serde_json::from_slice(&bytes).map(Some).map_err(|e| {
             let aside = path.with_extension("json.old");
-            // Where it cannot be moved, it is written over by the next change, and the sentence says so.
+            // If it cannot be renamed, the next change overwrites it, and the error says so.
             let moved = std::fs::rename(&path, &aside);
             let remedy = match moved {
-                Ok(()) => format!("It was put aside as {}", aside.display()),
-                Err(_) => "Copy it before you change the light: it will be written over".to_owned(),
+                Ok(()) => format!("It was renamed to {}", aside.display()),
+                Err(_) => "Copy it before you change the light, which overwrites it".to_owned(),
             };
             Error::codec("understand the look in", path, e, remedy)
         })
     }
 
-    /// Gives it to the look of a window whose list of environments is there and whose first frame is shown.
+    /// Applies it to the look of a window at its first frame, after the list of environments is known.
     pub fn apply(self, look: &mut LookSettings) {
         let place = (look.environments.iter()).position(|listed| listed.name == self.environment);
         look.environment = place.unwrap_or(look.environment);
@@ -80,7 +80,7 @@ impl SavedLook {
         look.follow(0);
     }
 
-    /// As the file has it.
+    /// The text of the file.
     pub fn text(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
@@ -109,7 +109,7 @@ mod tests {
         read.apply(&mut other.look);
         assert_eq!(other.look, state.look);
 
-        // What has keys was kept at the last frame and is shown at the first.
+        // With keys it was saved at the last frame and is shown at the first.
         state.change(LookCommand::ToggleKey(Keyframed::Yaw));
         state.show(ViewCommand::LastFrame);
         state.change(LookCommand::Yaw(90.0));

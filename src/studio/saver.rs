@@ -1,4 +1,4 @@
-//! Writes small files beside the window's thread, one after the other.
+//! Writes small files in the background, one after the other.
 
 use imaging::file::write_beside;
 use std::collections::HashSet;
@@ -16,7 +16,7 @@ pub struct Saver {
 
 enum Task {
     Write(PathBuf, String),
-    /// Tell when all before it is written.
+    /// Say when everything before it is written.
     Tell(Sender<()>),
 }
 
@@ -29,26 +29,26 @@ impl Saver {
             while let Ok(first) = waiting.recv() {
                 let mut tasks: Vec<Task> =
                     std::iter::once(first).chain(waiting.try_iter()).collect();
-                // Of several versions of one file the last is enough.
+                // Only the last version of a file counts.
                 let mut seen = HashSet::new();
                 tasks.reverse();
                 tasks.retain(|task| match task {
                     Task::Write(path, _) => seen.insert(path.clone()),
                     Task::Tell(_) => true,
                 });
-                // Whoever waits is told after all of them.
+                // Those who wait are told after all writes.
                 tasks.sort_by_key(|task| matches!(task, Task::Tell(_)));
                 for task in tasks {
                     match task {
                         Task::Write(path, text) => {
                             let written = write_beside(&path, |out| out.write_all(text.as_bytes()));
                             if let Err(e) = written {
-                                // Nobody listens once the window is closed.
+                                // Nobody listens after the window is closed.
                                 let _ = fail.send(e.to_string());
                                 wake();
                             }
                         }
-                        // Whoever asked may have gone.
+                        // The one who asked may be gone.
                         Task::Tell(done) => drop(done.send(())),
                     }
                 }
@@ -61,7 +61,7 @@ impl Saver {
         }
     }
 
-    /// Writes `text` to `path` soon, beside and renamed.
+    /// Writes `text` to `path` soon: to a file beside it, which is then renamed.
     pub fn save(&self, path: PathBuf, text: String) {
         if let Some(tasks) = &self.tasks {
             // The thread ends with this struct.
@@ -69,13 +69,13 @@ impl Saver {
         }
     }
 
-    /// Waits until all that was to be written has been tried: before a file is read that may be among it.
+    /// Waits until every write so far has been tried. Call it before reading a file that may be among them.
     pub fn settle(&self) {
         let (done, told) = channel();
         if let Some(tasks) = &self.tasks
             && tasks.send(Task::Tell(done)).is_ok()
         {
-            // It fails where the thread is gone, and then there is nothing to wait for.
+            // It fails if the thread is gone: then there is nothing to wait for.
             let _ = told.recv();
         }
     }
@@ -90,7 +90,7 @@ impl Drop for Saver {
     fn drop(&mut self) {
         self.tasks = None;
         if let Some(thread) = self.thread.take() {
-            // A panic of the thread has been said on stderr.
+            // A panic of the thread is on stderr already.
             let _ = thread.join();
         }
     }

@@ -1,4 +1,4 @@
-//! What the worker's events add up to: what the window can do now, which job runs, and what went wrong.
+//! The status that the worker's events add up to: what the window can do now, which job runs, and what went wrong.
 
 use base::progress::Report;
 use std::collections::VecDeque;
@@ -26,25 +26,25 @@ pub struct RunningJob {
     /// Finished share of the stage, from 0 to 1.
     pub share: f32,
     pub note: String,
-    /// What has to be put right before it can go on.
+    /// What must be put right before it can continue.
     pub held: Option<String>,
     /// Whether it was asked to stop.
     pub stopping: bool,
-    /// When the stage began, pauses since then left out, and the share that was finished then.
+    /// When the stage began, without pauses since then, and the share that was finished then.
     since: Instant,
     first_share: f32,
     /// When it was asked to pause.
     paused: Option<Instant>,
 }
 
-/// Whether a sentence is good news.
+/// How the log shows a sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
     Info,
     Error,
 }
 
-/// A sentence that was said, and when.
+/// A line of the log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogLine {
     /// Minutes and seconds since the window was opened.
@@ -59,23 +59,23 @@ impl std::fmt::Display for LogLine {
     }
 }
 
-/// Sentences that the log keeps.
+/// Lines that the log keeps.
 const LOG_LINES: usize = 1000;
 
-/// The state of affairs.
+/// What can be done now, what runs, and what went wrong.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
     pub phase: Phase,
-    /// The job that runs beside whatever can be done.
+    /// The running job. Pictures are made at the same time.
     pub job: Option<RunningJob>,
     /// Why the picture that was asked for last could not be made.
     pub failure: Option<String>,
-    /// Why something that a person did could not be done. It stays until it is put away, or until something
-    /// that is done later answers it.
+    /// Why something that a person asked for could not be done. It stays until it is dismissed, or until a later
+    /// action answers it.
     pub refusal: Option<String>,
-    /// The last sentence of a job.
+    /// The last message of a job.
     pub message: Option<String>,
-    /// All sentences, the newest last.
+    /// All messages, the newest last.
     pub log: VecDeque<LogLine>,
     /// When the window was opened.
     opened: Instant,
@@ -95,7 +95,7 @@ impl Status {
         }
     }
 
-    /// Another project was opened: what was said before stays in the log.
+    /// Another project was opened: the log stays.
     pub fn begin(&mut self, phase: Phase) {
         *self = Self {
             log: std::mem::take(&mut self.log),
@@ -104,13 +104,13 @@ impl Status {
         };
     }
 
-    /// Something that a person did, or that was to be written, could not be done.
+    /// Says why something could not be done or written.
     pub fn refuse(&mut self, sentence: String) {
         self.note(Severity::Error, &sentence);
         self.refusal = Some(sentence);
     }
 
-    /// Something is to be known.
+    /// Shows a message.
     pub fn say(&mut self, sentence: String) {
         self.note(Severity::Info, &sentence);
         self.message = Some(sentence);
@@ -123,7 +123,7 @@ impl Status {
             severity,
             sentence: sentence.to_owned(),
         };
-        // The same again and again says nothing new: a failing picture is asked for at every turn.
+        // Repeats are left out: a failing picture is asked for at every turn.
         let last = self.log.back();
         if last.is_none_or(|last| (last.severity, &last.sentence) != (severity, &line.sentence)) {
             self.log.push_back(line);
@@ -155,7 +155,7 @@ impl Status {
                 self.say(sentence);
                 self.job = None;
                 if matches!(self.phase, Phase::Blocked(_)) {
-                    // The job may have brought what was missing: the worker looks now.
+                    // The job may have made what was missing: the worker looks now.
                     self.phase = Phase::Opening;
                 }
             }
@@ -220,7 +220,7 @@ impl RunningJob {
         self.paused.is_some()
     }
 
-    /// Notes at `now` that it was asked to pause, or to go on.
+    /// Notes at `now` that it was asked to pause, or to continue.
     pub fn pause(&mut self, pause: bool, now: Instant) {
         match (self.paused, pause) {
             (None, true) => self.paused = Some(now),
@@ -233,7 +233,7 @@ impl RunningJob {
         }
     }
 
-    /// Time left of the stage at `now`; none in a pause, nor before there is anything to go by.
+    /// Time left of the stage at `now`; None while paused, and before it can be estimated.
     pub fn left(&self, now: Instant) -> Option<Duration> {
         let gone = self.share - self.first_share;
         (gone >= 0.01 && !self.is_paused()).then(|| {
@@ -286,7 +286,7 @@ mod tests {
         assert_eq!(
             status.phase,
             Phase::Opening,
-            "what it brought is not asked for again"
+            "what it made is not asked for again"
         );
         status.on_event(Event::Opening);
         status.on_event(Event::Ready {

@@ -3,24 +3,24 @@
 use super::icons;
 use egui::{Color32, CornerRadius, FontDefinitions, FontId, Stroke, TextStyle};
 
-/// Around the picture: middle grey, 18 % of white, which leaves the eye's judgement alone.
+/// Around the picture: middle grey, 18 % of white, which does not bias the eye.
 pub const SURROUND: Color32 = Color32::from_gray(118);
 /// Panels.
 pub const PANEL: Color32 = Color32::from_gray(38);
-/// Places in a panel that hold something: lists, tracks.
+/// Lists and tracks in a panel.
 pub const WELL: Color32 = Color32::from_gray(24);
 /// Text.
 pub const TEXT: Color32 = Color32::from_gray(222);
-/// Text that is there when looked for.
+/// Secondary text.
 pub const QUIET: Color32 = Color32::from_gray(160);
-/// What is chosen or under the hand: the one colour.
+/// What is chosen or being dragged: the one colour.
 pub const ACCENT: Color32 = Color32::from_rgb(232, 164, 80);
-/// What is about to be chosen, or was done already.
+/// A main button, and what is done already.
 pub const ACCENT_DIM: Color32 = Color32::from_rgb(122, 92, 56);
 /// Distance between things in points.
 pub const GAP: f32 = 8.0;
 
-/// Gives the window its look.
+/// Sets the window's fonts and colours.
 pub fn apply(ctx: &egui::Context) {
     ctx.set_theme(egui::Theme::Dark);
     let mut fonts = FontDefinitions::default();
@@ -39,7 +39,7 @@ pub fn apply(ctx: &egui::Context) {
         style.spacing.button_padding = egui::vec2(10.0, 4.0);
         style.spacing.interact_size.y = 24.0;
         style.interaction.selectable_labels = false;
-        // A drawn transition would ask for frames while nothing happens.
+        // Animations would ask for frames while nothing happens.
         style.animation_time = 0.0;
         let visuals = &mut style.visuals;
         visuals.panel_fill = PANEL;

@@ -1,5 +1,5 @@
-//! What the window knows of the network's training: what is on disk, read beside the window's thread, and
-//! what a run says of itself as it goes.
+//! What the window knows of the network's training: what is on disk, read in the background, and what a running
+//! job reports.
 
 use super::layout::Pane;
 use base::progress::{Report, TrainingPictures, TrainingPoint};
@@ -9,13 +9,13 @@ use std::sync::Arc;
 use training::{History, Pace, Preset, Records, TrainSettings, TrainingConfig};
 use worker::{Event, Latest, TRAINING};
 
-/// What a person chooses of a run.
+/// How to train, as a person chooses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainChoice {
     pub preset: Preset,
-    /// A pose, from 0, that training does not see and that judges it.
+    /// A pose, from 0, that is held out of training and measures it.
     pub hold_out: Option<usize>,
-    /// Minutes after which a run ends, of a preset that time limits; none means as many as the preset says.
+    /// Minutes after which a run ends, for a preset limited by time; None for the preset's own.
     pub minutes: Option<f64>,
 }
 
@@ -42,10 +42,10 @@ impl TrainChoice {
     }
 }
 
-/// What is known.
+/// The records on disk, and the running job.
 #[derive(Default)]
 pub struct Training {
-    /// What is on disk, once it was read.
+    /// What is on disk, once it is read.
     pub records: Option<Arc<Records>>,
     /// The curves: those on disk, and the running job's.
     pub history: History,
@@ -53,18 +53,18 @@ pub struct Training {
     pub point: Option<TrainingPoint>,
     /// The newest pictures.
     pub pictures: Option<Arc<TrainingPictures>>,
-    /// Whether a training runs.
+    /// Whether training is running.
     pub running: bool,
-    /// How fast a run of this window was.
+    /// How fast a run in this window was.
     timed: Option<Pace>,
-    /// What the running job, or the last, has told.
+    /// The curves that the running or last job reported.
     live: History,
     slot: Option<Arc<Latest<Records>>>,
-    /// Whether a thread reads.
+    /// Whether a thread is reading.
     reading: bool,
-    /// Whether what was read is what is there.
+    /// Whether what was read is up to date, or is being read.
     current: bool,
-    /// Whether it is asked for where it is not shown.
+    /// Whether the list of checkpoints is asked for while the pane is not shown.
     listed: bool,
 }
 
@@ -105,17 +105,17 @@ impl Training {
         self.pictures = newer.or(self.pictures.take());
     }
 
-    /// Whether what is known is what was on disk when it was last written to.
+    /// Whether everything on disk has been read.
     pub fn is_current(&self) -> bool {
         self.current && !self.reading
     }
 
-    /// Has what is on disk read, though the panel is not shown.
+    /// Reads what is on disk, even if the panel is not shown.
     pub fn list(&mut self) {
         self.listed = true;
     }
 
-    /// Whether what was read is what is there, or is being read.
+    /// Whether everything on disk has been read or is being read.
     pub fn is_asked(&self) -> bool {
         self.current
     }
@@ -128,7 +128,7 @@ impl Training {
         self.reading = false;
         self.history = records.history.clone();
         if self.running {
-            // What the log has not got yet.
+            // Points that are not in the log yet.
             for &point in self.live.points() {
                 self.history.push(point);
             }
@@ -136,7 +136,7 @@ impl Training {
         self.records = Some(Arc::new(records));
     }
 
-    /// Reads what is on disk, where it may be other than before and the panes `shown` show it.
+    /// Reads what is on disk, if it may have changed and the panes `shown` show it.
     pub fn ask(
         &mut self,
         project: &Project,
@@ -168,7 +168,7 @@ impl Training {
         chosen.or_else(fitting).unwrap_or_default()
     }
 
-    /// Why a run cannot go on from the checkpoint with this choice; nothing where it can.
+    /// Why training cannot resume from the checkpoint with this choice; None if it can.
     pub fn refusal(&self, choice: &TrainChoice, project: &Project) -> Option<String> {
         let present = self.records.as_ref()?.present.as_ref()?;
         let network = |preset: Preset| preset.config().network(project);
@@ -176,13 +176,13 @@ impl Training {
         let fitting = presets.find(|&preset| network(preset) == present.network)?;
         (network(choice.preset) != present.network).then(|| {
             format!(
-                "The checkpoint's network is that of {}. Choose it, or start over",
+                "The checkpoint was trained with the preset {}. Choose it, or start over",
                 fitting.name()
             )
         })
     }
 
-    /// What to train by. A run that goes on keeps the network that it was begun with.
+    /// The settings of the next run. A resumed run keeps its network.
     pub fn settings(
         &self,
         choice: &TrainChoice,
@@ -203,7 +203,7 @@ impl Training {
         }
     }
 
-    /// How fast this machine trains, as far as is known.
+    /// How fast this machine trains, if known.
     pub fn pace(&self) -> Option<Pace> {
         self.timed.or_else(|| self.records.as_ref()?.pace())
     }

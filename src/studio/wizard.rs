@@ -1,22 +1,22 @@
-//! The making of a project: what a person chose, and what was found in the shoot's folder.
+//! Planning a project: what a person chose, and what the shoot's folder holds.
 
 use footage::ImportSettings;
 use footage::scan::{Scan, scan};
 use std::path::{Path, PathBuf};
 use worker::{Job, Lookup};
 
-/// What a person chose for a new project.
+/// A plan for a new project.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The shoot's folder, as it was typed.
     pub shoot: String,
-    /// The project's folder, as it was typed; empty is beside the shoot.
+    /// The project's folder, as it was typed; empty for one beside the shoot.
     pub folder: String,
-    /// What the project is called; empty is as the shoot.
+    /// The project's name; empty for the shoot's.
     pub name: String,
     /// Working size in pixels.
     pub size: usize,
-    /// So many of the lamps; none is all.
+    /// How many of the lamps to use; None for all.
     pub lamps: Option<usize>,
 }
 
@@ -41,7 +41,7 @@ impl Plan {
         }
     }
 
-    /// The project's folder: beside the shoot where none was typed. None before a shoot was chosen.
+    /// The project's folder: as typed, or beside the shoot. None until a shoot is chosen.
     pub fn root(&self) -> Option<PathBuf> {
         let typed = typed(&self.folder);
         let beside = || {
@@ -53,7 +53,7 @@ impl Plan {
     }
 }
 
-/// A typed path, with `~` for the person's own folder; none where nothing was typed.
+/// A typed path, with `~` for the home folder; None if nothing was typed.
 pub fn typed(text: &str) -> Option<PathBuf> {
     let text = text.trim();
     let home = || dirs::home_dir().unwrap_or_default();
@@ -64,31 +64,31 @@ pub fn typed(text: &str) -> Option<PathBuf> {
     }
 }
 
-/// The plan, and the thread that looks at folders.
+/// The plan, and the thread that scans folders.
 #[derive(Default)]
 pub struct Wizard {
-    /// What was chosen so far; none while no project is made.
+    /// The plan; None if no project is planned.
     plan: Option<Plan>,
-    /// What the folder holds that was looked at last.
+    /// What the last scanned folder holds.
     scan: Option<Scan>,
     /// The folder that was asked for last.
     asked: Option<PathBuf>,
-    clerk: Option<Lookup<PathBuf, Scan>>,
+    lookup: Option<Lookup<PathBuf, Scan>>,
 }
 
 impl Wizard {
-    /// What was chosen so far; none while no project is made.
+    /// The plan; None if no project is planned.
     pub fn plan(&self) -> Option<&Plan> {
         self.plan.as_ref()
     }
 
-    /// What the chosen shoot's folder holds; none while it is looked at.
+    /// What the chosen shoot's folder holds; None while it is scanned.
     pub fn scan(&self) -> Option<&Scan> {
         let shoot = typed(&self.plan.as_ref()?.shoot)?;
         self.scan.as_ref().filter(|scan| scan.folder == shoot)
     }
 
-    /// Goes on with another plan, or ends.
+    /// Changes the plan, or gives it up.
     pub fn set(&mut self, plan: Option<Plan>) {
         self.plan = plan;
         if self.plan.is_none() {
@@ -96,32 +96,34 @@ impl Wizard {
         }
     }
 
-    /// Looks at the shoot's folder, where that is another than before, and takes in what was found.
+    /// Scans the shoot's folder, if it changed, and takes in what was found.
     pub fn look(&mut self, wake: impl Fn() + Send + 'static) {
         let shoot = self.plan.as_ref().and_then(|plan| typed(&plan.shoot));
         if let Some(shoot) = shoot
             && self.asked.as_ref() != Some(&shoot)
         {
-            let clerk = self
-                .clerk
+            let lookup = self
+                .lookup
                 .get_or_insert_with(|| Lookup::start(wake, |folder: PathBuf| scan(&folder)));
-            clerk.ask(shoot.clone());
+            lookup.ask(shoot.clone());
             self.asked = Some(shoot);
         }
-        let found = self.clerk.iter().flat_map(Lookup::answers).last();
+        let found = self.lookup.iter().flat_map(Lookup::answers).last();
         self.scan = found.or(self.scan.take());
     }
 
     /// The job that makes the project, and the project's folder.
     ///
     /// # Errors
-    /// A sentence that says what is missing.
+    /// What is missing.
     pub fn job(&self) -> Result<(Job, PathBuf), &'static str> {
-        let plan = self.plan.as_ref().ok_or("No project is being made")?;
+        let plan = self.plan.as_ref().ok_or("No project is being planned")?;
         let shoot = typed(&plan.shoot).ok_or("Choose the shoot's folder first")?;
-        let scan = self.scan().ok_or("The shoot's folder is being looked at")?;
+        let scan = self
+            .scan()
+            .ok_or("The shoot's folder is still being scanned")?;
         if !scan.is_complete() {
-            return Err("The shoot lacks what is marked above");
+            return Err("The shoot is incomplete: see the marks above");
         }
         let root = plan.root().ok_or("Choose a folder for the project")?;
         let name = plan.name.trim();
@@ -139,12 +141,12 @@ impl Wizard {
     }
 }
 
-/// What it costs to work at `size` pixels.
+/// The memory and time that training takes at the planned size.
 pub fn cost(scan: &Scan, plan: &Plan) -> String {
     let lamps = plan.lamps.unwrap_or(scan.lamps).min(scan.lamps);
-    // A look is the linear and the encoded picture and its matte; a pose has its OLATs besides.
-    let look = 7;
-    let values = scan.poses * (look + 3 * lamps) + scan.frames * look;
+    // Each picture is kept linear (3), encoded (3) and as a matte (1); a pose also has its OLATs (3 each).
+    let picture = 7;
+    let values = scan.poses * (picture + 3 * lamps) + scan.frames * picture;
     let bytes = 4 * values * plan.size * plan.size;
     let memory = match bytes as f64 / 1e6 {
         mb if mb < 1000.0 => format!("{} MB", mb.round().max(1.0)),
@@ -154,14 +156,14 @@ pub fn cost(scan: &Scan, plan: &Plan) -> String {
     let time = match times {
         1.0 => String::new(),
         times if times > 1.0 => {
-            format!("; a step takes about {times} times as long as at 128 pixels")
+            format!("; a step takes about {times} times as long as at 128 px")
         }
         times => format!(
-            "; a step takes about 1/{} of the time at 128 pixels",
+            "; a step takes about 1/{} of the time at 128 px",
             1.0 / times
         ),
     };
-    format!("Training holds its pictures in {memory} of memory{time}")
+    format!("Training needs {memory} of memory for its pictures{time}")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! One workspace while a frame of the window is drawn: each pane of the layout shows its panel.
+//! Draws a workspace: each pane of the layout shows its panel.
 
 use super::command::{Command, WindowCommand};
 use super::layout::{BORDER, Pane, TABS_HEIGHT};
@@ -14,7 +14,7 @@ use egui_tiles::{
     Behavior, EditAction, SimplificationOptions, TabState, TileId, Tiles, UiResponse,
 };
 
-/// The panels, which keep what only their drawing needs.
+/// The panels. They keep what only their drawing needs.
 #[derive(Default)]
 pub struct Panels {
     project: ProjectPanel,
@@ -41,7 +41,7 @@ impl Panels {
         self.viewport.fit()
     }
 
-    /// Gives the focus to the first control of a pane that goes by the tab key.
+    /// Gives the focus to the first control of a pane that the Tab key steps through.
     pub fn focus(&mut self, pane: Pane) {
         if pane == Pane::Export {
             self.export.focus();
@@ -49,7 +49,7 @@ impl Panels {
     }
 }
 
-/// The panels while one frame of the window is drawn.
+/// A workspace while one frame of the window is drawn.
 pub struct WorkspaceView<'a> {
     pub panels: &'a mut Panels,
     pub context: PanelContext<'a>,
@@ -74,7 +74,7 @@ impl WorkspaceView<'_> {
             });
     }
 
-    /// One pane in all of the room.
+    /// One pane that fills the window.
     pub fn alone_ui(&mut self, ui: &mut Ui, pane: Pane) {
         self.drawn.push(pane);
         self.contents_ui(ui, pane);
@@ -85,7 +85,7 @@ impl WorkspaceView<'_> {
         let out = &mut *self.out;
         match pane {
             Pane::Probe => {
-                // Where there is nothing to show, the reason has all of the room.
+                // With nothing to show, the reason fills the pane.
                 if !matches!(context.probe, Some(Err(_))) {
                     self.side_ui(ui, pane, 392.0);
                 }
@@ -123,7 +123,7 @@ impl WorkspaceView<'_> {
     }
 }
 
-/// A panel's contents on its ground.
+/// A panel's contents with a margin.
 fn padded(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     Frame::new()
         .inner_margin(Margin::symmetric(12, 4))
@@ -144,7 +144,7 @@ impl Behavior<Pane> for WorkspaceView<'_> {
         ui.painter().rect_filled(rect, 0.0, theme::PANEL);
         ui.set_clip_rect(ui.clip_rect().intersect(rect));
         self.drawn.push(*pane);
-        // Not where something that lies over the pane is meant, as a menu.
+        // Not for a click on something over the pane, as a menu.
         let pressed = ui.input(|i| i.pointer.any_pressed()) && ui.rect_contains_pointer(rect);
         if pressed && self.context.state.active != *pane {
             self.out

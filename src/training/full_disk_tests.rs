@@ -4,15 +4,13 @@ use super::config::{Preset, TrainSettings, TrainingConfig};
 use super::run::train;
 use base::progress::{Control, Progress, Report};
 use burn::tensor::Device;
-use calibration::{CalibrateSettings, calibrate};
-use footage::{ImportSettings, import};
 use gpu::DeviceChoice;
 use reflectance::checkpoint;
 use std::io::Write;
 use std::path::Path;
 use std::sync::Mutex;
+use test_shoot::TestShoot;
 use test_support::small_disk::{SmallDisk, names};
-use virtual_stage::{StageSettings, write_shoot};
 
 /// Takes all the room that there is.
 fn fill(path: &Path) {
@@ -26,18 +24,14 @@ fn a_training_waits_for_room_and_loses_nothing() {
         return;
     };
     let (folder, silent) = (tempfile::tempdir().unwrap(), Progress::silent());
-    let stage = StageSettings {
+    let shoot = TestShoot {
         frames: 2,
-        size: 32,
         lamps: 4,
-        ..StageSettings::default()
+        working_size: 16,
+        ..TestShoot::default()
     };
-    let shoot = folder.path().join("shoot");
-    write_shoot(&shoot, &stage, &silent).unwrap();
-    let settings = ImportSettings { size: 16, seed: 5 };
     let root = disk.0.path().join("project");
-    let mut project = import(&root, &shoot, &settings, &silent).unwrap();
-    let calibration = calibrate(&mut project, &CalibrateSettings::default(), &silent).unwrap();
+    let (project, calibration) = shoot.calibrate(folder.path(), &root);
     let settings = |epochs| TrainSettings {
         config: TrainingConfig {
             width: 8,

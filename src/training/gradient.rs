@@ -27,6 +27,19 @@ pub fn clip(network: &UNet, gradients: &mut GradientsParams, most: f32) -> f32 {
     norm
 }
 
+/// The Euclidean norm of all weights of a network on a plain device. It is NaN or infinite when any of them is.
+pub fn weight_norm(network: &UNet) -> f32 {
+    struct Squares(Vec<Tensor<1>>);
+    impl ModuleVisitor for Squares {
+        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+            self.0.push(kernels::square_sum(param.val()));
+        }
+    }
+    let mut squares = Squares(Vec::new());
+    network.visit(&mut squares);
+    Tensor::cat(squares.0, 0).sum().sqrt().into_scalar::<f32>()
+}
+
 struct Squares<'a> {
     gradients: &'a GradientsParams,
     sums: Vec<Tensor<1>>,

@@ -18,6 +18,8 @@ mod log;
 pub mod loss;
 mod monitor;
 #[cfg(test)]
+mod nan_tests;
+#[cfg(test)]
 mod parity_tests;
 mod pose_prediction;
 mod records;

@@ -17,12 +17,10 @@ const LEARNING_RATE: f64 = 1e-3;
 
 #[test]
 fn a_whole_network_and_its_gradients_are_those_of_pytorch() {
-    let Some(python) = std::env::var_os("AFTERLIGHT_PYTHON") else {
-        eprintln!("skipped: AFTERLIGHT_PYTHON names no interpreter that has PyTorch");
+    let Some(python) = test_support::python(&["torch", "safetensors"]) else {
         return;
     };
-    let script =
-        Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("tests/peers/unet.py");
+    let script = test_support::repository("tests/peers/unet.py");
     for (name, normalization) in [
         ("group", Normalization::Group),
         ("batch", Normalization::Batch),

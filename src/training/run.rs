@@ -27,8 +27,8 @@ const MAX_BAD_STEPS: u32 = 3;
 /// Where a file cannot be written, as on a full disk, and a person is there, it waits ([`Progress::retry`]).
 ///
 /// # Errors
-/// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, or three steps in a row are
-/// skipped: then the last good checkpoint stays.
+/// When pictures cannot be read, the checkpoint cannot be written, the GPU is lost, three steps in a row are skipped, or
+/// weights are not finite: then the last good checkpoint stays.
 pub fn train(
     project: &Project,
     calibration: &Calibration,
@@ -126,6 +126,7 @@ impl<'a> Run<'a> {
 
     /// Writes the checkpoint and waits for the end of a pause.
     fn pause(&mut self) -> Result<()> {
+        self.trainer.check_weights()?;
         self.progress.retry(|| self.trainer.save(self.project))?;
         self.progress.retry(|| self.logs.flush())?;
         self.progress
@@ -223,6 +224,7 @@ impl<'a> Run<'a> {
     /// Writes the checkpoint and keeps it in the list.
     fn save(&mut self) -> Result<()> {
         let progress = self.progress;
+        self.trainer.check_weights()?;
         progress.retry(|| self.trainer.save(self.project))?;
         progress.retry(|| self.logs.flush())?;
         if let Err(e) = checkpoints::keep(self.project, Reason::Automatic) {

@@ -104,6 +104,7 @@ impl Trainer {
     /// Makes one step; `done` is the finished share of the run, for the learning rate.
     pub fn step(&mut self, done: f64) -> StepReport {
         let step = self.info.step;
+        let statistics = self.live.running_statistics();
         let most = (self.config.shift * self.info.network.size as f32).round() as i64;
         let (dx, dy) = self.schedule.shift(step, most);
         let source = self.schedule.source(step);
@@ -187,6 +188,9 @@ impl Trainer {
             } else {
                 self.live.valid()
             };
+        } else {
+            // What the pass has left there is as little to be trusted.
+            self.live.set_running_statistics(statistics);
         }
         self.info.step += 1;
         StepReport {
@@ -220,7 +224,8 @@ impl Trainer {
             .held_out
             .is_none_or(|best| best.decibels < decibels)
         {
-            self.best = Some(self.average.clone());
+            // A clone would share its running statistics with the average, which goes on.
+            self.best = Some(self.average.valid());
             self.info.held_out = Some(HeldOut {
                 pose,
                 step: self.info.step,
@@ -254,6 +259,25 @@ impl Trainer {
     /// Where the run stands.
     pub fn info(&self) -> &CheckpointInfo {
         &self.info
+    }
+
+    /// Refuses a network with weights that are NaN or infinite, as far too high a rate makes them: it must not
+    /// replace the last checkpoint.
+    ///
+    /// # Errors
+    /// When a weight is not finite, or so large that its square is not.
+    pub fn check_weights(&self) -> Result<()> {
+        let norms = [&self.live.valid(), &self.average].map(gradient::weight_norm);
+        if norms.into_iter().all(f32::is_finite) {
+            return Ok(());
+        }
+        Err(Error::invalid(
+            format!(
+                "training stopped: weights are NaN or infinite after step {}",
+                self.info.step
+            ),
+            "The last checkpoint is kept. Continue from it at a lower rate, such as --set learning-rate=3e-4",
+        ))
     }
 
     /// Writes the checkpoint.

@@ -10,10 +10,10 @@ use light::latlong::{texel_direction, texel_solid_angle};
 pub const RADIUS_M: f32 = 4.0;
 /// Radius of a lamp's disc in metres.
 pub const LAMP_RADIUS_M: f32 = 0.1;
-/// Lamps per bank, as on the stage of the paper: 931 lamps in 41 conditions.
+/// Lamps of the dome at most, as on the stage of the paper. In so many banks each lamp is a bank of its own.
+pub(super) const MAX_LAMPS: usize = 931;
+/// Lamps per bank, as there: 931 lamps in 41 conditions.
 const LAMPS_PER_BANK: f64 = 931.0 / 41.0;
-/// The most lamps that the dome carries, whatever the number of banks.
-const MAX_LAMPS: usize = 1000;
 
 /// Where the lamps are, and which bank each belongs to. Lamps are sorted by bank.
 #[derive(Clone, Debug)]
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn every_bank_has_lamps_and_they_surround_it() {
-        for banks in [4, 6, 12, 41, 146, 400] {
+        for banks in [4, 6, 12, 41, 146, 400, 931] {
             let dome = Dome::new(banks);
             let counts = dome.bank_counts();
             assert_eq!(counts.len(), banks);
@@ -165,6 +165,7 @@ mod tests {
             assert!(counts.iter().all(|&n| n >= 1), "{banks}: {counts:?}");
         }
         assert_eq!(Dome::new(41).lamps.len(), 931);
+        assert_eq!(Dome::new(931).bank_counts(), [1; 931]);
     }
 
     #[test]

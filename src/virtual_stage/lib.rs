@@ -49,7 +49,7 @@ pub struct StageSettings {
     /// Random seed of camera response, noise and movements: the same seed gives the same files.
     #[arg(long, default_value_t = StageSettings::default().seed)]
     pub seed: u64,
-    /// Banks of lamps, and so OLATs per pose, from 4.
+    /// Banks of lamps, and so OLATs per pose, from 4 to 931, where each lamp is a bank of its own.
     #[arg(long, default_value_t = StageSettings::default().lamps)]
     pub lamps: usize,
 }
@@ -83,7 +83,7 @@ impl StageSettings {
         };
         within("pixels across (size)", self.size, 16..=1024)?;
         within("interview frames", self.frames, 1..=999)?;
-        within("lamps", self.lamps, 4..=400)
+        within("lamps", self.lamps, 4..=dome::MAX_LAMPS)
     }
 }
 

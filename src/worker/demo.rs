@@ -27,8 +27,8 @@ use virtual_stage::{StageSettings, write_shoot};
 const SIZE: usize = 128;
 /// Frames of its interview: one second.
 const FRAMES: usize = 24;
-/// Training goes on from the starting point for this long.
-const MINUTES: f64 = 0.75;
+/// Training goes on from the starting point for this long, unless another time is asked for.
+pub const MINUTES: f64 = 0.75;
 
 /// What the demo made.
 #[derive(Clone, Debug, Serialize)]
@@ -85,15 +85,19 @@ pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
     Ok(project)
 }
 
-/// Prepares the demo, trains a little further, measures, and writes a relit clip, a contact sheet and
-/// a report.
-pub fn run(folder: &Path, device: DeviceChoice, progress: &Progress) -> Result<DemoReport> {
+/// Prepares the demo, trains for `minutes`, measures, and writes a relit clip, a contact sheet and a report.
+pub fn run(
+    folder: &Path,
+    minutes: f64,
+    device: DeviceChoice,
+    progress: &Progress,
+) -> Result<DemoReport> {
     let project = prepare(folder, progress)?;
     let shoot = folder.join("shoot");
     let truth = Truth::open(&project, &shoot)?;
     let calibration = Calibration::load(&project)?;
     let mut config = Preset::Quick.config();
-    config.minutes = Some(MINUTES);
+    config.minutes = Some(minutes);
     let settings = TrainSettings {
         config,
         exclude_frames: truth.frames.clone(),

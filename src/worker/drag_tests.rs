@@ -16,7 +16,8 @@ fn ball(index: usize) -> (Frame, Field) {
     (Frame { index, plate, mask }, field.into())
 }
 
-fn worker(budget_ms: f64) -> Worker {
+/// A worker whose pictures may take so long in a drag, and are made at full size when it rests so long.
+fn worker(budget_ms: f64, rest: Duration) -> Worker {
     let open = || {
         Ok(Source {
             rig: rig(),
@@ -25,7 +26,7 @@ fn worker(budget_ms: f64) -> Worker {
             comparison: Box::new(|_, index| Ok(ball(index))),
         })
     };
-    Worker::within(budget_ms, open, || {})
+    Worker::within(budget_ms, rest, open, || {})
 }
 
 fn shown(worker: &Worker, yaw_deg: f32, coarse: impl Fn(usize) -> bool) -> Arc<PreviewPicture> {
@@ -42,16 +43,22 @@ fn drag(worker: &Worker, yaw_deg: f32, light: &Arc<Environment>) {
     });
 }
 
+/// No picture is quick enough, or every one is.
+const BUDGETS_MS: [f64; 2] = [0.0, f64::MAX];
+
+/// Drags from yaw 0, where the first picture says how long they take, to 40.
+fn begin_drag(worker: &Worker, light: &Arc<Environment>) {
+    drag(worker, 0.0, light);
+    shown(worker, 0.0, |coarse| coarse == 1);
+    drag(worker, 40.0, light);
+}
+
 #[test]
-fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_that_rests() {
+fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_it_is_let_go() {
     let light = from_the_left();
-    // No picture is quick enough, or every one is.
-    let [slow, quick] = [0.0, f64::MAX].map(worker);
+    let [slow, quick] = BUDGETS_MS.map(|budget_ms| worker(budget_ms, Duration::MAX));
     for worker in [&slow, &quick] {
-        drag(worker, 0.0, &light);
-        // The first says how long they take.
-        shown(worker, 0.0, |coarse| coarse == 1);
-        drag(worker, 40.0, &light);
+        begin_drag(worker, &light);
     }
     let coarse = shown(&slow, 40.0, |coarse| coarse > 1);
     let full = shown(&quick, 40.0, |coarse| coarse == 1);
@@ -71,12 +78,6 @@ fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_that_res
         assert!(apart <= 3, "{apart} at {x}, {y}");
     }
 
-    // The pointer rests, still down: the same picture at its size, bit for bit, and no other.
-    let rested = shown(&slow, 40.0, |coarse| coarse == 1);
-    assert_eq!(rested.rgb, full.rgb);
-    assert_eq!(rested.linear, full.linear);
-    // It is let go: nothing is left to be done.
-    slow.show(ask(0, 40.0, &light));
     drag(&slow, 90.0, &light);
     shown(&slow, 90.0, |coarse| coarse > 1);
     slow.show(ask(0, 90.0, &light));
@@ -85,10 +86,23 @@ fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_that_res
     assert_eq!(slow.rgb, quick.rgb);
 }
 
+/// The pointer is still down, and nothing else is asked for.
+#[test]
+fn a_drag_that_rests_is_shown_at_its_full_size_bit_for_bit() {
+    let light = from_the_left();
+    let [rested, quick] = BUDGETS_MS.map(|budget_ms| {
+        let worker = worker(budget_ms, Duration::from_millis(1));
+        begin_drag(&worker, &light);
+        shown(&worker, 40.0, |coarse| coarse == 1)
+    });
+    assert_eq!(rested.rgb, quick.rgb);
+    assert_eq!(rested.linear, quick.linear);
+}
+
 #[test]
 fn a_drag_has_no_queue() {
     let light = from_the_left();
-    let worker = worker(f64::MAX);
+    let worker = worker(f64::MAX, Duration::MAX);
     worker.show(ask(0, 0.0, &light));
     shown(&worker, 0.0, |_| true);
     let mut pictures = Vec::new();

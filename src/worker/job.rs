@@ -71,10 +71,11 @@ pub enum Job {
         project: PathBuf,
         settings: ReviewSettings,
     },
-    /// Run the demo in `folder`, or only make its project.
+    /// Run the demo in `folder`, or only make its project. Its training ends after `minutes`, including earlier runs.
     Demo {
         folder: PathBuf,
         prepare: bool,
+        minutes: f64,
         device: DeviceChoice,
     },
     /// Write the project's network as a starting point for others.
@@ -270,8 +271,14 @@ impl Job {
                 let project = demo::prepare(&folder, progress)?;
                 Ok(Outcome::Imported(ImportReport::of(&project, None)))
             }
-            Self::Demo { folder, device, .. } => {
-                demo::run(&folder, device, progress).map(|report| Outcome::Shown(Box::new(report)))
+            Self::Demo {
+                folder,
+                minutes,
+                device,
+                ..
+            } => {
+                let report = demo::run(&folder, minutes, device, progress)?;
+                Ok(Outcome::Shown(Box::new(report)))
             }
             Self::Frame { project, settings } => {
                 Project::change(&project, |project| settings.run(project)).map(Outcome::Framed)

@@ -57,6 +57,7 @@ use gpu::{ComputeDevice, DeviceChoice};
 use project::Project;
 use std::sync::Arc;
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// Memory for reflectance fields: about 130 frames of 41 lamps at 128 pixels, or 8 at 512.
 const FIELD_BUDGET_BYTES: usize = 1 << 30;
@@ -115,12 +116,19 @@ impl Worker {
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        Self::within(adaptive_resolution::WINDOW_FRAME_MS, open, wake)
+        Self::within(
+            adaptive_resolution::WINDOW_FRAME_MS,
+            relighter::STILL,
+            open,
+            wake,
+        )
     }
 
-    /// [`Self::over`], with what a picture may take in milliseconds while something is dragged.
+    /// [`Self::over`], with what a picture may take in milliseconds while something is dragged, and how long a drag
+    /// has to rest before the picture is made at its full size.
     fn within(
         budget_ms: f64,
+        rest: Duration,
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
@@ -170,6 +178,7 @@ impl Worker {
             cache: cache::FieldCache::new(FIELD_BUDGET_BYTES),
             renew: renew.clone(),
             budget_ms,
+            rest,
         };
         let current_job = job_thread::CurrentJob::default();
         let queue = export_queue::ExportQueue::default();

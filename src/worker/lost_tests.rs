@@ -3,13 +3,15 @@
 use super::*;
 use compositor::passes::PicturePasses;
 use reflectance::FieldBuffer;
+use test_support::{Need, found};
 
 /// A device of the test's own.
 fn own_device() -> Option<(wgpu::Device, wgpu::Queue)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    let adapter = adapters.first()?;
-    pollster::block_on(adapter.request_device(&Default::default())).ok()
+    let adapter = found(Need::Gpu, adapters.first().ok_or("no adapter"))?;
+    let device = pollster::block_on(adapter.request_device(&Default::default()));
+    found(Need::Gpu, device)
 }
 
 /// A worker that lights frames there until the device is lost.
@@ -47,7 +49,6 @@ fn pictures_go_on_in_memory_when_the_gpu_is_lost() {
     // It is lost before a frame is lit, or before one is predicted.
     for (frame, yaw_deg) in [(0, 90.0), (1, 0.0)] {
         let Some((device, queue)) = own_device() else {
-            println!("skipped: no adapter");
             return;
         };
         let worker = worker_on(&device, &queue);

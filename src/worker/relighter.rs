@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 
 /// A picture that is smaller than it could be is made anew at its full size when nothing else was asked for so
 /// long.
-const STILL: Duration = Duration::from_millis(120);
+pub(super) const STILL: Duration = Duration::from_millis(120);
 
 /// A picture that the window wants.
 #[derive(Clone, Debug)]
@@ -101,6 +101,8 @@ pub(super) struct Relighter<Tell> {
     pub renew: Arc<Latest<()>>,
     /// What a picture may take in milliseconds while something is dragged.
     pub budget_ms: f64,
+    /// How long a drag has to rest, see [`STILL`].
+    pub rest: Duration,
 }
 
 /// One of the two pictures that are compared: the OLATs that were asked for elsewhere, and what was found.
@@ -159,7 +161,7 @@ impl<Tell: Fn(Event)> Relighter<Tell> {
         let mut sides: [ComparisonSlot; 2] = Default::default();
         loop {
             let coarse = made.as_ref().is_some_and(|made| made.coarse > 1);
-            let wait = if coarse { STILL } else { Duration::MAX };
+            let wait = if coarse { self.rest } else { Duration::MAX };
             let settled = match bell.recv_timeout(wait) {
                 Ok(()) => false,
                 Err(RecvTimeoutError::Timeout) => true,

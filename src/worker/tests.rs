@@ -8,8 +8,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
-
-const LONG: Duration = Duration::from_secs(30);
+use test_support::{PATIENCE, wait_for};
 
 /// Two lamps of one energy, left and right.
 fn rig() -> Rig {
@@ -88,29 +87,18 @@ fn from_the_left() -> Arc<Environment> {
     Arc::new(Environment::from_radiance("left", radiance))
 }
 
-fn wait_for<T>(mut get: impl FnMut() -> Option<T>) -> T {
-    let started = std::time::Instant::now();
-    loop {
-        if let Some(value) = get() {
-            return value;
-        }
-        assert!(started.elapsed() < LONG);
-        std::thread::sleep(Duration::from_millis(1));
-    }
-}
-
 #[test]
 fn the_newest_frame_is_predicted_and_those_between_are_not() {
     let (worker, go, begun) = slow_worker();
     let light = from_the_left();
     worker.show(ask(0, 0.0, &light));
-    assert_eq!(begun.recv_timeout(LONG), Ok(0));
+    assert_eq!(begun.recv_timeout(PATIENCE), Ok(0));
     for frame in 1..=30 {
         worker.show(ask(frame, 0.0, &light));
         std::thread::sleep(Duration::from_millis(1));
     }
     go.send(()).unwrap();
-    assert_eq!(begun.recv_timeout(LONG), Ok(30));
+    assert_eq!(begun.recv_timeout(PATIENCE), Ok(30));
     // The first field is taken in before the next one can replace it.
     wait_for(|| worker.relit().filter(|r| r.frames_at_hand.contains(&0)));
     go.send(()).unwrap();
@@ -132,8 +120,8 @@ fn a_turn_is_shown_while_the_network_is_busy() {
     );
     assert!(left.passes.iter().any(|p| p.name == "predict" && p.ran));
     worker.show(ask(1, 0.0, &light));
-    begun.recv_timeout(LONG).unwrap();
-    assert_eq!(begun.recv_timeout(LONG), Ok(1));
+    begun.recv_timeout(PATIENCE).unwrap();
+    assert_eq!(begun.recv_timeout(PATIENCE), Ok(1));
     worker.show(ask(1, 180.0, &light));
     let turned = wait_for(|| worker.relit().filter(|r| r.scene.yaw_deg == 180.0));
     assert_eq!(turned.scene.frame, 0, "the frame at hand stands in");
@@ -166,7 +154,7 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
         })
     };
     let worker = Worker::over(open, || {});
-    openings.recv_timeout(LONG).unwrap();
+    openings.recv_timeout(PATIENCE).unwrap();
     worker.run(Job::Import {
         project: PathBuf::from("nowhere"),
         shoot: PathBuf::from("no/such/shoot"),
@@ -174,7 +162,7 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
         name: None,
         lamps: None,
     });
-    openings.recv_timeout(LONG).unwrap();
+    openings.recv_timeout(PATIENCE).unwrap();
     let mut events = Vec::new();
     wait_for(|| {
         events.extend(worker.events());

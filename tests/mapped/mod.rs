@@ -2,6 +2,7 @@
 
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use test_support::Need;
 
 /// Bytes of each buffer that was mapped since the last look, by anyone in this process: every way from a
 /// buffer of wgpu to memory goes through `map_async`, which says so in the log. A copy by other means
@@ -44,16 +45,13 @@ pub fn mapped_during<T>(work: impl FnOnce() -> T) -> (T, Vec<u64>) {
 
 static TURN: Mutex<()> = Mutex::new(());
 
-/// The GPU of this machine, and the turn to use it.
+/// The GPU of this machine, and the turn to use it; None if it has none, and the test returns.
 pub fn gpu() -> Option<(ComputeDevice, MutexGuard<'static, ()>)> {
     let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     // It is set once, whichever test is first.
     let _ = log::set_logger(&MapLog).map(|()| log::set_max_level(log::LevelFilter::Trace));
     let compute = ComputeDevice::choose(DeviceChoice::Gpu);
     println!("on the {}", compute.description);
-    if compute.gpu.is_none() {
-        println!("skipped: no adapter for compute shaders");
-        return None;
-    }
-    Some((compute, turn))
+    let here = compute.gpu.is_some();
+    test_support::require(Need::Gpu, here, &compute.description).then_some((compute, turn))
 }

@@ -1,41 +1,33 @@
 //! The workspaces of the calibration, driven with the mouse alone and with keys alone.
 
 use super::{Window, drag, lines_with, snapshot, snapshot_without, until, window};
-use afterlight::calibration::{self, CalibrateSettings, Calibration};
-use afterlight::footage::{ImportSettings, import};
+use afterlight::calibration::Calibration;
 use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::Response;
-use afterlight::progress::Progress;
 use afterlight::project::Project;
 use afterlight::studio::StudioApp;
-use afterlight::virtual_stage::{StageSettings, write_shoot};
 use afterlight::worker::{GammaView, ProbeView};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
 use std::sync::Arc;
+use test_shoot::TestShoot;
 
-/// A shoot of the virtual stage, imported.
+/// With balls large enough to be looked at.
+const SHOOT: TestShoot = TestShoot {
+    frames: 3,
+    lamps: 12,
+    size: 64,
+    working_size: 64,
+};
+
 fn imported(folder: &Path) -> Project {
-    let (shoot, silent) = (folder.join("shoot"), Progress::silent());
-    let stage = StageSettings {
-        frames: 3,
-        size: 64,
-        lamps: 12,
-        ..StageSettings::default()
-    };
-    write_shoot(&shoot, &stage, &silent).unwrap();
-    let settings = ImportSettings { size: 64, seed: 5 };
-    import(&folder.join("project"), &shoot, &settings, &silent).unwrap()
+    SHOOT.import(folder, "project")
 }
 
 fn calibrated(folder: &Path) -> Project {
-    let mut project = imported(folder);
-    let settings = CalibrateSettings::default();
-    let found = calibration::calibrate(&mut project, &settings, &Progress::silent()).unwrap();
-    found.save(&project).unwrap();
-    project
+    SHOOT.calibrate(folder, "project").0
 }
 
 fn opened(project: &Project) -> Window {

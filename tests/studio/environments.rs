@@ -51,7 +51,7 @@ fn two_of_one_name_are_told_apart() {
     let project = clay::project(folder.path(), environments);
     project.save().unwrap();
     let mut window = open(folder.path());
-    for (name, entry) in [("Nave, built in", "Nave"), ("nave, of the shoot", "nave")] {
+    for (name, entry) in [("Nave, built in", "Nave"), ("nave, from the shoot", "nave")] {
         window.get_by_label(name).click();
         until_shown(&mut window);
         assert_eq!(window.state().relit().unwrap().environment, entry);

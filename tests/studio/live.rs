@@ -12,12 +12,13 @@ use egui::{Event, Key, Modifiers, PointerButton, ViewportCommand, ViewportId, ve
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::time::{Duration, Instant};
+use test_support::{Need, PATIENCE, found};
 
 /// Lets the relighter make the picture that it was asked for, as it does between two frames of a window.
 fn between_frames(window: &Window) {
     let started = Instant::now();
     while !window.state().worker().unwrap().has_picture() {
-        assert!(started.elapsed() < Duration::from_secs(60), "no picture");
+        assert!(started.elapsed() < PATIENCE, "no picture");
         std::thread::sleep(Duration::from_millis(1));
     }
 }
@@ -35,8 +36,9 @@ fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
     });
 }
 
+/// However long a picture takes: what it takes is measured elsewhere.
 #[test]
-fn each_frame_of_a_drag_shows_the_yaw_of_the_frame_before() {
+fn a_drag_shows_each_move_with_no_older_picture_between_and_predicts_nothing() {
     let folder = crate::temporary();
     let mut window = clay_window(folder.path());
     until_shown(&mut window);
@@ -44,24 +46,31 @@ fn each_frame_of_a_drag_shows_the_yaw_of_the_frame_before() {
     window.step();
     pointer(&window, 0.0, Some(true));
     window.run_steps(2);
-    let mut frames = Vec::new();
+    let mut before = window.state().state().look.yaw_deg;
     for step in 1..=60 {
         pointer(&window, step as f32, None);
         window.step();
         let asked = window.state().state().look.yaw_deg;
-        let shown = |window: &Window| window.state().relit().unwrap().scene.yaw_deg == asked;
-        let mut frame = 1;
-        while !shown(&window) {
+        assert_ne!(asked, before, "each move turns the light");
+        let shown = |window: &Window| window.state().relit().unwrap().scene.yaw_deg;
+        let mut pictures = 0;
+        while shown(&window) != asked {
+            assert_eq!(shown(&window), before, "an older move at {step}");
             between_frames(&window);
             window.step();
-            frame += 1;
+            pictures += 1;
         }
-        frames.push(frame);
+        // The move before may have been shown at less than its size first, and be made again.
+        assert!(pictures <= 2, "{pictures} pictures at {step}");
+        let passes = &window.state().relit().unwrap().passes;
+        assert!(
+            passes
+                .iter()
+                .all(|pass| pass.name != "predict" || !pass.ran)
+        );
+        before = asked;
     }
-    let yaw = window.state().state().look.yaw_deg;
-    assert!((yaw - 60.0 * 0.4).abs() < 0.01, "{yaw}");
-    println!("frames from a move of the pointer to its picture: {frames:?}");
-    assert!(frames.iter().all(|&frames| frames <= 2), "{frames:?}");
+    assert!((before - 60.0 * 0.4).abs() < 0.01, "{before}");
 }
 
 #[test]
@@ -104,10 +113,7 @@ fn until_idle(window: &mut Window, what: &str) {
     let started = Instant::now();
     let mut quiet = 0;
     while quiet < 4 {
-        assert!(
-            started.elapsed() < Duration::from_secs(60),
-            "{what} asks for frames"
-        );
+        assert!(started.elapsed() < PATIENCE, "{what} asks for frames");
         std::thread::sleep(Duration::from_millis(40));
         let asked = window.ctx.has_requested_repaint();
         window.step();
@@ -257,10 +263,9 @@ fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
 fn a_window_whose_gpu_is_lost_draws_nothing_closes_and_leaves_its_project() {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
-    let Some(adapter) = adapters.into_iter().next() else {
-        println!("skipped: no Vulkan adapter to draw with; install mesa-vulkan-drivers");
-        return;
-    };
+    let adapter = adapters.into_iter().next();
+    let adapter = found(Need::Gpu, adapter.ok_or("no Vulkan adapter to draw with"));
+    let Some(adapter) = adapter else { return };
     let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).unwrap();
     let setup = WgpuSetup::Existing(WgpuSetupExisting {
         instance,

@@ -1,50 +1,29 @@
 //! Projects: made from a shoot, opened again, lost, damaged, and open twice.
 
 use super::{Window, clay, drop_onto, lines_with, snapshot, snapshot_without, until, window};
-use afterlight::calibration::{CalibrateSettings, calibrate};
-use afterlight::footage::{ImportSettings, import};
+use afterlight::calibration::CalibrateSettings;
 use afterlight::gpu::DeviceChoice;
-use afterlight::progress::Progress;
 use afterlight::project::{Lock, Project};
 use afterlight::studio::{Phase, Preferences, StudioApp};
-use afterlight::virtual_stage::{StageSettings, write_shoot};
 use afterlight::worker::{Job, Need};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::path::{Path, PathBuf};
+use test_shoot::TestShoot;
 
 /// A small shoot in `folder`.
 pub fn shoot(folder: &Path) -> PathBuf {
-    let shoot = folder.join("shoot");
-    let stage = StageSettings {
-        frames: 3,
-        size: 32,
-        lamps: 6,
-        ..StageSettings::default()
-    };
-    write_shoot(&shoot, &stage, &Progress::silent()).unwrap();
-    shoot
+    TestShoot::default().write(folder)
 }
 
 /// A project of a small shoot, both in `folder`.
 pub fn imported(folder: &Path) -> Project {
-    let settings = ImportSettings { size: 32, seed: 5 };
-    import(
-        &folder.join("film"),
-        &shoot(folder),
-        &settings,
-        &Progress::silent(),
-    )
-    .unwrap()
+    TestShoot::default().import(folder, "film")
 }
 
 /// The same with its calibration.
 pub fn calibrated(folder: &Path) -> Project {
-    let mut project = imported(folder);
-    let settings = CalibrateSettings::default();
-    let found = calibrate(&mut project, &settings, &Progress::silent()).unwrap();
-    found.save(&project).unwrap();
-    project
+    TestShoot::default().calibrate(folder, "film").0
 }
 
 fn no_project() -> Window {
@@ -163,13 +142,13 @@ fn recent_projects_are_opened_and_those_that_are_gone_are_taken_out() {
             break;
         }
     }
-    window.get_by_label_contains("not there any more");
+    window.get_by_label_contains("The folder is missing");
     snapshot_without_paths(&mut window, "studio_project_recent", folder.path());
     window.get_by_label("Remove gone").click();
     window.run();
     assert!(
         window
-            .query_by_label_contains("not there any more")
+            .query_by_label_contains("The folder is missing")
             .is_none()
     );
     window.get_by_label("Open virtual stage").click();
@@ -305,7 +284,7 @@ fn each_damage_has_its_sentence_and_loses_nothing() {
     drop(window);
 
     for (text, says) in [
-        (Some("name = \"film\"\nsize = x"), "Mend the line"),
+        (Some("name = \"film\"\nsize = x"), "Correct the line"),
         (None, "project.toml"),
     ] {
         let mut window = opened();

@@ -68,7 +68,7 @@ fn a_refused_drop_is_said_until_it_is_put_away_or_answered() {
     until(&mut window, "reason", |app| app.status().refusal.is_some());
     window.key_press(Key::E);
     until_shown(&mut window);
-    window.get_by_label_contains("Mend the line");
+    window.get_by_label_contains("Correct the line");
     assert!(window.state().project().is_some());
 }
 
@@ -94,7 +94,7 @@ fn a_job_that_is_begun_while_another_runs_is_refused_in_every_workspace() {
         assert!(window.query_by_label_contains("Another job").is_none());
         press(&mut window, Key::Enter);
         window.get_by_label_contains("Another job is running. Wait until it ends, or stop it");
-        window.get_by_label("Put the message away").click();
+        window.get_by_label("Dismiss message").click();
         window.run_steps(3);
     }
     assert!(window.query_by_label_contains("Another job").is_none());

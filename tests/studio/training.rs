@@ -3,36 +3,21 @@
 use super::{
     TRAINED, Window, clay, snapshot, snapshot_without, told_job, until, until_shown, window,
 };
-use afterlight::calibration::{self, CalibrateSettings};
-use afterlight::footage::{ImportSettings, import};
 use afterlight::gpu::DeviceChoice;
-use afterlight::progress::{LossPoint, Progress, TrainingPhase, TrainingPictures, TrainingPoint};
+use afterlight::progress::{LossPoint, TrainingPhase, TrainingPictures, TrainingPoint};
 use afterlight::project::Project;
 use afterlight::reflectance::checkpoint::{self, DEMO_STARTER};
 use afterlight::studio::StudioApp;
 use afterlight::training::Preset;
-use afterlight::virtual_stage::{StageSettings, write_shoot};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, Rect};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
 use std::sync::Arc;
+use test_shoot::TestShoot;
 
 fn calibrated(folder: &Path) -> Project {
-    let (shoot, silent) = (folder.join("shoot"), Progress::silent());
-    let stage = StageSettings {
-        frames: 3,
-        size: 32,
-        lamps: 6,
-        ..StageSettings::default()
-    };
-    write_shoot(&shoot, &stage, &silent).unwrap();
-    let settings = ImportSettings { size: 32, seed: 5 };
-    let mut project = import(&folder.join("project"), &shoot, &settings, &silent).unwrap();
-    let found =
-        calibration::calibrate(&mut project, &CalibrateSettings::default(), &silent).unwrap();
-    found.save(&project).unwrap();
-    project
+    TestShoot::default().calibrate(folder, "project").0
 }
 
 fn until_step(window: &mut Window, least: u64) {

@@ -270,12 +270,9 @@ fn the_balls_reflectivity_is_divided_out() {
 
 #[test]
 fn the_shared_stages_ball_shows_a_lamp_where_it_is() {
-    let path = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
-        .join("../shared/data/stage/probes/olat_05.png");
-    if !path.exists() {
-        eprintln!("skipped: {} is not here", path.display());
+    let Some(path) = test_support::shared("data/stage/probes/olat_05.png") else {
         return;
-    }
+    };
     let manifest =
         std::fs::read_to_string(path.parent().unwrap().join("../manifest.json")).unwrap();
     let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use imaging::Raster;
 use imaging::{Encoded, file};
 use proptest::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const BLACK_SKY: Scene = Scene {
     size: (256, 256),
@@ -377,23 +377,15 @@ fn a_circle_by_hand_is_measured_as_it_is() {
     }
 }
 
-fn data(folder: &str) -> Option<PathBuf> {
-    let path = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
-        .join("../shared/data")
-        .join(folder);
-    if !path.is_dir() {
-        eprintln!("skipped: {} is not here", path.display());
-    }
-    path.is_dir().then_some(path)
-}
-
 fn read(paths: &[PathBuf]) -> Photographs {
     Photographs::read(paths, &Progress::silent()).unwrap()
 }
 
 #[test]
 fn the_shared_shoots_balls_are_found() {
-    let Some(folder) = data("stage") else { return };
+    let Some(folder) = test_support::shared("data/stage") else {
+        return;
+    };
     let manifest = std::fs::read_to_string(folder.join("manifest.json")).unwrap();
     let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
     let probes = &manifest["probes"];
@@ -427,7 +419,7 @@ fn the_shared_shoots_balls_are_found() {
 
 #[test]
 fn real_balls_are_found_and_other_things_are_not() {
-    let Some(folder) = data("mirror_ball/images") else {
+    let Some(folder) = test_support::shared("data/mirror_ball/images") else {
         return;
     };
     for (what, is_ball) in [

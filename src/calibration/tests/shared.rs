@@ -2,19 +2,15 @@
 
 use super::*;
 
-/// The shared shoot of a real head scan, rendered by other software; `None` if it is missing.
+/// The shared shoot of a real head scan, rendered by other software; None if it is missing, and the test returns.
 pub(crate) fn shared_shoot(
     probes: &str,
 ) -> Option<(Project, tempfile::TempDir, serde_json::Value, Vec<Vec3>)> {
-    let folder =
-        Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("../shared/data/stage");
-    let read = |name: &str| -> Option<serde_json::Value> {
-        serde_json::from_str(&std::fs::read_to_string(folder.join(name)).ok()?).ok()
+    let folder = test_support::shared("data/stage")?;
+    let read = |name: &str| -> serde_json::Value {
+        serde_json::from_str(&std::fs::read_to_string(folder.join(name)).unwrap()).unwrap()
     };
-    let (Some(manifest), Some(truth)) = (read("manifest.json"), read("truth.json")) else {
-        eprintln!("skipped: {} is not here", folder.display());
-        return None;
-    };
+    let (manifest, truth) = (read("manifest.json"), read("truth.json"));
     let number = |value: &serde_json::Value| value.as_f64().unwrap() as f32;
     let names = |what: &str, digits: usize, n: &serde_json::Value| -> Vec<String> {
         (0..n.as_u64().unwrap())

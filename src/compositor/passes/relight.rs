@@ -318,6 +318,7 @@ pub(crate) mod tests {
     use std::future::Future;
     use std::pin::pin;
     use std::task::{Context, Poll, Waker};
+    use test_support::{Need, found};
 
     /// Waits for what wgpu finishes at once outside of browsers.
     fn wait<T>(future: impl Future<Output = T>) -> T {
@@ -333,31 +334,28 @@ pub(crate) mod tests {
         }
     }
 
-    /// Any adapter's device, even a software one, without any optional feature.
+    /// Any adapter's device, even a software one, without any optional feature; None if there is none, and the test
+    /// returns.
     pub fn any_device() -> Option<(wgpu::Device, wgpu::Queue)> {
         device(false)
     }
 
     /// Any adapter's device; where `timed`, one with timestamps.
     pub fn device(timed: bool) -> Option<(wgpu::Device, wgpu::Queue)> {
-        let clock = wgpu::Features::TIMESTAMP_QUERY;
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapter = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
+        let adapter = found(Need::Gpu, adapter)?;
+        println!("on {}", adapter.get_info().name);
+        let (need, required_features) = if timed {
+            (Need::GpuClock, wgpu::Features::TIMESTAMP_QUERY)
+        } else {
+            (Need::Gpu, wgpu::Features::empty())
+        };
         let wanted = wgpu::DeviceDescriptor {
-            required_features: if timed {
-                clock
-            } else {
-                wgpu::Features::empty()
-            },
+            required_features,
             ..Default::default()
         };
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let made = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
-            .map_err(|e| e.to_string())
-            .and_then(|adapter| {
-                println!("on {}", adapter.get_info().name);
-                wait(adapter.request_device(&wanted)).map_err(|e| e.to_string())
-            });
-        made.inspect_err(|e| println!("skipped: no such adapter for compute shaders: {e}"))
-            .ok()
+        found(need, wait(adapter.request_device(&wanted)))
     }
 
     fn pass() -> Option<RelightPass> {

@@ -65,7 +65,7 @@ proptest! {
     ) {
         let rig = rig(&lattice(41));
         let environment = day(2 * half_width, seed, &suns);
-        for kind in [Partition::smooth, Partition::cells] {
+        for kind in kinds() {
             let partition = kind(&rig, 2 * half_width);
             let table = YawTable::new(&partition, &environment);
             assert_same("any", &table.at(yaw), &partition.weights(&environment, yaw), &rig, environment.energy());

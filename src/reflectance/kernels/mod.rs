@@ -30,6 +30,7 @@ use self::adam::AdamStep;
 use self::operations::{Kernels, Updates};
 use super::resize;
 use burn::backend::{Dispatch, DispatchDevice};
+use burn::module::RunningState;
 use burn::nn::conv::Conv2d;
 use burn::nn::{BatchNorm, GroupNorm};
 use burn::tensor::module::conv2d;
@@ -176,10 +177,15 @@ pub fn group_norm(x: Tensor<4>, norm: &GroupNorm, slope: f32) -> Tensor<4> {
 pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32, own: bool) -> Tensor<4> {
     let [n, c, ..] = x.dims();
     let training = x.device().is_autodiff() && norm.training.is_enabled();
+    let running = [&norm.running_mean, &norm.running_var];
     // burn's own normalises over the batch, which is right in training however large it is.
     let one_by_one = if training { n == 1 && serve(&x) } else { own };
     if !one_by_one {
-        return activation::leaky_relu(norm.forward(x), f64::from(slope));
+        let y = norm.forward(x);
+        if training {
+            running.iter().for_each(|running| sync(running));
+        }
+        return activation::leaky_relu(y, f64::from(slope));
     }
     if !serve(&x) {
         let y = instance_norm(x, norm);
@@ -189,16 +195,19 @@ pub fn batch_norm(x: Tensor<4>, norm: &BatchNorm, slope: f32, own: bool) -> Tens
     let (y, moments) = Dispatch::normalize(x.into_dispatch(), gamma, beta, c, norm.epsilon, slope);
     if training {
         let moments = Tensor::<2>::from_dispatch(moments).detach();
-        for (row, running) in [&norm.running_mean, &norm.running_var]
-            .into_iter()
-            .enumerate()
-        {
+        for (row, running) in running.into_iter().enumerate() {
             let now = moments.clone().narrow(0, row, 1).reshape([c]);
             let before = running.value_sync().to_device(&now.device());
             running.update((before * (1.0 - norm.momentum) + now * norm.momentum).detach());
+            sync(running);
         }
     }
     Tensor::from_dispatch(y)
+}
+
+/// Takes in the last update, which burn puts off until the next one: a checkpoint between them would lack it.
+fn sync(running: &RunningState<Tensor<1>>) {
+    running.value_sync();
 }
 
 /// Each channel of each picture brought to mean 0 and variance 1, then scaled and shifted as `norm` says.

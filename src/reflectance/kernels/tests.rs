@@ -3,7 +3,7 @@
 use super::*;
 use burn::module::Param;
 use burn::nn::conv::Conv2dConfig;
-use burn::nn::{GroupNormConfig, PaddingConfig2d};
+use burn::nn::{BatchNormConfig, GroupNormConfig, PaddingConfig2d};
 use burn::tensor::{Device, Distribution};
 use proptest::prelude::*;
 use rayon::prelude::*;
@@ -281,6 +281,41 @@ fn normalization_and_its_gradients_are_those_of_burn() {
             let of = |gradients| parameter.grad(gradients).unwrap();
             assert_close(&format!("{what}, affine"), of(&ours), of(&burns));
         }
+    }
+}
+
+/// One picture has no variance where it has one pixel, or pixels that are all alike.
+#[test]
+fn batch_normalisation_of_a_batch_of_one_is_finite_where_nothing_varies() {
+    let device = Device::flex().autodiff();
+    for [h, w] in [[1, 1], [2, 2], [7, 16]] {
+        let mut norm = BatchNormConfig::new(5).init(&device);
+        norm.gamma = Param::from_tensor(random([5], &device));
+        norm.beta = Param::from_tensor(random([5], &device));
+        let level = random([1, 5, 1, 1], &device) * 10.0;
+        let x = level.repeat(&[1, 1, h, w]).detach().require_grad();
+        let y = batch_norm(x.clone(), &norm, 0.2, true);
+        let beta = activation::leaky_relu(norm.beta.val().reshape([1, 5, 1, 1]), 0.2);
+        assert_within(1e-3, "its shift", y.clone(), beta.repeat(&[1, 1, h, w]));
+        let gradients = (y * random([1, 5, h, w], &device)).sum().backward();
+        let finite = |values: Vec<f32>| values.iter().all(|v| v.is_finite());
+        assert!(finite(values(x.grad(&gradients).unwrap())));
+        for parameter in [&norm.gamma, &norm.beta] {
+            assert!(finite(values(parameter.val().grad(&gradients).unwrap())));
+        }
+        // A tenth of the way from 0 and 1 to what this picture has.
+        let mean = norm.running_mean.value();
+        assert_within(
+            1e-4,
+            "mean",
+            mean * 10.0,
+            x.inner().narrow(2, 0, 1).narrow(3, 0, 1).reshape([5]),
+        );
+        let variances = values(norm.running_var.value());
+        assert!(
+            variances.iter().all(|v| (v - 0.9).abs() < 1e-4),
+            "{variances:?}"
+        );
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is dropped onto the window.
+//! Files and folders that are dropped onto the window.
 
 use super::StudioApp;
 use crate::command::{Command, LookCommand, ProjectCommand};
@@ -10,11 +10,11 @@ use worker::Need;
 /// Extensions of panoramas.
 pub(super) const PANORAMAS: [&str; 8] = ["exr", "hdr", "pic", "png", "jpg", "jpeg", "tif", "tiff"];
 
-/// The files of a project and of a shoot that tell what their folder is.
+/// Files that stand for the folder of a project or a shoot.
 const FILES: [&str; 2] = ["project.toml", "manifest.json"];
 
 impl StudioApp {
-    /// What was dropped onto the window: panoramas, or a project's folder.
+    /// The commands for what was dropped: panoramas, projects and shoots.
     pub(super) fn dropped(&mut self, out: &mut Vec<Command>) {
         let dropped = self
             .ctx
@@ -34,9 +34,8 @@ impl StudioApp {
         );
     }
 
-    /// What a dropped folder, or a file that is no panorama, asks for.
+    /// The command for a dropped folder, or a file that is no panorama.
     fn dropped_folder(&mut self, path: PathBuf) -> Option<Command> {
-        // Their files stand for the folders.
         let path = match path.parent() {
             Some(folder) if FILES.iter().any(|name| path.ends_with(name)) => folder.to_path_buf(),
             _ => path,

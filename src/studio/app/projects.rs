@@ -42,6 +42,7 @@ impl StudioApp {
                 let job = Job::Demo {
                     folder,
                     prepare: true,
+                    minutes: worker::demo::MINUTES,
                     device: self.device,
                 };
                 self.make(job, project);

@@ -1,5 +1,6 @@
 //! The table of keys.
 
+use crate::command::Command::{Calibration, Export, Job, Look, Training, View, Window};
 use crate::command::{
     CalibrationCommand, Command, ExportCommand, JobCommand, LookCommand, TrainingCommand,
     ViewCommand, WindowCommand,
@@ -9,565 +10,170 @@ use crate::layout::{Pane, Workspace};
 use egui::{Key, KeyboardShortcut, Modifiers};
 use scene::{Channel, Inspection};
 
-/// A key, what it does, and how the list of keys calls it.
+/// A key, what it does, and what the lists of keys and commands call that.
 pub struct Binding {
     pub shortcut: KeyboardShortcut,
     pub command: Command,
-    pub says: &'static str,
-    /// The pane that knows this key; none is all of them.
+    pub label: &'static str,
+    /// The pane that has this key; None for all.
     pub only: Option<Pane>,
 }
 
-const fn on(modifiers: Modifiers, key: Key, command: Command, says: &'static str) -> Binding {
+const fn on(modifiers: Modifiers, key: Key, command: Command, label: &'static str) -> Binding {
     Binding {
         shortcut: KeyboardShortcut::new(modifiers, key),
         command,
-        says,
+        label,
         only: None,
     }
 }
 
-/// A key that one pane knows.
+/// A key of one pane.
 const fn within(
     pane: Pane,
     modifiers: Modifiers,
     key: Key,
     command: Command,
-    says: &'static str,
+    label: &'static str,
 ) -> Binding {
     Binding {
         shortcut: KeyboardShortcut::new(modifiers, key),
         command,
-        says,
+        label,
         only: Some(pane),
     }
 }
 
-const fn nudge_circle(x: f64, y: f64, radius: f64) -> Command {
-    Command::Calibration(CalibrationCommand::NudgeCircle { by: [x, y], radius })
+const fn workspace(workspace: Workspace) -> Command {
+    Window(WindowCommand::Workspace(workspace))
 }
+
+const fn nudge_circle(x: f64, y: f64, radius: f64) -> Command {
+    Calibration(CalibrationCommand::NudgeCircle { by: [x, y], radius })
+}
+
+const fn nudge_trial(gamma1: f32, gamma2: f32, exposure: f32) -> Command {
+    Calibration(CalibrationCommand::NudgeTrial([gamma1, gamma2, exposure]))
+}
+
+const fn channel(channel: Channel) -> Command {
+    Look(LookCommand::Inspect(Inspection::Channel(channel)))
+}
+
+const fn toggle_key(of: Keyframed) -> Command {
+    Look(LookCommand::ToggleKey(of))
+}
+
+const TRAIN: Command = Training(TrainingCommand::Start { fresh: false });
 
 const PROBE: Pane = Pane::Probe;
 const GAMMA: Pane = Pane::Gamma;
 const TRAINING: Pane = Pane::Training;
 pub const EXPORT: Pane = Pane::Export;
 
-/// Bindings that ask for more modifiers come first: egui takes Shift+E for E otherwise. Those of one
-/// pane come before those of all.
+const NONE: Modifiers = Modifiers::NONE;
+const CTRL: Modifiers = Modifiers::COMMAND;
+const SHIFT: Modifiers = Modifiers::SHIFT;
+const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
+
+/// Bindings with more modifiers come first: egui takes Alt+→ for → otherwise. Then those of one pane come
+/// before those of all.
+#[rustfmt::skip]
 pub const BINDINGS: &[Binding] = &[
-    on(
-        Modifiers::COMMAND,
-        Key::Num1,
-        Command::Window(WindowCommand::Workspace(Workspace::Calibrate)),
-        "calibrate",
-    ),
-    on(
-        Modifiers::COMMAND,
-        Key::Num2,
-        Command::Window(WindowCommand::Workspace(Workspace::Train)),
-        "train",
-    ),
-    on(
-        Modifiers::COMMAND,
-        Key::Num3,
-        Command::Window(WindowCommand::Workspace(Workspace::Relight)),
-        "relight",
-    ),
-    on(
-        Modifiers::COMMAND,
-        Key::Num4,
-        Command::Window(WindowCommand::Workspace(Workspace::Review)),
-        "review",
-    ),
-    on(
-        Modifiers::COMMAND,
-        Key::Num5,
-        Command::Window(WindowCommand::Workspace(Workspace::Export)),
-        "export",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::Space,
-        Command::View(ViewCommand::TogglePlay),
-        "play and stop",
-    ),
-    on(
-        Modifiers::ALT,
-        Key::ArrowRight,
-        Command::Look(LookCommand::StepEnvironment(1)),
-        "next environment",
-    ),
-    on(
-        Modifiers::ALT,
-        Key::ArrowLeft,
-        Command::Look(LookCommand::StepEnvironment(-1)),
-        "previous environment",
-    ),
-    within(
-        PROBE,
-        Modifiers::SHIFT,
-        Key::ArrowRight,
-        nudge_circle(0.1, 0.0, 0.0),
-        "circle a tenth of a pixel right",
-    ),
-    within(
-        PROBE,
-        Modifiers::SHIFT,
-        Key::ArrowLeft,
-        nudge_circle(-0.1, 0.0, 0.0),
-        "circle a tenth of a pixel left",
-    ),
-    within(
-        PROBE,
-        Modifiers::SHIFT,
-        Key::ArrowUp,
-        nudge_circle(0.0, -0.1, 0.0),
-        "circle a tenth of a pixel up",
-    ),
-    within(
-        PROBE,
-        Modifiers::SHIFT,
-        Key::ArrowDown,
-        nudge_circle(0.0, 0.1, 0.0),
-        "circle a tenth of a pixel down",
-    ),
-    within(
-        PROBE,
-        Modifiers::SHIFT,
-        Key::Plus,
-        nudge_circle(0.0, 0.0, 0.1),
-        "circle a tenth of a pixel larger",
-    ),
-    within(
-        PROBE,
-        Modifiers::SHIFT,
-        Key::Minus,
-        nudge_circle(0.0, 0.0, -0.1),
-        "circle a tenth of a pixel smaller",
-    ),
-    within(
-        PROBE,
-        Modifiers::NONE,
-        Key::ArrowRight,
-        nudge_circle(1.0, 0.0, 0.0),
-        "circle a pixel right",
-    ),
-    within(
-        PROBE,
-        Modifiers::NONE,
-        Key::ArrowLeft,
-        nudge_circle(-1.0, 0.0, 0.0),
-        "circle a pixel left",
-    ),
-    within(
-        PROBE,
-        Modifiers::NONE,
-        Key::ArrowUp,
-        nudge_circle(0.0, -1.0, 0.0),
-        "circle a pixel up",
-    ),
-    within(
-        PROBE,
-        Modifiers::NONE,
-        Key::ArrowDown,
-        nudge_circle(0.0, 1.0, 0.0),
-        "circle a pixel down",
-    ),
-    within(
-        PROBE,
-        Modifiers::NONE,
-        Key::Plus,
-        nudge_circle(0.0, 0.0, 1.0),
-        "circle a pixel larger",
-    ),
-    within(
-        PROBE,
-        Modifiers::NONE,
-        Key::Minus,
-        nudge_circle(0.0, 0.0, -1.0),
-        "circle a pixel smaller",
-    ),
-    within(
-        PROBE,
-        Modifiers::NONE,
-        Key::C,
-        Command::Calibration(CalibrationCommand::FindCircle),
-        "take the circle that was found",
-    ),
-    within(
-        PROBE,
-        Modifiers::NONE,
-        Key::PageUp,
-        Command::View(ViewCommand::StepPhotograph(-1)),
-        "previous photograph",
-    ),
-    within(
-        PROBE,
-        Modifiers::NONE,
-        Key::PageDown,
-        Command::View(ViewCommand::StepPhotograph(1)),
-        "next photograph",
-    ),
-    within(
-        GAMMA,
-        Modifiers::SHIFT,
-        Key::ArrowRight,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.001, 0.0, 0.0])),
-        "γ1 up, finely",
-    ),
-    within(
-        GAMMA,
-        Modifiers::SHIFT,
-        Key::ArrowLeft,
-        Command::Calibration(CalibrationCommand::NudgeTrial([-0.001, 0.0, 0.0])),
-        "γ1 down, finely",
-    ),
-    within(
-        GAMMA,
-        Modifiers::SHIFT,
-        Key::ArrowUp,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.0, 0.001, 0.0])),
-        "γ2 up, finely",
-    ),
-    within(
-        GAMMA,
-        Modifiers::SHIFT,
-        Key::ArrowDown,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.0, -0.001, 0.0])),
-        "γ2 down, finely",
-    ),
-    within(
-        GAMMA,
-        Modifiers::SHIFT,
-        Key::Plus,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.0, 0.0, 0.001])),
-        "interview brighter, finely",
-    ),
-    within(
-        GAMMA,
-        Modifiers::SHIFT,
-        Key::Minus,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.0, 0.0, -0.001])),
-        "interview darker, finely",
-    ),
-    within(
-        GAMMA,
-        Modifiers::NONE,
-        Key::ArrowRight,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.02, 0.0, 0.0])),
-        "γ1 up",
-    ),
-    within(
-        GAMMA,
-        Modifiers::NONE,
-        Key::ArrowLeft,
-        Command::Calibration(CalibrationCommand::NudgeTrial([-0.02, 0.0, 0.0])),
-        "γ1 down",
-    ),
-    within(
-        GAMMA,
-        Modifiers::NONE,
-        Key::ArrowUp,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.0, 0.02, 0.0])),
-        "γ2 up",
-    ),
-    within(
-        GAMMA,
-        Modifiers::NONE,
-        Key::ArrowDown,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.0, -0.02, 0.0])),
-        "γ2 down",
-    ),
-    within(
-        GAMMA,
-        Modifiers::NONE,
-        Key::Plus,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.0, 0.0, 0.02])),
-        "interview brighter",
-    ),
-    within(
-        GAMMA,
-        Modifiers::NONE,
-        Key::Minus,
-        Command::Calibration(CalibrationCommand::NudgeTrial([0.0, 0.0, -0.02])),
-        "interview darker",
-    ),
-    within(
-        GAMMA,
-        Modifiers::NONE,
-        Key::W,
-        Command::View(ViewCommand::StepWipe),
-        "wipe to the right, the left, the middle",
-    ),
-    within(
-        PROBE,
-        Modifiers::COMMAND,
-        Key::R,
-        Command::Look(LookCommand::Circle(None)),
-        "go back to the calibration",
-    ),
-    within(
-        PROBE,
-        Modifiers::COMMAND,
-        Key::Enter,
-        Command::Calibration(CalibrationCommand::Start),
-        "keep it and calibrate",
-    ),
-    within(
-        GAMMA,
-        Modifiers::COMMAND,
-        Key::R,
-        Command::Look(LookCommand::Trial(None)),
-        "go back to the calibration",
-    ),
-    within(
-        GAMMA,
-        Modifiers::COMMAND,
-        Key::Enter,
-        Command::Calibration(CalibrationCommand::Start),
-        "keep it and calibrate",
-    ),
-    within(
-        EXPORT,
-        Modifiers::COMMAND,
-        Key::Enter,
-        Command::Export(ExportCommand::Add),
-        "add the export to the queue",
-    ),
-    within(
-        EXPORT,
-        Modifiers::NONE,
-        Key::Tab,
-        Command::Window(WindowCommand::FocusPane),
-        "go through the controls; Esc leaves them",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::I,
-        Command::View(ViewCommand::MarkIn),
-        "play and export from this frame on",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::O,
-        Command::View(ViewCommand::MarkOut),
-        "play and export up to this frame",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::ArrowRight,
-        Command::View(ViewCommand::StepFrame(1)),
-        "next frame",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::ArrowLeft,
-        Command::View(ViewCommand::StepFrame(-1)),
-        "previous frame",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::Home,
-        Command::View(ViewCommand::Frame(0)),
-        "first frame",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::End,
-        Command::View(ViewCommand::LastFrame),
-        "last frame",
-    ),
-    on(
-        Modifiers::SHIFT,
-        Key::E,
-        Command::Look(LookCommand::StepExposure(-0.5)),
-        "darker by half a stop",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::E,
-        Command::Look(LookCommand::StepExposure(0.5)),
-        "brighter by half a stop",
-    ),
-    within(
-        TRAINING,
-        Modifiers::NONE,
-        Key::PageUp,
-        Command::View(ViewCommand::StepTrainedLamp(-1)),
-        "previous lamp",
-    ),
-    within(
-        TRAINING,
-        Modifiers::NONE,
-        Key::PageDown,
-        Command::View(ViewCommand::StepTrainedLamp(1)),
-        "next lamp",
-    ),
-    within(
-        TRAINING,
-        Modifiers::COMMAND,
-        Key::Enter,
-        Command::Training(TrainingCommand::Start { fresh: false }),
-        "start training, or resume it",
-    ),
-    on(
-        Modifiers::COMMAND.plus(Modifiers::SHIFT),
-        Key::P,
-        Command::Window(WindowCommand::TogglePalette),
-        "find a command",
-    ),
-    on(
-        Modifiers::SHIFT,
-        Key::K,
-        Command::Look(LookCommand::ToggleKey(Keyframed::Intensity)),
-        "set or take the intensity's key",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::K,
-        Command::Look(LookCommand::ToggleKey(Keyframed::Yaw)),
-        "set or take the yaw's key",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::P,
-        Command::Job(JobCommand::Pause),
-        "pause or resume the job",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::F,
-        Command::View(ViewCommand::Fit),
-        "fit the picture",
-    ),
-    on(
-        Modifiers::COMMAND,
-        Key::R,
-        Command::Look(LookCommand::ResetView),
-        "reset zoom and exposure",
-    ),
-    on(
-        Modifiers::COMMAND.plus(Modifiers::SHIFT),
-        Key::Z,
-        Command::Look(LookCommand::Redo),
-        "redo",
-    ),
-    on(
-        Modifiers::COMMAND,
-        Key::Z,
-        Command::Look(LookCommand::Undo),
-        "undo",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::Tab,
-        Command::Window(WindowCommand::TogglePanels),
-        "hide and show the panels",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::F11,
-        Command::Window(WindowCommand::ToggleFullScreen),
-        "full screen",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::Questionmark,
-        Command::Window(WindowCommand::ToggleKeys),
-        "these keys",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::Escape,
-        Command::Window(WindowCommand::Dismiss),
-        "close what covers the picture",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::W,
-        Command::View(ViewCommand::ToggleWipe),
-        "wipe between two pictures",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::Q,
-        Command::View(ViewCommand::ToggleSecond),
-        "the other picture",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::R,
-        Command::Look(LookCommand::Inspect(Inspection::Channel(Channel::Red))),
-        "red alone",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::G,
-        Command::Look(LookCommand::Inspect(Inspection::Channel(Channel::Green))),
-        "green alone",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::B,
-        Command::Look(LookCommand::Inspect(Inspection::Channel(Channel::Blue))),
-        "blue alone",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::A,
-        Command::Look(LookCommand::Inspect(Inspection::Channel(Channel::Alpha))),
-        "the matte alone",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::L,
-        Command::Look(LookCommand::Inspect(Inspection::Channel(
-            Channel::Luminance,
-        ))),
-        "luminance alone",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::C,
-        Command::Look(LookCommand::Inspect(Inspection::Picture)),
-        "all colours",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::PageUp,
-        Command::View(ViewCommand::StepSolo(-1)),
-        "previous lamp alone",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::PageDown,
-        Command::View(ViewCommand::StepSolo(1)),
-        "next lamp alone",
-    ),
-    on(
-        Modifiers::NONE,
-        Key::Num1,
-        Command::Window(WindowCommand::ActualSize),
-        "a pixel of the picture on one of the screen",
-    ),
+    on(CTRL, Key::Num1, workspace(Workspace::Calibrate), "Calibrate workspace"),
+    on(CTRL, Key::Num2, workspace(Workspace::Train), "Train workspace"),
+    on(CTRL, Key::Num3, workspace(Workspace::Relight), "Relight workspace"),
+    on(CTRL, Key::Num4, workspace(Workspace::Review), "Review workspace"),
+    on(CTRL, Key::Num5, workspace(Workspace::Export), "Export workspace"),
+    on(Modifiers::ALT, Key::ArrowRight, Look(LookCommand::StepEnvironment(1)), "Next environment"),
+    on(Modifiers::ALT, Key::ArrowLeft, Look(LookCommand::StepEnvironment(-1)), "Previous environment"),
+
+    within(PROBE, SHIFT, Key::ArrowRight, nudge_circle(0.1, 0.0, 0.0), "Circle 0.1 px right"),
+    within(PROBE, SHIFT, Key::ArrowLeft, nudge_circle(-0.1, 0.0, 0.0), "Circle 0.1 px left"),
+    within(PROBE, SHIFT, Key::ArrowUp, nudge_circle(0.0, -0.1, 0.0), "Circle 0.1 px up"),
+    within(PROBE, SHIFT, Key::ArrowDown, nudge_circle(0.0, 0.1, 0.0), "Circle 0.1 px down"),
+    within(PROBE, SHIFT, Key::Plus, nudge_circle(0.0, 0.0, 0.1), "Circle 0.1 px larger"),
+    within(PROBE, SHIFT, Key::Minus, nudge_circle(0.0, 0.0, -0.1), "Circle 0.1 px smaller"),
+    within(PROBE, NONE, Key::ArrowRight, nudge_circle(1.0, 0.0, 0.0), "Circle 1 px right"),
+    within(PROBE, NONE, Key::ArrowLeft, nudge_circle(-1.0, 0.0, 0.0), "Circle 1 px left"),
+    within(PROBE, NONE, Key::ArrowUp, nudge_circle(0.0, -1.0, 0.0), "Circle 1 px up"),
+    within(PROBE, NONE, Key::ArrowDown, nudge_circle(0.0, 1.0, 0.0), "Circle 1 px down"),
+    within(PROBE, NONE, Key::Plus, nudge_circle(0.0, 0.0, 1.0), "Circle 1 px larger"),
+    within(PROBE, NONE, Key::Minus, nudge_circle(0.0, 0.0, -1.0), "Circle 1 px smaller"),
+    within(PROBE, NONE, Key::C, Calibration(CalibrationCommand::FindCircle), "Use the detected circle"),
+    within(PROBE, NONE, Key::PageUp, View(ViewCommand::StepPhotograph(-1)), "Previous photograph"),
+    within(PROBE, NONE, Key::PageDown, View(ViewCommand::StepPhotograph(1)), "Next photograph"),
+    within(PROBE, CTRL, Key::R, Look(LookCommand::Circle(None)), "Reset the circle"),
+    within(PROBE, CTRL, Key::Enter, Calibration(CalibrationCommand::Start), "Calibrate with this circle"),
+
+    within(GAMMA, SHIFT, Key::ArrowRight, nudge_trial(0.001, 0.0, 0.0), "γ1 up, fine"),
+    within(GAMMA, SHIFT, Key::ArrowLeft, nudge_trial(-0.001, 0.0, 0.0), "γ1 down, fine"),
+    within(GAMMA, SHIFT, Key::ArrowUp, nudge_trial(0.0, 0.001, 0.0), "γ2 up, fine"),
+    within(GAMMA, SHIFT, Key::ArrowDown, nudge_trial(0.0, -0.001, 0.0), "γ2 down, fine"),
+    within(GAMMA, SHIFT, Key::Plus, nudge_trial(0.0, 0.0, 0.001), "Interview brighter, fine"),
+    within(GAMMA, SHIFT, Key::Minus, nudge_trial(0.0, 0.0, -0.001), "Interview darker, fine"),
+    within(GAMMA, NONE, Key::ArrowRight, nudge_trial(0.02, 0.0, 0.0), "γ1 up"),
+    within(GAMMA, NONE, Key::ArrowLeft, nudge_trial(-0.02, 0.0, 0.0), "γ1 down"),
+    within(GAMMA, NONE, Key::ArrowUp, nudge_trial(0.0, 0.02, 0.0), "γ2 up"),
+    within(GAMMA, NONE, Key::ArrowDown, nudge_trial(0.0, -0.02, 0.0), "γ2 down"),
+    within(GAMMA, NONE, Key::Plus, nudge_trial(0.0, 0.0, 0.02), "Interview brighter"),
+    within(GAMMA, NONE, Key::Minus, nudge_trial(0.0, 0.0, -0.02), "Interview darker"),
+    within(GAMMA, NONE, Key::W, View(ViewCommand::StepWipe), "Wipe right, left or middle"),
+    within(GAMMA, CTRL, Key::R, Look(LookCommand::Trial(None)), "Reset the response"),
+    within(GAMMA, CTRL, Key::Enter, Calibration(CalibrationCommand::Start), "Calibrate with this response"),
+
+    within(TRAINING, NONE, Key::PageUp, View(ViewCommand::StepTrainedLamp(-1)), "Previous lamp"),
+    within(TRAINING, NONE, Key::PageDown, View(ViewCommand::StepTrainedLamp(1)), "Next lamp"),
+    within(TRAINING, CTRL, Key::Enter, TRAIN, "Start or resume training"),
+
+    within(EXPORT, CTRL, Key::Enter, Export(ExportCommand::Add), "Add the export to the queue"),
+    within(EXPORT, NONE, Key::Tab, Window(WindowCommand::FocusPane), "Step through the controls; Esc leaves them"),
+
+    on(NONE, Key::Space, View(ViewCommand::TogglePlay), "Play or stop"),
+    on(NONE, Key::I, View(ViewCommand::MarkIn), "Set the in point"),
+    on(NONE, Key::O, View(ViewCommand::MarkOut), "Set the out point"),
+    on(NONE, Key::ArrowRight, View(ViewCommand::StepFrame(1)), "Next frame"),
+    on(NONE, Key::ArrowLeft, View(ViewCommand::StepFrame(-1)), "Previous frame"),
+    on(NONE, Key::Home, View(ViewCommand::Frame(0)), "First frame"),
+    on(NONE, Key::End, View(ViewCommand::LastFrame), "Last frame"),
+    on(SHIFT, Key::E, Look(LookCommand::StepExposure(-0.5)), "Half a stop darker"),
+    on(NONE, Key::E, Look(LookCommand::StepExposure(0.5)), "Half a stop brighter"),
+    on(SHIFT, Key::K, toggle_key(Keyframed::Intensity), "Set or remove an intensity keyframe"),
+    on(NONE, Key::K, toggle_key(Keyframed::Yaw), "Set or remove a yaw keyframe"),
+    on(CTRL_SHIFT, Key::P, Window(WindowCommand::TogglePalette), "Find a command"),
+    on(NONE, Key::P, Job(JobCommand::Pause), "Pause or resume the job"),
+    on(NONE, Key::F, View(ViewCommand::Fit), "Fit the picture"),
+    on(NONE, Key::Num1, Window(WindowCommand::ActualSize), "Zoom to 100 %"),
+    on(CTRL, Key::R, Look(LookCommand::ResetView), "Reset zoom and exposure"),
+    on(CTRL_SHIFT, Key::Z, Look(LookCommand::Redo), "Redo"),
+    on(CTRL, Key::Z, Look(LookCommand::Undo), "Undo"),
+    on(NONE, Key::Tab, Window(WindowCommand::TogglePanels), "Show or hide the panels"),
+    on(NONE, Key::F11, Window(WindowCommand::ToggleFullScreen), "Full screen"),
+    on(NONE, Key::Questionmark, Window(WindowCommand::ToggleKeys), "List of keys"),
+    on(NONE, Key::Escape, Window(WindowCommand::Dismiss), "Close what covers the picture"),
+    on(NONE, Key::W, View(ViewCommand::ToggleWipe), "Wipe between two pictures"),
+    on(NONE, Key::Q, View(ViewCommand::ToggleSecond), "Switch between two pictures"),
+    on(NONE, Key::R, channel(Channel::Red), "Red channel"),
+    on(NONE, Key::G, channel(Channel::Green), "Green channel"),
+    on(NONE, Key::B, channel(Channel::Blue), "Blue channel"),
+    on(NONE, Key::A, channel(Channel::Alpha), "Matte"),
+    on(NONE, Key::L, channel(Channel::Luminance), "Luminance"),
+    on(NONE, Key::C, Look(LookCommand::Inspect(Inspection::Picture)), "All channels"),
+    on(NONE, Key::PageUp, View(ViewCommand::StepSolo(-1)), "Solo the previous lamp"),
+    on(NONE, Key::PageDown, View(ViewCommand::StepSolo(1)), "Solo the next lamp"),
 ];
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Whether a key of `a` may be meant for `b`, which stands before it.
-    fn meet(a: &Binding, b: &Binding) -> bool {
-        b.only.is_none() || a.only == b.only
-    }
-
     #[test]
     fn no_key_is_bound_twice() {
         for (i, a) in BINDINGS.iter().enumerate() {
             let twice = BINDINGS[..i]
                 .iter()
-                .any(|b| meet(a, b) && b.shortcut == a.shortcut);
-            assert!(!twice, "{}", a.says);
+                .any(|b| (b.only.is_none() || a.only == b.only) && b.shortcut == a.shortcut);
+            assert!(!twice, "{}", a.label);
         }
     }
 
@@ -576,11 +182,12 @@ mod tests {
         for (i, a) in BINDINGS.iter().enumerate() {
             let (key, modifiers) = (a.shortcut.logical_key, a.shortcut.modifiers);
             let shadowed = BINDINGS[..i].iter().any(|b| {
-                meet(a, b)
+                let meet = a.only.is_none() || b.only.is_none() || a.only == b.only;
+                meet && b.shortcut != a.shortcut
                     && b.shortcut.logical_key == key
                     && modifiers.contains(b.shortcut.modifiers)
             });
-            assert!(!shadowed, "{} is never reached", a.says);
+            assert!(!shadowed, "{} is never reached", a.label);
         }
     }
 }

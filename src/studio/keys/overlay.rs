@@ -1,20 +1,20 @@
 //! The list of keys, over the picture.
 
-use super::{known, name};
+use super::listed;
 use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::theme;
 
 /// What the mouse does in the viewport.
 const GESTURES: &[(&str, &str)] = &[
-    ("Drag, Ctrl+drag", "turn the light"),
-    ("Shift+right-drag", "turn the light"),
-    ("Wheel", "zoom about the cursor"),
-    ("Middle-drag", "move the picture"),
-    ("Double-click a number", "reset it"),
-    ("Arrows on a light's dot", "move it, with Shift by 10°"),
-    ("Delete on a key", "take it away"),
-    ("Shift", "finer drags; peek at the other picture"),
+    ("Drag, Ctrl+drag", "Turn the light"),
+    ("Shift+right-drag", "Turn the light"),
+    ("Wheel", "Zoom about the cursor"),
+    ("Middle-drag", "Move the picture"),
+    ("Double-click a number", "Reset it"),
+    ("Arrows on a light's dot", "Move it; Shift: by 10°"),
+    ("Delete on a keyframe", "Remove it"),
+    ("Shift", "Finer drags; peek at the other picture"),
 ];
 
 /// The list of keys, over the picture.
@@ -26,23 +26,20 @@ pub fn overlay_ui(ui: &egui::Ui, pane: Pane, out: &mut Vec<Command>) {
             ui.heading("Keys");
             ui.add_space(theme::GAP);
             ui.horizontal_top(|ui| {
-                // Rows of text alone need no room for buttons.
+                // Rows without buttons can be lower.
                 ui.spacing_mut().interact_size.y = 0.0;
-                // A key that a pane uses for something of its own means only that there.
-                let mut keys: Vec<(String, &str)> = Vec::new();
-                for binding in known(pane) {
-                    let name = name(ui.ctx(), binding);
-                    if keys.iter().all(|(known, _)| *known != name) {
-                        keys.push((name, binding.says));
-                    }
-                }
+                let listed = listed(ui.ctx(), pane).into_iter();
+                let keys: Vec<(String, &str)> = listed
+                    .filter(|listed| !listed.key.is_empty())
+                    .map(|listed| (listed.key, listed.label))
+                    .collect();
                 for (i, column) in keys.chunks(keys.len().div_ceil(2).max(1)).enumerate() {
                     list_ui(ui, &format!("keyboard {i}"), column);
                     ui.add_space(theme::GAP * 3.0);
                 }
                 let gestures: Vec<_> = GESTURES
                     .iter()
-                    .map(|&(how, says)| (how.to_owned(), says))
+                    .map(|&(how, label)| (how.to_owned(), label))
                     .collect();
                 list_ui(ui, "mouse", &gestures);
             });
@@ -59,9 +56,9 @@ fn list_ui(ui: &mut egui::Ui, id: &str, rows: &[(String, &str)]) {
         .num_columns(2)
         .spacing([theme::GAP * 2.0, 4.0])
         .show(ui, |ui| {
-            for (how, says) in rows {
+            for (how, label) in rows {
                 ui.label(how);
-                ui.label(egui::RichText::new(*says).color(theme::QUIET));
+                ui.label(egui::RichText::new(*label).color(theme::QUIET));
                 ui.end_row();
             }
         });

@@ -105,12 +105,10 @@ fn refusal(name: &str, bytes: &[u8]) -> String {
 
 #[test]
 fn layers_and_gradients_are_those_of_pytorch() {
-    let Some(python) = std::env::var_os("AFTERLIGHT_PYTHON") else {
-        eprintln!("skipped: AFTERLIGHT_PYTHON names no interpreter that has PyTorch");
+    let Some(python) = test_support::python(&["torch", "safetensors"]) else {
         return;
     };
-    let script =
-        Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("tests/peers/features.py");
+    let script = test_support::repository("tests/peers/features.py");
     let device = Device::flex().autodiff();
     for (name, architecture) in [
         ("squeezenet", Architecture::SqueezeNet),
@@ -147,13 +145,10 @@ fn layers_and_gradients_are_those_of_pytorch() {
 
 #[test]
 fn the_published_squeezenet_loads_and_sees_more_in_a_larger_change() {
-    let folder =
-        Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("../shared/data/weights");
-    let path = folder.join("squeezenet1_1_lpips_v0_1.safetensors");
-    if !path.exists() {
-        eprintln!("skipped: no {}", path.display());
+    let weights = "data/weights/squeezenet1_1_lpips_v0_1.safetensors";
+    let Some(path) = test_support::shared(weights) else {
         return;
-    }
+    };
     let device = Device::flex();
     let mut features = Features::open(&path, &device).unwrap();
     assert_eq!(features.architecture().name(), "SqueezeNet 1.1");

@@ -1,3 +1,12 @@
 //! What the tests of all crates share.
 
+mod need;
+mod paths;
+mod programs;
 pub mod small_disk;
+mod waiting;
+
+pub use need::{Need, found, require};
+pub use paths::{repository, shared};
+pub use programs::{ffmpeg, pfspanoramic, python};
+pub use waiting::{PATIENCE, wait_for};

@@ -1,24 +1,27 @@
 //! A disk that is full soon, for tests.
 
+use super::need::{Need, found};
 use std::path::Path;
 use std::process::Command;
 
-/// A disk of so little room that it is full soon, where this process may mount one.
+/// A disk of so little room that it is full soon.
 pub struct SmallDisk(pub tempfile::TempDir);
 
 impl SmallDisk {
+    /// A disk of so many KiB; None if this process may not mount one, and the test returns.
     pub fn mount(kib: usize) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let size = format!("size={kib}k");
         let mounted = Command::new("mount")
             .args(["-t", "tmpfs", "-o", &size, "tmpfs"])
             .arg(folder.path())
-            .output()
-            .is_ok_and(|output| output.status.success());
-        if !mounted {
-            println!("skipped: a small disk cannot be mounted here");
-        }
-        mounted.then_some(Self(folder))
+            .output();
+        let mounted = match mounted {
+            Ok(output) if output.status.success() => Ok(Self(folder)),
+            Ok(output) => Err(String::from_utf8_lossy(&output.stderr).into_owned()),
+            Err(e) => Err(e.to_string()),
+        };
+        found(Need::SmallDisk, mounted)
     }
 
     pub fn at(&self, name: &str) -> String {

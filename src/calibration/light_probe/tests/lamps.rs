@@ -113,12 +113,9 @@ fn a_lamp_without_a_flank_is_left_and_counted() {
 fn the_shared_stages_hot_lamps_are_too_sharp_to_be_estimated() {
     // The hot photographs are the others with ten times the light. Their lamps are even discs of a pixel or
     // two; the truth's response serves to judge the estimate alone.
-    let stage = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
-        .join("../shared/data/stage");
-    if !stage.exists() {
-        eprintln!("skipped: {} is not here", stage.display());
+    let Some(stage) = test_support::shared("data/stage") else {
         return;
-    }
+    };
     let truth: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(stage.join("truth.json")).unwrap()).unwrap();
     let gamma = |key: &str| truth[key].as_f64().unwrap() as f32;

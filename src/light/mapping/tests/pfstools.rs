@@ -71,8 +71,7 @@ fn mirrored(image: &Image) -> Image {
 
 #[test]
 fn pictures_agree_with_those_of_pfspanoramic() {
-    if Command::new("pfspanoramic").arg("--help").output().is_err() {
-        eprintln!("skipped: pfspanoramic of pfstools is not installed");
+    if !test_support::pfspanoramic() {
         return;
     }
     let facts = |mapping| match mapping {

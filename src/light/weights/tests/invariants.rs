@@ -222,6 +222,44 @@ fn a_sun_that_crosses_a_border_changes_no_weight_by_more_than_its_step_allows() 
     }
 }
 
+/// A jump stays as large however short the step across it is; what moves continuously shrinks with the step.
+#[test]
+fn a_fit_never_moves_light_at_once() {
+    for (name, rig) in rigs() {
+        let day = sun(60, 50, 256);
+        let total = day.energy()[1];
+        let table = crate::YawTable::new(&Partition::fit(&rig, 256), &day);
+        let given = |yaw: f32| -> Vec<f64> {
+            let weights = table.at(yaw).per_lamp;
+            let lamps = weights.iter().zip(&rig.lamps);
+            lamps
+                .map(|(w, lamp)| f64::from(w[1]) * f64::from(lamp.energy[1]) / total)
+                .collect()
+        };
+        let moved = |from: f32, to: f32| -> f64 {
+            let (from, to) = (given(from), given(to));
+            let change = from.iter().zip(&to).map(|(a, b)| (a - b).abs());
+            change.sum::<f64>() / 2.0
+        };
+        let steps = (0..1440).map(|step| {
+            let from = 0.25 * step as f32;
+            (moved(from, from + 0.25), from)
+        });
+        let (whole, mut from) = steps.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        let mut step = 0.25;
+        for _ in 0..6 {
+            step /= 2.0;
+            if moved(from + step, from + 2.0 * step) > moved(from, from + step) {
+                from += step;
+            }
+        }
+        let left = moved(from, from + step);
+        println!("{name}: {whole:.2e} of the light in 0.25°, {left:.2e} in {step:.4}°");
+        // A 64th of the step; a bound between light's fastest and its mean within it. Yaws are rounded to 3e-5°.
+        assert!(left <= whole / 16.0 + 1e-6, "{name}: {left} of {whole}");
+    }
+}
+
 #[test]
 fn a_sun_that_crosses_the_pole_in_a_free_turn_does_not_jump() {
     let poles = rig(&lattice(40).into_iter().chain([Vec3::Y]).collect::<Vec<_>>());
@@ -343,12 +381,9 @@ fn a_fit_of_lamps_gives_the_lamps_back() {
 
 #[test]
 fn a_slow_turn_of_a_sunny_park_is_smooth() {
-    let path = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
-        .join("../shared/data/hdri/polyhaven_sunny_vondelpark_1k.hdr");
-    if !path.exists() {
-        eprintln!("skipped: {} is not here", path.display());
+    let Some(path) = test_support::shared("data/hdri/polyhaven_sunny_vondelpark_1k.hdr") else {
         return;
-    }
+    };
     let park = crate::panorama::load(&path).unwrap().reduced(256);
     let rig = rig(&lattice(41));
     let total = luminance(park.energy());
@@ -406,12 +441,9 @@ fn a_slow_turn_of_a_sunny_park_is_smooth() {
 
 #[test]
 fn a_fit_relights_a_ball_better_than_cells_do() {
-    let folder = std::path::Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap())
-        .join("../shared/data/hdri");
-    if !folder.exists() {
-        eprintln!("skipped: {} is not here", folder.display());
+    let Some(folder) = test_support::shared("data/hdri") else {
         return;
-    }
+    };
     let rig = Rig {
         lamps: (rig(&lattice(41)).lamps.into_iter())
             .map(|lamp| Lamp {

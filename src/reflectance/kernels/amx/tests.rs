@@ -4,6 +4,8 @@ use super::*;
 use crate::kernels::chunks::tests::noise;
 use crate::kernels::convolution::{self, Activation, Shape};
 use proptest::prelude::*;
+use test_support::{Need, require};
+
 struct Case {
     shape: Shape,
     x: Vec<f32>,
@@ -191,9 +193,15 @@ const SHAPES: [(usize, [usize; 2], [usize; 2], usize); 18] = [
     (1, [256, 64], [20, 20], 3),
 ];
 
+/// Whether there are tiles; otherwise the test returns.
+fn amx() -> bool {
+    let why = "the processor has no AMX, or the system does not grant it";
+    require(Need::Amx, available(), why)
+}
+
 #[test]
 fn sums_agree_with_f64() {
-    if !available() {
+    if !amx() {
         return;
     }
     let mut worst = [[[0.0f64; 2]; 4]; 2];
@@ -235,7 +243,7 @@ fn sums_agree_with_f64() {
 
 #[test]
 fn nan_stays_in_its_neighbourhood() {
-    if !available() {
+    if !amx() {
         return;
     }
     for (batch, channels, size, kernel) in SHAPES {
@@ -302,7 +310,7 @@ fn same_bits(case: &Case, precision: Precision) {
 
 #[test]
 fn threads_change_no_bit() {
-    if !available() {
+    if !amx() {
         return;
     }
     for (batch, channels, size, kernel) in SHAPES {
@@ -315,7 +323,7 @@ fn threads_change_no_bit() {
 
 #[test]
 fn infinities_stay_infinite_or_nan_and_large_numbers_do_not_overflow() {
-    if !available() {
+    if !amx() {
         return;
     }
     let s = shape(1, [1, 16], [16, 16], 1);
@@ -347,7 +355,7 @@ proptest! {
         kernel in prop::sample::select(vec![1usize, 3, 5, 7]),
         seed in 0u64..1000,
     ) {
-        if available() {
+        if amx() {
             let case = Case::new(shape(batch, [channels.0, channels.1], [size.0, size.1], kernel), seed);
             for precision in [Precision::Half, Precision::Split] {
                 check(&case, precision);

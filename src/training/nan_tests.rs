@@ -1,0 +1,227 @@
+//! Losses, gradients and weights that are NaN or infinite.
+
+use super::config::{Preset, TrainSettings, TrainingConfig};
+use super::run::train;
+use super::trainer::Trainer;
+use base::progress::Progress;
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::tensor::{Device, Tensor};
+use calibration::Calibration;
+use gpu::DeviceChoice;
+use project::Project;
+use reflectance::checkpoint;
+use reflectance::{Normalization, Statistics, UNet};
+use std::collections::BTreeMap;
+use std::path::Path;
+use test_shoot::TestShoot;
+
+fn project(folder: &Path) -> (Project, Calibration) {
+    let shoot = TestShoot {
+        frames: 2,
+        lamps: 4,
+        working_size: 16,
+        ..TestShoot::default()
+    };
+    shoot.calibrate(folder, "film")
+}
+
+fn settings(config: TrainingConfig) -> TrainSettings {
+    TrainSettings {
+        config: TrainingConfig {
+            width: 8,
+            most_channels: 16,
+            minutes: None,
+            decay: false,
+            warm_up: 0,
+            ..config
+        },
+        exclude_frames: Vec::new(),
+        hold_out: None,
+        fresh: false,
+        device: DeviceChoice::Cpu,
+    }
+}
+
+fn quick() -> TrainingConfig {
+    Preset::Quick.config()
+}
+
+/// All weights and running statistics, in order.
+fn values(network: &UNet) -> Vec<f32> {
+    #[derive(Default)]
+    struct Values(Vec<f32>);
+    impl ModuleVisitor for Values {
+        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+            let values = param.val().into_data().try_into_vec::<f32>();
+            self.0.extend(values.unwrap());
+        }
+    }
+    let mut values = Values::default();
+    network.visit(&mut values);
+    values.0
+}
+
+/// Weights as they are trained, and their average, as a checkpoint has them.
+fn kept(trainer: &Trainer, project: &Project) -> [Vec<f32>; 2] {
+    trainer.save(project).unwrap();
+    let kept = checkpoint::load_training(&project.checkpoint_path(), &Device::flex()).unwrap();
+    [values(&kept.live), values(&kept.average)]
+}
+
+/// Multiplies every picture that the network reads.
+fn spoil(trainer: &mut Trainer, by: f32) {
+    let samples = trainer.data.exemplars.iter_mut().flatten();
+    let plates = samples.map(|sample| &mut sample.plate);
+    for plate in plates.chain(&mut trainer.data.frames) {
+        plate.encoded = plate.encoded.clone() * by;
+    }
+}
+
+#[test]
+fn a_step_that_is_not_finite_leaves_no_trace() {
+    for (normalization, statistics) in [
+        (Normalization::Group, Statistics::Own),
+        (Normalization::Batch, Statistics::Own),
+        (Normalization::Batch, Statistics::Running),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let (project, calibration) = project(folder.path());
+        let settings = settings(TrainingConfig {
+            normalization,
+            statistics,
+            ..quick()
+        });
+        let trainer = || {
+            let (device, silent) = (Device::flex(), Progress::silent());
+            Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap()
+        };
+        let mut spoilt = trainer();
+        assert!((0..3).all(|_| spoilt.step(0.0).taken));
+        let before = kept(&spoilt, &project);
+        // It goes on from the checkpoint, and passes over what the other skips.
+        let mut clean = trainer();
+        for by in [f32::NAN, f32::INFINITY] {
+            let pictures = (spoilt.data.exemplars.clone(), spoilt.data.frames.clone());
+            spoil(&mut spoilt, by);
+            let report = spoilt.step(0.0);
+            assert!(!report.taken, "{by}: {report:?}");
+            (spoilt.data.exemplars, spoilt.data.frames) = pictures;
+            clean.info.step += 1;
+        }
+        assert_eq!(kept(&spoilt, &project), before, "{normalization:?}");
+        for trainer in [&mut spoilt, &mut clean] {
+            assert!((0..3).all(|_| trainer.step(0.0).taken));
+        }
+        let [spoilt, clean] = [&spoilt, &clean].map(|trainer| kept(trainer, &project));
+        assert!(spoilt.iter().flatten().all(|v| v.is_finite()));
+        assert_eq!(spoilt, clean, "{normalization:?}");
+        assert_ne!(spoilt, before);
+    }
+}
+
+#[test]
+fn gradients_that_overflow_are_not_taken_and_end_a_run_without_a_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = project(folder.path());
+    // Losses are finite, and so are these multiples of them: their gradients' squares are not.
+    let settings = settings(TrainingConfig {
+        reconstruction: 1e37,
+        rendering: 1e37,
+        checkpoint_seconds: 0.0,
+        epochs: 9,
+        ..quick()
+    });
+    let mut trainer = Trainer::new(
+        &project,
+        &calibration,
+        &settings,
+        &Device::flex(),
+        &Progress::silent(),
+    )
+    .unwrap();
+    let report = trainer.step(0.0);
+    let losses = [report.reconstruction, report.rendering];
+    assert!(losses.iter().flatten().all(|loss| loss.is_finite()));
+    assert!(
+        !report.gradient_norm.is_finite() && !report.taken,
+        "{report:?}"
+    );
+    let said = train(&project, &calibration, &settings, &Progress::silent())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("3 steps in a row had losses that are not finite"),
+        "{said}"
+    );
+}
+
+/// Names and contents of the checkpoint's files.
+fn contents(project: &Project) -> BTreeMap<String, Vec<u8>> {
+    let entries = std::fs::read_dir(project.checkpoint_path()).unwrap();
+    let read = |path: &Path| std::fs::read(path).unwrap();
+    entries
+        .map(|entry| entry.unwrap())
+        .map(|entry| {
+            (
+                entry.file_name().into_string().unwrap(),
+                read(&entry.path()),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn weights_that_are_not_finite_are_never_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = project(folder.path());
+    let silent = Progress::silent();
+    let good = settings(TrainingConfig {
+        epochs: 1,
+        ..quick()
+    });
+    let steps = train(&project, &calibration, &good, &silent).unwrap().steps;
+    let before = contents(&project);
+    // It saves after each step, or at the end alone.
+    for checkpoint_seconds in [0.0, 1e9] {
+        let wild = settings(TrainingConfig {
+            learning_rate: 1e30,
+            checkpoint_seconds,
+            epochs: 2,
+            ..quick()
+        });
+        let said = train(&project, &calibration, &wild, &silent)
+            .unwrap_err()
+            .to_string();
+        assert!(said.contains("The last checkpoint is kept"), "{said}");
+        assert!(contents(&project) == before);
+    }
+    let gone_on = settings(TrainingConfig {
+        epochs: 2,
+        ..quick()
+    });
+    let report = train(&project, &calibration, &gone_on, &silent).unwrap();
+    assert!(report.steps > steps && report.skipped_steps == 0);
+}
+
+/// The best network's running statistics were once those of the average, which goes on.
+#[test]
+fn the_best_network_stays_as_it_was_validated() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = project(folder.path());
+    let settings = TrainSettings {
+        hold_out: Some(0),
+        ..settings(TrainingConfig {
+            normalization: Normalization::Batch,
+            statistics: Statistics::Running,
+            ..quick()
+        })
+    };
+    let (device, silent) = (Device::flex(), Progress::silent());
+    let mut trainer = Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
+    trainer.step(0.0);
+    assert!(trainer.validate().unwrap().is_finite());
+    let validated = values(trainer.network());
+    assert!((0..3).all(|_| trainer.step(0.0).taken));
+    assert!(values(trainer.network()) == validated);
+    assert!(values(&trainer.average) != validated);
+}

@@ -1,0 +1,92 @@
+//! A small shoot of the virtual stage and the project that is made of it, with which tests of whole ways begin. It
+//! stands above `calibration`; crates below have shoots of their own.
+
+use base::progress::Progress;
+use calibration::{CalibrateSettings, Calibration};
+use footage::ImportSettings;
+use project::Project;
+use std::path::{Path, PathBuf};
+use virtual_stage::{StageSettings, write_shoot};
+
+/// What is filmed, and what is worked with.
+#[derive(Clone, Copy, Debug)]
+pub struct TestShoot {
+    /// Frames of the interview.
+    pub frames: usize,
+    pub lamps: usize,
+    /// Width and height of the shoot's pictures in pixels.
+    pub size: usize,
+    /// Width and height of the project's.
+    pub working_size: usize,
+}
+
+impl Default for TestShoot {
+    fn default() -> Self {
+        Self {
+            frames: 3,
+            lamps: 6,
+            size: 32,
+            working_size: 32,
+        }
+    }
+}
+
+impl TestShoot {
+    /// The shoot in `folder/shoot`, written if it is not there yet.
+    pub fn write(&self, folder: &Path) -> PathBuf {
+        let shoot = folder.join("shoot");
+        if !shoot.join("manifest.json").exists() {
+            let settings = StageSettings {
+                frames: self.frames,
+                size: self.size,
+                lamps: self.lamps,
+                ..StageSettings::default()
+            };
+            write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
+        }
+        shoot
+    }
+
+    /// A project of the shoot in `folder`, at `project` in or outside of it.
+    pub fn import(&self, folder: &Path, project: impl AsRef<Path>) -> Project {
+        let settings = ImportSettings {
+            size: self.working_size,
+            seed: 5,
+        };
+        let (shoot, root) = (self.write(folder), folder.join(project));
+        footage::import(&root, &shoot, &settings, &Progress::silent()).unwrap()
+    }
+
+    /// The same with its calibration.
+    pub fn calibrate(&self, folder: &Path, project: impl AsRef<Path>) -> (Project, Calibration) {
+        let mut project = self.import(folder, project);
+        let settings = CalibrateSettings::default();
+        let found = calibration::calibrate(&mut project, &settings, &Progress::silent()).unwrap();
+        found.save(&project).unwrap();
+        (project, found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn projects_of_one_folder_share_its_shoot() {
+        let folder = tempfile::tempdir().unwrap();
+        let shoot = TestShoot::default();
+        let (first, found) = shoot.calibrate(folder.path(), "first");
+        let manifest = folder.path().join("shoot/manifest.json");
+        let written = std::fs::metadata(&manifest).unwrap().modified().unwrap();
+        let second = shoot.import(folder.path(), "second");
+        let now = std::fs::metadata(&manifest).unwrap().modified().unwrap();
+        assert_eq!(written, now);
+        assert_eq!(first.settings.shoot.lamps, second.settings.shoot.lamps);
+        assert_eq!(
+            (first.settings.size, first.settings.shoot.frames.len()),
+            (32, 3)
+        );
+        assert_eq!(found.rig.lamps.len(), 6);
+        assert!(first.calibration_path().exists() && !second.calibration_path().exists());
+    }
+}

@@ -1,0 +1,13 @@
+# One line of what tests have skipped, from the lines that they record: need, crate, test, reason.
+BEGIN { FS = "\t" }
+!seen[$1, $2, $3]++ {
+	if (!count[$1]++) {
+		needs[++kinds] = $1
+		reason[$1] = $4
+	}
+}
+END {
+	for (i = 1; i <= kinds; i++)
+		list = list (i > 1 ? ", " : "") count[needs[i]] " for lack of " needs[i] " (" reason[needs[i]] ")"
+	print "Skipped tests: " (kinds ? list : "none")
+}

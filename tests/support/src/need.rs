@@ -1,0 +1,190 @@
+//! What a test needs that a machine may lack. A test that lacks something returns, and says so: `make test` lists
+//! all skips at its end, and where `AFTERLIGHT_REQUIRED` names the need, the test fails instead.
+
+use std::fmt::Display;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Names of needs, with commas between, that must not be missing.
+const REQUIRED: &str = "AFTERLIGHT_REQUIRED";
+/// The file that skips are appended to, one line each: need, crate, test and reason, with tabs between.
+const SKIPPED: &str = "AFTERLIGHT_SKIPPED";
+
+/// Something that a machine may lack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// The folder `shared` beside the repository.
+    SharedData,
+    /// An adapter that runs compute shaders and draws; a software one will do.
+    Gpu,
+    /// Half floats in the GPU's shaders.
+    GpuF16,
+    /// The GPU's own clock.
+    GpuClock,
+    /// The programs `ffmpeg` and `ffprobe`.
+    Ffmpeg,
+    /// A Python interpreter with PyTorch and the other peers.
+    Python,
+    /// The processor's tile registers.
+    Amx,
+    /// The right to mount a small disk.
+    SmallDisk,
+    /// The program `pfspanoramic`.
+    Pfspanoramic,
+}
+
+impl Need {
+    /// All of them.
+    const ALL: [Self; 9] = [
+        Self::SharedData,
+        Self::Gpu,
+        Self::GpuF16,
+        Self::GpuClock,
+        Self::Ffmpeg,
+        Self::Python,
+        Self::Amx,
+        Self::SmallDisk,
+        Self::Pfspanoramic,
+    ];
+
+    /// Its name in lists.
+    fn name(self) -> &'static str {
+        match self {
+            Self::SharedData => "shared data",
+            Self::Gpu => "gpu",
+            Self::GpuF16 => "gpu f16",
+            Self::GpuClock => "gpu clock",
+            Self::Ffmpeg => "ffmpeg",
+            Self::Python => "python",
+            Self::Amx => "amx",
+            Self::SmallDisk => "small disk",
+            Self::Pfspanoramic => "pfspanoramic",
+        }
+    }
+}
+
+/// Whether what a test needs is `here`. Where it is not, the skip is recorded with its reason, and the test returns.
+///
+/// # Panics
+/// If it is missing and `AFTERLIGHT_REQUIRED` names it.
+pub fn require(need: Need, here: bool, why: impl Display) -> bool {
+    found(need, if here { Ok(()) } else { Err(why) }).is_some()
+}
+
+/// What was found of what a test needs. Where it was not, the skip is recorded with its reason, and the test returns.
+///
+/// # Panics
+/// If it is missing and `AFTERLIGHT_REQUIRED` names it.
+pub fn found<T>(need: Need, result: Result<T, impl Display>) -> Option<T> {
+    let rules = Rules::new(
+        &std::env::var(REQUIRED).unwrap_or_default(),
+        std::env::var_os(SKIPPED).map(PathBuf::from),
+    );
+    let result = result.map_err(|why| rules.miss(need, &why.to_string()));
+    result.ok()
+}
+
+/// What becomes of a test that lacks something.
+struct Rules {
+    required: Vec<Need>,
+    record: Option<PathBuf>,
+}
+
+impl Rules {
+    fn new(required: &str, record: Option<PathBuf>) -> Self {
+        let names = required.split(',').map(str::trim);
+        let need = |name: &str| {
+            let known = Need::ALL.into_iter().find(|need| need.name() == name);
+            known.unwrap_or_else(|| {
+                let names = Need::ALL.map(Need::name).join(", ");
+                panic!("{REQUIRED} names {name:?}; what can be required is: {names}")
+            })
+        };
+        Self {
+            required: names.filter(|name| !name.is_empty()).map(need).collect(),
+            record,
+        }
+    }
+
+    fn miss(&self, need: Need, why: &str) {
+        let name = need.name();
+        assert!(
+            !self.required.contains(&need),
+            "{name} is missing, which {REQUIRED} names: {why}"
+        );
+        eprintln!("skipped for lack of {name}: {why}");
+        let Some(record) = &self.record else { return };
+        let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();
+        let thread = std::thread::current();
+        let test = thread.name().unwrap_or("a thread of a test");
+        let line = [name, &package, test, why].map(|word| {
+            let words: Vec<&str> = word.split_whitespace().collect();
+            words.join(" ")
+        });
+        // In one piece, for other tests write at the same time.
+        let line = line.join("\t") + "\n";
+        std::fs::OpenOptions::new()
+            .append(true)
+            .create(true)
+            .open(record)
+            .and_then(|mut file| file.write_all(line.as_bytes()))
+            .unwrap_or_else(|e| panic!("cannot record a skip in {}: {e}", record.display()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_need_is_required_by_its_own_name() {
+        for need in Need::ALL {
+            assert_eq!(Rules::new(need.name(), None).required, [need]);
+        }
+        let all = Need::ALL.map(Need::name).join(" , ");
+        assert_eq!(Rules::new(&all, None).required, Need::ALL);
+        assert_eq!(Rules::new("", None).required, []);
+    }
+
+    #[test]
+    #[should_panic(expected = "names \"gpus\"; what can be required is: shared data, gpu,")]
+    fn a_name_that_is_no_need_is_refused() {
+        Rules::new("ffmpeg,gpus", None);
+    }
+
+    #[test]
+    #[should_panic(expected = "ffmpeg is missing, which AFTERLIGHT_REQUIRED names: not installed")]
+    fn what_is_required_must_be_here() {
+        Rules::new("gpu,ffmpeg", None).miss(Need::Ffmpeg, "not installed");
+    }
+
+    #[test]
+    fn each_skip_is_a_line_with_need_crate_test_and_reason() {
+        let folder = tempfile::tempdir().unwrap();
+        let record = folder.path().join("skipped");
+        let rules = Rules::new("python", Some(record.clone()));
+        rules.miss(Need::SmallDisk, "mount:\tonly root\nmay do that");
+        let lines = std::fs::read_to_string(&record).unwrap();
+        let test = "need::tests::each_skip_is_a_line_with_need_crate_test_and_reason";
+        // Alone, on the main thread, a test's thread has not its name.
+        let test = [test, "main"].map(|test| {
+            format!("small disk\tafterlight-test-support\t{test}\tmount: only root may do that\n")
+        });
+        assert!(test.contains(&lines), "{lines}");
+
+        std::thread::scope(|threads| {
+            for _ in 0..8 {
+                threads.spawn(|| (0..100).for_each(|_| rules.miss(Need::Amx, "no tiles")));
+            }
+        });
+        let lines = std::fs::read_to_string(&record).unwrap();
+        assert_eq!(lines.lines().count(), 801);
+        assert!(lines.lines().all(|line| line.split('\t').count() == 4));
+    }
+
+    #[test]
+    fn what_is_here_is_handed_on() {
+        assert_eq!(found(Need::Gpu, Ok::<_, String>(3)), Some(3));
+        assert!(require(Need::Gpu, true, "nothing is missing"));
+    }
+}

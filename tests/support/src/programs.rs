@@ -1,0 +1,42 @@
+//! Programs that tests compare with.
+
+use super::need::{Need, found, require};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+/// Whether `ffmpeg` and `ffprobe` start; otherwise the test returns.
+pub fn ffmpeg() -> bool {
+    let here = starts("ffmpeg", "-version") && starts("ffprobe", "-version");
+    require(Need::Ffmpeg, here, "ffmpeg or ffprobe is not installed")
+}
+
+/// Whether `pfspanoramic` starts; otherwise the test returns.
+pub fn pfspanoramic() -> bool {
+    let here = starts("pfspanoramic", "--help");
+    require(Need::Pfspanoramic, here, "pfstools is not installed")
+}
+
+/// The interpreter that `AFTERLIGHT_PYTHON` names, if it has these modules; otherwise the test returns.
+pub fn python(modules: &[&str]) -> Option<PathBuf> {
+    found(Need::Python, interpreter(modules))
+}
+
+fn interpreter(modules: &[&str]) -> Result<PathBuf, String> {
+    let python = std::env::var_os("AFTERLIGHT_PYTHON").filter(|python| !python.is_empty());
+    let python = python.ok_or("AFTERLIGHT_PYTHON names no interpreter; `make peers` makes one")?;
+    let import = format!("import {}", modules.join(", "));
+    let output = Command::new(&python).args(["-c", &import]).output();
+    let python = PathBuf::from(python);
+    match output {
+        Ok(output) if output.status.success() => Ok(python),
+        Ok(_) => Err(format!("{} cannot `{import}`", python.display())),
+        Err(e) => Err(format!("{} does not start: {e}", python.display())),
+    }
+}
+
+fn starts(program: &str, option: &str) -> bool {
+    let mut program = Command::new(program);
+    program.arg(option).stdin(Stdio::null());
+    program.stdout(Stdio::null()).stderr(Stdio::null());
+    program.status().is_ok()
+}
