@@ -10,7 +10,7 @@ use light::conventions::Front;
 use light::keyframes::{Interpolation, Keyframes};
 use light::weights::Weighting;
 use light::{Lighting, Mapping, PlacedLight, white};
-use scene::{Background, Effects, ViewTransform};
+use scene::{Background, Effects};
 use std::path::PathBuf;
 use worker::Job;
 
@@ -56,7 +56,7 @@ pub struct RelightArgs {
     #[command(flatten)]
     lighting: LightingArgs,
     #[command(flatten)]
-    effects: EffectsArgs,
+    effects: Effects,
     /// Frames A to B, both included [default: all].
     #[arg(long, value_name = "A-B", value_parser = parse_range)]
     frames: Option<(usize, usize)>,
@@ -154,32 +154,6 @@ struct LightingArgs {
     light: Vec<PlacedLight>,
 }
 
-/// What is done to the picture.
-#[derive(Debug, Args)]
-struct EffectsArgs {
-    /// The view transform: how light becomes display codes.
-    #[arg(long, value_enum, default_value_t)]
-    view: ViewTransform,
-    /// How much jumps in brightness between frames are smoothed, 0 to 1.
-    #[arg(long, default_value_t = 0.0)]
-    smoothing: f32,
-    /// How much of the screen's spill at the subject's rim is removed, 0 to 1.
-    #[arg(long, default_value_t = 0.0)]
-    despill: f32,
-    /// Radius of the background's defocus as a share of the picture's height.
-    #[arg(long, default_value_t = 0.0)]
-    background_blur: f32,
-    /// How much of the background's light wraps around the subject's rim, 0 to 1.
-    #[arg(long, default_value_t = 0.0)]
-    light_wrap: f32,
-    /// How much of the light above white the lens scatters, 0 to 1.
-    #[arg(long, default_value_t = 0.0)]
-    glare: f32,
-    /// Strength of the plate's grain: 1 matches the plate.
-    #[arg(long, default_value_t = 0.0)]
-    grain: f32,
-}
-
 impl RelightArgs {
     /// The job that was asked for.
     pub fn job(&self) -> Job {
@@ -212,16 +186,7 @@ impl RelightArgs {
                 placed: self.lighting.light.clone(),
             },
             intensity_keys: keys(&self.intensity_keys),
-            effects: Effects {
-                view: self.effects.view,
-                smoothing: self.effects.smoothing,
-                despill: self.effects.despill,
-                background_blur: self.effects.background_blur,
-                light_wrap: self.effects.light_wrap,
-                glare: self.effects.glare,
-                grain: self.effects.grain,
-                ..Effects::default()
-            },
+            effects: self.effects,
             frames: self.frames,
             exposure_stops: self.exposure,
             background: if self.no_background {
