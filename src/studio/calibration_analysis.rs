@@ -23,7 +23,7 @@ pub struct CalibrationAnalysis {
 
 impl CalibrationAnalysis {
     /// A job may have changed the calibration.
-    pub fn renew(&mut self) {
+    pub fn invalidate(&mut self) {
         self.calibrations += 1;
     }
 

@@ -12,7 +12,7 @@ pub struct NetworkReview {
     /// The current frame under every lamp, or why it cannot be drawn.
     pub sheet: Option<Result<Arc<LampSheet>, String>>,
     /// The review that is saved in the project, or why it cannot be read.
-    pub kept: Option<Result<Arc<SavedReview>, String>>,
+    pub saved: Option<Result<Arc<SavedReview>, String>>,
     /// The current marks; they may not be written yet.
     pub marks: Marks,
     /// Why the marks could not be written.
@@ -28,7 +28,7 @@ pub struct NetworkReview {
 
 impl NetworkReview {
     /// A job may have changed the saved review.
-    pub fn renew(&mut self) {
+    pub fn invalidate(&mut self) {
         self.asked = false;
     }
 
@@ -39,12 +39,12 @@ impl NetworkReview {
         if let Some(written) = thread.written() {
             self.failure = written.err();
         }
-        if let Some(kept) = thread.kept() {
+        if let Some(saved) = thread.kept() {
             // Marks from this window are newer than the file.
-            if let (Ok(kept), false) = (&kept, self.edited) {
-                self.marks = kept.marks.clone();
+            if let (Ok(saved), false) = (&saved, self.edited) {
+                self.marks = saved.marks.clone();
             }
-            self.kept = Some(kept);
+            self.saved = Some(saved);
         }
     }
 
@@ -76,7 +76,7 @@ impl NetworkReview {
     /// # Errors
     /// When the saved ones are not read yet, or cannot be read: they would be lost.
     pub fn mark(&mut self, marked: MarkedOlat) -> Result<(), String> {
-        let (Some(thread), Some(saved)) = (&self.thread, &self.kept) else {
+        let (Some(thread), Some(saved)) = (&self.thread, &self.saved) else {
             return Err("The review is still being read".to_owned());
         };
         if let Err(sentence) = saved {
@@ -90,7 +90,7 @@ impl NetworkReview {
 
     /// The truth that was measured against last.
     pub fn truth(&self) -> Option<PathBuf> {
-        self.kept.as_ref()?.as_ref().ok()?.truth.clone()
+        self.saved.as_ref()?.as_ref().ok()?.truth.clone()
     }
 }
 

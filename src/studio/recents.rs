@@ -53,7 +53,7 @@ impl Recents {
     }
 
     /// The next [`Self::look`] reads the list again.
-    pub fn renew(&mut self) {
+    pub fn invalidate(&mut self) {
         self.asked = None;
     }
 

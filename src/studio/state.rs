@@ -46,7 +46,7 @@ pub struct State {
     pub trained_lamp: usize,
     /// The exemplar that is relit as the interview.
     pub pose: usize,
-    /// The lamps that the frame is shown under, ascending; none for the environment.
+    /// The lamps that the frame is shown under, ascending; empty for the environment.
     pub solo: Vec<usize>,
     /// Where the wipe between two pictures is: 0 left, 1 right.
     pub wipe: f32,

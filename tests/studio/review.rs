@@ -64,7 +64,7 @@ fn opened(project: &Project) -> Window {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num4);
     window.run_steps(2);
     until(&mut window, "review", |app| {
-        app.review().kept.is_some() && app.review().sheet.is_some()
+        app.review().saved.is_some() && app.review().sheet.is_some()
     });
     window
 }
@@ -182,7 +182,7 @@ fn a_cell_is_found_looked_at_and_marked() {
     let worst = window
         .state()
         .review()
-        .kept
+        .saved
         .as_ref()
         .unwrap()
         .as_ref()

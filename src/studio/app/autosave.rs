@@ -70,7 +70,7 @@ impl Autosave {
     /// Gives `look`, which has the project's environments, what was saved of the project's look.
     ///
     /// # Errors
-    /// When the file cannot be understood: it is put aside, and the look stays.
+    /// When the file cannot be understood: it is renamed, and the look stays.
     pub fn load_look(&mut self, project: &Project, look: &mut LookSettings) -> Result<()> {
         self.saver.settle();
         let loaded = SavedLook::load(project);

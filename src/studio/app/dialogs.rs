@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use worker::Latest;
 
-/// The dialogs, which are open beside the window's thread.
+/// The dialogs. They run on threads of their own, so that the window does not wait.
 pub struct Dialogs {
     chosen: Arc<Latest<Command>>,
 }

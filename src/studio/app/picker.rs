@@ -24,7 +24,7 @@ impl ProjectPicker {
 
     /// A project was opened: none is planned, and the recent ones are others.
     pub fn opened(&mut self) {
-        self.recents.renew();
+        self.recents.invalidate();
         self.wizard.set(None);
     }
 

@@ -1,4 +1,4 @@
-//! What is read of the open project beside the window's thread.
+//! What is read of the open project in the background.
 
 use crate::calibration_analysis::CalibrationAnalysis;
 use crate::footage_reader::FootageReader;
@@ -26,8 +26,8 @@ impl Readers {
     pub fn on_event(&mut self, event: &Event) {
         if matches!(event, Event::Finished { .. }) {
             // The job may have calibrated or measured.
-            self.analysis.renew();
-            self.review.renew();
+            self.analysis.invalidate();
+            self.review.invalidate();
         }
         self.training.on_event(event);
     }

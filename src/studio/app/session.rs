@@ -27,7 +27,7 @@ impl Session {
             worker.refuse_writes(why.clone());
         }
         self.project = Some(project);
-        // The old worker is joined beside the window: it may be in a training step, and keeps the right to
+        // The old worker is joined in the background: it may be in a training step, and keeps the right to
         // write its checkpoint until then.
         let old = (self.worker.replace(worker), before);
         std::thread::spawn(move || drop(old));

@@ -40,7 +40,7 @@ impl ReviewPanel {
     }
 
     fn contents_ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
-        let kept = match &context.review.kept {
+        let kept = match &context.review.saved {
             _ if context.project.is_none() => {
                 return quiet_ui(ui, "Open a project to review its network.");
             }
