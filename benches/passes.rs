@@ -212,7 +212,7 @@ struct Needs {
     fields: f64,
 }
 
-/// None for what is done before the compositor.
+/// None if it is done before the compositor.
 fn needs(pass: Pass) -> Option<Needs> {
     let (pictures, mattes, fields) = match pass {
         Pass::Predict | Pass::Weights => return None,
@@ -224,12 +224,8 @@ fn needs(pass: Pass) -> Option<Needs> {
         Pass::LightWrap => (3.0, 1.0, 0.0),
         Pass::Difference => (3.0, 0.0, 0.0),
         Pass::Grain | Pass::Dither => (2.0, 1.0, 0.0),
-        Pass::BackgroundBlur
-        | Pass::Glare
-        | Pass::Exposure
-        | Pass::View
-        | Pass::Channels
-        | Pass::FalseColor => (2.0, 0.0, 0.0),
+        // From picture to picture.
+        _ => (2.0, 0.0, 0.0),
     };
     Some(Needs {
         pictures,
@@ -250,11 +246,10 @@ fn scenes() -> Vec<Scene> {
             despill: 1.0,
             background_blur,
             light_wrap: 0.6,
-            glare: 0.3,
             view: ViewTransform::Filmic,
             grain: 1.0,
             inspection,
-            ..Effects::default()
+            ..Effects::all(0.3)
         },
         ..Scene::default()
     };

@@ -18,11 +18,6 @@ struct Params {
     level: vec3<f32>,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
 const PI: f32 = 3.14159265;
 
 // Weights of four texels for a point `f` in [0, 1) beyond the second one.
@@ -62,11 +57,11 @@ fn spline(u: f32, v: f32) -> vec3<f32> {
 
 @compute @workgroup_size(8, 8)
 fn background(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
     // `first` is the subject with its matte as the fourth value, `second` the panorama.
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let subject = first[i];
     var sum = vec3<f32>(0.0);
     if subject.a < 1.0 {

@@ -8,16 +8,6 @@ struct Params {
     unused: f32,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
-// 0 in place of what is no number: a blur would carry it everywhere.
-fn finite(v: vec4<f32>) -> vec4<f32> {
-    let exponent = bitcast<vec4<u32>>(v) & vec4<u32>(0x7f800000u);
-    return select(v, vec4<f32>(0.0), exponent == vec4<u32>(0x7f800000u));
-}
-
 // The pixel that stands at `i` where a row of `n` goes on mirrored on both sides.
 fn mirrored(i: i32, n: i32) -> i32 {
     let at = ((i % (2 * n)) + 2 * n) % (2 * n);
@@ -26,10 +16,10 @@ fn mirrored(i: i32, n: i32) -> i32 {
 
 @compute @workgroup_size(8, 8)
 fn disc(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let size = vec2<i32>(params.size);
     let reach = i32(ceil(params.radius + 0.5));
     var sum = vec4<f32>(0.0);

@@ -8,26 +8,17 @@ struct Params {
     unused: u32,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
-fn linear_from_srgb(code: vec3<f32>) -> vec3<f32> {
-    let x = clamp(code, vec3<f32>(0.0), vec3<f32>(1.0));
-    return select(pow((x + 0.055) / 1.055, vec3<f32>(2.4)), x / 12.92, x <= vec3<f32>(0.04045));
-}
-
 @compute @workgroup_size(8, 8)
 fn channels(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let pixel = first[i];
     var grey = 0.0;
     if params.channel == 3u {
-        let y = dot(linear_from_srgb(pixel.rgb), vec3<f32>(0.2126, 0.7152, 0.0722));
-        grey = select(1.055 * pow(y, 1.0 / 2.4) - 0.055, 12.92 * y, y <= 0.0031308);
+        let y = dot(linear_from_srgb(pixel.rgb), LUMINANCE);
+        grey = srgb_from_linear(vec3<f32>(y)).x;
     } else if params.channel == 4u {
         grey = pixel.a;
     } else {

@@ -1,5 +1,5 @@
 // Pass `despill`: takes green or blue beyond what is natural out of the rim. What it goes by is made by
-// `rim`, `inside` and `guide`, between which `background_blur.wgsl` blurs; `spill` is what it is measured
+// `openness`, `rim`, `inside` and `guide`, between which `background_blur.wgsl` blurs; `spill` is what it is measured
 // by. The twins on the CPU are the functions of these names in `compositor::despill`.
 
 struct Params {
@@ -9,17 +9,12 @@ struct Params {
     amount: f32,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
 @compute @workgroup_size(8, 8)
 fn despill(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     // `second` is how much a pixel belongs to the rim, and the green and blue over the mean of the other
     // two that are natural there.
     let guide = second[i];
@@ -30,20 +25,23 @@ fn despill(@builtin(global_invocation_id) id: vec3<u32>) {
     result[i] = pixel;
 }
 
-const LUMINANCE: vec3<f32> = vec3<f32>(0.2126, 0.7152, 0.0722);
-
-fn is_number(v: vec3<f32>) -> bool {
-    let exponent = bitcast<vec3<u32>>(v) & vec3<u32>(0x7f800000u);
-    return all(exponent != vec3<u32>(0x7f800000u));
-}
-
-// `first` has the matte as its fourth value, `second` its blurred opening.
+// `first` has the matte as its fourth value.
 @compute @workgroup_size(8, 8)
-fn rim(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+fn openness(@builtin(global_invocation_id) id: vec3<u32>) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
+    result[i] = vec4<f32>(vec3<f32>(0.0), 1.0 - first[i].a);
+}
+
+// `first` has the matte as its fourth value, `second` its blurred openness.
+@compute @workgroup_size(8, 8)
+fn rim(@builtin(global_invocation_id) id: vec3<u32>) {
+    if outside(id) {
+        return;
+    }
+    let i = index(id);
     let alpha = first[i].a;
     let rim = select(0.0, min(6.0 * second[i].a, 1.0), alpha > 0.0);
     result[i] = vec4<f32>(rim, 0.0, 0.0, alpha);
@@ -52,10 +50,10 @@ fn rim(@builtin(global_invocation_id) id: vec3<u32>) {
 // `first` is the subject, `second` the rim.
 @compute @workgroup_size(8, 8)
 fn inside(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let pixel = first[i];
     // Nothing of the rim: its colour is what is in doubt.
     let weight = select(pixel.a, 0.0, second[i].r > 0.0);
@@ -70,10 +68,10 @@ fn natural(green: f32, others: f32, weight: f32) -> f32 {
 // `first` is what is inside, blurred; `second` the rim.
 @compute @workgroup_size(8, 8)
 fn guide(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let inner = first[i];
     let green = natural(inner.g, 0.5 * (inner.r + inner.b), inner.a);
     let blue = natural(inner.b, 0.5 * (inner.r + inner.g), inner.a);
@@ -84,14 +82,14 @@ fn guide(@builtin(global_invocation_id) id: vec3<u32>) {
 // rim's own.
 @compute @workgroup_size(8, 8)
 fn spill(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let pixel = first[i].rgb;
     let guide = second[i];
     var found = vec3<f32>(0.0);
-    if guide.r > 0.0 && is_number(pixel) {
+    if guide.r > 0.0 && is_finite(pixel) {
         let green = max(pixel.g - guide.g * 0.5 * (pixel.r + pixel.b), 0.0);
         let blue = max(pixel.b - guide.b * 0.5 * (pixel.r + pixel.g), 0.0);
         found = guide.r * vec3<f32>(green * LUMINANCE.g, blue * LUMINANCE.b, dot(pixel, LUMINANCE));

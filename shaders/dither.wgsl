@@ -6,17 +6,12 @@ struct Params {
     unused: vec2<u32>,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
 @compute @workgroup_size(8, 8)
 fn dither(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     // The fourth value of `second` is the subject's matte.
     let noise = fract(52.982918 * fract(0.06711056 * f32(id.x) + 0.00583715 * f32(id.y))) - 0.5;
     let step = noise * (1.0 - second[i].a) / 255.0;

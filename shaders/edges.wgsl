@@ -1,6 +1,6 @@
-// What is done to the sum of lamps before it is a subject: values that are no numbers are mended, the
-// matte's edge takes the colour of the solid subject next to it, and the subject is cut out. The twin on
-// the CPU is `compositor::reference::extend_edges`.
+// What is done to the sum of lamps before it is a subject: NaN and infinite pixels are mended, the matte's edge takes
+// the colour of the solid subject next to it, and the subject is cut out. The fourth value of `second` is the subject's
+// matte. The twin on the CPU is `compositor::reference::extend_edges`.
 
 struct Params {
     size: vec2<u32>,
@@ -10,26 +10,16 @@ struct Params {
     solid: f32,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
 // `extend`: the ring of each pixel (0 is solid, the largest number is out of reach), then where each ring
 // ends among what follows: the pixels, ring by ring.
 @group(0) @binding(0) var<storage, read> rings: array<u32>;
-// The fourth value is the subject's matte.
-@group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
 // How many pixels were mended.
 @group(0) @binding(4) var<storage, read_write> tally: array<atomic<u32>>;
 
-// How far a pixel that is no number looks for others.
+// How far a pixel that is NaN or infinite looks for finite ones.
 const FARTHEST: i32 = 8;
 
-fn is_number(v: vec3<f32>) -> bool {
-    let exponent = bitcast<vec3<u32>>(v) & vec3<u32>(0x7f800000u);
-    return all(exponent != vec3<u32>(0x7f800000u));
-}
-
-// The mean of the nearest solid pixels that are numbers; black where there are none.
+// The mean of the nearest solid pixels that are finite; black if there are none.
 fn around(at: vec2<i32>) -> vec3<f32> {
     let size = vec2<i32>(params.size);
     for (var reach = 1; reach <= FARTHEST; reach++) {
@@ -40,7 +30,7 @@ fn around(at: vec2<i32>) -> vec3<f32> {
         for (var y = low.y; y <= high.y; y++) {
             for (var x = low.x; x <= high.x; x++) {
                 let i = y * size.x + x;
-                if second[i].a >= params.solid && is_number(first[i].rgb) {
+                if second[i].a >= params.solid && is_finite(first[i].rgb) {
                     sum += first[i].rgb;
                     count += 1.0;
                 }
@@ -55,12 +45,12 @@ fn around(at: vec2<i32>) -> vec3<f32> {
 
 @compute @workgroup_size(8, 8)
 fn mend(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     var color = first[i].rgb;
-    if !is_number(color) {
+    if !is_finite(color) {
         color = vec3<f32>(0.0);
         if second[i].a > 0.0 {
             atomicAdd(&tally[0], 1u);
@@ -103,10 +93,10 @@ fn extend(@builtin(local_invocation_index) local: u32) {
 
 @compute @workgroup_size(8, 8)
 fn cut(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let alpha = second[i].a;
     result[i] = vec4<f32>(alpha * first[i].rgb, alpha);
 }

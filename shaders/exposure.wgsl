@@ -7,15 +7,11 @@ struct Params {
     unused: f32,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
 @compute @workgroup_size(8, 8)
 fn exposure(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     result[i] = vec4<f32>(params.factor * first[i].rgb, first[i].a);
 }

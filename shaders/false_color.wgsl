@@ -9,24 +9,19 @@ struct Params {
     clipped: vec4<f32>,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
 @compute @workgroup_size(8, 8)
 fn false_color(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
-    let y = dot(first[i].rgb, vec3<f32>(0.2126, 0.7152, 0.0722));
-    let x = clamp(y, 0.0, 1.0);
-    let grey = select(1.055 * pow(x, 1.0 / 2.4) - 0.055, 12.92 * x, x <= 0.0031308);
+    let i = index(id);
+    let y = dot(first[i].rgb, LUMINANCE);
+    let grey = srgb_from_linear(vec3<f32>(y));
     var color = params.clipped.rgb;
     for (var zone = 8u; zone > 0u; zone--) {
         let at = params.zones[zone - 1u];
         if max(y, 0.0) < at.w {
-            color = select(at.rgb, vec3<f32>(grey), at.r < 0.0);
+            color = select(at.rgb, grey, at.r < 0.0);
         }
     }
     result[i] = vec4<f32>(color, first[i].a);

@@ -5,17 +5,12 @@ struct Params {
     // Of the picture.
     size: vec2<u32>,
     frame: u32,
-    // `survey`: the step between the places that are looked at.
+    // `survey`: the step between the places that are sampled.
     step: u32,
     // Deviations in codes for eight classes of brightness: on the subject, and behind it.
     inside: array<vec4<f32>, 8>,
     outside: array<vec4<f32>, 8>,
 }
-
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
 
 fn hash(input: u32) -> u32 {
     let state = input * 747796405u + 2891336453u;
@@ -31,10 +26,10 @@ fn normal(bits: u32) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn grain(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     // The fourth value of `first` is the picture's coverage, that of `second` the subject's matte.
     let matte = second[i].a;
     let hashed = hash(hash(params.frame) ^ i);
@@ -43,9 +38,9 @@ fn grain(@builtin(global_invocation_id) id: vec3<u32>) {
         let place = clamp(pixel[c] * 8.0 - 0.5, 0.0, 7.0);
         let low = min(u32(place), 6u);
         let part = place - f32(low);
-        let inside = mix(params.inside[low][c], params.inside[low + 1u][c], part);
-        let outside = mix(params.outside[low][c], params.outside[low + 1u][c], part);
-        let deviation = pixel.a * mix(outside, inside, matte);
+        let on_subject = mix(params.inside[low][c], params.inside[low + 1u][c], part);
+        let behind_it = mix(params.outside[low][c], params.outside[low + 1u][c], part);
+        let deviation = pixel.a * mix(behind_it, on_subject, matte);
         pixel[c] = clamp(pixel[c] + deviation * normal(hash(hashed ^ c)), 0.0, 1.0);
     }
     result[i] = pixel;

@@ -8,23 +8,12 @@ struct Params {
     unused: f32,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
-// 0 in place of what is no number: a blur would carry it everywhere.
-fn finite(v: vec4<f32>) -> vec4<f32> {
-    let exponent = bitcast<vec4<u32>>(v) & vec4<u32>(0x7f800000u);
-    return select(v, vec4<f32>(0.0), exponent == vec4<u32>(0x7f800000u));
-}
-
 @compute @workgroup_size(8, 8)
 fn open(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     // `first` is the subject with its matte as the fourth value, `second` what is behind it.
     let open = 1.0 - first[i].a;
     result[i] = vec4<f32>(open * finite(second[i]).rgb, open);
@@ -32,10 +21,10 @@ fn open(@builtin(global_invocation_id) id: vec3<u32>) {
 
 @compute @workgroup_size(8, 8)
 fn wrap(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let subject = first[i];
     let past = second[i];
     let more = max(subject.a * past.rgb - past.a * subject.rgb, vec3<f32>(0.0));
@@ -44,10 +33,10 @@ fn wrap(@builtin(global_invocation_id) id: vec3<u32>) {
 
 @compute @workgroup_size(8, 8)
 fn over(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let subject = first[i];
     // What stands before a background covers the whole picture.
     result[i] = vec4<f32>(subject.rgb + (1.0 - subject.a) * second[i].rgb, 1.0);

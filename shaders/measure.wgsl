@@ -8,20 +8,10 @@ struct Params {
     values: vec2<u32>,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
 // Workgroups of `total` and `largest`, each of which leaves one value.
 const GROUPS: u32 = 64u;
 
 var<workgroup> parts: array<vec4<f32>, 64>;
-
-// 0 in place of what is no number.
-fn finite(v: vec4<f32>) -> vec4<f32> {
-    let exponent = bitcast<vec4<u32>>(v) & vec4<u32>(0x7f800000u);
-    return select(v, vec4<f32>(0.0), exponent == vec4<u32>(0x7f800000u));
-}
 
 @compute @workgroup_size(64)
 fn total(
@@ -82,7 +72,7 @@ fn share(at: f32, span: vec4<f32>) -> f32 {
 // The mean of what each pixel covers.
 @compute @workgroup_size(8, 8)
 fn shrink(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
     let across = span(id.x, params.size.x, params.values.x);
@@ -96,15 +86,15 @@ fn shrink(@builtin(global_invocation_id) id: vec3<u32>) {
             total += weight;
         }
     }
-    result[id.y * params.size.x + id.x] = sum / total;
+    result[index(id)] = sum / total;
 }
 
 // Every so many pixels one.
 @compute @workgroup_size(8, 8)
 fn pick(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     result[i] = first[i * params.values.x];
 }

@@ -11,17 +11,6 @@ struct Params {
     unused: vec2<f32>,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(1) var<storage, read> second: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
-// 0 in place of what is no number: a blur would carry it everywhere.
-fn finite(v: vec4<f32>) -> vec4<f32> {
-    let exponent = bitcast<vec4<u32>>(v) & vec4<u32>(0x7f800000u);
-    return select(v, vec4<f32>(0.0), exponent == vec4<u32>(0x7f800000u));
-}
-
 // Fine pixel `tap` (0 to 3) of a coarse one along one axis of `n` fine pixels, and its share.
 fn place(coarse: u32, tap: u32, n: u32) -> u32 {
     let at = 2u * coarse + tap;
@@ -44,7 +33,7 @@ fn end_weight(coarse: vec2<u32>, fine_size: vec2<u32>) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn halve(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
     let n = params.from_size;
@@ -56,7 +45,7 @@ fn halve(@builtin(global_invocation_id) id: vec3<u32>) {
             sum += weight * finite(first[row + place(id.x, i, n.x)]);
         }
     }
-    result[id.y * params.size.x + id.x] = sum * end_weight(id.xy, n);
+    result[index(id)] = sum * end_weight(id.xy, n);
 }
 
 fn coarse(x: u32, y: u32) -> vec4<f32> {
@@ -72,7 +61,7 @@ fn neighbour(fine: u32, n: u32) -> u32 {
 
 @compute @workgroup_size(8, 8)
 fn double(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
     let near = id.xy / 2u;
@@ -80,7 +69,7 @@ fn double(@builtin(global_invocation_id) id: vec3<u32>) {
     let left = 0.75 * coarse(near.x, near.y) + 0.25 * coarse(near.x, far.y);
     let right = 0.75 * coarse(far.x, near.y) + 0.25 * coarse(far.x, far.y);
     var sum = 0.75 * left + 0.25 * right;
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     if params.keep != 0.0 {
         sum += params.keep * second[i];
     }

@@ -1,5 +1,5 @@
-// Pass `relight`: every pixel of a reflectance field is summed over the lamps that carry energy.
-// Each texel of those lamps is read once, in runs of neighbouring pixels; no other lamp is read.
+// Pass `relight`: every pixel of a reflectance field is summed over the lamps that are lit. Each texel of those lamps
+// is read once, in runs of neighbouring pixels; the other lamps are not read.
 // `main` reads a field in f32, `main_half` one in f16, two neighbouring pixels at a time, `main_components` one
 // of principal components, each plane once for all channels. `largest` and `halve`, one after the other, make
 // of a field in f32 one in f16.
@@ -101,7 +101,7 @@ fn main_components(@builtin(global_invocation_id) id: vec3<u32>) {
     relit[pixel] = vec4<f32>(sum, 1.0);
 }
 
-// Bits of an f32 from which on it is no finite number.
+// Bits of an f32 from which on it is infinite or NaN.
 const INFINITE: u32 = 0x7f800000u;
 
 var<workgroup> largest_here: atomic<u32>;

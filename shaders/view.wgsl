@@ -8,16 +8,6 @@ struct Params {
     unused: u32,
 }
 
-@group(0) @binding(0) var<storage, read> first: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> result: array<vec4<f32>>;
-@group(0) @binding(3) var<uniform> params: Params;
-
-fn srgb(linear: vec3<f32>) -> vec3<f32> {
-    let x = clamp(linear, vec3<f32>(0.0), vec3<f32>(1.0));
-    let power = 1.055 * pow(x, vec3<f32>(1.0 / 2.4)) - 0.055;
-    return select(power, 12.92 * x, x <= vec3<f32>(0.0031308));
-}
-
 // A matrix is written by its columns here, by its rows in the twin.
 fn filmic(light: vec3<f32>) -> vec3<f32> {
     let inset = mat3x3<f32>(
@@ -55,17 +45,17 @@ fn aces(light: vec3<f32>) -> vec3<f32> {
     let v = input * (light / 0.6);
     let above = v * (v + 0.0245786) - 0.000090537;
     let below = v * (0.983729 * v + 0.432951) + 0.238081;
-    return srgb(output * (above / below));
+    return srgb_from_linear(output * (above / below));
 }
 
 @compute @workgroup_size(8, 8)
 fn view(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= params.size) {
+    if outside(id) {
         return;
     }
-    let i = id.y * params.size.x + id.x;
+    let i = index(id);
     let light = clamp(first[i].rgb, vec3<f32>(0.0), vec3<f32>(65504.0));
-    var codes = srgb(light);
+    var codes = srgb_from_linear(light);
     if params.curve == 1u {
         codes = filmic(light);
     } else if params.curve == 2u {

@@ -113,10 +113,9 @@ fn scene() -> Scene {
             despill: 1.0,
             background_blur: 0.02,
             light_wrap: 0.6,
-            glare: 0.3,
             view: ViewTransform::Filmic,
             grain: 1.0,
-            ..Effects::default()
+            ..Effects::all(0.3)
         },
         ..Scene::default()
     }

@@ -1,32 +1,13 @@
-//! Every shader is valid WGSL and named after its pass.
+//! Every shader is valid WGSL as the GPU is given it, and named after its pass.
 
-use afterlight::compositor::Pass;
+use afterlight::compositor::{Pass, shaders};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use std::path::{Path, PathBuf};
-
-fn shaders(folder: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path());
-    entries
-        .flat_map(|path| {
-            if path.is_dir() {
-                shaders(&path)
-            } else {
-                vec![path]
-            }
-        })
-        .collect()
-}
+use std::collections::BTreeSet;
 
 #[test]
 fn every_shader_is_valid() {
-    let found = shaders(&test_support::repository("shaders"));
-    assert!(!found.is_empty());
-    for path in found {
-        let name = path.display();
-        assert_eq!(path.extension().unwrap(), "wgsl", "{name} is no shader");
-        let source = std::fs::read_to_string(&path).unwrap();
+    for shader in shaders() {
+        let (name, source) = (shader.name, shader.source());
         let module = naga::front::wgsl::parse_str(&source)
             .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
         // Halves are unpacked to f32, which every WebGPU device can do.
@@ -34,16 +15,25 @@ fn every_shader_is_valid() {
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(&module)
             .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
+        assert!(module.entry_points.len() > 0, "{name} does nothing");
     }
 }
 
 #[test]
-fn every_shader_is_named_after_its_pass() {
-    for path in shaders(&test_support::repository("shaders")) {
-        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+fn every_shader_s_file_is_used_and_named_after_its_pass() {
+    let folder = test_support::repository("shaders");
+    let mut files: BTreeSet<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    assert!(files.remove("prelude.wgsl"), "{files:?}");
+    for shader in shaders() {
+        let name = shader.name;
+        assert!(files.remove(&format!("{name}.wgsl")), "{name}: {files:?}");
         // What several passes stand on has a name of its own.
-        let shared = ["edges", "measure", "pyramid"].contains(&name.as_str());
+        let shared = ["edges", "measure", "pyramid"].contains(&name);
         let known = shared || Pass::ALL.iter().any(|pass| pass.name() == name);
         assert!(known, "there is no pass {name}");
     }
+    assert!(files.is_empty(), "nothing uses {files:?}");
 }

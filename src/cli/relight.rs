@@ -1,6 +1,6 @@
 //! `afterlight relight`.
 
-use super::parse::{parse_front, parse_keys, parse_light, parse_range};
+use super::parse::parse_range;
 use super::{DeviceArgs, OutputArgs};
 use clap::Args;
 use compositor::Storage;
@@ -10,7 +10,7 @@ use light::conventions::Front;
 use light::keyframes::{Interpolation, Keyframes};
 use light::weights::Weighting;
 use light::{Lighting, Mapping, PlacedLight, white};
-use scene::{Background, Effects, ViewTransform};
+use scene::{Background, Effects};
 use std::path::PathBuf;
 use worker::Job;
 
@@ -28,9 +28,9 @@ pub struct RelightArgs {
     environment: PathBuf,
     /// Which way is front in the panorama's file, instead of what the project remembers: the convention of a tool
     /// (afterlight, openexr, usd, nuke, mitsuba, threejs, blender), or the yaw that brings it to the middle.
-    #[arg(long, value_name = "TOOL|DEG", value_parser = parse_front, allow_hyphen_values = true)]
+    #[arg(long, value_name = "TOOL|DEG", allow_hyphen_values = true)]
     front: Option<Front>,
-    /// How the panorama's file lays out the sphere [default: lat-long].
+    /// How the panorama's file lays out the sphere, if it is not a lat-long.
     #[arg(long, value_enum)]
     mapping: Option<Mapping>,
     /// Turn the environment: positive moves it to camera-right in front.
@@ -45,10 +45,10 @@ pub struct RelightArgs {
     #[arg(long)]
     turntable: bool,
     /// Keyframes of the yaw, added to --yaw.
-    #[arg(long, value_name = "FRAME:DEG,…", value_parser = parse_keys, allow_hyphen_values = true)]
+    #[arg(long, value_name = "FRAME:DEG,…", allow_hyphen_values = true)]
     yaw_keys: Option<Keyframes>,
     /// Keyframes of the environment's brightness in stops, added to --intensity.
-    #[arg(long, value_name = "FRAME:STOPS,…", value_parser = parse_keys, allow_hyphen_values = true)]
+    #[arg(long, value_name = "FRAME:STOPS,…", allow_hyphen_values = true)]
     intensity_keys: Option<Keyframes>,
     /// Interpolate keyframes linearly instead of smoothly.
     #[arg(long)]
@@ -56,7 +56,7 @@ pub struct RelightArgs {
     #[command(flatten)]
     lighting: LightingArgs,
     #[command(flatten)]
-    effects: EffectsArgs,
+    effects: Effects,
     /// Frames A to B, both included [default: all].
     #[arg(long, value_name = "A-B", value_parser = parse_range)]
     frames: Option<(usize, usize)>,
@@ -146,34 +146,12 @@ struct LightingArgs {
     background_yaw: f32,
     /// A soft light of SIZE degrees across, at an azimuth (−90 camera-left, 90 camera-right, 180 at the camera)
     /// and an elevation. An intensity of π lights white that faces it to 1. Can be given several times.
-    #[arg(long, value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]", value_parser = parse_light, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]",
+        allow_hyphen_values = true
+    )]
     light: Vec<PlacedLight>,
-}
-
-/// What is done to the picture.
-#[derive(Debug, Args)]
-struct EffectsArgs {
-    /// The view transform: how light becomes display codes.
-    #[arg(long, value_enum, default_value_t)]
-    view: ViewTransform,
-    /// How much jumps in brightness between frames are smoothed, 0 to 1.
-    #[arg(long, default_value_t = 0.0)]
-    smoothing: f32,
-    /// How much of the screen's spill at the subject's rim is removed, 0 to 1.
-    #[arg(long, default_value_t = 0.0)]
-    despill: f32,
-    /// Radius of the background's defocus as a share of the picture's height.
-    #[arg(long, default_value_t = 0.0)]
-    background_blur: f32,
-    /// How much of the background's light wraps around the subject's rim, 0 to 1.
-    #[arg(long, default_value_t = 0.0)]
-    light_wrap: f32,
-    /// How much of the light above white the lens scatters, 0 to 1.
-    #[arg(long, default_value_t = 0.0)]
-    glare: f32,
-    /// Strength of the plate's grain: 1 matches the plate.
-    #[arg(long, default_value_t = 0.0)]
-    grain: f32,
 }
 
 impl RelightArgs {
@@ -208,16 +186,7 @@ impl RelightArgs {
                 placed: self.lighting.light.clone(),
             },
             intensity_keys: keys(&self.intensity_keys),
-            effects: Effects {
-                view: self.effects.view,
-                smoothing: self.effects.smoothing,
-                despill: self.effects.despill,
-                background_blur: self.effects.background_blur,
-                light_wrap: self.effects.light_wrap,
-                glare: self.effects.glare,
-                grain: self.effects.grain,
-                ..Effects::default()
-            },
+            effects: self.effects,
             frames: self.frames,
             exposure_stops: self.exposure,
             background: if self.no_background {

@@ -1,12 +1,45 @@
 //! Pass `background`: the environment behind the subject, as a camera on +Z that looks along −Z sees
 //! it, turned as the light or further, and of its colour.
 
-use glam::{Quat, Vec3};
+use super::descriptor::{Descriptor, NO_BACKGROUND};
+use super::facts::key;
+use super::passes::{GpuPicture, Recording, Shader, extent};
+use base::error::Result;
+use bytemuck::{Pod, Zeroable, bytes_of};
+use glam::{Mat3, Quat, Vec3};
 use imaging::{Image, Mask};
 use light::latlong::uv_from_direction;
 use rayon::prelude::*;
-use scene::Scene;
+use scene::{Background, Effects, Pass, Scene};
 use serde::{Deserialize, Serialize};
+
+const SHADER: Shader = Shader::new("background", include_str!("../../shaders/background.wgsl"));
+
+pub(crate) const BACKGROUND: Descriptor = Descriptor {
+    fixed: |scene| (scene.background == Background::None).then_some(NO_BACKGROUND),
+    settings: |context| {
+        let Backdrop {
+            yaw_deg,
+            tilt,
+            level,
+        } = Backdrop::of(context.scene, 1.0);
+        let turn = (yaw_deg.to_bits(), tilt.to_array().map(f32::to_bits));
+        let level = level.map(f32::to_bits);
+        key((turn, level, draws_whole(&context.effects)))
+    },
+    reads: |context, _| context.facts.inputs.backdrop,
+    shader: Some(&SHADER),
+    ..Descriptor::new(Pass::Background, |context| {
+        context.behind()?;
+        let percent = (100.0 * context.facts.open_share).max(1.0);
+        Ok(format!("it shows in {percent:.0} % of the pixels"))
+    })
+};
+
+/// The picture behind the subject is needed whole, not only where the matte is open.
+pub(crate) fn draws_whole(effects: &Effects) -> bool {
+    effects.asks(Pass::BackgroundBlur) || effects.asks(Pass::LightWrap)
+}
 
 /// How the environment is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,19 +124,66 @@ pub fn draw_background(
         });
 }
 
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(crate) struct BackgroundParams {
+    size: [u32; 2],
+    panorama: [u32; 2],
+    pixel: f32,
+    turn: f32,
+    samples: u32,
+    opaque: u32,
+    untilt: [[f32; 4]; 3],
+    level: [f32; 4],
+}
+
+impl Recording<'_> {
+    /// [`draw_background`] on the GPU: the fourth value of `subject` is its matte; after it, it is 1 if the subject
+    /// is `laid` over the background by this, else it stays.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn background(
+        &mut self,
+        subject: &GpuPicture,
+        panorama: &GpuPicture,
+        backdrop: &Backdrop,
+        view: CameraView,
+        laid: bool,
+    ) -> Result<GpuPicture> {
+        let sampling = Sampling::of(subject.height, panorama.height, backdrop.yaw_deg, view);
+        let [x, y, z] = Mat3::from_quat(backdrop.tilt.inverse())
+            .to_cols_array_2d()
+            .map(|[x, y, z]| [x, y, z, 0.0]);
+        let [r, g, b] = backdrop.level;
+        let params = BackgroundParams {
+            size: extent(subject.size()),
+            panorama: extent(panorama.size()),
+            pixel: sampling.pixel,
+            turn: sampling.turn,
+            samples: sampling.samples as u32,
+            opaque: u32::from(laid),
+            untilt: [x, y, z],
+            level: [r, g, b, 0.0],
+        };
+        let (shader, size) = ((&SHADER, "background"), subject.size());
+        self.run(shader, bytes_of(&params), subject, Some(panorama), size)
+    }
+}
+
 /// Where a picture's pixels look.
-pub(super) struct Sampling {
+struct Sampling {
     /// Width of a pixel at unit distance.
-    pub pixel: f32,
+    pixel: f32,
     /// Yaw in turns, `[0, 1)`.
-    pub turn: f32,
+    turn: f32,
     /// Along each axis of a pixel.
-    pub samples: usize,
+    samples: usize,
 }
 
 impl Sampling {
     /// `rows` and `panorama_rows` are the heights of picture and panorama.
-    pub fn of(rows: usize, panorama_rows: usize, yaw_deg: f32, view: CameraView) -> Self {
+    fn of(rows: usize, panorama_rows: usize, yaw_deg: f32, view: CameraView) -> Self {
         let half_height = (view.vertical_fov_deg.to_radians() / 2.0).tan();
         let pixel = 2.0 * half_height / rows as f32;
         let texel = std::f32::consts::PI / panorama_rows as f32;

@@ -1,14 +1,51 @@
 //! Pass `background_blur`: the background as a lens sees it that is focused on the subject. Every point
 //! becomes a disc, in linear light, so that lamps become bright discs; the subject is laid over later.
 
+use super::descriptor::{Descriptor, LightStep, needs_background};
+use super::facts::key;
+use super::passes::{GpuPicture, Recording, Shader};
 use super::pyramid::{Rgba, double_onto, halve, mirrored, rgba};
+use base::error::Result;
 use imaging::{Image, Raster};
 use rayon::prelude::*;
 use reflectance::kernels::chunks::vectorized;
+use scene::Pass;
+
+const SHADER: Shader = Shader::new(
+    "background_blur",
+    include_str!("../../shaders/background_blur.wgsl"),
+);
+
+pub(crate) const BACKGROUND_BLUR: Descriptor = Descriptor {
+    fixed: needs_background,
+    settings: |context| key(context.effects.background_blur.to_bits()),
+    shader: Some(&SHADER),
+    ..Descriptor::new(Pass::BackgroundBlur, |context| {
+        context.asked(Pass::BackgroundBlur)?;
+        context.behind()?;
+        let percent = 100.0 * context.effects.background_blur;
+        Ok(format!(
+            "points become discs of {percent:.1} % of the height"
+        ))
+    })
+};
+
+/// What is done to the picture behind the subject, before the subject is laid over it.
+pub(crate) const STEP: LightStep = LightStep {
+    in_memory: |context, behind| {
+        let radius = context.effects.background_blur * behind.height as f32;
+        background_blur(behind, radius);
+    },
+    on_gpu: |context, recording, behind| {
+        let radius = context.effects.background_blur * behind.height as f32;
+        recording.background_blur(behind, radius)
+    },
+    cached: true,
+};
 
 /// Discs of this radius in pixels and more are drawn at half the size, again and again: a disc costs as
 /// its area, and one of a few pixels is round enough once it is enlarged.
-pub(super) const LARGEST_RADIUS: f32 = 4.0;
+const LARGEST_RADIUS: f32 = 4.0;
 
 /// Pixels that are summed at once.
 const BLOCK: usize = 8;
@@ -50,9 +87,25 @@ pub(super) fn defocused(picture: Rgba, radius: f32) -> Rgba {
     large
 }
 
+impl Recording<'_> {
+    /// [`background_blur`] of all four values on the GPU, by a disc of `radius` pixels.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn background_blur(&mut self, picture: &GpuPicture, radius: f32) -> Result<GpuPicture> {
+        if radius < LARGEST_RADIUS || picture.width * picture.height <= 1 {
+            let values = [radius.max(0.0).to_bits(), 0];
+            return self.plain((&SHADER, "disc"), values, picture, None);
+        }
+        let half = self.halve(picture, 1.0)?;
+        let small = self.background_blur(&half, halved(radius))?;
+        self.double_onto(&small, picture, 0.0, 1.0)
+    }
+}
+
 /// The radius at half the size that makes a spot as wide. A disc has the variance radius² / 4 along an
 /// axis; halving and doubling add 0.75 pixels² each.
-pub(super) fn halved(radius: f32) -> f32 {
+fn halved(radius: f32) -> f32 {
     (radius * radius - 6.0).max(0.0).sqrt() / 2.0
 }
 
@@ -119,7 +172,7 @@ fn weigh(rows: &[[f32; 4]], taps: &[(usize, f32)], out: &mut [[f32; 4]]) {
 }
 
 /// Pixels on either side that a disc can touch.
-pub(super) fn reach(radius: f32) -> isize {
+fn reach(radius: f32) -> isize {
     (radius + 0.5).ceil() as isize
 }
 

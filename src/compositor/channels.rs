@@ -1,11 +1,44 @@
 //! Pass `channels`: one channel of the display's codes in grey, or the coverage.
 
 use super::curve::Curve;
+use super::descriptor::{CodesStep, Descriptor, NOT_ASKED, Run, inspected};
+use super::passes::{GpuPicture, Recording, Shader};
+use base::error::Result;
 use imaging::color::{linear_from_srgb, luminance, srgb_from_linear};
 use imaging::{Encoded, Mask};
 use rayon::prelude::*;
-use scene::Channel;
+use scene::{Channel, Inspection, Pass};
 use std::sync::LazyLock;
+
+const SHADER: Shader = Shader::new("channels", include_str!("../../shaders/channels.wgsl"));
+
+pub(crate) const CHANNELS: Descriptor = Descriptor {
+    fixed: |_| Some("it is chosen under Show"),
+    settings: inspected,
+    shader: Some(&SHADER),
+    run: Run::Codes(CodesStep {
+        in_memory: |context, input, codes| {
+            if let Inspection::Channel(channel) = context.effects.inspection {
+                channels(codes, input.alpha, channel);
+            }
+            Ok(())
+        },
+        on_gpu: |context, _, recording, codes, _| match context.effects.inspection {
+            Inspection::Channel(channel) => recording.channels(codes, channel),
+            _ => Ok(codes.clone()),
+        },
+    }),
+    ..Descriptor::new(Pass::Channels, |context| {
+        context.displayed()?;
+        match context.effects.inspection {
+            Inspection::Channel(channel) => {
+                let channel = format!("{channel:?}").to_lowercase();
+                Ok(format!("the {channel} channel is shown"))
+            }
+            _ => Err(NOT_ASKED.to_owned()),
+        }
+    })
+};
 
 static LIGHT: LazyLock<Curve> = LazyLock::new(|| Curve::new(linear_from_srgb));
 static CODE: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
@@ -24,6 +57,23 @@ pub fn channels(codes: &mut Encoded, alpha: &Mask, channel: Channel) {
         };
         *pixel = [grey; 3];
     });
+}
+
+impl Recording<'_> {
+    /// [`channels`] on the GPU: the fourth value of `codes` is the picture's coverage.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn channels(&mut self, codes: &GpuPicture, channel: Channel) -> Result<GpuPicture> {
+        let channel = match channel {
+            Channel::Red => 0,
+            Channel::Green => 1,
+            Channel::Blue => 2,
+            Channel::Luminance => 3,
+            Channel::Alpha => 4,
+        };
+        self.plain((&SHADER, "channels"), [channel, 0], codes, None)
+    }
 }
 
 #[cfg(test)]

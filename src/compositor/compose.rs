@@ -1,9 +1,10 @@
 //! Makes pictures: from a reflectance field to what a scene asks for, with a report on every pass.
 
 use super::composition::{Backend, Composition, InMemory, OnGpu, inputs};
+use super::descriptor::PlannedPass;
 use super::field::Field;
 use super::picture::{Ingredients, Picture};
-use super::plan::{PlannedPass, plan};
+use super::plan::plan;
 use super::reuse::Reuse;
 use base::error::{Error, Result};
 use scene::Scene;

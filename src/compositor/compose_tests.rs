@@ -1,7 +1,6 @@
-use super::super::plan::Facts;
-use super::super::reference::SOLID;
 use super::*;
-use crate::{CameraView, Extra, Levels, Upstream};
+use crate::reference::SOLID;
+use crate::{CameraView, Extra, Facts, Levels, Upstream};
 use imaging::{Image, Mask, Raster};
 use light::{Environment, LightWeights};
 use reflectance::ReflectanceField;

@@ -1,16 +1,17 @@
 //! One picture while it is being made: measures what the plan asks and runs what the plan says. What has
 //! been decided is done by a [`Backend`], in memory or on a GPU.
 
-use super::background::Backdrop;
-use super::grain::Grain;
+use super::background::{Backdrop, draws_whole};
+use super::background_blur;
+use super::descriptor::{CodesInput, LightStep, PassContext, PlannedPass, Run, is_cut_out, key_of};
+use super::facts::{Facts, Inputs};
 use super::picture::{Ingredients, PassReport, Picture};
-use super::plan::{Facts, Inputs, PlannedPass, draws_whole, is_cut_out};
-use super::reference::lit_lamps;
-use super::reuse::{Cached, Reuse, Slots};
+use super::reuse::{Cache, Cached, Reuse};
 use super::smoothing::Steady;
+use super::{PASSES, relight::lit_lamps};
 use base::error::Result;
 use imaging::Mask;
-use scene::{Effects, Inspection, Output, Pass, Scene};
+use scene::{Effects, Output, Pass, Scene};
 
 mod backend;
 mod in_memory;
@@ -32,7 +33,7 @@ pub(super) struct Composition<'a, B: Backend> {
     facts: Facts,
     /// The subject, premultiplied; from the pass `light_wrap` on with what is behind it.
     linear: B::Light,
-    /// What is behind the subject, where it is needed whole.
+    /// What is behind the subject, if it is needed whole.
     behind: Option<B::Light>,
     /// The background is in `linear` already.
     laid: bool,
@@ -40,13 +41,12 @@ pub(super) struct Composition<'a, B: Backend> {
     display: Option<B::Codes>,
     /// What despill goes by.
     guide: Option<B::Light>,
-    own_grain: Grain,
     steady: Option<Steady>,
     /// On the subject's light, by the pass `smoothing`.
     gain: [f32; 3],
 }
 
-/// What a pass has to say for itself.
+/// What became of a pass.
 pub(super) struct Done {
     pass: Pass,
     ran: bool,
@@ -57,8 +57,6 @@ pub(super) struct Done {
     /// It ran or was measured.
     worked: bool,
 }
-
-type Place<B, T> = fn(&mut Slots<<B as Backend>::Light, <B as Backend>::Own>) -> &mut Cached<T>;
 
 impl<'a, B: Backend> Composition<'a, B> {
     pub fn new(
@@ -96,7 +94,6 @@ impl<'a, B: Backend> Composition<'a, B> {
             },
             display: None,
             guide: None,
-            own_grain: Grain::default(),
             steady: None,
             gain: [1.0; 3],
         }
@@ -111,38 +108,41 @@ impl<'a, B: Backend> Composition<'a, B> {
         self.backend.begin(pass);
     }
 
-    /// What is kept under `key`, or what `make` makes, which is then kept.
-    fn kept<T: Clone>(
+    /// What is cached under `key`, or what `make` makes, which is then cached.
+    fn cached<T: Clone>(
         &mut self,
-        place: Place<B, T>,
+        place: impl Fn(&mut Cache<B::Light, B::Own>) -> &mut Cached<T>,
         key: u64,
         make: impl FnOnce(&mut Self) -> Result<T>,
     ) -> Result<T> {
-        if let Some(found) = self.found(place, key) {
+        let found = self.reuse.as_deref_mut();
+        if let Some(found) = found.and_then(|reuse| place(B::cache(reuse)).get(key)) {
             return Ok(found);
         }
         let made = make(self)?;
-        self.keep(place, key, made.clone());
+        if let Some(reuse) = self.reuse.as_deref_mut() {
+            place(B::cache(reuse)).put(key, made.clone());
+        }
         Ok(made)
     }
 
-    /// What is kept under a key, if anything.
-    fn found<T: Clone>(&mut self, place: Place<B, T>, key: u64) -> Option<T> {
+    /// The picture after a pass, if it is cached under this key.
+    fn found(&mut self, pass: Pass, key: u64) -> Option<B::Light> {
         let reuse = self.reuse.as_deref_mut()?;
-        place(B::slots(reuse)).get(key)
+        B::cache(reuse).after(pass).get(key)
     }
 
-    fn keep<T: Clone>(&mut self, place: Place<B, T>, key: u64, value: T) {
+    /// Caches the picture after a pass.
+    fn keep(&mut self, pass: Pass, key: u64, picture: B::Light) {
         if let Some(reuse) = self.reuse.as_deref_mut() {
-            place(B::slots(reuse)).put(key, value);
+            B::cache(reuse).after(pass).put(key, picture);
         }
     }
 
-    /// Runs one pass of a plan, or does not. A pass whose picture was kept under its key takes that.
+    /// Runs one pass of a plan, or does not. A pass whose picture was cached under its key takes that.
     /// `measured` says that its need was measured just now.
     pub fn run(&mut self, planned: &[PlannedPass], index: usize, measured: bool) -> Result<Done> {
         let this = &planned[index];
-        let key_of = |pass| planned.iter().find(|p| p.pass == pass).map_or(0, |p| p.key);
         let mut done = Done {
             pass: this.pass,
             ran: this.run,
@@ -154,7 +154,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         let mut reused = false;
         match this.pass {
             // The subject is laid over its background here, whether light wraps around it or not.
-            Pass::LightWrap => reused = self.lay(this, key_of(Pass::BackgroundBlur))?,
+            Pass::LightWrap => reused = self.lay(this, key_of(planned, Pass::BackgroundBlur))?,
             _ if !this.run => (),
             Pass::Predict => done.before = self.of.upstream.predict_ms,
             Pass::Weights => done.before = self.of.upstream.weights_ms,
@@ -169,40 +169,24 @@ impl<'a, B: Backend> Composition<'a, B> {
                 }
             }
             Pass::Background => {
-                let keys = [Pass::BackgroundBlur, Pass::LightWrap].map(key_of);
-                reused = self.background(keys)?;
+                let after = [Pass::BackgroundBlur, Pass::LightWrap];
+                reused = self.background(after.map(|pass| key_of(planned, pass)))?;
             }
             Pass::BackgroundBlur => reused = self.blur(this.key)?,
-            Pass::Glare => {
-                if let Some(glared) = self.found(|s| &mut s.glared, this.key) {
-                    (self.linear, reused) = (glared, true);
-                } else {
-                    let white = (-self.scene.exposure_stops).exp2();
-                    let amount = self.effects.glare;
-                    self.backend.glare(&mut self.linear, amount, white)?;
-                    self.keep(|s| &mut s.glared, this.key, self.linear.clone());
-                }
-            }
-            Pass::Exposure => {
-                let stops = self.scene.exposure_stops;
-                self.backend.exposure(&mut self.linear, stops)?;
-            }
-            Pass::View => self.display = Some(self.backend.view(&self.linear, self.effects.view)?),
-            Pass::Grain | Pass::Dither | Pass::Channels | Pass::Difference | Pass::FalseColor => {
-                self.encoded(this.pass)?;
-            }
+            _ => reused = self.step(this)?,
         }
         if reused {
             done.ran = false;
-            done.reason = "nothing that it depends on has changed: its picture was kept".to_owned();
+            done.reason =
+                "nothing that it depends on has changed: its picture is cached".to_owned();
         }
         done.worked |= done.ran;
         Ok(done)
     }
 
-    /// The relit subject times its coverage, and whether it was kept.
+    /// The relit subject times its coverage, and whether it was cached.
     fn relight(&mut self, key: u64) -> Result<bool> {
-        if let Some(linear) = self.found(|s| &mut s.relit, key) {
+        if let Some(linear) = self.found(Pass::Relight, key) {
             self.linear = linear;
             return Ok(true);
         }
@@ -211,7 +195,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             |share: [f32; 3]| std::array::from_fn(|c| share[c] * of.levels.subject * gain[c]);
         let weights: Vec<[f32; 3]> = of.weights.per_lamp.iter().map(|&w| level(w)).collect();
         self.linear = self.backend.relight(&weights)?;
-        self.keep(|s| &mut s.relit, key, self.linear.clone());
+        self.keep(Pass::Relight, key, self.linear.clone());
         Ok(false)
     }
 
@@ -223,15 +207,15 @@ impl<'a, B: Backend> Composition<'a, B> {
         }
         let backdrop = Backdrop::of(self.scene, self.of.levels.background);
         if draws_whole(&self.effects) {
-            let kept = self.found(|s| &mut s.behind, keys[0]);
-            let reused = kept.is_some();
-            self.behind = Some(match kept {
-                Some(kept) => kept,
+            let found = self.found(Pass::BackgroundBlur, keys[0]);
+            let reused = found.is_some();
+            self.behind = Some(match found {
+                Some(found) => found,
                 None => self.backend.behind(&backdrop)?,
             });
             return Ok(reused);
         }
-        if self.found(|s| &mut s.laid, keys[1]).is_some() {
+        if self.found(Pass::LightWrap, keys[1]).is_some() {
             return Ok(true);
         }
         self.backend.surround(&mut self.linear, &backdrop)?;
@@ -239,26 +223,31 @@ impl<'a, B: Backend> Composition<'a, B> {
         Ok(false)
     }
 
-    /// Puts what is behind the subject out of focus, unless it came so.
+    /// Puts what is behind the subject out of focus, unless it was cached so.
     fn blur(&mut self, key: u64) -> Result<bool> {
-        if self.found(|s| &mut s.behind, key).is_some() {
+        if self.found(Pass::BackgroundBlur, key).is_some() {
             return Ok(true);
         }
+        let context = PassContext {
+            scene: self.scene,
+            effects: self.effects,
+            facts: &self.facts,
+        };
         if let Some(behind) = &mut self.behind {
-            let radius = self.effects.background_blur * self.of.mask.height as f32;
-            self.backend.background_blur(behind, radius)?;
+            self.backend
+                .light(&background_blur::STEP, &context, behind)?;
         }
         Ok(false)
     }
 
-    /// Wraps light around the subject where the plan says so, and lays it over what is behind it.
+    /// Wraps light around the subject if the plan says so, and lays it over what is behind it.
     /// `behind_key` stands for what is behind it.
     fn lay(&mut self, this: &PlannedPass, behind_key: u64) -> Result<bool> {
         if let Some(behind) = self.behind.clone() {
-            self.keep(|s| &mut s.behind, behind_key, behind);
+            self.keep(Pass::BackgroundBlur, behind_key, behind);
         }
         if !self.laid
-            && let Some(laid) = self.found(|s| &mut s.laid, this.key)
+            && let Some(laid) = self.found(Pass::LightWrap, this.key)
         {
             self.linear = laid;
             return Ok(this.run);
@@ -270,40 +259,47 @@ impl<'a, B: Backend> Composition<'a, B> {
             }
             self.backend.over(&mut self.linear, &behind)?;
         }
-        self.keep(|s| &mut s.laid, this.key, self.linear.clone());
+        self.keep(Pass::LightWrap, this.key, self.linear.clone());
         Ok(false)
     }
 
-    /// Passes on the codes of a display; none where there is no display.
-    fn encoded(&mut self, pass: Pass) -> Result<()> {
-        let (extra, effects) = (self.of.extra, self.effects);
-        let Some(codes) = &mut self.display else {
-            return Ok(());
-        };
-        match (pass, effects.inspection) {
-            (Pass::Grain, _) => {
-                if let Some(plate) = extra.grain {
-                    let grains = [plate, &self.own_grain];
-                    let amount = effects.grain;
-                    self.backend
-                        .grain(codes, &self.alpha, grains, amount, self.scene.frame)?;
-                }
-            }
-            (Pass::Dither, _) => self.backend.dither(codes)?,
-            (Pass::Channels, Inspection::Channel(channel)) => {
-                self.backend.channels(codes, &self.alpha, channel)?;
-            }
-            (Pass::Difference, Inspection::Difference { gain }) => {
-                if let Some(second) = extra.second {
-                    self.backend.difference(codes, second, gain)?;
-                }
-            }
-            (Pass::FalseColor, Inspection::FalseColor) => {
-                *codes = self.backend.false_color(&self.linear)?;
-            }
-            _ => (),
+    /// Makes the one step of a pass, and says whether its picture was cached. Without codes of a display there is
+    /// nothing to do for a step on those.
+    fn step(&mut self, this: &PlannedPass) -> Result<bool> {
+        let run = PASSES[this.pass as usize].run;
+        let is_cached = matches!(run, Run::Light(LightStep { cached: true, .. }));
+        if is_cached && let Some(linear) = self.found(this.pass, this.key) {
+            self.linear = linear;
+            return Ok(true);
         }
-        Ok(())
+        let context = PassContext {
+            scene: self.scene,
+            effects: self.effects,
+            facts: &self.facts,
+        };
+        match (run, &mut self.display) {
+            (Run::Light(step), _) => {
+                self.backend.light(&step, &context, &mut self.linear)?;
+            }
+            (Run::Encode(step), display) => {
+                let codes = self.backend.encode(&step, &context, &self.linear)?;
+                *display = codes.or(display.take());
+            }
+            (Run::Codes(step), Some(codes)) => {
+                let input = CodesInput {
+                    mask: self.of.mask,
+                    alpha: &self.alpha,
+                    plate: self.of.extra.grain,
+                    second: self.of.extra.second,
+                };
+                self.backend.codes(&step, &context, &input, codes)?;
+            }
+            (Run::Before | Run::Composed | Run::Codes(_), _) => (),
+        }
+        if is_cached {
+            self.keep(this.pass, this.key, self.linear.clone());
+        }
+        Ok(false)
     }
 
     /// The picture, and what became of each pass.
@@ -315,7 +311,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             .backend
             .finish(self.linear, self.display, needs_linear)?;
         if let Some(reuse) = self.reuse {
-            B::slots(reuse).own = finished.own;
+            B::cache(reuse).own = finished.own;
         }
         let report = |done: Done| {
             let mut reason = done.reason;

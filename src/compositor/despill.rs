@@ -5,64 +5,50 @@
 //! spill.
 
 use super::background_blur::defocused;
+use super::descriptor::{Descriptor, key_of};
+use super::facts::{Screen, Spill, key};
+use super::passes::{GpuPicture, Recording, Shader};
 use super::pyramid::{Rgba, rgba};
+use base::error::Result;
 use imaging::{Image, Mask, color::luminance};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use scene::Pass;
+
+const SHADER: Shader = Shader::new("despill", include_str!("../../shaders/despill.wgsl"));
+
+pub(crate) const DESPILL: Descriptor = Descriptor {
+    settings: |context| {
+        let screen = context.facts.spill.map(|spill| spill.screen);
+        key((context.effects.despill.to_bits(), screen))
+    },
+    reads: |_, planned| key_of(planned, Pass::Relight),
+    shader: Some(&SHADER),
+    ..Descriptor::new(Pass::Despill, |context| {
+        context.asked(Pass::Despill)?;
+        match context.facts.spill {
+            Some(Spill { screen, excess }) if excess > LEAST_SPILL => Ok(format!(
+                "{:.1} % of the rim's light is {} spill",
+                100.0 * excess,
+                ["green", "blue"][screen.channel() - 1]
+            )),
+            _ => Err("the rim is no greener and no bluer than what is inside".to_owned()),
+        }
+    })
+};
+
+/// Spill that takes less than this share of the rim's luminance is left where it is.
+const LEAST_SPILL: f32 = 0.005;
 
 /// How far spill reaches inwards from the matte's edge, as a share of the picture's height.
 const REACH: f32 = 1.0 / 48.0;
 
 /// How far inside the natural colour is looked for, in units of that reach.
-pub(super) const INSIDE: f32 = 3.0;
+const INSIDE: f32 = 3.0;
 
 /// Colours differ by this much by themselves.
 const TOLERANCE: f32 = 1.05;
 
-/// A screen's colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Screen {
-    Green,
-    Blue,
-}
-
-/// Spill as it was measured in a subject's rim.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spill {
-    /// The colour of which there is more.
-    pub screen: Screen,
-    /// What taking all of it out takes from the rim, as a share of the rim's luminance.
-    pub excess: f32,
-}
-
-impl Spill {
-    /// The spill of a rim that has this `light` and this much of it, green and blue, in excess.
-    pub(super) fn of([green, blue]: [f64; 2], light: f64) -> Self {
-        let (screen, excess) = if blue > green {
-            (Screen::Blue, blue)
-        } else {
-            (Screen::Green, green)
-        };
-        let excess = if light > 0.0 { excess / light } else { 0.0 };
-        Self {
-            screen,
-            excess: excess as f32,
-        }
-    }
-}
-
-impl Screen {
-    /// The channel of this colour.
-    pub fn channel(self) -> usize {
-        match self {
-            Self::Green => 1,
-            Self::Blue => 2,
-        }
-    }
-}
-
-pub(super) fn reach(height: usize) -> f32 {
+fn reach(height: usize) -> f32 {
     (REACH * height as f32).max(1.0)
 }
 
@@ -150,6 +136,47 @@ pub fn despill(subject: &mut Image, guide: &Image, screen: Screen, amount: f32) 
     });
 }
 
+impl Recording<'_> {
+    /// [`rim`] on the GPU, in the red; the fourth value is that of `matte`.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn rim(&mut self, matte: &GpuPicture) -> Result<GpuPicture> {
+        let open = self.plain((&SHADER, "openness"), [0; 2], matte, None)?;
+        let open = self.background_blur(&open, reach(matte.height))?;
+        self.plain((&SHADER, "rim"), [0; 2], matte, Some(&open))
+    }
+
+    /// [`guide`] and [`spill`] of a subject on the GPU: reads 1 KiB.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the guide, or fails.
+    pub fn guide(&mut self, subject: &GpuPicture, rim: &GpuPicture) -> Result<(GpuPicture, Spill)> {
+        let inside = self.plain((&SHADER, "inside"), [0; 2], subject, Some(rim))?;
+        let inside = self.background_blur(&inside, INSIDE * reach(subject.height))?;
+        let guide = self.plain((&SHADER, "guide"), [0; 2], &inside, Some(rim))?;
+        let spill = self.plain((&SHADER, "spill"), [0; 2], subject, Some(&guide))?;
+        let parts = self.parts("total", &spill)?;
+        let sum = |c: usize| parts.iter().map(|part| f64::from(part[c])).sum::<f64>();
+        Ok((guide, Spill::of([sum(0), sum(1)], sum(2))))
+    }
+
+    /// [`despill`] on the GPU.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn despill(
+        &mut self,
+        subject: &GpuPicture,
+        guide: &GpuPicture,
+        screen: Screen,
+        amount: f32,
+    ) -> Result<GpuPicture> {
+        let values = [screen.channel() as u32, amount.to_bits()];
+        self.plain((&SHADER, "despill"), values, subject, Some(guide))
+    }
+}
+
 fn mean_of_others(pixel: [f32; 3], channel: usize) -> f32 {
     let sum = if channel == 1 {
         pixel[0] + pixel[2]
@@ -166,8 +193,8 @@ fn surplus(pixel: [f32; 3], guide: [f32; 3], channel: usize) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::compose::tests::disc;
     use super::*;
+    use crate::compose::tests::disc;
 
     /// Skin before a screen whose light has reached its rim.
     fn spilt(size: usize, channel: usize, much: f32) -> (Image, Image) {

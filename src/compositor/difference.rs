@@ -1,11 +1,54 @@
 //! Pass `difference`: how far the codes are from those of a second picture.
 
+use super::descriptor::{CodesInput, CodesStep, Descriptor, NOT_ASKED, PassContext, Run};
+use super::descriptor::{decide, inspected, key_of};
+use super::facts::key;
+use super::passes::{GpuPicture, Recording, Shader};
 use base::error::{Error, Result};
 use imaging::{Encoded, color::unit};
 use rayon::prelude::*;
+use scene::{Inspection, Pass};
+
+const SHADER: Shader = Shader::new("difference", include_str!("../../shaders/difference.wgsl"));
+
+pub(crate) const DIFFERENCE: Descriptor = Descriptor {
+    fixed: |_| Some("it needs a second picture: it is chosen under Compare"),
+    settings: inspected,
+    reads: |context, planned| key((key_of(planned, Pass::Channels), context.facts.inputs.second)),
+    shader: Some(&SHADER),
+    run: Run::Codes(CodesStep {
+        in_memory: |context, input, codes| match compared(context, input) {
+            Some((second, gain)) => difference(codes, second, gain),
+            None => Ok(()),
+        },
+        on_gpu: |context, input, recording, codes, _| match compared(context, input) {
+            Some((second, gain)) => recording.difference(codes, second, gain),
+            None => Ok(codes.clone()),
+        },
+    }),
+    ..Descriptor::new(Pass::Difference, |context| {
+        context.displayed()?;
+        let Inspection::Difference { gain } = context.effects.inspection else {
+            return Err(NOT_ASKED.to_owned());
+        };
+        decide(
+            context.facts.second_picture,
+            || format!("the difference of two pictures is shown, times {gain}"),
+            "there is no second picture",
+        )
+    })
+};
+
+/// The second picture and the gain; None if a scene asks for no difference, or there is nothing to compare with.
+fn compared<'a>(context: &PassContext, input: &CodesInput<'a>) -> Option<(&'a Encoded, f32)> {
+    match context.effects.inspection {
+        Inspection::Difference { gain } => Some((input.second?, gain)),
+        _ => None,
+    }
+}
 
 /// Replaces codes by the magnitude of their difference to `second`, times `gain`, up to 1. A gain that
-/// is no number shows black.
+/// is NaN shows black.
 ///
 /// # Errors
 /// When the pictures differ in size.
@@ -18,8 +61,26 @@ pub fn difference(codes: &mut Encoded, second: &Encoded, gain: f32) -> Result<()
     Ok(())
 }
 
+impl Recording<'_> {
+    /// [`difference`] on the GPU, to a picture in memory.
+    ///
+    /// # Errors
+    /// As [`difference`], or when the GPU cannot hold its pictures.
+    pub fn difference(
+        &mut self,
+        codes: &GpuPicture,
+        second: &Encoded,
+        gain: f32,
+    ) -> Result<GpuPicture> {
+        check_size(codes.size(), second)?;
+        let second = self.passes().upload_opaque(&second.0)?;
+        let values = [gain.to_bits(), 0];
+        self.plain((&SHADER, "difference"), values, codes, Some(&second))
+    }
+}
+
 /// Refuses a second picture of another size than the first.
-pub(super) fn check_size((width, height): (usize, usize), second: &Encoded) -> Result<()> {
+fn check_size((width, height): (usize, usize), second: &Encoded) -> Result<()> {
     let found = second.0.size();
     if (width, height) == found {
         return Ok(());

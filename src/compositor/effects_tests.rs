@@ -4,7 +4,10 @@ use crate::smoothing::tests::after;
 use crate::{Extra, Facts, Grain, rim};
 use imaging::color::luminance;
 use imaging::{Encoded, Image, Mask};
-use scene::{Background, Channel, Effects, Forced, Inspection, Output, Pass, ViewTransform};
+use scene::{
+    Background, Channel, Effects, Forced, Inspection, Output, Pass, STRENGTHS, Strength,
+    ViewTransform,
+};
 
 /// Effects that this set does not call for, though the scene asks for all that has a need measured.
 fn idle() -> Effects {
@@ -187,47 +190,43 @@ fn every_effect_that_is_called_for_changes_the_picture() {
     let off = Effects::default();
     let plain = shown(off);
     let inspect = |inspection| Effects { inspection, ..off };
-    for (name, effects) in [
+    let strong = Effects {
+        despill: 1.0,
+        background_blur: 0.05,
+        light_wrap: 0.5,
+        grain: 1.0,
+        ..Effects::all(0.3)
+    };
+    let alone = |strength: &Strength| {
+        let mut effects = off;
+        *(strength.of)(&mut effects) = strong.strength(strength.pass);
+        (strength.pass, effects)
+    };
+    // Smoothing needs the frame before.
+    let strengths = STRENGTHS.iter().map(alone);
+    let strengths = strengths.filter(|(pass, _)| *pass != Pass::Smoothing);
+    let others = [
         (
-            "despill",
-            Effects {
-                despill: 1.0,
-                ..off
-            },
-        ),
-        (
-            "background_blur",
-            Effects {
-                background_blur: 0.05,
-                ..off
-            },
-        ),
-        (
-            "light_wrap",
-            Effects {
-                light_wrap: 0.5,
-                ..off
-            },
-        ),
-        ("glare", Effects { glare: 0.3, ..off }),
-        (
-            "view",
+            Pass::View,
             Effects {
                 view: ViewTransform::Filmic,
                 ..off
             },
         ),
-        ("grain", Effects { grain: 1.0, ..off }),
-        ("channels", inspect(Inspection::Channel(Channel::Green))),
-        ("difference", inspect(Inspection::Difference { gain: 2.0 })),
-        ("false_color", inspect(Inspection::FalseColor)),
-    ] {
+        (Pass::Channels, inspect(Inspection::Channel(Channel::Green))),
+        (
+            Pass::Difference,
+            inspect(Inspection::Difference { gain: 2.0 }),
+        ),
+        (Pass::FalseColor, inspect(Inspection::FalseColor)),
+    ];
+    for (pass, effects) in strengths.chain(others) {
         let picture = shown(effects);
-        let report = picture.passes.iter().find(|p| p.name == name).unwrap();
+        let report = &picture.passes[pass as usize];
         assert!(report.ran && report.ms > Some(0.0), "{report:?}");
-        assert_ne!(picture.display, plain.display, "{name}");
-        let linear = ["despill", "background_blur", "light_wrap", "glare"].contains(&name);
-        assert_eq!(picture.linear != plain.linear, linear, "{name}");
+        assert_ne!(picture.display, plain.display, "{pass:?}");
+        let linear = pass < Pass::View;
+        assert_eq!(picture.linear != plain.linear, linear, "{pass:?}");
     }
     // Laying a blurred background of one colour under the subject is drawing that colour.
     set.environment.radiance = Image::filled(8, 4, [0.5; 3]);
@@ -320,6 +319,7 @@ fn hard_inputs_give_finite_pictures_with_every_effect() {
     };
     let effects = Effects {
         background_blur: 0.1,
+        vignette: 0.9,
         view: ViewTransform::Aces,
         ..idle()
     };
@@ -394,15 +394,8 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_and_one_forced_off_i
     };
     let off = Effects::default();
     let plain = made(off, around);
-    for pass in [
-        Pass::Smoothing,
-        Pass::Despill,
-        Pass::BackgroundBlur,
-        Pass::LightWrap,
-        Pass::Glare,
-        Pass::Exposure,
-        Pass::Grain,
-    ] {
+    let strengths = STRENGTHS.iter().map(|strength| strength.pass);
+    for pass in strengths.chain([Pass::Exposure]) {
         let on = made(forced(off, pass, true), around);
         assert!(on.passes[pass as usize].ran, "{pass:?}");
         // Rounding of a background that is drawn before the subject is laid over it.

@@ -1,16 +1,51 @@
 //! Pass `false_color`: zones of exposure in flat colours, as camera monitors show them.
 
 use super::curve::Curve;
+use super::descriptor::{Descriptor, EncodeStep, NOT_ASKED, PassContext, Run, inspected};
+use super::passes::{GpuPicture, Recording, Shader, extent};
+use base::error::Result;
+use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::color::{luminance, srgb_from_linear};
 use imaging::{Encoded, Image, Raster};
 use rayon::prelude::*;
+use scene::{Inspection, Pass};
 use std::sync::LazyLock;
+
+const SHADER: Shader = Shader::new(
+    "false_color",
+    include_str!("../../shaders/false_color.wgsl"),
+);
+
+pub(crate) const FALSE_COLOR: Descriptor = Descriptor {
+    fixed: |_| Some("it is chosen under Show"),
+    settings: inspected,
+    shader: Some(&SHADER),
+    run: Run::Encode(EncodeStep {
+        in_memory: |context, light| is_shown(context).then(|| false_color(light)),
+        on_gpu: |context, recording, light| {
+            let shown = is_shown(context).then(|| recording.false_color(light));
+            shown.transpose()
+        },
+    }),
+    ..Descriptor::new(Pass::FalseColor, |context| {
+        context.displayed()?;
+        if is_shown(context) {
+            Ok("zones of exposure are shown".to_owned())
+        } else {
+            Err(NOT_ASKED.to_owned())
+        }
+    })
+};
+
+fn is_shown(context: &PassContext) -> bool {
+    context.effects.inspection == Inspection::FalseColor
+}
 
 /// One zone: luminance from that of the zone before up to `below`, in stops from middle grey (0.18).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Zone {
     pub below: f32,
-    /// sRGB codes; none where the picture stays, in grey.
+    /// sRGB codes; None if the picture stays, in grey.
     pub color: Option<[f32; 3]>,
     pub name: &'static str,
 }
@@ -44,11 +79,11 @@ const fn zone(below: f32, color: Option<[f32; 3]>, name: &'static str) -> Zone {
 static GREY: LazyLock<Curve> = LazyLock::new(|| Curve::new(srgb_from_linear));
 
 /// The luminances that the zones end below.
-pub(super) fn limits() -> [f32; LEGEND.len()] {
+fn limits() -> [f32; LEGEND.len()] {
     LEGEND.map(|zone| 0.18 * zone.below.exp2())
 }
 
-/// The colours of the zones of exposed linear light. Luminance that is no number is black.
+/// The colours of the zones of exposed linear light. Luminance that is NaN is black.
 pub fn false_color(linear: &Image) -> Encoded {
     let limits = limits();
     let pixels = linear.pixels.par_iter().with_min_len(4096);
@@ -67,6 +102,38 @@ fn zone_color(luminance: f32, limits: &[f32; LEGEND.len()]) -> [f32; 3] {
             .color
             .unwrap_or_else(|| [GREY.at(luminance); 3]),
         None => CLIPPED,
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(crate) struct FalseColorParams {
+    size: [u32; 2],
+    unused: [u32; 2],
+    zones: [[f32; 4]; LEGEND.len()],
+    clipped: [f32; 4],
+}
+
+impl Recording<'_> {
+    /// [`false_color`] on the GPU.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn false_color(&mut self, light: &GpuPicture) -> Result<GpuPicture> {
+        let limits = limits();
+        let zones = std::array::from_fn(|i| {
+            let [r, g, b] = LEGEND[i].color.unwrap_or([-1.0; 3]);
+            [r, g, b, limits[i]]
+        });
+        let [r, g, b] = CLIPPED;
+        let params = FalseColorParams {
+            size: extent(light.size()),
+            unused: [0; 2],
+            zones,
+            clipped: [r, g, b, 0.0],
+        };
+        let (shader, size) = ((&SHADER, "false_color"), light.size());
+        self.run(shader, bytes_of(&params), light, None, size)
     }
 }
 

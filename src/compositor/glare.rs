@@ -3,9 +3,45 @@
 //! den Berg, CIE 135/1, 1999; Spencer et al., SIGGRAPH 1995): here as 1/θ^2.5, a sum of round spots each
 //! twice as wide as the one before with 1/√2 of its energy. What is at or below white is left alone.
 
+use super::descriptor::{Descriptor, LightStep, Run, decide};
+use super::facts::key;
+use super::passes::{GpuPicture, Recording, Shader};
 use super::pyramid::{Rgba, double_onto, halve, rgba};
+use base::error::Result;
 use imaging::Image;
 use rayon::prelude::*;
+use scene::{Pass, Scene};
+
+const SHADER: Shader = Shader::new("glare", include_str!("../../shaders/glare.wgsl"));
+
+pub(crate) const GLARE: Descriptor = Descriptor {
+    settings: |context| {
+        let settings = [context.effects.glare, context.scene.exposure_stops];
+        key(settings.map(f32::to_bits))
+    },
+    shader: Some(&SHADER),
+    run: Run::Light(LightStep {
+        in_memory: |context, picture| glare(picture, context.effects.glare, white(context.scene)),
+        on_gpu: |context, recording, picture| {
+            recording.glare(picture, context.effects.glare, white(context.scene))
+        },
+        cached: true,
+    }),
+    ..Descriptor::new(Pass::Glare, |context| {
+        context.asked(Pass::Glare)?;
+        let brightest = context.facts.brightest * context.scene.exposure_stops.exp2();
+        decide(
+            brightest > 1.0,
+            || format!("the brightest light is {brightest:.1} times white"),
+            "nothing is brighter than white",
+        )
+    })
+};
+
+/// The light that is white after exposure.
+fn white(scene: &Scene) -> f32 {
+    (-scene.exposure_stops).exp2()
+}
 
 /// Energy of one spot in units of that of half its width.
 const PER_OCTAVE: f32 = std::f32::consts::FRAC_1_SQRT_2;
@@ -33,7 +69,7 @@ pub fn glare(picture: &mut Image, amount: f32, white: f32) {
     });
 }
 
-/// The largest value of a picture's channels that is a number, 0 for an empty one.
+/// The largest finite value of a picture's channels, 0 for an empty one.
 pub fn brightest(picture: &Image) -> f32 {
     let rows = picture.pixels.par_chunks(4096);
     let larger = |m: f32, v: f32| if v > m && v < f32::INFINITY { v } else { m };
@@ -46,9 +82,9 @@ pub fn brightest(picture: &Image) -> f32 {
     rows.map(largest).reduce(|| 0.0, f32::max)
 }
 
-/// Energies of the spots, the narrowest first; they add up to 1. None where a picture is too small to
+/// Energies of the spots, the narrowest first; they add up to 1. Empty if a picture is too small to
 /// scatter anything.
-pub(super) fn shares(width: usize, height: usize) -> Vec<f32> {
+fn shares(width: usize, height: usize) -> Vec<f32> {
     let octaves = width.min(height).checked_ilog2().unwrap_or(0);
     let spots = if octaves == 0 {
         0
@@ -84,6 +120,44 @@ fn weigh_odd_ends(coarse: &mut Rgba, fine: (usize, usize), weight: f32) {
     }
     if fine.1 % 2 == 1 {
         (0..width).for_each(|x| scale(&mut coarse.pixels[(height - 1) * width + x]));
+    }
+}
+
+impl Recording<'_> {
+    /// [`glare`] on the GPU.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold its pictures.
+    pub fn glare(&mut self, picture: &GpuPicture, amount: f32, white: f32) -> Result<GpuPicture> {
+        let values = [white.to_bits(), amount.to_bits()];
+        let shares = shares(picture.width, picture.height);
+        let mut scattered = self.plain((&SHADER, "excess"), values, picture, None)?;
+        let Some(&last) = shares.last() else {
+            return self.plain((&SHADER, "lay"), values, picture, Some(&scattered));
+        };
+        let mut levels = Vec::with_capacity(shares.len());
+        for _ in &shares {
+            let half = self.halve(&scattered, 0.5)?;
+            levels.push(std::mem::replace(&mut scattered, half));
+        }
+        // The coarsest level has nothing wider to add to: it takes its own share here.
+        scattered = self.scale(&scattered, last)?;
+        let keeps = std::iter::once(0.0).chain(shares);
+        let pairs: Vec<_> = levels.iter().zip(keeps).collect();
+        for (level, keep) in pairs.into_iter().rev() {
+            scattered = self.double_onto(&scattered, level, keep, 2.0)?;
+        }
+        self.plain((&SHADER, "lay"), values, picture, Some(&scattered))
+    }
+
+    /// [`brightest`] on the GPU: reads 1 KiB.
+    ///
+    /// # Errors
+    /// When the GPU fails.
+    pub fn brightest(&mut self, picture: &GpuPicture) -> Result<f32> {
+        let parts = self.parts("largest", picture)?;
+        let largest = parts.iter().flat_map(|[r, g, b, _]| [r, g, b]);
+        Ok(largest.fold(0.0, |most, &v| most.max(v)))
     }
 }
 

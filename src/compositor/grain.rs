@@ -6,14 +6,58 @@
 //! the high-pass; the deviation is 1.4826 times the median of magnitudes. Variances subtract, so that what
 //! grain the picture has is not added twice. The grain that is added is white: each pixel's own.
 
-use super::reference::SOLID;
+use super::descriptor::{
+    CodesInput, CodesStep, Descriptor, PassContext, Run, decide, key_of, needs_display,
+};
+use super::edges::SOLID;
+use super::facts::{BINS, Grain, key};
+use super::passes::{GpuPicture, Recording, Shader, extent};
 use super::view::view;
+use base::error::Result;
+use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::{Encoded, Image, Mask};
 use rayon::prelude::*;
-use scene::ViewTransform;
+use scene::{Pass, ViewTransform};
 
-/// Classes of brightness, evenly over the codes.
-pub const BINS: usize = 8;
+const SHADER: Shader = Shader::new("grain", include_str!("../../shaders/grain.wgsl"));
+
+pub(crate) const GRAIN: Descriptor = Descriptor {
+    fixed: needs_display,
+    settings: |context| key((context.effects.grain.to_bits(), context.scene.frame)),
+    reads: |context, planned| key((key_of(planned, Pass::View), context.facts.inputs.grain)),
+    shader: Some(&SHADER),
+    run: Run::Codes(CodesStep {
+        in_memory: |context, input, codes| {
+            if let Some((grains, amount, frame)) = settings(context, input) {
+                grain(codes, [input.mask, input.alpha], grains, amount, frame);
+            }
+            Ok(())
+        },
+        on_gpu: |context, input, recording, codes, matte| match settings(context, input) {
+            Some((grains, amount, frame)) => recording.grain(codes, matte, grains, amount, frame),
+            None => Ok(codes.clone()),
+        },
+    }),
+    ..Descriptor::new(Pass::Grain, |context| {
+        context.asked(Pass::Grain)?;
+        context.displayed()?;
+        let missing = context.facts.missing_grain;
+        decide(
+            missing > UNSEEN,
+            || format!("the plate has grain of {:.1} codes more", 255.0 * missing),
+            "the plate has no more grain than the picture",
+        )
+    })
+};
+
+/// The plate's grain and the picture's own, the strength and the frame; None without a plate.
+fn settings<'a>(
+    context: &'a PassContext,
+    input: &CodesInput<'a>,
+) -> Option<([&'a Grain; 2], f32, usize)> {
+    let grains = [input.plate?, &context.facts.own_grain];
+    Some((grains, context.effects.grain, context.scene.frame))
+}
 
 /// Fewer samples than this are no measurement.
 const FEWEST: usize = 64;
@@ -22,13 +66,7 @@ const FEWEST: usize = 64;
 const SAMPLES: usize = 40_000;
 
 /// Grain below this deviation in codes, a quarter of a step of 8 bits, is not seen.
-pub const UNSEEN: f32 = 0.25 / 255.0;
-
-/// Deviation of the grain in codes, for each class of brightness and channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Grain {
-    pub deviation: [[f32; 3]; BINS],
-}
+const UNSEEN: f32 = 0.25 / 255.0;
 
 impl Grain {
     /// The grain of a plate as it looks under a view transform, where the matte is solid. One frame is
@@ -52,10 +90,7 @@ impl Grain {
     }
 
     /// The grain of a picture whose `sample` at a place, which is a pixel, in a channel is known.
-    pub(super) fn measured(
-        mask: &Mask,
-        sample: impl Fn(usize, usize, usize) -> Sample + Sync,
-    ) -> Self {
+    fn measured(mask: &Mask, sample: impl Fn(usize, usize, usize) -> Sample + Sync) -> Self {
         let Some((step, count)) = places(mask.size()) else {
             return Self::default();
         };
@@ -83,50 +118,24 @@ impl Grain {
             }),
         }
     }
-
-    /// The grain that `self`, times `amount`, has more than `own`: variances subtract.
-    pub fn beyond(&self, own: &Self, amount: f32) -> Self {
-        Self {
-            deviation: std::array::from_fn(|bin| {
-                std::array::from_fn(|c| {
-                    let wanted = amount * self.deviation[bin][c];
-                    let own = own.deviation[bin][c];
-                    (wanted * wanted - own * own).max(0.0).sqrt()
-                })
-            }),
-        }
-    }
-
-    /// The largest deviation.
-    pub fn most(&self) -> f32 {
-        self.deviation.iter().flatten().fold(0.0, |m, &d| m.max(d))
-    }
-
-    /// The deviation at a code, between the classes' middles.
-    fn at(&self, code: f32, channel: usize) -> f32 {
-        let place = (code * BINS as f32 - 0.5).clamp(0.0, (BINS - 1) as f32);
-        let low = (place as usize).min(BINS - 2);
-        let [a, b] = [low, low + 1].map(|bin| self.deviation[bin][channel]);
-        a + (place - low as f32) * (b - a)
-    }
 }
 
 /// The places of a picture that its grain is measured at, among the pixels that have neighbours on all
 /// sides, in order: the step from one to the next, and how many. None where there are no such pixels.
-pub(super) fn places((width, height): (usize, usize)) -> Option<(usize, usize)> {
+fn places((width, height): (usize, usize)) -> Option<(usize, usize)> {
     let inner = width.saturating_sub(2) * height.saturating_sub(2);
     let step = inner.div_ceil(SAMPLES) | 1;
     (inner > 0).then(|| (step, inner.div_ceil(step)))
 }
 
 /// What is seen of one place.
-pub(super) struct Sample {
+struct Sample {
     /// Smoothed.
-    pub code: f32,
-    /// Its square.
-    pub gradient: f32,
+    code: f32,
+    /// The square of the gradient.
+    gradient: f32,
     /// Of white noise of deviation 1 it has the deviation 1.
-    pub high: f32,
+    high: f32,
 }
 
 fn sample(at: impl Fn(isize, isize) -> f32) -> Sample {
@@ -192,6 +201,71 @@ pub fn grain(
             *code = (*code + deviation * normal(place, c)).clamp(0.0, 1.0);
         }
     });
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(crate) struct GrainParams {
+    size: [u32; 2],
+    frame: u32,
+    step: u32,
+    inside: [[f32; 4]; BINS],
+    outside: [[f32; 4]; BINS],
+}
+
+impl Recording<'_> {
+    /// [`grain`] on the GPU: the fourth value of `codes` is the picture's coverage, that of `matte` the subject's.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn grain(
+        &mut self,
+        codes: &GpuPicture,
+        matte: &GpuPicture,
+        [plate, own]: [&Grain; 2],
+        amount: f32,
+        frame: usize,
+    ) -> Result<GpuPicture> {
+        let padded = |grain: Grain| grain.deviation.map(|[r, g, b]| [r, g, b, 0.0]);
+        let params = GrainParams {
+            size: extent(codes.size()),
+            frame: frame as u32,
+            step: 1,
+            inside: padded(plate.beyond(own, amount)),
+            outside: padded(plate.beyond(&Grain::default(), amount)),
+        };
+        let (shader, size) = ((&SHADER, "grain"), codes.size());
+        self.run(shader, bytes_of(&params), codes, Some(matte), size)
+    }
+
+    /// The grain of codes where the matte is solid, as [`Grain::of`] finds it: from the same places, at most 40,000,
+    /// which are 1.9 MB.
+    ///
+    /// # Errors
+    /// When the GPU fails.
+    pub fn grain_of(&mut self, codes: &GpuPicture, mask: &Mask) -> Result<Grain> {
+        let Some((step, count)) = places(codes.size()) else {
+            return Ok(Grain::default());
+        };
+        let params = GrainParams {
+            size: extent(codes.size()),
+            frame: 0,
+            step: step as u32,
+            inside: [[0.0; 4]; BINS],
+            outside: [[0.0; 4]; BINS],
+        };
+        let (shader, size) = ((&SHADER, "survey"), (count, 3));
+        let survey = self.run(shader, bytes_of(&params), codes, None, size)?;
+        let [survey] = self.read([&survey])?;
+        Ok(Grain::measured(mask, |place, _, channel| {
+            let [code, gradient, high, _] = survey.at(place, channel);
+            Sample {
+                code,
+                gradient,
+                high,
+            }
+        }))
+    }
 }
 
 /// A hash of a pixel in a frame.

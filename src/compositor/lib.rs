@@ -1,8 +1,9 @@
 //! The compositor: a reflectance field, the weights of its lamps and a scene become a picture.
 //!
 //! [`plan()`] decides which passes a scene calls for, [`compose()`] runs those and reports on all of
-//! them: on the CPU where the field is in memory, on the GPU where the network left it there. A pass on the
-//! GPU has a shader of its name under `shaders/` and a host under [`passes`], tested against its twin here.
+//! them: on the CPU if the field is in memory, on the GPU if the network left it there. Each pass has a file of its
+//! name: what is known of it, its function on the CPU, and what runs its shader, which has its name under `shaders/` and
+//! is tested against that function.
 
 mod background;
 mod background_blur;
@@ -10,9 +11,13 @@ mod channels;
 mod compose;
 mod composition;
 mod curve;
+mod descriptor;
 mod despill;
 mod difference;
+mod dither;
 mod edges;
+mod exposure;
+mod facts;
 mod false_color;
 mod field;
 mod glare;
@@ -29,27 +34,61 @@ mod reuse;
 mod shrunk;
 mod smoothing;
 mod texel;
+mod upstream;
 mod view;
+mod vignette;
 
 pub use background::{Backdrop, CameraView, draw_background};
 pub use background_blur::background_blur;
 pub use channels::channels;
 pub use compose::{compose, compose_reusing, execute};
-pub use despill::{Screen, Spill, despill, guide, rim, spill};
+pub use descriptor::PlannedPass;
+pub use despill::{despill, guide, rim, spill};
 pub use difference::difference;
+pub use facts::{Facts, Grain, Inputs, Screen, Spill};
 pub use false_color::{CLIPPED, LEGEND, Zone, false_color};
 pub use field::{Field, Keeping, Storage};
 pub use glare::{brightest, glare};
-pub use grain::{Grain, grain};
+pub use grain::grain;
 pub use levels::Levels;
 pub use light_wrap::light_wrap;
 pub use picture::{Extra, Identity, Ingredients, PassReport, Picture, Upstream};
-pub use plan::{Facts, Inputs, PlannedPass, plan};
+pub use plan::plan;
 pub use reuse::Reuse;
 pub use smoothing::Steady;
 pub use view::{code, view};
+pub use vignette::vignette;
 
 pub use scene::Pass;
+
+use descriptor::Descriptor;
+
+/// Every pass, in the order of [`Pass::ALL`].
+const PASSES: [&Descriptor; Pass::ALL.len()] = [
+    &upstream::PREDICT,
+    &smoothing::SMOOTHING,
+    &upstream::WEIGHTS,
+    &relight::RELIGHT,
+    &despill::DESPILL,
+    &background::BACKGROUND,
+    &background_blur::BACKGROUND_BLUR,
+    &light_wrap::LIGHT_WRAP,
+    &glare::GLARE,
+    &vignette::VIGNETTE,
+    &exposure::EXPOSURE,
+    &view::VIEW,
+    &grain::GRAIN,
+    &dither::DITHER,
+    &channels::CHANNELS,
+    &difference::DIFFERENCE,
+    &false_color::FALSE_COLOR,
+];
+
+/// The shaders, as a GPU is given them.
+pub fn shaders() -> impl Iterator<Item = &'static passes::Shader> {
+    let own = PASSES.into_iter().filter_map(|pass| pass.shader);
+    own.chain(passes::SHARED)
+}
 
 #[cfg(test)]
 mod on_gpu_tests;

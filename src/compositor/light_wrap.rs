@@ -2,9 +2,36 @@
 //! blurred background is brighter than the subject's rim, the rim is drawn towards it.
 
 use super::background_blur::defocused;
+use super::descriptor::{Descriptor, decide, key_of, needs_background};
+use super::facts::key;
+use super::passes::{GpuPicture, Recording, Shader};
 use super::pyramid::{Rgba, rgba};
+use base::error::Result;
 use imaging::{Image, Mask, color::luminance};
 use rayon::prelude::*;
+use scene::Pass;
+
+const SHADER: Shader = Shader::new("light_wrap", include_str!("../../shaders/light_wrap.wgsl"));
+
+pub(crate) const LIGHT_WRAP: Descriptor = Descriptor {
+    fixed: needs_background,
+    settings: |context| key(context.effects.light_wrap.to_bits()),
+    reads: |_, planned| key([Pass::Despill, Pass::BackgroundBlur].map(|pass| key_of(planned, pass))),
+    shader: Some(&SHADER),
+    ..Descriptor::new(Pass::LightWrap, |context| {
+        context.asked(Pass::LightWrap)?;
+        context.behind()?;
+        let added = context.effects.light_wrap * context.facts.wrap_need;
+        decide(
+            added > LEAST_WRAP,
+            || format!("it adds {:.1} % to the rim", 100.0 * added),
+            "the background is no brighter than the rim",
+        )
+    })
+};
+
+/// Wrapped light that adds less than this share to the rim's is left out.
+const LEAST_WRAP: f32 = 0.002;
 
 /// How far the light reaches around a rim, as a share of the picture's height.
 const REACH: f32 = 1.0 / 48.0;
@@ -13,7 +40,7 @@ const REACH: f32 = 1.0 / 48.0;
 const MEASURED: usize = 64;
 
 /// The radius in pixels of the blur by which the light behind reaches around a rim.
-pub fn reach(height: usize) -> f32 {
+fn reach(height: usize) -> f32 {
     (REACH * height as f32).max(1.0)
 }
 
@@ -61,7 +88,7 @@ fn wrapped(subject: [f32; 3], alpha: f32, past: [f32; 4]) -> [f32; 3] {
 }
 
 /// The light that comes past the matte, blurred, and in the fourth value how open the matte is there.
-pub(super) fn light_past(mask: &Mask, behind: &Image) -> Rgba {
+fn light_past(mask: &Mask, behind: &Image) -> Rgba {
     let open = rgba(behind, |i, light| {
         let open = 1.0 - mask.pixels[i];
         let [r, g, b] = light.map(|v| open * v);
@@ -70,10 +97,51 @@ pub(super) fn light_past(mask: &Mask, behind: &Image) -> Rgba {
     defocused(open, reach(mask.height))
 }
 
+impl Recording<'_> {
+    /// [`light_wrap`] on the GPU: the fourth value of `subject` is its matte, `behind` is not yet laid under it.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn light_wrap(
+        &mut self,
+        subject: &GpuPicture,
+        behind: &GpuPicture,
+        amount: f32,
+    ) -> Result<GpuPicture> {
+        let open = self.plain((&SHADER, "open"), [0; 2], subject, Some(behind))?;
+        let past = self.background_blur(&open, reach(subject.height))?;
+        let values = [amount.to_bits(), 0];
+        self.plain((&SHADER, "wrap"), values, subject, Some(&past))
+    }
+
+    /// A premultiplied subject over what is behind it. The fourth value becomes 1.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn over(&mut self, subject: &GpuPicture, behind: &GpuPicture) -> Result<GpuPicture> {
+        self.plain((&SHADER, "over"), [0; 2], subject, Some(behind))
+    }
+
+    /// What wrapping light would add to the rim, as [`light_wrap`] measures it: on two pictures of at most 64 pixels
+    /// along each side, 128 KiB.
+    ///
+    /// # Errors
+    /// When the GPU fails.
+    pub fn wrap_need(&mut self, subject: &GpuPicture, behind: &GpuPicture) -> Result<f32> {
+        let size = measured_size(subject.size());
+        let subject = self.shrink(subject, size)?;
+        let behind = self.shrink(behind, size)?;
+        let [subject, behind] = self.read([&subject, &behind])?;
+        let light = |picture: &Rgba| -> Image { picture.map(|[r, g, b, _]| [r, g, b]) };
+        let mask = subject.map(|[_, _, _, alpha]| alpha);
+        Ok(need(&light(&subject), &mask, &light(&behind)))
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::compose::tests::disc;
     use super::*;
+    use crate::compose::tests::disc;
 
     fn scene(size: usize, subject: f32, behind: f32) -> (Image, Mask, Image) {
         let mask = disc(size);

@@ -7,7 +7,10 @@ use super::*;
 use base::error::Result;
 use imaging::{Encoded, Image};
 use reflectance::{FieldBuffer, ReflectanceField};
-use scene::{Background, Channel, Effects, Forced, Inspection, Output, Scene, ViewTransform};
+use scene::{
+    Background, Channel, Effects, Forced, Inspection, Output, STRENGTHS, Scene, Strength,
+    ViewTransform,
+};
 use std::sync::Arc;
 
 const SIZE: usize = 96;
@@ -96,10 +99,14 @@ fn effects() -> Vec<Effects> {
         despill: 1.0,
         background_blur: 0.03,
         light_wrap: 0.5,
-        glare: 0.3,
         view: ViewTransform::Filmic,
         grain: 1.0,
-        ..off
+        ..Effects::all(0.3)
+    };
+    let alone = |strength: &Strength| {
+        let mut effects = off;
+        *(strength.of)(&mut effects) = all.strength(strength.pass);
+        effects
     };
     let force = |run| {
         let all = Pass::ALL.into_iter();
@@ -107,7 +114,7 @@ fn effects() -> Vec<Effects> {
             forced.with(pass, Some(run))
         })
     };
-    vec![
+    let mut effects = vec![
         off,
         Effects {
             forced: force(true),
@@ -118,32 +125,16 @@ fn effects() -> Vec<Effects> {
             ..all
         },
         Effects {
-            smoothing: 0.8,
-            ..off
-        },
-        Effects {
-            despill: 1.0,
-            ..off
-        },
-        Effects {
-            background_blur: 0.03,
-            ..off
-        },
-        Effects {
-            light_wrap: 0.5,
-            ..off
-        },
-        Effects { glare: 0.3, ..off },
-        Effects {
             view: ViewTransform::Aces,
             ..off
         },
-        Effects { grain: 1.0, ..off },
         inspect(Inspection::Channel(Channel::Alpha)),
         inspect(Inspection::Channel(Channel::Luminance)),
         inspect(Inspection::Difference { gain: 2.0 }),
         all,
-    ]
+    ];
+    effects.extend(STRENGTHS.iter().map(alone));
+    effects
 }
 
 fn scenes() -> impl Iterator<Item = Scene> {
@@ -176,17 +167,13 @@ fn a_gpu_s_picture_is_the_cpu_s() {
             let effects = scene.effects;
             let shown = output == Output::Display;
             let around = scene.background == Background::Environment;
-            for (pass, asked) in [
-                (Pass::Smoothing, effects.asks(Pass::Smoothing)),
-                (Pass::Despill, effects.asks(Pass::Despill)),
-                (
-                    Pass::BackgroundBlur,
-                    effects.asks(Pass::BackgroundBlur) && around,
-                ),
-                (Pass::LightWrap, effects.asks(Pass::LightWrap) && around),
-                (Pass::Glare, effects.asks(Pass::Glare)),
-                (Pass::Grain, effects.asks(Pass::Grain) && shown),
-            ] {
+            for pass in STRENGTHS.iter().map(|strength| strength.pass) {
+                let can = match pass {
+                    Pass::BackgroundBlur | Pass::LightWrap => around,
+                    Pass::Grain => shown,
+                    _ => true,
+                };
+                let asked = effects.asks(pass) && can;
                 assert_eq!(
                     there.passes[pass as usize].ran, asked,
                     "{pass:?}: {scene:?}"
@@ -235,14 +222,10 @@ fn a_pass_that_is_forced_without_a_strength_changes_nothing_on_a_gpu() {
         compose(&scene, &of).unwrap()
     };
     let plain = made(Forced::default());
-    for pass in [
-        Pass::Smoothing,
-        Pass::Despill,
-        Pass::BackgroundBlur,
-        Pass::LightWrap,
-        Pass::Glare,
-        Pass::Exposure,
-    ] {
+    let strengths = STRENGTHS.iter().map(|strength| strength.pass);
+    // Grain is given to codes.
+    let light = strengths.filter(|pass| *pass != Pass::Grain);
+    for pass in light.chain([Pass::Exposure]) {
         let on = made(Forced::default().with(pass, Some(true)));
         assert!(on.passes[pass as usize].ran, "{pass:?}");
         let apart = largest_difference(plain.light(), on.light());

@@ -1,9 +1,8 @@
 //! What goes into a picture, and what comes out: plain data.
 
 use super::background::CameraView;
-use super::despill::Spill;
+use super::facts::{Grain, Spill};
 use super::field::Field;
-use super::grain::Grain;
 use super::levels::Levels;
 use super::smoothing::Steady;
 use imaging::{Encoded, Image, Mask};

@@ -1,6 +1,6 @@
-use super::super::despill::Screen;
 use super::*;
-use scene::{Channel, Forced};
+use crate::facts::{Grain, Inputs, Screen, Spill};
+use scene::{Background, Channel, Effects, Forced, Inspection, Output, STRENGTHS, ViewTransform};
 
 const FACTS: Facts = Facts {
     field_cached: false,
@@ -19,6 +19,9 @@ const FACTS: Facts = Facts {
     spill: None,
     wrap_need: 0.0,
     brightest: 0.0,
+    own_grain: Grain {
+        deviation: [[0.0; 3]; 8],
+    },
     missing_grain: 0.0,
     second_picture: false,
 };
@@ -46,7 +49,7 @@ fn everything() -> (Scene, Facts) {
         view: ViewTransform::Filmic,
         grain: 1.0,
         inspection: Inspection::FalseColor,
-        ..Effects::default()
+        ..Effects::all(0.3)
     };
     let facts = Facts {
         steady_gain: Some([1.05, 1.0, 1.0]),
@@ -197,6 +200,28 @@ fn every_decision_has_a_reason() {
         relight.reason,
         "38 of 41 lamps are lit; the rest are skipped"
     );
+}
+
+#[test]
+fn every_pass_stands_in_its_place_and_one_with_a_strength_can_be_skipped() {
+    for (pass, descriptor) in Pass::ALL.into_iter().zip(PASSES) {
+        assert_eq!(descriptor.pass, pass);
+    }
+    let (_, facts) = everything();
+    for strength in STRENGTHS {
+        let at = |value: f32| {
+            let mut scene = scene();
+            *(strength.of)(&mut scene.effects) = value;
+            plan(&scene, &facts).swap_remove(strength.pass as usize)
+        };
+        let (none, all) = (at(0.0), at(strength.most));
+        assert!(all.run, "{all:?}");
+        assert_eq!(
+            (none.run, &*none.reason),
+            (false, "the scene does not ask for it")
+        );
+        assert_eq!(at(f32::NAN), none);
+    }
 }
 
 /// Names of the passes whose key is another.

@@ -1,11 +1,27 @@
 //! Pass `relight` on the CPU: the sum of lamps, for each way in which a field is kept. Memory is read once,
-//! by all threads, in wide loops over several lamps at a time; lamps without energy are not read.
+//! by all threads, in wide loops over several lamps at a time; lamps that are not lit are not read.
 
+use super::descriptor::{Descriptor, decide, key_of};
+use super::facts::key;
 use imaging::Image;
 use rayon::prelude::*;
 use reflectance::half_field::{HalfField, TILE, widen};
 use reflectance::kernels::chunks::vectorized;
 use reflectance::{CompressedField, ReflectanceField, compressed};
+use scene::Pass;
+
+pub(crate) const RELIGHT: Descriptor = Descriptor {
+    fixed: |_| Some("it makes the subject: no picture is made without it"),
+    reads: |_, planned| key([Pass::Smoothing, Pass::Weights].map(|pass| key_of(planned, pass))),
+    ..Descriptor::new(Pass::Relight, |context| {
+        let (lit, all) = (context.facts.lit_lamps, context.facts.lamps);
+        decide(
+            lit > 0,
+            || format!("{lit} of {all} lamps are lit; the rest are skipped"),
+            "no lamp is lit, so the subject is black",
+        )
+    })
+};
 
 /// Pixels that one task sums: three sums of this length (48 KiB) stay in a core's own cache, and every
 /// plane is read in runs of 16 KiB. Measured best of 1024 to 8192.
@@ -32,7 +48,7 @@ fn shares(weights: &[[f32; 3]], lamps: &[usize]) -> Shares {
 }
 
 /// Σ `weights[i]` · R_i over `lamps`, per channel, in f32 and in the order of `lamps`. A plane whose weight
-/// is zero is not read, and a value that is no number stays within its own pixel.
+/// is zero is not read, and NaN stays within its own pixel.
 /// `weights` has one entry per lamp of `field`.
 pub fn relight(field: &ReflectanceField, weights: &[[f32; 3]], lamps: &[usize]) -> Image {
     let shares = shares(weights, lamps);

@@ -1,18 +1,18 @@
 //! What pictures leave for the next one: the picture after each pass that costs, with the key that it was
 //! made under.
 
-use super::despill::Spill;
-use super::grain::Grain;
+use super::facts::{Grain, Spill};
 use super::passes::{GpuMatte, GpuPicture};
 use imaging::{Image, Mask};
+use scene::Pass;
 use std::sync::Arc;
 
-/// What is kept from one picture to the next, for each device that made one. It belongs to one series of
+/// What is cached from one picture to the next, for each device that made one. It belongs to one series of
 /// pictures, such as those of a window, and holds at most six pictures, a matte and a panorama.
 #[derive(Clone, Debug, Default)]
 pub struct Reuse {
-    pub(super) memory: Slots<Arc<Image>, Rim>,
-    pub(super) gpu: Slots<GpuPicture, Uploads>,
+    pub(super) memory: Cache<Arc<Image>, Rim>,
+    pub(super) gpu: Cache<GpuPicture, Uploads>,
 }
 
 /// The rim of the last matte that was asked for.
@@ -26,17 +26,12 @@ pub(super) struct Uploads {
     pub panorama: Cached<GpuPicture>,
 }
 
-/// What one device keeps, in pictures of the kind `L`.
+/// What one device caches, in pictures of the kind `L`.
 #[derive(Clone, Debug)]
-pub(super) struct Slots<L, O> {
-    /// After `relight`.
-    pub relit: Cached<L>,
-    /// What is behind the subject, after `background_blur`.
-    pub behind: Cached<L>,
-    /// After `light_wrap`, when the subject lies over its background.
-    pub laid: Cached<L>,
-    /// After `glare`.
-    pub glared: Cached<L>,
+pub(super) struct Cache<L, O> {
+    /// The picture after a pass: the subject, until it is laid over its background in `light_wrap`; after
+    /// `background_blur` what is behind it.
+    after: [Cached<L>; Pass::ALL.len()],
     /// What despill goes by, and what it measured.
     pub spill: Cached<(L, Spill)>,
     pub wrap_need: Cached<f32>,
@@ -44,17 +39,21 @@ pub(super) struct Slots<L, O> {
     pub brightest: Cached<f32>,
     /// The codes' own grain.
     pub grain: Cached<Grain>,
-    /// What the device keeps for itself.
+    /// What the device caches for itself.
     pub own: O,
 }
 
-impl<L, O: Default> Default for Slots<L, O> {
+impl<L, O> Cache<L, O> {
+    /// The picture after a pass.
+    pub fn after(&mut self, pass: Pass) -> &mut Cached<L> {
+        &mut self.after[pass as usize]
+    }
+}
+
+impl<L, O: Default> Default for Cache<L, O> {
     fn default() -> Self {
         Self {
-            relit: Cached::default(),
-            behind: Cached::default(),
-            laid: Cached::default(),
-            glared: Cached::default(),
+            after: Default::default(),
             spill: Cached::default(),
             wrap_need: Cached::default(),
             brightest: Cached::default(),
@@ -75,13 +74,13 @@ impl<T> Default for Cached<T> {
 }
 
 impl<T: Clone> Cached<T> {
-    /// What was made under this key, if that is what is kept.
+    /// What was made under this key, if that is what is cached.
     pub fn get(&self, key: u64) -> Option<T> {
-        let kept = self.0.as_ref().filter(|(of, _)| *of == key);
-        kept.map(|(_, value)| value.clone())
+        let cached = self.0.as_ref().filter(|(of, _)| *of == key);
+        cached.map(|(_, value)| value.clone())
     }
 
-    /// Keeps this in place of what was kept.
+    /// Caches this in place of what was cached.
     pub fn put(&mut self, key: u64, value: T) {
         self.0 = Some((key, value));
     }

@@ -6,9 +6,28 @@
 //! With x the logarithm of that level, the shown one is y = (1 − s)·x + s·(y before), an exponential
 //! mean. The gain multiplies the lamps' weights: the pass costs no picture, and has no shader.
 
-use super::reference::SOLID;
+use super::descriptor::{Descriptor, decide};
+use super::edges::SOLID;
+use super::facts::key;
 use base::error::Result;
 use imaging::Mask;
+use scene::Pass;
+
+pub(crate) const SMOOTHING: Descriptor = Descriptor {
+    settings: |context| key(context.facts.steady_gain.map(|gain| gain.map(f32::to_bits))),
+    ..Descriptor::new(Pass::Smoothing, |context| {
+        context.asked(Pass::Smoothing)?;
+        let change = change(context.facts.steady_gain.unwrap_or([1.0; 3]));
+        decide(
+            change > UNSEEN,
+            || {
+                let percent = 100.0 * change;
+                format!("the brightness jumped; {percent:.1} % of the light are held back")
+            },
+            "the brightness did not flicker by 0.1 %",
+        )
+    })
+};
 
 /// Pixels that are compared, at most.
 const SAMPLES: usize = 16_384;
@@ -67,9 +86,13 @@ impl Steady {
 
     /// The largest change that the gain makes, as a share of the light.
     pub fn change(&self) -> f32 {
-        let changes = self.gain.map(|gain| (gain - 1.0).abs());
-        changes.into_iter().fold(0.0, f32::max)
+        change(self.gain)
     }
+}
+
+fn change(gain: [f32; 3]) -> f32 {
+    let changes = gain.map(|gain| (gain - 1.0).abs());
+    changes.into_iter().fold(0.0, f32::max)
 }
 
 /// Weights of all lamps alike.

@@ -1,11 +1,35 @@
 //! Pass `view`: linear light becomes codes of an sRGB display.
 
 use super::curve::Curve;
-use super::reference;
+use super::descriptor::{Descriptor, EncodeStep, Run};
+use super::facts::key;
+use super::passes::{GpuPicture, Recording, Shader};
+use base::error::Result;
 use imaging::{Encoded, Image, Raster, color::srgb_from_linear, color::unit};
 use rayon::prelude::*;
-use scene::ViewTransform;
+use scene::{Pass, ViewTransform};
 use std::sync::LazyLock;
+
+const SHADER: Shader = Shader::new("view", include_str!("../../shaders/view.wgsl"));
+
+pub(crate) const VIEW: Descriptor = Descriptor {
+    fixed: |_| Some("it makes what a display can show"),
+    settings: |context| key(context.effects.view),
+    shader: Some(&SHADER),
+    run: Run::Encode(EncodeStep {
+        in_memory: |context, light| Some(view(light, context.effects.view)),
+        on_gpu: |context, recording, light| recording.view(light, context.effects.view).map(Some),
+    }),
+    ..Descriptor::new(Pass::View, |context| {
+        context.displayed()?;
+        let curve = match context.effects.view {
+            ViewTransform::Srgb => "the display is sRGB",
+            ViewTransform::Filmic => "the display is sRGB; highlights roll off as on film",
+            ViewTransform::Aces => "the display is sRGB, by way of ACES",
+        };
+        Ok(curve.to_owned())
+    })
+};
 
 /// AgX (Troy Sobotka) in Benjamin Wrensch's minimal form
 /// (<https://iolite-engine.com/blog_posts/minimal_agx_implementation>): linear Rec. 709 towards grey.
@@ -40,20 +64,43 @@ const ACES_OUTPUT: [[f32; 3]; 3] = [
 /// Brings 18 % grey back to where sRGB has it: the fit alone is darker, as projectors want it.
 const ACES_EXPOSURE: f32 = 1.0 / 0.6;
 
-/// Codes of linear light, all in `[0, 1]`. Negative light and values that are no numbers count as black;
+/// Codes of linear light, all in `[0, 1]`. Negative light and NaN count as black;
 /// infinite light is as white as it gets.
 pub fn view(linear: &Image, transform: ViewTransform) -> Encoded {
-    let encode = match transform {
-        ViewTransform::Srgb => return reference::view(linear),
-        ViewTransform::Filmic => filmic,
-        ViewTransform::Aces => aces,
-    };
+    match transform {
+        ViewTransform::Srgb => srgb(linear),
+        ViewTransform::Filmic => encoded(linear, filmic),
+        ViewTransform::Aces => encoded(linear, aces),
+    }
+}
+
+/// sRGB codes of linear light, clipped to `[0, 1]`.
+pub fn srgb(linear: &Image) -> Encoded {
+    encoded(linear, |pixel| pixel.map(srgb_from_linear))
+}
+
+fn encoded(linear: &Image, code: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Encoded {
     let pixels = linear.pixels.par_iter().with_min_len(4096);
     Encoded(Raster {
         width: linear.width,
         height: linear.height,
-        pixels: pixels.map(|&pixel| encode(pixel)).collect(),
+        pixels: pixels.map(|&pixel| code(pixel)).collect(),
     })
+}
+
+impl Recording<'_> {
+    /// [`view`] on the GPU.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub fn view(&mut self, light: &GpuPicture, transform: ViewTransform) -> Result<GpuPicture> {
+        let curve = match transform {
+            ViewTransform::Srgb => 0,
+            ViewTransform::Filmic => 1,
+            ViewTransform::Aces => 2,
+        };
+        self.plain((&SHADER, "view"), [curve, 0], light, None)
+    }
 }
 
 /// One pixel's codes.

@@ -4,7 +4,7 @@ mod forced;
 mod pass;
 
 pub use forced::Forced;
-pub use pass::Pass;
+pub use pass::{Effects, Pass, STRENGTHS, Strength};
 
 use light::Lighting;
 use serde::{Deserialize, Serialize};
@@ -50,31 +50,6 @@ pub enum Output {
     Linear,
 }
 
-/// Effects and their strengths. The default leaves the picture as light and camera made it.
-/// A strength that is negative or no number counts as 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Effects {
-    /// Share in `[0, 1]` of a jump in brightness from one frame to the next that is held back.
-    pub smoothing: f32,
-    /// Share in `[0, 1]` of the coloured spill at the subject's rim that is taken out.
-    pub despill: f32,
-    /// Radius of the background's defocus as a share of the picture's height, up to 0.25.
-    pub background_blur: f32,
-    /// Share in `[0, 1]` of the background's light that wraps around the subject's rim.
-    pub light_wrap: f32,
-    /// Share in `[0, 1]` of the light above white that the lens scatters.
-    pub glare: f32,
-    /// How linear light becomes codes of a display.
-    pub view: ViewTransform,
-    /// Strength of the plate's grain, from 0 to 4: 1 matches the plate.
-    pub grain: f32,
-    /// What is looked at in place of the picture itself.
-    pub inspection: Inspection,
-    /// Passes that run, or are left out, whatever the picture calls for.
-    pub forced: Forced,
-}
-
 /// How linear light becomes codes of a display.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
@@ -118,38 +93,6 @@ pub enum Channel {
     Alpha,
 }
 
-impl Effects {
-    /// The same with every strength within its range: 0 where it is negative or no number.
-    pub fn bounded(self) -> Self {
-        // `f32::max` takes the other side where one is no number.
-        let bound = |strength: f32, most: f32| strength.max(0.0).min(most);
-        Self {
-            smoothing: bound(self.smoothing, 1.0),
-            despill: bound(self.despill, 1.0),
-            background_blur: bound(self.background_blur, 0.25),
-            light_wrap: bound(self.light_wrap, 1.0),
-            glare: bound(self.glare, 1.0),
-            grain: bound(self.grain, 4.0),
-            ..self
-        }
-    }
-
-    /// Whether an effect that has a strength is asked for: by the strength, or because its pass is forced to
-    /// run and not forced off.
-    pub fn asks(&self, pass: Pass) -> bool {
-        let strength = match pass {
-            Pass::Smoothing => self.smoothing,
-            Pass::Despill => self.despill,
-            Pass::BackgroundBlur => self.background_blur,
-            Pass::LightWrap => self.light_wrap,
-            Pass::Glare => self.glare,
-            Pass::Grain => self.grain,
-            _ => 0.0,
-        };
-        self.forced.get(pass).unwrap_or(strength > 0.0)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,19 +106,5 @@ mod tests {
         let effects: Effects = serde_json::from_str(some).unwrap();
         assert_eq!(effects.glare, 0.5);
         assert_eq!(effects.inspection, Inspection::Channel(Channel::Alpha));
-    }
-
-    #[test]
-    fn a_strength_that_makes_no_sense_is_brought_into_its_range() {
-        let wild = Effects {
-            glare: f32::NAN,
-            despill: -1.0,
-            grain: f32::INFINITY,
-            light_wrap: 7.0,
-            ..Effects::default()
-        };
-        let bounded = wild.bounded();
-        assert_eq!((bounded.glare, bounded.despill), (0.0, 0.0));
-        assert_eq!((bounded.grain, bounded.light_wrap), (4.0, 1.0));
     }
 }

@@ -1,31 +1,56 @@
-//! Who does the passes that a composition has decided on.
+//! Who makes the passes that a composition has decided on.
 
 use crate::background::Backdrop;
-use crate::despill::{Screen, Spill};
-use crate::grain::Grain;
-use crate::reuse::{Reuse, Slots};
+use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContext};
+use crate::facts::{Grain, Screen, Spill};
+use crate::reuse::{Cache, Reuse};
 use base::error::Result;
-use imaging::{Encoded, Image, Mask};
-use scene::{Channel, Pass, ViewTransform};
+use imaging::{Encoded, Image};
+use scene::Pass;
 
-/// Does the passes of one picture: in memory, or on a GPU that keeps all pictures until the end. Everything
-/// that is computed fails where the device does.
+/// Makes the passes of one picture: in memory, or on a GPU that keeps all pictures until the end. Everything
+/// that is computed fails if the device does.
 pub(crate) trait Backend {
     /// A whole picture in linear light. To clone it costs nothing.
     type Light: Clone;
     /// A whole picture in codes of a display.
     type Codes;
-    /// What it keeps for itself from one picture to the next.
+    /// What it caches besides pictures.
     type Own: Clone + Default;
 
-    /// Where such a backend's pictures are kept.
-    fn slots(reuse: &mut Reuse) -> &mut Slots<Self::Light, Self::Own>;
+    /// Where such a backend's pictures are cached.
+    fn cache(reuse: &mut Reuse) -> &mut Cache<Self::Light, Self::Own>;
 
     /// What follows belongs to this pass.
     fn begin(&mut self, pass: Pass);
 
     /// A subject without light.
     fn black(&self) -> Self::Light;
+
+    /// Makes one step of light.
+    fn light(
+        &mut self,
+        step: &LightStep,
+        context: &PassContext,
+        picture: &mut Self::Light,
+    ) -> Result<()>;
+
+    /// Makes codes of light; None if the codes stay.
+    fn encode(
+        &mut self,
+        step: &EncodeStep,
+        context: &PassContext,
+        picture: &Self::Light,
+    ) -> Result<Option<Self::Codes>>;
+
+    /// Makes one step of codes.
+    fn codes(
+        &mut self,
+        step: &CodesStep,
+        context: &PassContext,
+        input: &CodesInput,
+        codes: &mut Self::Codes,
+    ) -> Result<()>;
 
     /// The subject under even light as [`crate::Steady`] samples it.
     fn even_samples(&mut self) -> Result<Vec<[f32; 3]>>;
@@ -50,8 +75,6 @@ pub(crate) trait Backend {
     /// Lays the subject over the background, which is drawn only where it shows.
     fn surround(&mut self, subject: &mut Self::Light, backdrop: &Backdrop) -> Result<()>;
 
-    fn background_blur(&mut self, behind: &mut Self::Light, radius: f32) -> Result<()>;
-
     /// What wrapping wholly would add to the rim, as a share of its light.
     fn wrap_need(&mut self, subject: &Self::Light, behind: &Self::Light) -> Result<f32>;
 
@@ -68,35 +91,10 @@ pub(crate) trait Backend {
     /// The largest value.
     fn brightest(&mut self, picture: &Self::Light) -> Result<f32>;
 
-    fn glare(&mut self, picture: &mut Self::Light, amount: f32, white: f32) -> Result<()>;
-
-    fn exposure(&mut self, picture: &mut Self::Light, stops: f32) -> Result<()>;
-
-    fn view(&mut self, picture: &Self::Light, transform: ViewTransform) -> Result<Self::Codes>;
-
     /// The grain that the picture has of itself.
     fn grain_of(&mut self, codes: &Self::Codes) -> Result<Grain>;
 
-    /// `alpha` is the picture's coverage, `grains` are the plate's and the picture's own.
-    fn grain(
-        &mut self,
-        codes: &mut Self::Codes,
-        alpha: &Mask,
-        grains: [&Grain; 2],
-        amount: f32,
-        frame: usize,
-    ) -> Result<()>;
-
-    fn dither(&mut self, codes: &mut Self::Codes) -> Result<()>;
-
-    /// `alpha` is the picture's coverage.
-    fn channels(&mut self, codes: &mut Self::Codes, alpha: &Mask, channel: Channel) -> Result<()>;
-
-    fn difference(&mut self, codes: &mut Self::Codes, second: &Encoded, gain: f32) -> Result<()>;
-
-    fn false_color(&mut self, picture: &Self::Light) -> Result<Self::Codes>;
-
-    /// Ends the picture: its codes where there are any, and its light where that is needed.
+    /// Ends the picture: its codes if there are any, and its light if that is needed.
     fn finish(
         self,
         picture: Self::Light,
@@ -109,9 +107,9 @@ pub(crate) trait Backend {
 pub(crate) struct FinishedPicture<Own> {
     pub linear: Option<Image>,
     pub display: Option<Encoded>,
-    /// How many of the subject's pixels were no numbers.
+    /// How many of the subject's pixels were NaN or infinite.
     pub mended: usize,
-    /// Milliseconds of each pass, by its place in [`Pass::ALL`]; none where nothing tells the time.
+    /// Milliseconds of each pass, by its place in [`Pass::ALL`]; None if nothing tells the time.
     pub ms: Option<[f64; Pass::ALL.len()]>,
     pub own: Own,
 }

@@ -2,24 +2,19 @@
 
 use super::backend::{Backend, FinishedPicture};
 use crate::background::{Backdrop, draw_background};
-use crate::background_blur::background_blur;
-use crate::channels::channels;
-use crate::despill::{self, Screen, Spill, despill};
-use crate::difference::difference;
-use crate::false_color::false_color;
-use crate::glare::{brightest, glare};
-use crate::grain::{Grain, grain};
+use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContext};
+use crate::despill::{self, despill};
+use crate::edges::extend_edges;
+use crate::facts::{Grain, Inputs, Screen, Spill};
+use crate::glare::brightest;
 use crate::light_wrap::{self, light_wrap};
 use crate::picture::Ingredients;
-use crate::plan::Inputs;
-use crate::reference::{dither, extend_edges, scale};
-use crate::reuse::{Reuse, Rim, Slots};
+use crate::reuse::{Cache, Reuse, Rim};
 use crate::smoothing::{self, even_light};
-use crate::view::view;
 use base::error::Result;
 use imaging::{Encoded, Image, Mask, resample::resize_area};
 use rayon::prelude::*;
-use scene::{Channel, Pass, ViewTransform};
+use scene::Pass;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -64,7 +59,7 @@ impl Backend for InMemory<'_> {
     type Codes = Encoded;
     type Own = Rim;
 
-    fn slots(reuse: &mut Reuse) -> &mut Slots<Arc<Image>, Rim> {
+    fn cache(reuse: &mut Reuse) -> &mut Cache<Arc<Image>, Rim> {
         &mut reuse.memory
     }
 
@@ -76,6 +71,35 @@ impl Backend for InMemory<'_> {
     fn black(&self) -> Arc<Image> {
         let (width, height) = self.of.mask.size();
         Arc::new(Image::filled(width, height, [0.0; 3]))
+    }
+
+    fn light(
+        &mut self,
+        step: &LightStep,
+        context: &PassContext,
+        picture: &mut Arc<Image>,
+    ) -> Result<()> {
+        (step.in_memory)(context, Arc::make_mut(picture));
+        Ok(())
+    }
+
+    fn encode(
+        &mut self,
+        step: &EncodeStep,
+        context: &PassContext,
+        picture: &Arc<Image>,
+    ) -> Result<Option<Encoded>> {
+        Ok((step.in_memory)(context, picture))
+    }
+
+    fn codes(
+        &mut self,
+        step: &CodesStep,
+        context: &PassContext,
+        input: &CodesInput,
+        codes: &mut Encoded,
+    ) -> Result<()> {
+        (step.in_memory)(context, input, codes)
     }
 
     fn even_samples(&mut self) -> Result<Vec<[f32; 3]>> {
@@ -131,11 +155,6 @@ impl Backend for InMemory<'_> {
         Ok(())
     }
 
-    fn background_blur(&mut self, behind: &mut Arc<Image>, radius: f32) -> Result<()> {
-        background_blur(Arc::make_mut(behind), radius);
-        Ok(())
-    }
-
     fn wrap_need(&mut self, subject: &Arc<Image>, behind: &Arc<Image>) -> Result<f32> {
         let (width, height) = light_wrap::measured_size(subject.size());
         if subject.pixels.is_empty() {
@@ -171,52 +190,8 @@ impl Backend for InMemory<'_> {
         Ok(brightest(picture))
     }
 
-    fn glare(&mut self, picture: &mut Arc<Image>, amount: f32, white: f32) -> Result<()> {
-        glare(Arc::make_mut(picture), amount, white);
-        Ok(())
-    }
-
-    fn exposure(&mut self, picture: &mut Arc<Image>, stops: f32) -> Result<()> {
-        scale(Arc::make_mut(picture), stops.exp2());
-        Ok(())
-    }
-
-    fn view(&mut self, picture: &Arc<Image>, transform: ViewTransform) -> Result<Encoded> {
-        Ok(view(picture, transform))
-    }
-
     fn grain_of(&mut self, codes: &Encoded) -> Result<Grain> {
         Ok(Grain::of(codes, self.of.mask))
-    }
-
-    fn grain(
-        &mut self,
-        codes: &mut Encoded,
-        alpha: &Mask,
-        grains: [&Grain; 2],
-        amount: f32,
-        frame: usize,
-    ) -> Result<()> {
-        grain(codes, [self.of.mask, alpha], grains, amount, frame);
-        Ok(())
-    }
-
-    fn dither(&mut self, codes: &mut Encoded) -> Result<()> {
-        dither(codes, self.of.mask);
-        Ok(())
-    }
-
-    fn channels(&mut self, codes: &mut Encoded, alpha: &Mask, channel: Channel) -> Result<()> {
-        channels(codes, alpha, channel);
-        Ok(())
-    }
-
-    fn difference(&mut self, codes: &mut Encoded, second: &Encoded, gain: f32) -> Result<()> {
-        difference(codes, second, gain)
-    }
-
-    fn false_color(&mut self, picture: &Arc<Image>) -> Result<Encoded> {
-        Ok(false_color(picture))
     }
 
     fn finish(

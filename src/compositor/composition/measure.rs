@@ -1,16 +1,16 @@
-//! What a picture is measured by while it is made, where the plan asks.
+//! What is measured of a picture while it is made, if the plan asks.
 
 use super::{Backend, Composition};
-use crate::grain::Grain;
+use crate::descriptor::{PlannedPass, is_cut_out};
+use crate::facts::{Grain, Inputs, key};
 use crate::picture::Ingredients;
-use crate::plan::{Inputs, PlannedPass, is_cut_out, key};
 use crate::smoothing::Steady;
 use base::error::Result;
 use scene::Pass;
 
 impl<B: Backend> Composition<'_, B> {
-    /// Measures whether the last of these passes is called for, where the scene asks for it and nothing
-    /// else says so. Whether something was measured.
+    /// Measures whether the last of these passes is called for, if the scene asks for it and nothing else decides it.
+    /// Returns whether something was measured.
     pub fn measure(&mut self, planned: &[PlannedPass]) -> Result<bool> {
         let [earlier @ .., this] = planned else {
             return Ok(false);
@@ -28,7 +28,7 @@ impl<B: Backend> Composition<'_, B> {
             }
             Pass::Despill if asked => {
                 let guide = |this: &mut Self| this.backend.guide(&this.linear);
-                let (guide, spill) = self.kept(|s| &mut s.spill, upstream, guide)?;
+                let (guide, spill) = self.cached(|cache| &mut cache.spill, upstream, guide)?;
                 self.guide = Some(guide);
                 self.facts.spill = Some(spill);
             }
@@ -37,11 +37,12 @@ impl<B: Backend> Composition<'_, B> {
                     return Ok(false);
                 };
                 let need = |this: &mut Self| this.backend.wrap_need(&this.linear, &behind);
-                self.facts.wrap_need = self.kept(|s| &mut s.wrap_need, upstream, need)?;
+                self.facts.wrap_need = self.cached(|cache| &mut cache.wrap_need, upstream, need)?;
             }
             Pass::Glare if asked => {
                 let brightest = |this: &mut Self| this.backend.brightest(&this.linear);
-                self.facts.brightest = self.kept(|s| &mut s.brightest, upstream, brightest)?;
+                self.facts.brightest =
+                    self.cached(|cache| &mut cache.brightest, upstream, brightest)?;
             }
             Pass::Grain if asked => {
                 let (Some(plate), Some(_)) = (of.extra.grain, &self.display) else {
@@ -51,11 +52,12 @@ impl<B: Backend> Composition<'_, B> {
                     Some(codes) => this.backend.grain_of(codes),
                     None => Ok(Grain::default()),
                 };
-                self.own_grain = self.kept(|s| &mut s.grain, upstream, own)?;
-                let mut missing = plate.beyond(&self.own_grain, effects.grain).most();
+                let own = self.cached(|cache| &mut cache.grain, upstream, own)?;
+                let mut missing = plate.beyond(&own, effects.grain).most();
                 if !is_cut_out(self.scene) && self.facts.open_share > 0.0 {
                     missing = missing.max(effects.grain * plate.most());
                 }
+                self.facts.own_grain = own;
                 self.facts.missing_grain = missing;
             }
             _ => return Ok(false),

@@ -2,18 +2,16 @@
 
 use super::backend::{Backend, FinishedPicture};
 use crate::background::{Backdrop, draw_background};
-use crate::despill::{Screen, Spill};
-use crate::difference::check_size;
-use crate::grain::Grain;
+use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContext};
+use crate::facts::{Grain, Inputs, Screen, Spill, key};
 use crate::passes::{GpuMatte, GpuPicture, PicturePasses, Recording};
 use crate::picture::Ingredients;
-use crate::plan::{Inputs, key};
-use crate::reuse::{Reuse, Slots, Uploads};
+use crate::reuse::{Cache, Reuse, Uploads};
 use crate::smoothing::{self, even_light};
 use base::error::Result;
 use imaging::{Encoded, Image, Mask};
 use reflectance::FieldBuffer;
-use scene::{Channel, Pass, ViewTransform};
+use scene::Pass;
 
 /// The GPU that the field is on.
 pub(crate) struct OnGpu<'a> {
@@ -50,7 +48,7 @@ impl<'a> OnGpu<'a> {
         })
     }
 
-    /// The panorama on the GPU; none where it is larger than the GPU can bind.
+    /// The panorama on the GPU; None if it is larger than the GPU can bind.
     fn panorama(&mut self) -> Result<Option<GpuPicture>> {
         let radiance = &self.of.environment.radiance;
         if self.passes.fits(radiance.width, radiance.height).is_err() {
@@ -71,7 +69,7 @@ impl Backend for OnGpu<'_> {
     type Codes = GpuPicture;
     type Own = Uploads;
 
-    fn slots(reuse: &mut Reuse) -> &mut Slots<GpuPicture, Uploads> {
+    fn cache(reuse: &mut Reuse) -> &mut Cache<GpuPicture, Uploads> {
         &mut reuse.gpu
     }
 
@@ -81,6 +79,37 @@ impl Backend for OnGpu<'_> {
 
     fn black(&self) -> GpuPicture {
         self.matte.picture.clone()
+    }
+
+    fn light(
+        &mut self,
+        step: &LightStep,
+        context: &PassContext,
+        picture: &mut GpuPicture,
+    ) -> Result<()> {
+        *picture = (step.on_gpu)(context, &mut self.recording, picture)?;
+        Ok(())
+    }
+
+    fn encode(
+        &mut self,
+        step: &EncodeStep,
+        context: &PassContext,
+        picture: &GpuPicture,
+    ) -> Result<Option<GpuPicture>> {
+        (step.on_gpu)(context, &mut self.recording, picture)
+    }
+
+    fn codes(
+        &mut self,
+        step: &CodesStep,
+        context: &PassContext,
+        input: &CodesInput,
+        codes: &mut GpuPicture,
+    ) -> Result<()> {
+        let matte = &self.matte.picture;
+        *codes = (step.on_gpu)(context, input, &mut self.recording, codes, matte)?;
+        Ok(())
     }
 
     fn even_samples(&mut self) -> Result<Vec<[f32; 3]>> {
@@ -146,11 +175,6 @@ impl Backend for OnGpu<'_> {
         Ok(())
     }
 
-    fn background_blur(&mut self, behind: &mut GpuPicture, radius: f32) -> Result<()> {
-        *behind = self.recording.background_blur(behind, radius)?;
-        Ok(())
-    }
-
     fn wrap_need(&mut self, subject: &GpuPicture, behind: &GpuPicture) -> Result<f32> {
         self.recording.wrap_need(subject, behind)
     }
@@ -174,57 +198,8 @@ impl Backend for OnGpu<'_> {
         self.recording.brightest(picture)
     }
 
-    fn glare(&mut self, picture: &mut GpuPicture, amount: f32, white: f32) -> Result<()> {
-        *picture = self.recording.glare(picture, amount, white)?;
-        Ok(())
-    }
-
-    fn exposure(&mut self, picture: &mut GpuPicture, stops: f32) -> Result<()> {
-        *picture = self.recording.exposure(picture, stops)?;
-        Ok(())
-    }
-
-    fn view(&mut self, picture: &GpuPicture, transform: ViewTransform) -> Result<GpuPicture> {
-        self.recording.view(picture, transform)
-    }
-
     fn grain_of(&mut self, codes: &GpuPicture) -> Result<Grain> {
         self.recording.grain_of(codes, self.of.mask)
-    }
-
-    // The picture's coverage is the fourth value of its codes.
-    fn grain(
-        &mut self,
-        codes: &mut GpuPicture,
-        _alpha: &Mask,
-        grains: [&Grain; 2],
-        amount: f32,
-        frame: usize,
-    ) -> Result<()> {
-        let matte = &self.matte.picture;
-        *codes = self.recording.grain(codes, matte, grains, amount, frame)?;
-        Ok(())
-    }
-
-    fn dither(&mut self, codes: &mut GpuPicture) -> Result<()> {
-        *codes = self.recording.dither(codes, &self.matte.picture)?;
-        Ok(())
-    }
-
-    fn channels(&mut self, codes: &mut GpuPicture, _: &Mask, channel: Channel) -> Result<()> {
-        *codes = self.recording.channels(codes, channel)?;
-        Ok(())
-    }
-
-    fn difference(&mut self, codes: &mut GpuPicture, second: &Encoded, gain: f32) -> Result<()> {
-        check_size(codes.size(), second)?;
-        let second = self.passes.upload_opaque(&second.0)?;
-        *codes = self.recording.difference(codes, &second, gain)?;
-        Ok(())
-    }
-
-    fn false_color(&mut self, picture: &GpuPicture) -> Result<GpuPicture> {
-        self.recording.false_color(picture)
     }
 
     fn finish(

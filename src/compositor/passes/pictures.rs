@@ -1,111 +1,24 @@
 //! One host for all passes from picture to picture: shaders over buffers of four values a pixel.
 
 use super::relight::RelightPass;
+use super::shader::Shader;
 use base::error::{Error, Result};
 use imaging::{Image, Mask};
-use std::sync::OnceLock;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Pixels of a workgroup along each axis, as in the shaders.
 pub(super) const WORKGROUP: u32 = 8;
 
-/// A shader's name, its text and its entry points.
-pub(super) type Shader = (&'static str, &'static str, &'static [&'static str]);
-
-/// Every shader of this host: no two entry points have one name.
-pub(super) const SHADERS: [Shader; 15] = [
-    shader(
-        "pyramid",
-        include_str!("../../../shaders/pyramid.wgsl"),
-        &["halve", "double"],
-    ),
-    shader(
-        "edges",
-        include_str!("../../../shaders/edges.wgsl"),
-        &["mend", "extend", "cut"],
-    ),
-    shader(
-        "measure",
-        include_str!("../../../shaders/measure.wgsl"),
-        &["total", "largest", "shrink", "pick"],
-    ),
-    shader(
-        "despill",
-        include_str!("../../../shaders/despill.wgsl"),
-        &["despill", "rim", "inside", "guide", "spill"],
-    ),
-    shader(
-        "background",
-        include_str!("../../../shaders/background.wgsl"),
-        &["background"],
-    ),
-    shader(
-        "background_blur",
-        include_str!("../../../shaders/background_blur.wgsl"),
-        &["disc"],
-    ),
-    shader(
-        "light_wrap",
-        include_str!("../../../shaders/light_wrap.wgsl"),
-        &["open", "wrap", "over"],
-    ),
-    shader(
-        "glare",
-        include_str!("../../../shaders/glare.wgsl"),
-        &["excess", "lay"],
-    ),
-    shader(
-        "exposure",
-        include_str!("../../../shaders/exposure.wgsl"),
-        &["exposure"],
-    ),
-    shader(
-        "view",
-        include_str!("../../../shaders/view.wgsl"),
-        &["view"],
-    ),
-    shader(
-        "grain",
-        include_str!("../../../shaders/grain.wgsl"),
-        &["grain", "survey"],
-    ),
-    shader(
-        "dither",
-        include_str!("../../../shaders/dither.wgsl"),
-        &["dither"],
-    ),
-    shader(
-        "channels",
-        include_str!("../../../shaders/channels.wgsl"),
-        &["channels"],
-    ),
-    shader(
-        "difference",
-        include_str!("../../../shaders/difference.wgsl"),
-        &["difference"],
-    ),
-    shader(
-        "false_color",
-        include_str!("../../../shaders/false_color.wgsl"),
-        &["false_color"],
-    ),
-];
-
-const fn shader(
-    name: &'static str,
-    text: &'static str,
-    entries: &'static [&'static str],
-) -> Shader {
-    (name, text, entries)
-}
-
-/// All passes for one device. Each is compiled when it is first used.
+/// All passes of one device. Each is compiled when it is first used.
 #[derive(Debug)]
 pub struct PicturePasses {
     pub(crate) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) layout: wgpu::BindGroupLayout,
-    pipelines: Vec<(&'static str, OnceLock<wgpu::ComputePipeline>)>,
+    /// By shader and entry point.
+    pipelines: Mutex<HashMap<[&'static str; 2], wgpu::ComputePipeline>>,
     /// The sum of lamps.
     pub relight: RelightPass,
 }
@@ -118,13 +31,18 @@ pub struct GpuPicture {
     pub(super) buffer: wgpu::Buffer,
 }
 
+/// Columns and rows as shaders are told them.
+pub(crate) fn extent((width, height): (usize, usize)) -> [u32; 2] {
+    [width as u32, height as u32]
+}
+
 impl GpuPicture {
     /// Columns and rows.
     pub fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
 
-    /// What a compute pass or a window binds.
+    /// What a compute pass binds.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
         self.buffer.as_entire_binding()
     }
@@ -154,30 +72,27 @@ impl PicturePasses {
                 buffer(4, storage(false)),
             ],
         });
-        let entries = SHADERS.iter().flat_map(|(_, _, entries)| *entries);
         Self {
             device: device.clone(),
             queue: queue.clone(),
             layout,
-            pipelines: entries.map(|entry| (*entry, OnceLock::new())).collect(),
+            pipelines: Mutex::default(),
             relight: RelightPass::new(device, queue),
         }
     }
 
-    /// The compiled shader of this entry point.
-    pub(super) fn pipeline(&self, entry: &'static str) -> Result<&wgpu::ComputePipeline> {
-        let shader = SHADERS.iter().find(|(_, _, all)| all.contains(&entry));
-        let slot = self.pipelines.iter().find(|(name, _)| *name == entry);
-        let (Some((name, text, _)), Some((_, slot))) = (shader, slot) else {
-            return Err(Error::bug(format!(
-                "the GPU's passes have no shader {entry}"
-            )));
-        };
-        Ok(slot.get_or_init(|| {
+    /// The compiled entry point of a shader.
+    pub(super) fn pipeline(&self, shader: &Shader, entry: &'static str) -> wgpu::ComputePipeline {
+        // The map is whole at any time, even if a lost GPU made a thread panic here.
+        let mut pipelines = self
+            .pipelines
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let compile = || {
             let device = &self.device;
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(name),
-                source: wgpu::ShaderSource::Wgsl((*text).into()),
+                label: Some(shader.name),
+                source: wgpu::ShaderSource::Wgsl(shader.source().into()),
             });
             let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some("picture to picture"),
@@ -192,7 +107,9 @@ impl PicturePasses {
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             })
-        }))
+        };
+        let slot = pipelines.entry([shader.name, entry]);
+        slot.or_insert_with(compile).clone()
     }
 
     /// `width · height` pixels of RGBA f32 that this device has.

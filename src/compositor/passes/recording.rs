@@ -1,18 +1,20 @@
 //! Passes of one picture as they are recorded for the GPU, and what is read of them in the end.
 
 use super::clock::Clock;
-use super::pictures::{GpuPicture, PicturePasses, WORKGROUP};
+use super::pictures::{GpuPicture, PicturePasses, WORKGROUP, extent};
 use super::read::{image, read_back};
+use super::shader::Shader;
 use crate::Pass;
 use crate::pyramid::Rgba;
 use base::error::Result;
+use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::Image;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Passes that are recorded, in order. The GPU begins when something is read: [`Self::look`] or
 /// [`Self::finish`].
 pub struct Recording<'a> {
-    pub(super) passes: &'a PicturePasses,
+    passes: &'a PicturePasses,
     commands: wgpu::CommandEncoder,
     clock: Option<Clock>,
     /// What shaders count: how many pixels were mended.
@@ -20,14 +22,22 @@ pub struct Recording<'a> {
     pass: Pass,
 }
 
+/// Parameters of shaders that go by the size and two more values at most.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(crate) struct PlainParams {
+    pub size: [u32; 2],
+    pub values: [u32; 2],
+}
+
 /// What was read of a recording.
 pub struct Readback {
     /// The pictures that were asked for, without their fourth values.
     pub pictures: Vec<Image>,
-    /// How many pixels of the subject were no numbers.
+    /// How many pixels of the subject were NaN or infinite.
     pub mended: usize,
-    /// Milliseconds on the GPU's own clock of every dispatch and the pass that it belongs to, in order;
-    /// none where it has no such clock.
+    /// Milliseconds on the GPU's own clock of every dispatch and the pass that it belongs to, in order; None if it
+    /// has no such clock.
     pub times: Option<Vec<(Pass, f64)>>,
 }
 
@@ -55,6 +65,11 @@ impl<'a> Recording<'a> {
         }
     }
 
+    /// Those of the GPU that this is for.
+    pub fn passes(&self) -> &'a PicturePasses {
+        self.passes
+    }
+
     /// What follows belongs to this pass.
     pub fn begin(&mut self, pass: Pass) {
         self.pass = pass;
@@ -64,8 +79,8 @@ impl<'a> Recording<'a> {
     pub(super) fn record<T>(
         &mut self,
         label: &str,
-        encode: impl FnOnce(&mut wgpu::ComputePass) -> Result<T>,
-    ) -> Result<T> {
+        encode: impl FnOnce(&mut wgpu::ComputePass) -> T,
+    ) -> T {
         let timestamp_writes = self.clock.as_mut().and_then(|clock| clock.span(self.pass));
         let mut pass = self
             .commands
@@ -94,9 +109,9 @@ impl<'a> Recording<'a> {
 
     /// Records one shader over every pixel of a new picture of `size`. `params` is laid out as the shader's
     /// `Params`. Where there is no `second`, the shader does not look at it.
-    pub(super) fn run(
+    pub(crate) fn run(
         &mut self,
-        entry: &'static str,
+        (shader, entry): (&Shader, &'static str),
         params: &[u8],
         first: &GpuPicture,
         second: Option<&GpuPicture>,
@@ -105,20 +120,34 @@ impl<'a> Recording<'a> {
         let result = self.blank(size)?;
         let groups = [size.0, size.1].map(|n| (n as u32).div_ceil(WORKGROUP));
         let bound = [first, second.unwrap_or(first), &result].map(GpuPicture::binding);
-        self.dispatch(entry, params, bound, groups)?;
+        self.dispatch((shader, entry), params, bound, groups);
         Ok(result)
+    }
+
+    /// Records a shader that goes by the size and two more values at most, over every pixel of the first picture. A
+    /// second has the size of the first.
+    pub(crate) fn plain(
+        &mut self,
+        shader: (&Shader, &'static str),
+        values: [u32; 2],
+        first: &GpuPicture,
+        second: Option<&GpuPicture>,
+    ) -> Result<GpuPicture> {
+        let size = extent(first.size());
+        let params = PlainParams { size, values };
+        self.run(shader, bytes_of(&params), first, second, first.size())
     }
 
     /// Records one shader over so many workgroups; `bound` are its first, its second and its result.
     pub(super) fn dispatch(
         &mut self,
-        entry: &'static str,
+        (shader, entry): (&Shader, &'static str),
         params: &[u8],
         bound: [wgpu::BindingResource; 3],
         groups: [u32; 2],
-    ) -> Result<()> {
+    ) {
         let passes = self.passes;
-        let pipeline = passes.pipeline(entry)?;
+        let pipeline = passes.pipeline(shader, entry);
         let params = passes.device.create_buffer_init(&BufferInitDescriptor {
             label: Some(entry),
             contents: params,
@@ -135,11 +164,10 @@ impl<'a> Recording<'a> {
             entries: &entries,
         });
         self.record(entry, |pass| {
-            pass.set_pipeline(pipeline);
+            pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &bindings, &[]);
             pass.dispatch_workgroups(groups[0], groups[1], 1);
-            Ok(())
-        })
+        });
     }
 
     /// Has the GPU do what was recorded so far, and reads pictures of it: what decisions are made by while

@@ -3,12 +3,15 @@
 //! [`crate::reference::relight_compressed`].
 
 use super::read::{image, read_back};
-use crate::reference::lit_lamps;
+use super::shader::Shader;
 use base::error::{Error, Result};
 use imaging::Image;
 use reflectance::compressed::shares;
 use reflectance::{FieldBuffer, FieldFormat, HalfField, ReflectanceField};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+pub(crate) const RELIGHT: Shader =
+    Shader::alone("relight", include_str!("../../../shaders/relight.wgsl"));
 
 /// Pixels of one workgroup, as in the shader.
 const WORKGROUP: u32 = 64;
@@ -51,8 +54,8 @@ impl RelightPass {
     /// Compiles the shader.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("relight"),
-            source: wgpu::ShaderSource::Wgsl(include_str!("../../../shaders/relight.wgsl").into()),
+            label: Some(RELIGHT.name),
+            source: wgpu::ShaderSource::Wgsl(RELIGHT.source().into()),
         });
         let pipeline = |entry_point| {
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -225,12 +228,10 @@ impl RelightPass {
             FieldFormat::Components { basis } => shares(basis, weights),
             FieldFormat::Full | FieldFormat::Half { .. } => weights.to_vec(),
         };
-        let mut shares: Vec<Share> = lit_lamps(&weights)
-            .into_iter()
-            .map(|lamp| Share {
-                weight: weights[lamp],
-                lamp: lamp as u32,
-            })
+        let mut shares: Vec<Share> = (0..)
+            .zip(weights)
+            .filter(|(_, weight)| *weight != [0.0; 3])
+            .map(|(lamp, weight)| Share { weight, lamp })
             .collect();
         let shape = Shape {
             pixels: pixels as u32,
@@ -313,7 +314,9 @@ fn check_lamps(lamps: usize, weights: &[[f32; 3]]) -> Result<()> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::relight::{relight, relight_compressed, relight_half, tests::noise_field};
+    use crate::relight::{
+        lit_lamps, relight, relight_compressed, relight_half, tests::noise_field,
+    };
     use reflectance::CompressedField;
     use std::future::Future;
     use std::pin::pin;
@@ -364,8 +367,7 @@ pub(crate) mod tests {
 
     #[test]
     fn what_the_shader_is_told_is_laid_out_as_it_says() {
-        let text = include_str!("../../../shaders/relight.wgsl");
-        let module = naga::front::wgsl::parse_str(text).unwrap();
+        let module = naga::front::wgsl::parse_str(&RELIGHT.source()).unwrap();
         for (name, size, offsets) in [
             ("Shape", size_of::<Shape>(), &[0, 4, 8, 12][..]),
             ("Share", size_of::<Share>(), &[0, 12]),

@@ -1,15 +1,16 @@
 //! The subject on the GPU: the sum of lamps, mended, its edge extended and cut out by its matte.
 
-use super::effects::size_of_picture;
-use super::pictures::{GpuPicture, PicturePasses};
+use super::pictures::{GpuPicture, PicturePasses, extent};
 use super::recording::Recording;
-use crate::edges::rings;
-use crate::reference::SOLID;
+use super::shader::Shader;
+use crate::edges::{SOLID, rings};
 use base::error::Result;
 use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::{Image, Mask};
 use reflectance::FieldBuffer;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+pub(crate) const EDGES: Shader = Shader::new("edges", include_str!("../../../shaders/edges.wgsl"));
 
 /// A frame's matte on the GPU.
 #[derive(Clone, Debug)]
@@ -84,12 +85,12 @@ impl Recording<'_> {
         Ok(values.into_iter().map(|[r, g, b, _]| [r, g, b]).collect())
     }
 
-    /// The sum of a field's lamps as it is: values that are no numbers stay.
+    /// The sum of a field's lamps as it is: NaN and infinite values stay.
     ///
     /// # Errors
     /// When the field does not fit the weights, is larger than the device can bind, or there is no room.
     pub fn sum(&mut self, field: &FieldBuffer, weights: &[[f32; 3]]) -> Result<GpuPicture> {
-        let passes = self.passes;
+        let passes = self.passes();
         passes.relight.check_binds(field, weights)?;
         let relit = self.record("relight", |pass| {
             passes.relight.encode(pass, field, weights)
@@ -113,24 +114,24 @@ impl Recording<'_> {
     }
 
     /// Mends a sum of lamps, extends the colour of the solid subject over its edge and cuts it out, as
-    /// [`crate::reference::extend_edges`] does. Where a hole of pixels that are no numbers is
-    /// wider than one pixel, each takes the mean of the nearest that are, instead of ring by ring.
+    /// [`crate::reference::extend_edges`] does. Where a hole of NaN or infinite pixels is wider than one pixel, each takes
+    /// the mean of the nearest finite ones, instead of ring by ring.
     ///
     /// # Errors
     /// When the device has no room.
     pub fn cut_out(&mut self, sum: &GpuPicture, matte: &GpuMatte) -> Result<GpuPicture> {
         let params = EdgeParams {
-            size: size_of_picture(sum.size()),
+            size: extent(sum.size()),
             rings: matte.ring_count,
             solid: SOLID,
         };
         let (params, second) = (bytes_of(&params), &matte.picture);
-        let mended = self.run("mend", params, sum, Some(second), sum.size())?;
+        let mended = self.run((&EDGES, "mend"), params, sum, Some(second), sum.size())?;
         if matte.ring_count > 0 {
             let rings = matte.rings.as_entire_binding();
             let bound = [rings, second.binding(), mended.binding()];
-            self.dispatch("extend", params, bound, [1, 1])?;
+            self.dispatch((&EDGES, "extend"), params, bound, [1, 1]);
         }
-        self.run("cut", params, &mended, Some(second), sum.size())
+        self.run((&EDGES, "cut"), params, &mended, Some(second), sum.size())
     }
 }

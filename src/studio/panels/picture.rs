@@ -8,7 +8,7 @@ use crate::panels::number_ui;
 use crate::panels::rows::{FIELD, NAME, Row, choice_ui};
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
-use scene::{Background, Channel, Effects, Inspection, ViewTransform};
+use scene::{Background, Channel, Effects, Inspection, STRENGTHS, Strength, ViewTransform};
 
 /// The panel has no state of its own.
 #[derive(Default)]
@@ -83,62 +83,18 @@ fn exposure_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     ui.end_row();
 }
 
-/// An effect's strength from 0 to `most`; a drag of 200 points covers the range.
-const fn strength(
-    name: &'static str,
-    of: fn(&mut Effects) -> &mut f32,
-    most: f32,
-    hint: &'static str,
-) -> Row<Effects> {
+/// The row of an effect's strength; a drag of 200 points covers its range.
+fn row(strength: &Strength) -> Row<Effects> {
     Row {
-        name,
-        of,
-        range: 0.0..=most,
-        speed: most / 200.0,
-        decimals: if most < 1.0 { 3 } else { 2 },
+        name: strength.label,
+        of: strength.of,
+        range: 0.0..=strength.most,
+        speed: strength.most / 200.0,
+        decimals: if strength.most < 0.5 { 3 } else { 2 },
         suffix: "",
-        hint,
+        hint: strength.hint,
     }
 }
-
-const ROWS: [Row<Effects>; 6] = [
-    strength(
-        "Background blur",
-        |effects| &mut effects.background_blur,
-        0.25,
-        "Puts the background out of focus; radius as a share of the picture's height",
-    ),
-    strength(
-        "Light wrap",
-        |effects| &mut effects.light_wrap,
-        1.0,
-        "Wraps the background's light around the subject's edge",
-    ),
-    strength(
-        "Despill",
-        |effects| &mut effects.despill,
-        1.0,
-        "Removes green- or blue-screen spill from the subject's edge",
-    ),
-    strength(
-        "Glare",
-        |effects| &mut effects.glare,
-        1.0,
-        "Scatters light above white, as a lens does",
-    ),
-    strength(
-        "Grain",
-        |effects| &mut effects.grain,
-        4.0,
-        "Adds the plate's grain; 1 matches the plate",
-    ),
-    strength(
-        "Smoothing",
-        |effects| &mut effects.smoothing,
-        1.0,
-        "Evens out jumps in brightness between frames",
-    ),
-];
 
 /// What the picture can show: the setting, its name and its key.
 pub const SHOWN: [(Inspection, &str, &str); 7] = [
@@ -167,8 +123,8 @@ fn effects_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
     if changed != effects {
         out.push(Command::Look(LookCommand::Effects(changed)));
     }
-    for row in &ROWS {
-        row.ui(ui, &effects, out, |wanted| {
+    for strength in STRENGTHS {
+        row(strength).ui(ui, &effects, out, |wanted| {
             Command::Look(LookCommand::Effects(wanted))
         });
         ui.end_row();

@@ -1,23 +1,33 @@
-use super::super::pictures::{PicturePasses, SHADERS};
-use super::super::relight::tests::any_device;
-use super::super::subject::EdgeParams;
+//! What a GPU makes agrees with its twins on the CPU.
+
+use super::pyramid::PyramidParams;
+use super::recording::PlainParams;
+use super::relight::tests::any_device;
+use super::subject::EdgeParams;
 use super::*;
+use crate::background::BackgroundParams;
+use crate::facts::BINS;
+use crate::false_color::FalseColorParams;
+use crate::grain::GrainParams;
 use crate::pyramid::Rgba;
-use crate::{self as cpu, compose::tests::disc, reference};
+use crate::{self as cpu, CameraView, Grain, Screen, compose::tests::disc, light_wrap, reference};
+use base::error::Result;
 use imaging::{Encoded, Image, Mask, Raster, resample::resize_area};
+use scene::{Channel, ViewTransform};
 
 /// Sizes with nothing in common: a pixel, odd and even ones, one that halves many times.
 const SIZES: [(usize, usize); 4] = [(1, 1), (37, 61), (96, 96), (129, 64)];
 
-struct Set {
-    passes: PicturePasses,
-    image: Image,
-    mask: Mask,
-    on_gpu: GpuPicture,
+/// A picture and its matte, in memory and on a GPU.
+pub struct Set {
+    pub passes: PicturePasses,
+    pub image: Image,
+    pub mask: Mask,
+    pub on_gpu: GpuPicture,
 }
 
-/// Runs on every size, with light from black to 1e6; nothing where there is no adapter.
-fn on_every_size(test: impl Fn(&Set)) {
+/// Runs on every size, with light from black to 1e6; nothing if there is no adapter.
+pub fn on_every_size(test: impl Fn(&Set)) {
     let Some((device, queue)) = any_device() else {
         return;
     };
@@ -46,7 +56,7 @@ fn on_every_size(test: impl Fn(&Set)) {
 
 impl Set {
     /// What the GPU makes.
-    fn there(&self, make: impl FnOnce(&mut Recording) -> Result<GpuPicture>) -> Rgba {
+    pub fn there(&self, make: impl FnOnce(&mut Recording) -> Result<GpuPicture>) -> Rgba {
         let mut recording = self.passes.begin();
         let made = make(&mut recording).unwrap();
         let [made] = recording.read([&made]).unwrap();
@@ -63,7 +73,7 @@ impl Set {
 
     /// The GPU's picture is the CPU's: no value is apart by more than `most`, in units of 1 and of the
     /// value itself, whichever is larger. The fourth values are the matte.
-    fn assert_same(&self, name: &str, there: &Rgba, here: &Image, most: f32) {
+    pub fn assert_same(&self, name: &str, there: &Rgba, here: &Image, most: f32) {
         assert_eq!(there.size(), here.size());
         let values = there.pixels.iter().zip(&here.pixels);
         let apart = values.flat_map(|(there, here)| {
@@ -82,8 +92,9 @@ impl Set {
 
 #[test]
 fn parameters_are_laid_out_as_the_shaders_say() {
-    for (name, text, _) in SHADERS {
-        let module = naga::front::wgsl::parse_str(text).unwrap();
+    for shader in crate::shaders().filter(|shader| shader.name != "relight") {
+        let name = shader.name;
+        let module = naga::front::wgsl::parse_str(&shader.source()).unwrap();
         let params = module
             .types
             .iter()
@@ -288,7 +299,7 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
     on_every_size(|set| {
         let mut here = set.image.clone();
         reference::scale(&mut here, 1.5f32.exp2());
-        let there = set.there(|recording| recording.exposure(&set.on_gpu, 1.5));
+        let there = set.there(|recording| recording.scale(&set.on_gpu, 1.5f32.exp2()));
         set.assert_same("exposure", &there, &here, 1e-6);
         let curves = [
             ViewTransform::Srgb,
@@ -319,7 +330,6 @@ fn exposure_view_and_inspections_agree_with_their_twins() {
         let second = Encoded(codes.0.map(|[r, g, b]| [g, b, 1.0 - r]));
         let mut here = codes.clone();
         cpu::difference(&mut here, &second, 3.0).unwrap();
-        let second = set.upload(&second.0);
         let there = set.there(|recording| recording.difference(&on_gpu, &second, 3.0));
         set.assert_same("difference", &there, &here.0, 1e-6);
     });
@@ -377,7 +387,7 @@ fn dither_agrees_with_its_twin() {
 }
 
 #[test]
-fn no_value_that_is_no_number_spreads_on_the_gpu() {
+fn nan_and_infinity_do_not_spread_on_the_gpu() {
     let Some((device, queue)) = any_device() else {
         return;
     };
