@@ -10,7 +10,7 @@ use super::latest::Latest;
 use base::error::Error;
 use base::progress::Control;
 use calibration::Calibration;
-use compositor::{Field, Keeping};
+use compositor::{Field, FieldEncoder};
 use footage::Frame;
 use gpu::ComputeDevice;
 use light::Rig;
@@ -60,7 +60,7 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     let compute = compute.clone();
     let (project, response) = (project.clone(), calibration.response);
     // In f16 twice as many frames stay at hand.
-    let mut keeping = Keeping::default();
+    let mut encoder = FieldEncoder::default();
     let rivals = ComparisonReader::new(&project, &calibration, &compute);
     Ok(Source {
         rig: calibration.rig,
@@ -68,8 +68,9 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
         comparison: Box::new(rivals.find()),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
-            let field = compute
-                .guarded(|| keeping.keep(predictor.predict_on_device(&frame)?, compute.passes()))?;
+            let field = compute.guarded(|| {
+                encoder.encode(predictor.predict_on_device(&frame)?, compute.passes())
+            })?;
             Ok((frame, field))
         }),
     })
