@@ -3,7 +3,9 @@
 
 pub mod error;
 pub mod memory;
+mod numbers;
 pub mod progress;
 pub mod turn;
 
 pub use error::{Error, Result};
+pub use numbers::numbers;

@@ -3,20 +3,31 @@
 use super::gamma::Comparison;
 use super::silhouette::Circle;
 use base::error::{Error, Result};
+use base::numbers;
 use imaging::{DualGamma, Response};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
+use std::str::FromStr;
 
 /// How a project is calibrated. What is `None` is found automatically.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, clap::Args)]
 pub struct CalibrateSettings {
-    /// The mirror ball's silhouette; the project keeps it.
+    /// The ball's centre and radius in pixels of its photographs, instead of the project's.
+    #[arg(long, value_name = "X,Y,RADIUS", conflicts_with = "find_circle")]
     pub circle: Option<Circle>,
-    /// Find the silhouette in the photographs instead of using the project's.
+    /// Find the ball in its photographs instead of using the project's circle.
+    #[arg(long = "find-ball")]
     pub find_circle: bool,
-    /// How exemplars and interview are compared.
+    /// How exemplars and interview are compared [default: by pixels if a frame shows a pose].
+    #[arg(long, value_enum)]
     pub comparison: Option<Comparison>,
-    /// The camera's response and the exposure, set by hand.
+    /// Use this camera response (two exponents, srgb, rec709 or linear) and exposure of the interview instead of
+    /// fitting them.
+    #[arg(
+        long = "gamma",
+        value_name = "RESPONSE[,EXPOSURE]",
+        conflicts_with = "comparison"
+    )]
     pub trial: Option<Trial>,
 }
 
@@ -66,6 +77,58 @@ impl Trial {
                 standard => standard,
             },
             exposure: within(self.exposure + exposure, Self::EXPOSURES),
+        }
+    }
+}
+
+impl FromStr for Trial {
+    type Err = String;
+
+    /// A response and, after another comma, an exposure, which is 1 if left out.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let numbers_of_response = match text.split(',').next().and_then(Response::standard) {
+            Some(_) => 1,
+            None => 2,
+        };
+        let (response, exposure) = match text.match_indices(',').nth(numbers_of_response - 1) {
+            Some((comma, _)) => (&text[..comma], &text[comma + 1..]),
+            None => (text, "1"),
+        };
+        let [exposure] = numbers(exposure, "an exposure such as 1.1")?;
+        Self::new(response.parse()?, exposure as f32).map_err(|e| e.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_response_is_a_name_or_exponents_and_an_exposure_may_follow() {
+        let dual = Response::Dual(DualGamma {
+            gamma1: 2.5,
+            gamma2: 1.75,
+        });
+        for (text, response, exposure) in [
+            ("2.5,1.75", dual, 1.0),
+            ("2.5, 1.75, 1.25", dual, 1.25),
+            ("srgb", Response::Srgb, 1.0),
+            ("Rec709,0.5", Response::Rec709, 0.5),
+            ("linear", Response::Linear, 1.0),
+        ] {
+            assert_eq!(text.parse(), Ok(Trial { response, exposure }), "{text}");
+        }
+        for text in [
+            "",
+            "2.5",
+            "log",
+            "srgb,",
+            "srgb,9",
+            "9,9",
+            "2.5,1.75,1,1",
+            "nan,2",
+        ] {
+            assert!(text.parse::<Trial>().is_err(), "{text}");
         }
     }
 }

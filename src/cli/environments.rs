@@ -1,9 +1,7 @@
 //! `afterlight environments`.
 
 use super::OutputArgs;
-use super::parse::parse_front;
 use clap::Args;
-use light::conventions::Front;
 use project::EnvironmentChange;
 use std::path::PathBuf;
 use worker::Job;
@@ -16,20 +14,8 @@ use worker::Job;
 pub struct EnvironmentsArgs {
     /// The project's folder.
     project: PathBuf,
-    /// Add a panorama file. Can be given several times.
-    #[arg(long, value_name = "FILE")]
-    add: Vec<PathBuf>,
-    /// Set --front for this environment, a name or a file. Can be given several times.
-    #[arg(long, value_name = "NAME", requires = "front")]
-    of: Vec<PathBuf>,
-    /// Which way is front in --add and --of: the convention of a tool (afterlight, openexr, usd, nuke, mitsuba, threejs,
-    /// blender), or the yaw in degrees that brings it to the middle.
-    #[arg(long, value_name = "TOOL|DEG", value_parser = parse_front, allow_hyphen_values = true)]
-    front: Option<Front>,
-    /// Remove an added environment from the list, by its name or file; the file stays. Can be given several
-    /// times.
-    #[arg(long, value_name = "NAME")]
-    remove: Vec<PathBuf>,
+    #[command(flatten)]
+    change: EnvironmentChange,
     #[command(flatten)]
     pub output: OutputArgs,
 }
@@ -39,12 +25,7 @@ impl EnvironmentsArgs {
     pub fn job(self) -> Job {
         Job::Environments {
             project: self.project,
-            change: EnvironmentChange {
-                add: self.add,
-                front: self.front,
-                of: self.of,
-                remove: self.remove,
-            },
+            change: self.change,
         }
     }
 }

@@ -1,10 +1,8 @@
 //! `afterlight frame`.
 
 use super::OutputArgs;
-use super::parse::parse_square;
 use clap::Args;
-use footage::{FrameSettings, Square};
-use project::Padding;
+use footage::FrameSettings;
 use std::path::PathBuf;
 use worker::Job;
 
@@ -16,16 +14,8 @@ use worker::Job;
 pub struct FrameArgs {
     /// The project's folder.
     project: PathBuf,
-    /// Left edge, upper edge and side of the square in pixels of the interview's frames; it may extend
-    /// beyond their edges. Exemplars of the same size are framed alike.
-    #[arg(long, value_name = "X,Y,SIDE", value_parser = parse_square, allow_hyphen_values = true)]
-    interview: Option<Square>,
-    /// The same for the exemplars, if they have another size.
-    #[arg(long, value_name = "X,Y,SIDE", value_parser = parse_square, allow_hyphen_values = true)]
-    exemplars: Option<Square>,
-    /// What fills the square beyond the pictures' edges.
-    #[arg(long, value_enum, default_value_t)]
-    padding: Padding,
+    #[command(flatten)]
+    settings: FrameSettings,
     #[command(flatten)]
     pub output: OutputArgs,
 }
@@ -35,11 +25,7 @@ impl FrameArgs {
     pub fn job(self) -> Job {
         Job::Frame {
             project: self.project,
-            settings: FrameSettings {
-                interview: self.interview,
-                exemplars: self.exemplars,
-                padding: self.padding,
-            },
+            settings: self.settings,
         }
     }
 }

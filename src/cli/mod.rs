@@ -12,8 +12,7 @@ mod review;
 mod train;
 
 use base::error::Result;
-use calibration::gamma::Comparison;
-use calibration::{CalibrateSettings, Circle, Trial};
+use calibration::CalibrateSettings;
 use checkpoints::CheckpointsArgs;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
@@ -22,7 +21,7 @@ use evaluation::EvaluateSettings;
 use footage::ImportSettings;
 use frame::FrameArgs;
 use gpu::DeviceChoice;
-use parse::{parse_circle, parse_count, parse_trial};
+use parse::parse_count;
 use probe::ProbeArgs;
 use project::Project;
 use relight::RelightArgs;
@@ -69,18 +68,8 @@ enum Command {
 struct StageArgs {
     /// The folder to write.
     dir: PathBuf,
-    /// Interview frames.
-    #[arg(long, default_value_t = StageSettings::default().frames)]
-    frames: usize,
-    /// Width and height of the pictures in pixels.
-    #[arg(long, default_value_t = StageSettings::default().size)]
-    size: usize,
-    /// Random seed: the same seed gives the same files.
-    #[arg(long, default_value_t = StageSettings::default().seed)]
-    seed: u64,
-    /// Lamp banks, which are the lighting conditions of the OLATs.
-    #[arg(long, default_value_t = StageSettings::default().lamps)]
-    lamps: usize,
+    #[command(flatten)]
+    settings: StageSettings,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -94,12 +83,8 @@ struct ImportArgs {
     /// The folder that holds the shoot's manifest.json.
     #[arg(long)]
     shoot: PathBuf,
-    /// Working size in pixels, a power of two.
-    #[arg(long, default_value_t = 128)]
-    size: usize,
-    /// Seed of the project's random draws.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    settings: ImportSettings,
     /// Use only this many lamps, chosen evenly over the sphere.
     #[arg(long, value_name = "N", value_parser = parse_count)]
     lamps: Option<usize>,
@@ -116,19 +101,8 @@ struct ImportArgs {
 struct CalibrateArgs {
     /// The project's folder.
     project: PathBuf,
-    /// The ball's centre and radius in pixels of its photographs, instead of the project's.
-    #[arg(long, value_name = "X,Y,RADIUS", value_parser = parse_circle, conflicts_with = "find_ball")]
-    circle: Option<Circle>,
-    /// Find the ball in its photographs instead of using the project's circle.
-    #[arg(long)]
-    find_ball: bool,
-    /// How exemplars and interview are compared [default: by pixels if a frame shows a pose].
-    #[arg(long, value_enum)]
-    comparison: Option<Comparison>,
-    /// Use this camera response (two exponents, srgb, rec709 or linear) and exposure of the interview instead of
-    /// fitting them.
-    #[arg(long, value_name = "RESPONSE[,EXPOSURE]", value_parser = parse_trial, conflicts_with = "comparison")]
-    gamma: Option<Trial>,
+    #[command(flatten)]
+    settings: CalibrateSettings,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -225,12 +199,7 @@ impl Cli {
                 args.output,
                 Ok(Job::Stage {
                     folder: args.dir,
-                    settings: StageSettings {
-                        frames: args.frames,
-                        size: args.size,
-                        seed: args.seed,
-                        lamps: args.lamps,
-                    },
+                    settings: args.settings,
                 }),
             ),
             Command::Import(args) => do_job(
@@ -238,10 +207,7 @@ impl Cli {
                 Ok(Job::Import {
                     project: args.project,
                     shoot: args.shoot,
-                    settings: ImportSettings {
-                        size: args.size,
-                        seed: args.seed,
-                    },
+                    settings: args.settings,
                     lamps: args.lamps,
                     name: args.name,
                 }),
@@ -252,12 +218,7 @@ impl Cli {
                 args.output,
                 Ok(Job::Calibrate {
                     project: args.project,
-                    settings: CalibrateSettings {
-                        circle: args.circle,
-                        find_circle: args.find_ball,
-                        comparison: args.comparison,
-                        trial: args.gamma,
-                    },
+                    settings: args.settings,
                 }),
             ),
             Command::Train(args) => do_job(args.output, args.job()),
@@ -321,6 +282,12 @@ fn project_folder(path: &Path) -> &Path {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_two_arguments_contradict_each_other() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
 
     #[test]
     fn a_project_is_opened_by_its_folder_or_its_file() {

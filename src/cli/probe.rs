@@ -1,7 +1,7 @@
 //! `afterlight probe`.
 
 use super::OutputArgs;
-use super::parse::{parse_circle, parse_response, parse_rgb};
+use super::parse::parse_rgb;
 use calibration::Circle;
 use calibration::develop::{BallPictures, DevelopSettings, Lens};
 use calibration::light_probe::{BallCamera, ClippedLight};
@@ -24,7 +24,7 @@ pub struct ProbeArgs {
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     stops: Vec<f32>,
     /// The ball's centre and radius in pixels [default: found in the photographs].
-    #[arg(long, value_name = "X,Y,RADIUS", value_parser = parse_circle)]
+    #[arg(long, value_name = "X,Y,RADIUS")]
     circle: Option<Circle>,
     /// The same ball from another side, to fill in what the first photograph hides.
     #[arg(long, value_name = "FILE", num_args = 1..)]
@@ -55,7 +55,7 @@ pub struct ProbeArgs {
     #[arg(long, value_name = "RADII", group = "lens")]
     distance: Option<f64>,
     /// The camera's response: two exponents, srgb, rec709 or linear.
-    #[arg(long, value_name = "RESPONSE", default_value = "2.2,2.2", value_parser = parse_response)]
+    #[arg(long, value_name = "RESPONSE", default_value = "2.2,2.2")]
     gamma: Response,
     /// The share of light that the ball reflects, in red, green and blue.
     #[arg(long, value_name = "R,G,B", default_value = "1,1,1", value_parser = parse_rgb)]

@@ -1,6 +1,6 @@
 //! `afterlight relight`.
 
-use super::parse::{parse_front, parse_keys, parse_light, parse_range};
+use super::parse::parse_range;
 use super::{DeviceArgs, OutputArgs};
 use clap::Args;
 use compositor::Storage;
@@ -28,9 +28,9 @@ pub struct RelightArgs {
     environment: PathBuf,
     /// Which way is front in the panorama's file, instead of what the project remembers: the convention of a tool
     /// (afterlight, openexr, usd, nuke, mitsuba, threejs, blender), or the yaw that brings it to the middle.
-    #[arg(long, value_name = "TOOL|DEG", value_parser = parse_front, allow_hyphen_values = true)]
+    #[arg(long, value_name = "TOOL|DEG", allow_hyphen_values = true)]
     front: Option<Front>,
-    /// How the panorama's file lays out the sphere [default: lat-long].
+    /// How the panorama's file lays out the sphere, if it is not a lat-long.
     #[arg(long, value_enum)]
     mapping: Option<Mapping>,
     /// Turn the environment: positive moves it to camera-right in front.
@@ -45,10 +45,10 @@ pub struct RelightArgs {
     #[arg(long)]
     turntable: bool,
     /// Keyframes of the yaw, added to --yaw.
-    #[arg(long, value_name = "FRAME:DEG,…", value_parser = parse_keys, allow_hyphen_values = true)]
+    #[arg(long, value_name = "FRAME:DEG,…", allow_hyphen_values = true)]
     yaw_keys: Option<Keyframes>,
     /// Keyframes of the environment's brightness in stops, added to --intensity.
-    #[arg(long, value_name = "FRAME:STOPS,…", value_parser = parse_keys, allow_hyphen_values = true)]
+    #[arg(long, value_name = "FRAME:STOPS,…", allow_hyphen_values = true)]
     intensity_keys: Option<Keyframes>,
     /// Interpolate keyframes linearly instead of smoothly.
     #[arg(long)]
@@ -146,7 +146,11 @@ struct LightingArgs {
     background_yaw: f32,
     /// A soft light of SIZE degrees across, at an azimuth (−90 camera-left, 90 camera-right, 180 at the camera)
     /// and an elevation. An intensity of π lights white that faces it to 1. Can be given several times.
-    #[arg(long, value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]", value_parser = parse_light, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]",
+        allow_hyphen_values = true
+    )]
     light: Vec<PlacedLight>,
 }
 

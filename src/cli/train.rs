@@ -25,7 +25,7 @@ pub struct TrainArgs {
     /// How exactly convolutions multiply on a CPU.
     #[arg(long, value_enum)]
     precision: Option<Precision>,
-    /// End after this many minutes of training, earlier runs counted in.
+    /// End after this many minutes of training, including earlier runs.
     #[arg(long, conflicts_with = "epochs", value_parser = parse_minutes)]
     minutes: Option<f64>,
     /// End after this many epochs, including earlier runs.

@@ -2,6 +2,7 @@
 
 use super::scan::counted;
 use base::error::{Error, Result};
+use base::numbers;
 use imaging::file::dimensions;
 use project::{Framing, Padding, Project};
 use serde::Serialize;
@@ -10,15 +11,33 @@ use std::path::PathBuf;
 /// A square in pixels: left edge, upper edge, side.
 pub type Square = (i32, i32, usize);
 
-/// Which squares to use.
-#[derive(Clone, Debug, Default)]
+/// Which squares to use; `None` keeps the current one.
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct FrameSettings {
-    /// The square of the interview's frames; `None` keeps theirs. If the exemplars have the same size, it is theirs
-    /// too.
+    /// Left edge, upper edge and side of the square in pixels of the interview's frames. It may extend beyond their
+    /// edges. Exemplars of the same size are framed alike.
+    #[arg(long, value_name = "X,Y,SIDE", value_parser = square, allow_hyphen_values = true)]
     pub interview: Option<Square>,
-    /// The square of the exemplars.
+    /// The same for the exemplars, if they have another size.
+    #[arg(long, value_name = "X,Y,SIDE", value_parser = square, allow_hyphen_values = true)]
     pub exemplars: Option<Square>,
+    /// What fills the square beyond the pictures' edges.
+    #[arg(long, value_enum, default_value_t)]
     pub padding: Padding,
+}
+
+/// Left edge, upper edge and side in whole pixels.
+fn square(text: &str) -> std::result::Result<Square, String> {
+    let numbers = numbers(text, "X,Y,SIDE in pixels")?;
+    let whole = |v: f64| v.fract() == 0.0 && v.abs() <= f64::from(i32::MAX);
+    let [x, y, side] = numbers;
+    if numbers.into_iter().all(whole) && side >= 1.0 {
+        Ok((x as i32, y as i32, side as usize))
+    } else {
+        Err(format!(
+            "{text:?} is not a square: give whole pixels and a side of at least 1"
+        ))
+    }
 }
 
 /// How a project's pictures are framed.

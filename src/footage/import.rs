@@ -10,11 +10,13 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// The settings of an import.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct ImportSettings {
-    /// Working size, a power of two.
+    /// Working size in pixels, a power of two.
+    #[arg(long, default_value_t = 128)]
     pub size: usize,
     /// Seed of every random draw of the project.
+    #[arg(long, default_value_t = 1)]
     pub seed: u64,
 }
 

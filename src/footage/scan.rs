@@ -1,6 +1,7 @@
 //! Scans a shoot's folder before import: what it holds, what is missing, and why that matters.
 
 use super::shoot::{Listing, MANIFEST, Manifest, name_of, png_names};
+use base::Result;
 use imaging::file::dimensions;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -52,118 +53,140 @@ pub fn is_shoot(folder: &Path) -> bool {
 pub fn scan(folder: &Path) -> Scan {
     let manifest = Manifest::read(folder);
     let listing = Listing::present(folder);
-    let names = |inside: &str| png_names(&folder.join(inside)).unwrap_or_default();
-    let Listing {
-        poses,
-        lamps,
-        frames,
-    } = &listing;
-    let first = frames
-        .first()
-        .map(|name| folder.join(format!("interview/{name}.png")));
-    let picture = first.map(|path| dimensions(&path));
-    let line = |part, found: String, lack: Option<String>| Line {
+    let first = listing.frames.first();
+    let picture = first.map(|name| dimensions(&folder.join(format!("interview/{name}.png"))));
+    let rate = manifest.as_ref().map_or(24.0, Manifest::frame_rate);
+    let lines = vec![
+        manifest_line(folder, &manifest, &listing),
+        interview(&listing, picture.as_ref(), rate),
+        exemplars(folder, &listing),
+        mirror_balls(folder, &listing),
+        mattes(folder, &listing),
+        environments(folder, manifest.as_ref().ok()),
+    ];
+    Scan {
+        folder: folder.to_path_buf(),
+        name: (manifest.ok().and_then(|m| m.name)).unwrap_or_else(|| name_of(folder)),
+        lines,
+        frames: listing.frames.len(),
+        poses: listing.poses.len(),
+        lamps: listing.lamps.len(),
+        picture: picture.and_then(Result::ok),
+    }
+}
+
+/// A part that every project needs.
+fn needed(part: &'static str, found: String, lack: Option<String>) -> Line {
+    Line {
         part,
         found,
         lack,
         needed: true,
-    };
-    let mut lines = vec![line(
-        "Manifest",
-        match &manifest {
-            Ok(_) => "positions of camera and mirror ball".to_owned(),
-            Err(_) => "none".to_owned(),
-        },
-        match &manifest {
-            Ok(manifest) => (manifest.check_counts(folder, &listing).err()).map(|e| e.to_string()),
-            Err(e) => Some(format!(
+    }
+}
+
+fn manifest_line(folder: &Path, manifest: &Result<Manifest>, listing: &Listing) -> Line {
+    let (found, lack) = match manifest {
+        Ok(manifest) => (
+            "positions of camera and mirror ball",
+            (manifest.check_counts(folder, listing).err()).map(|e| e.to_string()),
+        ),
+        Err(e) => (
+            "none",
+            Some(format!(
                 "{e}. It holds the positions of camera and ball, without which no lamp's direction can be found"
             )),
-        },
-    )];
-    let rate = manifest.as_ref().map_or(24.0, Manifest::frame_rate);
-    lines.push(match &picture {
-        Some(Ok((width, height))) => line(
-            "Interview",
-            format!(
-                "{} of {width} × {height} pixels, {rate} a second",
-                counted(frames.len(), "frame")
-            ),
+        ),
+    };
+    needed("Manifest", found.to_owned(), lack)
+}
+
+fn interview(listing: &Listing, picture: Option<&Result<(usize, usize)>>, rate: f64) -> Line {
+    let frames = counted(listing.frames.len(), "frame");
+    let (found, lack) = match picture {
+        Some(Ok((width, height))) => (
+            format!("{frames} of {width} × {height} pixels, {rate} a second"),
             None,
         ),
-        Some(Err(e)) => line(
-            "Interview",
-            counted(frames.len(), "frame"),
-            Some(e.to_string()),
-        ),
-        None => line(
-            "Interview",
+        Some(Err(e)) => (frames, Some(e.to_string())),
+        None => (
             "no frames".to_owned(),
             Some("Add the frames to relight as PNG files to interview/".to_owned()),
         ),
-    });
-    let olats = poses.iter().flat_map(|pose| {
-        let there: HashSet<String> = names(&format!("exemplars/{pose}")).into_iter().collect();
-        let absent = lamps.iter().filter(move |&lamp| !there.contains(lamp));
-        absent.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
-    });
-    let olats: Vec<String> = olats.collect();
-    lines.push(line(
-        "Exemplars",
-        format!("{} × {}", counted(poses.len(), "pose"), counted(lamps.len(), "lamp")),
-        if lamps.is_empty() || poses.is_empty() {
-            Some(
-                "Add a picture of each pose under each lamp as exemplars/POSE/LAMP.png: from these the network \
-                 learns what every lamp does"
-                    .to_owned(),
-            )
-        } else {
-            absent(&olats, "Every pose is needed under every lamp: a relit pose would lack that light")
-        },
-    ));
-    let there = names("probes");
-    let balls = std::iter::once("interview").chain(lamps.iter().map(String::as_str));
-    let balls: Vec<String> = balls
-        .filter(|name| !there.iter().any(|one| one == name))
+    };
+    needed("Interview", found, lack)
+}
+
+fn exemplars(folder: &Path, listing: &Listing) -> Line {
+    let Listing { poses, lamps, .. } = listing;
+    let lack = if lamps.is_empty() || poses.is_empty() {
+        Some(
+            "Add a picture of each pose under each lamp as exemplars/POSE/LAMP.png: from these the network learns \
+             what every lamp does"
+                .to_owned(),
+        )
+    } else {
+        let olats = poses.iter().flat_map(|pose| {
+            let there = pictures(folder, &format!("exemplars/{pose}"));
+            let missing = lamps.iter().filter(move |&lamp| !there.contains(lamp));
+            missing.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
+        });
+        absent(
+            &olats.collect::<Vec<_>>(),
+            "Every pose is needed under every lamp: a relit pose would lack that light",
+        )
+    };
+    let found = format!(
+        "{} × {}",
+        counted(poses.len(), "pose"),
+        counted(lamps.len(), "lamp")
+    );
+    needed("Exemplars", found, lack)
+}
+
+fn mirror_balls(folder: &Path, listing: &Listing) -> Line {
+    let there = pictures(folder, "probes");
+    let wanted = std::iter::once("interview").chain(listing.lamps.iter().map(String::as_str));
+    let missing: Vec<String> = wanted
+        .filter(|&name| !there.contains(name))
         .map(|name| format!("probes/{name}.png"))
         .collect();
-    lines.push(line(
+    needed(
         "Mirror balls",
         counted(there.len(), "photograph"),
         absent(
-            &balls,
+            &missing,
             "The lamps' directions and the interview's light are measured from the balls",
         ),
-    ));
-    let mattes = [("exemplar_masks", poses), ("interview_masks", frames)];
+    )
+}
+
+fn mattes(folder: &Path, listing: &Listing) -> Line {
+    let Listing { poses, frames, .. } = listing;
     let (mut found, mut missing) = (0, Vec::new());
     if poses.is_empty() && frames.is_empty() {
         missing.extend(["exemplar_masks/POSE.png", "interview_masks/FRAME.png"].map(str::to_owned));
     }
-    for (inside, wanted) in mattes {
-        let there: HashSet<String> = names(inside).into_iter().collect();
+    for (inside, wanted) in [("exemplar_masks", poses), ("interview_masks", frames)] {
+        let there = pictures(folder, inside);
         found += wanted.iter().filter(|&name| there.contains(name)).count();
         let lacks = wanted.iter().filter(|&name| !there.contains(name));
         missing.extend(lacks.map(|name| format!("{inside}/{name}.png")));
     }
-    lines.push(line(
+    needed(
         "Mattes",
         counted(found, "matte"),
         absent(
             &missing,
             "The mattes mark the subject: only that is learnt and relit",
         ),
-    ));
-    lines.push(environments(folder, manifest.as_ref().ok()));
-    Scan {
-        folder: folder.to_path_buf(),
-        name: (manifest.ok().and_then(|m| m.name)).unwrap_or_else(|| name_of(folder)),
-        lines,
-        frames: frames.len(),
-        poses: poses.len(),
-        lamps: lamps.len(),
-        picture: picture.and_then(Result::ok),
-    }
+    )
+}
+
+/// The names of the pictures in a folder of the shoot; empty if it cannot be read.
+fn pictures(folder: &Path, inside: &str) -> HashSet<String> {
+    let names = png_names(&folder.join(inside)).unwrap_or_default();
+    names.into_iter().collect()
 }
 
 /// Environments can be added at any time.

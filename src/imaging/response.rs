@@ -4,8 +4,10 @@ use super::color::unit;
 use super::dual_gamma::{DualGamma, decode_with, map_values};
 use super::raster::{Encoded, Image};
 use base::error::Error;
+use base::numbers;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::str::FromStr;
 
 /// A camera's response: encoded values in `[0, 1]` ↔ linear ones in `[0, 1]`. Every curve runs from
 /// 0 to 1 and never falls. Values outside `[0, 1]` are clipped, NaN gives 0.
@@ -31,6 +33,16 @@ const ALPHA: f64 = 1.099_296_826_809_443;
 const BETA: f64 = 0.018_053_968_510_807_81;
 
 impl Response {
+    /// The standard curve of this name, in any spacing and case.
+    pub fn standard(name: &str) -> Option<Self> {
+        [Self::Srgb, Self::Rec709, Self::Linear]
+            .into_iter()
+            .find(|curve| {
+                let own = curve.name().replace([' ', '.'], "");
+                own.eq_ignore_ascii_case(name.trim())
+            })
+    }
+
     /// The curve's name in sentences and in the window.
     pub fn name(&self) -> &'static str {
         match self {
@@ -181,6 +193,21 @@ impl TryFrom<Stored> for Response {
             Some(Standard::Rec709) => Self::Rec709,
             Some(Standard::Linear) => Self::Linear,
         })
+    }
+}
+
+impl FromStr for Response {
+    type Err = String;
+
+    /// `srgb`, `rec709`, `linear`, or the two exponents of a dual gamma such as `2.6,2.1`.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if let Some(curve) = Self::standard(text) {
+            return Ok(curve);
+        }
+        let names = "srgb, rec709, linear, or two exponents such as 2.6,2.1";
+        let [gamma1, gamma2] = numbers(text, names)?;
+        let curve = DualGamma::new(gamma1 as f32, gamma2 as f32).map_err(|e| e.to_string())?;
+        Ok(curve.into())
     }
 }
 

@@ -14,7 +14,9 @@
 //! | Blender | +X | ¼ | ψ − 90° | `gpu_shader_material_tex_environment.glsl`: u = −atan(y, x) / 2π + ½; manual, Mapping node: type Point turns the vector that is looked up |
 
 use super::latlong::uv_from_direction;
+use base::numbers;
 use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 
 /// A tool with its own setting for an environment's rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -155,6 +157,38 @@ pub fn sentence(yaw_deg: f32) -> String {
     format!("The same turn in other tools:{}", all.concat())
 }
 
+impl FromStr for Front {
+    type Err = String;
+
+    /// A tool's name, or the yaw in degrees that brings the front to the middle.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let name: String = text
+            .chars()
+            .filter(char::is_ascii_alphanumeric)
+            .collect::<String>()
+            .to_ascii_lowercase();
+        let tool = match name.as_str() {
+            "afterlight" => return Ok(Self::default()),
+            "openexr" | "exr" | "usd" => Tool::OpenExr,
+            "nuke" => Tool::Nuke,
+            "mitsuba" => Tool::Mitsuba,
+            "threejs" => Tool::ThreeJs,
+            "blender" => Tool::Blender,
+            _ => {
+                let [yaw_deg] = numbers(
+                    text,
+                    "afterlight, openexr, usd, nuke, mitsuba, threejs, blender or degrees of yaw",
+                )?;
+                return match yaw_deg.is_finite() {
+                    true => Ok(Self::new(yaw_deg as f32)),
+                    false => Err(format!("{text:?} is not an angle")),
+                };
+            }
+        };
+        Ok(Self::of(tool))
+    }
+}
+
 #[cfg(test)]
 mod balls;
 #[cfg(test)]
@@ -267,5 +301,16 @@ mod tests {
             serde_json::from_str::<Front>("-270.0").unwrap().yaw_deg(),
             90.0
         );
+    }
+
+    #[test]
+    fn front_is_a_tools_or_an_angle() {
+        assert_eq!("three.js".parse(), Ok(Front::at_column(0.25)));
+        assert_eq!("USD".parse(), Ok(Front::at_column(0.0)));
+        assert_eq!("Afterlight".parse(), Ok(Front::default()));
+        assert_eq!("-450".parse(), Ok(Front::new(-90.0)));
+        for text in ["", "maya", "nan", "1,2"] {
+            assert!(text.parse::<Front>().is_err(), "{text}");
+        }
     }
 }

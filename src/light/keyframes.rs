@@ -2,6 +2,7 @@
 
 use base::error::{Error, Result};
 use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 
 /// How a value goes from a key to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -168,6 +169,23 @@ impl Keyframes {
     }
 }
 
+impl FromStr for Keyframes {
+    type Err = String;
+
+    /// Values at frames, such as `0:0,24:90`.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let mut keys = Self::default();
+        for key in text.split(',') {
+            let refuse = || format!("{key:?} is not FRAME:VALUE");
+            let (frame, value) = key.split_once(':').ok_or_else(refuse)?;
+            let number = |text: &str| text.trim().parse().map_err(|_| refuse());
+            keys.insert(number(frame)?, number(value)?)
+                .map_err(|e| e.to_string())?;
+        }
+        Ok(keys)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -306,5 +324,14 @@ mod tests {
         assert!(keys.shift(1, 0.0, 0.0).is_err() && keys.shift(0, f64::NAN, 0.0).is_err());
         assert_eq!((keys.at(f64::NAN), keys.at(-1e300)), (Some(2.0), Some(2.0)));
         assert!(toml::from_str::<Keyframes>("keys = [{ frame = nan, value = 1.0 }]").is_err());
+    }
+
+    #[test]
+    fn keys_are_read_or_refused() {
+        let keys: Keyframes = "0:0, 24:-90.5".parse().unwrap();
+        assert_eq!((keys.keys().len(), keys.at(24.0)), (2, Some(-90.5)));
+        for text in ["", "3", "a:1", "1:nan", "1:2,"] {
+            assert!(text.parse::<Keyframes>().is_err(), "{text}");
+        }
     }
 }

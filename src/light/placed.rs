@@ -3,8 +3,10 @@
 #[cfg(test)]
 use super::Environment;
 use super::patch::{Outline, Patch};
+use base::numbers;
 use imaging::Image;
 use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 
 /// The outer part of a soft light over which it falls to nothing.
 const SOFTNESS: f64 = 0.3;
@@ -112,6 +114,36 @@ pub(super) fn with_lights(environment: &Environment, lights: &[PlacedLight]) -> 
         light.add_to(&mut lit.radiance);
     }
     lit
+}
+
+impl FromStr for PlacedLight {
+    type Err = String;
+
+    /// Azimuth, elevation and size across in degrees, intensity, and the colour, which is white if left out.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        const NAMES: &str = "AZIMUTH,ELEVATION,SIZE,INTENSITY or the same with R,G,B";
+        let full = if text.matches(',').count() == 3 {
+            format!("{text},1,1,1")
+        } else {
+            text.to_owned()
+        };
+        let values = numbers(&full, NAMES)?.map(|v: f64| v as f32);
+        let [yaw, pitch, size, intensity, r, g, b] = values;
+        let lights = size >= 0.0 && intensity >= 0.0 && [r, g, b].iter().all(|v| *v >= 0.0);
+        if !lights || !values.iter().all(|v| v.is_finite()) || pitch.abs() > 90.0 {
+            return Err(format!(
+                "{text:?} is not a light: {NAMES}, elevation within 90°, the rest not negative"
+            ));
+        }
+        Ok(Self {
+            yaw_deg: yaw,
+            pitch_deg: pitch,
+            radius_deg: size / 2.0,
+            color: [r, g, b],
+            intensity,
+            ..Self::default()
+        })
+    }
 }
 
 #[cfg(test)]
@@ -289,5 +321,22 @@ mod tests {
             lit.radiance.pixels.iter().map(|p| p[0]).fold(0.0, f32::max)
         };
         assert!(brightest(5.0) > 3.5 * brightest(10.0) && brightest(10.0) > 3.5 * brightest(20.0));
+    }
+
+    #[test]
+    fn lights_are_read_or_refused() {
+        let light: PlacedLight = "-135,45,25,3.14,1,0.5,0.25".parse().unwrap();
+        assert_eq!((light.radius_deg, light.color), (12.5, [1.0, 0.5, 0.25]));
+        assert_eq!("0,0,1,1".parse::<PlacedLight>().unwrap().color, [1.0; 3]);
+        for text in [
+            "",
+            "0,0,1",
+            "0,91,1,1",
+            "0,0,-1,1",
+            "0,0,1,nan",
+            "0,0,1,1,1",
+        ] {
+            assert!(text.parse::<PlacedLight>().is_err(), "{text}");
+        }
     }
 }

@@ -26,15 +26,20 @@ impl NamedEnvironment {
 }
 
 /// Changes to a project's environments.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct EnvironmentChange {
-    /// Files to add.
+    /// Add a panorama file. Can be given several times.
+    #[arg(long, value_name = "FILE")]
     pub add: Vec<PathBuf>,
-    /// Which way is front in `add` and in `of`.
-    pub front: Option<Front>,
-    /// Names or files of existing environments that `front` is for.
+    /// Set --front for this environment, a name or a file. Can be given several times.
+    #[arg(long, value_name = "NAME", requires = "front")]
     pub of: Vec<PathBuf>,
-    /// Names or files of added environments to remove. The files stay.
+    /// Which way is front in --add and --of: the convention of a tool (afterlight, openexr, usd, nuke, mitsuba,
+    /// threejs, blender), or the yaw in degrees that brings the front to the middle.
+    #[arg(long, value_name = "TOOL|DEG", allow_hyphen_values = true)]
+    pub front: Option<Front>,
+    /// Remove an added environment from the list, by its name or file; the file stays. Can be given several times.
+    #[arg(long, value_name = "NAME")]
     pub remove: Vec<PathBuf>,
 }
 

@@ -38,15 +38,19 @@ use serde::Serialize;
 use std::ops::RangeInclusive;
 
 /// What the stage produces.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, clap::Args)]
 pub struct StageSettings {
     /// Frames of the interview, from 1.
+    #[arg(long, default_value_t = StageSettings::default().frames)]
     pub frames: usize,
     /// Width and height of every picture in pixels, from 16.
+    #[arg(long, default_value_t = StageSettings::default().size)]
     pub size: usize,
-    /// Determines camera response, noise and movements; the same seed gives the same files.
+    /// Random seed of camera response, noise and movements: the same seed gives the same files.
+    #[arg(long, default_value_t = StageSettings::default().seed)]
     pub seed: u64,
     /// Banks of lamps, and so OLATs per pose, from 4 to 931, where each lamp is a bank of its own.
+    #[arg(long, default_value_t = StageSettings::default().lamps)]
     pub lamps: usize,
 }
 

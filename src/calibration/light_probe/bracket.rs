@@ -8,6 +8,7 @@
 use super::photograph::Photograph;
 use base::error::{Error, Result};
 use imaging::{Image, Raster};
+use std::fmt::Display;
 
 /// One photograph of a bracket.
 #[derive(Clone, Copy, Debug)]
@@ -55,17 +56,53 @@ const SHOULDER_WEIGHT: f32 = 1e-3;
 /// When there is no photograph, sizes differ, an exposure is NaN or infinite, two are the same, or the pictures
 /// contradict the order of the exposures.
 pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
-    let refuse = |problem: String, remedy: &str| {
-        Err(Error::invalid(
-            format!("the exposure bracket {problem}"),
-            remedy,
-        ))
+    let size = check(exposures)?;
+    let (ordered, disagreement_stops) = by_length(exposures)?;
+    let mut light = Image::filled(size.0, size.1, [0.0; 3]);
+    let mut deviation = light.clone();
+    let mut clipped = Raster::filled(size.0, size.1, [false; 3]);
+    let (mut dark_pixels, mut gap_pixels) = (0, 0);
+    for i in 0..light.pixels.len() {
+        let channels = [0, 1, 2].map(|c| channel(exposures, &ordered, i, c));
+        light.pixels[i] = channels.each_ref().map(|channel| finite(channel.light));
+        deviation.pixels[i] = channels.each_ref().map(|channel| finite(channel.deviation));
+        let any = |source: Source| channels.iter().any(|channel| channel.source == source);
+        clipped.pixels[i] = channels
+            .each_ref()
+            .map(|channel| channel.source == Source::Clipped);
+        dark_pixels += usize::from(any(Source::Dark));
+        gap_pixels += usize::from(any(Source::Gap));
+    }
+    let photographs: Vec<&Photograph> = exposures.iter().map(|e| e.photograph).collect();
+    let shortest = ordered[ordered.len() - 1];
+    let photograph = Photograph {
+        light,
+        clipped,
+        deviation,
+        white: shortest.photograph.white / shortest.stops.exp2(),
+        repaired_pixels: photographs.iter().map(|p| p.repaired_pixels).sum(),
     };
+    Ok(Bracket {
+        clipped_pixels: photograph.clipped_pixels(),
+        photograph,
+        dark_pixels,
+        gap_pixels,
+        measured_stops: measured_stops(&photographs),
+        disagreement_stops,
+    })
+}
+
+fn refuse<T>(problem: impl Display, remedy: &str) -> Result<T> {
+    Err(Error::invalid(
+        format!("the exposure bracket {problem}"),
+        remedy,
+    ))
+}
+
+/// Refuses photographs and exposures that cannot be a bracket; returns the photographs' size.
+fn check(exposures: &[Exposure]) -> Result<(usize, usize)> {
     let Some(first) = exposures.first() else {
-        return refuse(
-            "has no photograph".into(),
-            "Choose the photographs of the ball",
-        );
+        return refuse("has no photograph", "Choose the photographs of the ball");
     };
     let size = first.photograph.size();
     for (i, exposure) in exposures.iter().enumerate() {
@@ -90,7 +127,11 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
             );
         }
     }
-    // From the longest to the shortest.
+    Ok(size)
+}
+
+/// The exposures from the longest to the shortest, and [`Bracket::disagreement_stops`].
+fn by_length<'a, 'b>(exposures: &'b [Exposure<'a>]) -> Result<(Vec<&'b Exposure<'a>>, f32)> {
     let mut order: Vec<usize> = (0..exposures.len()).collect();
     order.sort_by(|&a, &b| exposures[b].stops.total_cmp(&exposures[a].stops));
     let mut disagreement = 0.0f32;
@@ -117,80 +158,77 @@ pub fn merge(exposures: &[Exposure]) -> Result<Bracket> {
             disagreement = disagreement.max((measured - given).abs());
         }
     }
-    let photographs: Vec<&Photograph> = exposures.iter().map(|e| e.photograph).collect();
-    let (mut dark_pixels, mut gap_pixels) = (0, 0);
-    let [longest, shortest] = [&order[..1], &order[order.len() - 1..]].map(|i| exposures[i[0]]);
-    let mut light = Image::filled(size.0, size.1, [0.0; 3]);
-    let mut deviation = light.clone();
-    let mut clipped = Raster::filled(size.0, size.1, [false; 3]);
-    for i in 0..light.pixels.len() {
-        let (mut dark, mut gap) = (false, false);
-        for c in 0..3 {
-            let (mut sum, mut weights) = (0.0f64, 0.0f64);
-            for exposure in exposures {
-                let Exposure { photograph, stops } = exposure;
-                let (x, sigma) = (
-                    photograph.light.pixels[i][c],
-                    photograph.deviation.pixels[i][c],
-                );
-                if photograph.clipped.pixels[i][c] || x <= 2.0 * sigma {
-                    continue;
-                }
-                let bend = 1.0 - (x / photograph.white - SHOULDER) / (1.0 - SHOULDER);
-                let time = f64::from(*stops).exp2();
-                let weight =
-                    (time / f64::from(sigma)).powi(2) * f64::from(bend.clamp(SHOULDER_WEIGHT, 1.0));
-                sum += weight * f64::from(x) / time;
-                weights += weight;
-            }
-            // If all exposures are clipped or black: clipping tells most in the shortest, black in the longest.
-            let all_clipped = shortest.photograph.clipped.pixels[i][c];
-            let fallback = if weights > 0.0 {
-                None
-            } else if all_clipped {
-                clipped.pixels[i][c] = true;
-                Some(shortest)
-            } else if longest.photograph.clipped.pixels[i][c] {
-                gap = true;
-                let brightest = order.iter().map(|&i| exposures[i]);
-                brightest
-                    .into_iter()
-                    .find(|e| !e.photograph.clipped.pixels[i][c])
-            } else {
-                dark = true;
-                Some(longest)
-            };
-            let (value, sigma) = match fallback {
-                None => (sum / weights, weights.recip().sqrt()),
-                Some(exposure) => {
-                    let time = f64::from(exposure.stops).exp2();
-                    (
-                        f64::from(exposure.photograph.light.pixels[i][c]) / time,
-                        f64::from(exposure.photograph.deviation.pixels[i][c]) / time,
-                    )
-                }
-            };
-            light.pixels[i][c] = value.min(f64::from(f32::MAX)) as f32;
-            deviation.pixels[i][c] = sigma.min(f64::from(f32::MAX)) as f32;
+    let ordered = order.into_iter().map(|i| &exposures[i]).collect();
+    Ok((ordered, disagreement))
+}
+
+/// Where a merged channel's light comes from.
+#[derive(Clone, Copy, PartialEq)]
+enum Source {
+    /// From the exposures that are neither clipped nor black there.
+    Measured,
+    /// Even the shortest exposure is clipped.
+    Clipped,
+    /// Clipped in one exposure and black in the next.
+    Gap,
+    /// Even the longest exposure is black.
+    Dark,
+}
+
+/// One merged channel of a pixel, at 0 stops.
+struct Channel {
+    light: f64,
+    deviation: f64,
+    source: Source,
+}
+
+/// Merges channel `c` of pixel `i`. `ordered` are the exposures from the longest to the shortest.
+fn channel(exposures: &[Exposure], ordered: &[&Exposure], i: usize, c: usize) -> Channel {
+    let (mut sum, mut weights) = (0.0f64, 0.0f64);
+    for Exposure { photograph, stops } in exposures {
+        let (x, sigma) = (
+            photograph.light.pixels[i][c],
+            photograph.deviation.pixels[i][c],
+        );
+        if photograph.clipped.pixels[i][c] || x <= 2.0 * sigma {
+            continue;
         }
-        dark_pixels += usize::from(dark);
-        gap_pixels += usize::from(gap);
+        let bend = 1.0 - (x / photograph.white - SHOULDER) / (1.0 - SHOULDER);
+        let time = f64::from(*stops).exp2();
+        let weight =
+            (time / f64::from(sigma)).powi(2) * f64::from(bend.clamp(SHOULDER_WEIGHT, 1.0));
+        sum += weight * f64::from(x) / time;
+        weights += weight;
     }
-    let photograph = Photograph {
-        light,
-        clipped,
-        deviation,
-        white: shortest.photograph.white / shortest.stops.exp2(),
-        repaired_pixels: photographs.iter().map(|p| p.repaired_pixels).sum(),
+    let measured = Channel {
+        light: sum / weights,
+        deviation: weights.recip().sqrt(),
+        source: Source::Measured,
     };
-    Ok(Bracket {
-        clipped_pixels: photograph.clipped_pixels(),
-        photograph,
-        dark_pixels,
-        gap_pixels,
-        measured_stops: measured_stops(&photographs),
-        disagreement_stops: disagreement,
-    })
+    if weights > 0.0 {
+        return measured;
+    }
+    // If all exposures are clipped or black: clipping tells most in the shortest, black in the longest.
+    let is_clipped = |exposure: &Exposure| exposure.photograph.clipped.pixels[i][c];
+    let (longest, shortest) = (ordered[0], ordered[ordered.len() - 1]);
+    let (exposure, source) = if is_clipped(shortest) {
+        (shortest, Source::Clipped)
+    } else if is_clipped(longest) {
+        let open = ordered.iter().find(|exposure| !is_clipped(exposure));
+        (*open.unwrap_or(&shortest), Source::Gap)
+    } else {
+        (longest, Source::Dark)
+    };
+    let time = f64::from(exposure.stops).exp2();
+    Channel {
+        light: f64::from(exposure.photograph.light.pixels[i][c]) / time,
+        deviation: f64::from(exposure.photograph.deviation.pixels[i][c]) / time,
+        source,
+    }
+}
+
+fn finite(value: f64) -> f32 {
+    value.min(f64::from(f32::MAX)) as f32
 }
 
 /// Each photograph's exposure in stops above the first's, from the pictures alone: along their order from bright to

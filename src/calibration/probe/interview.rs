@@ -1,6 +1,7 @@
 //! The interview's light as a sum of lamps, from the mirror balls.
 
 use super::super::code_values::{CodeValues, ResponseTable};
+use super::super::footprint::Footprint;
 use super::super::least_squares::NormalEquations;
 use super::{Probes, median};
 use imaging::color::luminance;
@@ -76,63 +77,14 @@ impl Probes {
         })
     }
 
-    /// The interview's light as a sum of lamps under a response: non-negative least squares of the
-    /// interview's ball by the lamps' balls, per channel, both blurred to half the lamps' spacing.
+    /// The interview's light as a sum of lamps under a response: a non-negative least-squares fit of the lamps' balls
+    /// to the interview's, per channel, both blurred to half the lamps' spacing.
     pub(crate) fn fit(&self, table: &ResponseTable) -> InterviewFit {
-        let n = self.blur.len().isqrt();
-        let blurred = |energy: &[[f32; 3]]| -> Vec<[f32; 3]> {
-            let lit: Vec<usize> = (0..n).filter(|&i| energy[i] != [0.0; 3]).collect();
-            let at = |cell: usize| {
-                lit.iter().fold([0.0f32; 3], |sum, &from| {
-                    let k = self.blur[cell * n + from];
-                    [0, 1, 2].map(|c| sum[c] + k * energy[from][c])
-                })
-            };
-            (0..n).map(at).collect()
-        };
-        let mut seen = vec![[0.0f32; 3]; n];
-        let ambient = self.interview_ambient(table);
-        for (pixel, code) in self
-            .interview
-            .iter()
-            .enumerate()
-            .filter(|(pixel, _)| self.comparable[*pixel])
-        {
-            let (cell, light) = (
-                &mut seen[usize::from(self.cell_of_pixel[pixel])],
-                table.rgb(*code),
-            );
-            for c in 0..3 {
-                cell[c] += (light[c] - ambient[c]) * self.ball.pixels[pixel].solid_angle;
-            }
-        }
-        let seen: Vec<[f32; 3]> = blurred(&seen)
-            .into_iter()
-            .map(|e| e.map(|v| v.max(0.0)))
-            .collect();
+        let interview = self.interview_cells(table);
         let lamps: Vec<Vec<[f32; 3]>> = self
             .footprints
             .par_iter()
-            .map(|footprint| {
-                let background = footprint.background(table);
-                let mut energy = vec![[0.0f32; 3]; n];
-                for (pixel, code) in footprint
-                    .pixels
-                    .iter()
-                    .filter(|(p, _)| self.comparable[*p as usize])
-                {
-                    let place = *pixel as usize;
-                    let (cell, light) = (
-                        &mut energy[usize::from(self.cell_of_pixel[place])],
-                        table.rgb(*code),
-                    );
-                    for c in 0..3 {
-                        cell[c] += (light[c] - background[c]).max(0.0)
-                            * self.ball.pixels[place].solid_angle;
-                    }
-                }
-                blurred(&energy)
-            })
+            .map(|footprint| self.lamp_cells(footprint, table))
             .collect();
         let mut weights = vec![[0.0f32; 3]; lamps.len()];
         let (mut error, mut power) = (0.0f64, 0.0f64);
@@ -140,30 +92,30 @@ impl Probes {
         let mut all = [0.0f32; 3];
         for c in 0..3 {
             let mut equations = NormalEquations::new(lamps.len());
-            for cell in 0..n {
+            for (cell, light) in interview.iter().enumerate() {
                 let terms: Vec<(usize, f64)> = lamps
                     .iter()
                     .enumerate()
                     .filter(|(_, lamp)| lamp[cell][c] > 0.0)
                     .map(|(i, lamp)| (i, f64::from(lamp[cell][c])))
                     .collect();
-                equations.add(&terms, f64::from(seen[cell][c]));
+                equations.add(&terms, f64::from(light[c]));
             }
             let solution = equations.solve();
             for (weight, x) in weights.iter_mut().zip(&solution) {
                 weight[c] = *x as f32;
             }
-            for cell in 0..n {
+            for (cell, light) in interview.iter().enumerate() {
                 let explained: f32 = lamps
                     .iter()
                     .zip(&weights)
                     .map(|(lamp, w)| w[c] * lamp[cell][c])
                     .sum();
-                let left = seen[cell][c] - explained;
+                let left = light[c] - explained;
                 error += f64::from(left).powi(2);
-                power += f64::from(seen[cell][c]).powi(2);
+                power += f64::from(light[c]).powi(2);
                 missing[c] += left.max(0.0);
-                all[c] += seen[cell][c];
+                all[c] += light[c];
             }
         }
         let share = |part: f64, whole: f64| {
@@ -178,5 +130,61 @@ impl Probes {
             residual: share(error, power).sqrt(),
             uncovered: share(f64::from(luminance(missing)), f64::from(luminance(all))).min(1.0),
         }
+    }
+
+    /// The blurred energy of the interview's ball in each cell, without ambient light; not negative.
+    fn interview_cells(&self, table: &ResponseTable) -> Vec<[f32; 3]> {
+        let mut energy = vec![[0.0f32; 3]; self.cells()];
+        let ambient = self.interview_ambient(table);
+        for (pixel, code) in self
+            .interview
+            .iter()
+            .enumerate()
+            .filter(|(pixel, _)| self.comparable[*pixel])
+        {
+            let light = table.rgb(*code);
+            let cell = &mut energy[usize::from(self.cell_of_pixel[pixel])];
+            for c in 0..3 {
+                cell[c] += (light[c] - ambient[c]) * self.ball.pixels[pixel].solid_angle;
+            }
+        }
+        let blurred = self.blurred(&energy).into_iter();
+        blurred.map(|e| e.map(|v| v.max(0.0))).collect()
+    }
+
+    /// The blurred energy of a lamp's footprint in each cell.
+    fn lamp_cells(&self, footprint: &Footprint, table: &ResponseTable) -> Vec<[f32; 3]> {
+        let background = footprint.background(table);
+        let mut energy = vec![[0.0f32; 3]; self.cells()];
+        for (pixel, code) in footprint
+            .pixels
+            .iter()
+            .filter(|(p, _)| self.comparable[*p as usize])
+        {
+            let place = *pixel as usize;
+            let light = table.rgb(*code);
+            let cell = &mut energy[usize::from(self.cell_of_pixel[place])];
+            for c in 0..3 {
+                cell[c] +=
+                    (light[c] - background[c]).max(0.0) * self.ball.pixels[place].solid_angle;
+            }
+        }
+        self.blurred(&energy)
+    }
+
+    fn cells(&self) -> usize {
+        self.blur.len().isqrt()
+    }
+
+    fn blurred(&self, energy: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let n = self.cells();
+        let lit: Vec<usize> = (0..n).filter(|&i| energy[i] != [0.0; 3]).collect();
+        let at = |cell: usize| {
+            lit.iter().fold([0.0f32; 3], |sum, &from| {
+                let k = self.blur[cell * n + from];
+                [0, 1, 2].map(|c| sum[c] + k * energy[from][c])
+            })
+        };
+        (0..n).map(at).collect()
     }
 }

@@ -1,9 +1,11 @@
 //! Circles: through three points, fitted to many points, or fitted robustly to those that agree.
 
 use base::error::{Error, Result};
+use base::numbers;
 use glam::{DMat3, DVec2, DVec3};
 use project::Ball;
 use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 
 /// A circle in a photograph.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -219,6 +221,16 @@ fn algebraic(points: &[DVec2]) -> Option<Circle> {
         scale * (found.z + center.length_squared()).sqrt(),
     )
     .ok()
+}
+
+impl FromStr for Circle {
+    type Err = String;
+
+    /// Centre and radius in pixels, such as `320,240,200.5`.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let [x, y, radius] = numbers(text, "X,Y,RADIUS in pixels")?;
+        Self::new([x, y], radius).map_err(|e| e.to_string())
+    }
 }
 
 #[cfg(test)]

@@ -160,67 +160,83 @@ fn places(picture: &Projection, pixel: usize, n: usize) -> impl Iterator<Item = 
     })
 }
 
-impl<'a> Plan<'a> {
-    fn new(source: &'a Projection, usable: &'a [f32], target: &Projection, turn: DQuat) -> Self {
-        let mut plan = Self {
-            source,
-            usable,
-            samples: vec![],
-            starts: vec![],
-            source_angles: source.solid_angles(),
-            shown_angles: target.solid_angles(),
-            shown: vec![0.0; target.width * target.height],
-        };
-        for (angle, &usable) in plan.source_angles.iter_mut().zip(usable) {
-            *angle = if usable > 0.0 { *angle } else { 0.0 };
-        }
-        let (n, m) = (grid(target, source), grid(source, target));
-        let weight = |in_target: f64, in_source: f64| {
-            1.0 / ((n * n) as f64 / in_target + (m * m) as f64 / in_source)
-        };
-        let back = turn.inverse();
-        // From a place in the target; the error is the solid angle that the source does not show.
-        let from_target = |pixel: usize, (x, y): (f64, f64)| {
-            let (direction, in_target) = target.look(x, y)?;
-            let alone = in_target / (n * n) as f64;
-            let seen = source
-                .place(back * direction)
-                .filter(|&place| plan.shows(place));
-            Some(seen.ok_or(alone).map(|(x, y)| {
-                Sample {
-                    target: pixel as u32,
-                    x: x as f32,
-                    y: y as f32,
-                    // Where the source is infinitely dense only the target's samples count.
-                    weight: source
-                        .look(x, y)
-                        .map_or(alone, |(_, d)| weight(in_target, d))
-                        as f32,
-                }
-            }))
-        };
-        let from_source = |(x, y): (f64, f64)| {
-            let (direction, in_source) = source.look(x, y)?;
-            let place = target.place(turn * direction)?;
-            let (_, in_target) = target.look(place.0, place.1)?;
-            Some(Sample {
-                target: target.pixel(place) as u32,
+/// Two pictures of the sphere with a turn between them, and the grids of samples in their pixels.
+struct Sampling<'a> {
+    source: &'a Projection,
+    usable: &'a [f32],
+    target: &'a Projection,
+    /// From directions in the source to directions in the target.
+    turn: DQuat,
+    /// Samples along a side of the target's pixels.
+    n: usize,
+    /// Samples along a side of the source's pixels.
+    m: usize,
+}
+
+impl Sampling<'_> {
+    /// Whether the pixel at a place of the source is usable.
+    fn shows(&self, (x, y): (f64, f64)) -> bool {
+        let (width, height) = (self.source.width as f64, self.source.height as f64);
+        let within = (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
+        within && self.usable[self.source.pixel((x, y))] > 0.0
+    }
+
+    /// The solid angle of a sample, by the densities of both grids in steradians per pixel area.
+    fn weight(&self, in_target: f64, in_source: f64) -> f64 {
+        1.0 / ((self.n * self.n) as f64 / in_target + (self.m * self.m) as f64 / in_source)
+    }
+
+    /// The sample at a place of the target; the error is the solid angle that the source does not show. `None` if the
+    /// target shows nothing there.
+    fn from_target(&self, pixel: usize, (x, y): (f64, f64)) -> Option<Result<Sample, f64>> {
+        let (direction, in_target) = self.target.look(x, y)?;
+        let alone = in_target / (self.n * self.n) as f64;
+        let seen = self
+            .source
+            .place(self.turn.inverse() * direction)
+            .filter(|&place| self.shows(place));
+        Some(seen.ok_or(alone).map(|(x, y)| {
+            Sample {
+                target: pixel as u32,
                 x: x as f32,
                 y: y as f32,
-                weight: weight(in_target, in_source) as f32,
-            })
-        };
-        let rows: Vec<(Vec<Sample>, Vec<f64>)> = (0..target.height)
+                // Where the source is infinitely dense only the target's samples count.
+                weight: self
+                    .source
+                    .look(x, y)
+                    .map_or(alone, |(_, d)| self.weight(in_target, d))
+                    as f32,
+            }
+        }))
+    }
+
+    /// The sample at a place of the source; `None` if either picture shows nothing there.
+    fn from_source(&self, (x, y): (f64, f64)) -> Option<Sample> {
+        let (direction, in_source) = self.source.look(x, y)?;
+        let place = self.target.place(self.turn * direction)?;
+        let (_, in_target) = self.target.look(place.0, place.1)?;
+        Some(Sample {
+            target: self.target.pixel(place) as u32,
+            x: x as f32,
+            y: y as f32,
+            weight: self.weight(in_target, in_source) as f32,
+        })
+    }
+
+    /// Adds the samples of the target's grid; returns per pixel the solid angle that the source does not show.
+    fn add_of_target(&self, samples: &mut Vec<Sample>, angles: &[f64]) -> Vec<f64> {
+        let rows: Vec<(Vec<Sample>, Vec<f64>)> = (0..self.target.height)
             .into_par_iter()
             .map(|y| {
-                let (mut samples, mut missed) = (Vec::new(), vec![0.0; target.width]);
+                let (mut samples, mut missed) = (Vec::new(), vec![0.0; self.target.width]);
                 for (x, missed) in missed.iter_mut().enumerate() {
-                    let pixel = y * target.width + x;
-                    if plan.shown_angles[pixel] <= 0.0 {
+                    let pixel = y * self.target.width + x;
+                    if angles[pixel] <= 0.0 {
                         continue;
                     }
                     let mut any = false;
-                    for sample in places(target, pixel, n).filter_map(|p| from_target(pixel, p)) {
+                    let grid = places(self.target, pixel, self.n);
+                    for sample in grid.filter_map(|p| self.from_target(pixel, p)) {
                         any = true;
                         match sample {
                             Ok(sample) => samples.push(sample),
@@ -229,86 +245,122 @@ impl<'a> Plan<'a> {
                     }
                     // A sliver of a disc may lie between the grid's places.
                     if !any {
-                        samples
-                            .extend(from_target(pixel, target.centre(pixel)).and_then(Result::ok));
+                        let centre = self.target.centre(pixel);
+                        samples.extend(self.from_target(pixel, centre).and_then(Result::ok));
                     }
                 }
                 (samples, missed)
             })
             .collect();
-        let theirs: Vec<Vec<Sample>> = (0..source.height)
+        let mut missed = Vec::with_capacity(angles.len());
+        for (row, miss) in rows {
+            samples.extend(row);
+            missed.extend(miss);
+        }
+        missed
+    }
+
+    /// The samples of the source's grid.
+    fn of_source(&self, angles: &[f64]) -> Vec<Sample> {
+        let rows: Vec<Vec<Sample>> = (0..self.source.height)
             .into_par_iter()
             .map(|y| {
-                let pixels = y * source.width..(y + 1) * source.width;
+                let pixels = y * self.source.width..(y + 1) * self.source.width;
                 let mut samples = Vec::new();
-                for pixel in pixels.filter(|&p| plan.source_angles[p] > 0.0) {
+                for pixel in pixels.filter(|&p| angles[p] > 0.0) {
                     let before = samples.len();
-                    samples.extend(places(source, pixel, m).filter_map(from_source));
+                    let grid = places(self.source, pixel, self.m);
+                    samples.extend(grid.filter_map(|p| self.from_source(p)));
                     if samples.len() == before {
-                        samples.extend(from_source(source.centre(pixel)));
+                        samples.extend(self.from_source(self.source.centre(pixel)));
                     }
                 }
                 samples
             })
             .collect();
-        let mut samples: Vec<Sample> = theirs.into_iter().flatten().collect();
-        let mut missed = Vec::with_capacity(plan.shown.len());
-        for (own, miss) in rows {
-            samples.extend(own);
-            missed.extend(miss);
-        }
-        samples.retain(|s| s.weight > 0.0 && s.weight.is_finite());
-        let mut seen = vec![0.0f64; missed.len()];
-        for sample in &samples {
-            seen[sample.target as usize] += f64::from(sample.weight);
-        }
-        // What is shown is known exactly as a whole. Where its border cuts pixels, samples only tell
-        // roughly how much of each: these shares are scaled to make the whole right.
-        let (mut whole, mut cut) = (0.0, 0.0);
-        for (i, (seen, missed)) in seen.iter().zip(&missed).enumerate() {
-            let share = if *seen > 0.0 {
-                seen / (seen + missed)
-            } else {
-                0.0
-            };
-            plan.shown[i] = share as f32;
-            *(if share < 1.0 { &mut cut } else { &mut whole }) += share * plan.shown_angles[i];
-        }
-        let all: f64 = plan.source_angles.iter().sum();
-        let scale = if cut > 0.0 {
-            ((all - whole) / cut).max(0.0)
+        rows.into_iter().flatten().collect()
+    }
+}
+
+/// The share of each target pixel that the source shows, from its samples and the solid angles that were `missed`.
+/// `angles` are the target's, `all` is the solid angle of the source.
+fn shares_shown(samples: &[Sample], missed: &[f64], angles: &[f64], all: f64) -> Vec<f32> {
+    let mut seen = vec![0.0f64; missed.len()];
+    for sample in samples {
+        seen[sample.target as usize] += f64::from(sample.weight);
+    }
+    // What is shown is known exactly as a whole. Where its border cuts pixels, samples only tell roughly how much of
+    // each: these shares are scaled to make the whole right.
+    let (mut whole, mut cut) = (0.0, 0.0);
+    let mut shown = vec![0.0; missed.len()];
+    for (i, (seen, missed)) in seen.iter().zip(missed).enumerate() {
+        let share = if *seen > 0.0 {
+            seen / (seen + missed)
         } else {
-            1.0
+            0.0
         };
-        for (shown, angle) in plan.shown.iter_mut().zip(&mut plan.shown_angles) {
-            if *shown > 0.0 && *shown < 1.0 {
-                // At least a little is shown there.
-                *shown = (*shown * scale as f32).clamp(1e-6, 1.0);
-            }
+        shown[i] = share as f32;
+        *(if share < 1.0 { &mut cut } else { &mut whole }) += share * angles[i];
+    }
+    let scale = if cut > 0.0 {
+        ((all - whole) / cut).max(0.0)
+    } else {
+        1.0
+    };
+    for shown in &mut shown {
+        if *shown > 0.0 && *shown < 1.0 {
+            // At least a little is shown there.
+            *shown = (*shown * scale as f32).clamp(1e-6, 1.0);
+        }
+    }
+    shown
+}
+
+impl<'a> Plan<'a> {
+    fn new(source: &'a Projection, usable: &'a [f32], target: &Projection, turn: DQuat) -> Self {
+        let sampling = Sampling {
+            source,
+            usable,
+            target,
+            turn,
+            n: grid(target, source),
+            m: grid(source, target),
+        };
+        let mut source_angles = source.solid_angles();
+        for (angle, &usable) in source_angles.iter_mut().zip(usable) {
+            *angle = if usable > 0.0 { *angle } else { 0.0 };
+        }
+        let mut shown_angles = target.solid_angles();
+        let mut samples = sampling.of_source(&source_angles);
+        let missed = sampling.add_of_target(&mut samples, &shown_angles);
+        samples.retain(|s| s.weight > 0.0 && s.weight.is_finite());
+        let all = source_angles.iter().sum();
+        let shown = shares_shown(&samples, &missed, &shown_angles, all);
+        for (angle, shown) in shown_angles.iter_mut().zip(&shown) {
             *angle *= f64::from(*shown);
         }
         samples.par_sort_by_key(|sample| sample.target);
-        plan.starts = vec![0; plan.shown.len() + 1];
+        let mut starts = vec![0; shown.len() + 1];
         for sample in &samples {
-            plan.starts[sample.target as usize + 1] += 1;
+            starts[sample.target as usize + 1] += 1;
         }
-        for i in 0..plan.shown.len() {
-            plan.starts[i + 1] += plan.starts[i];
+        for i in 0..shown.len() {
+            starts[i + 1] += starts[i];
         }
-        plan.samples = samples;
-        plan
+        Self {
+            source,
+            usable,
+            samples,
+            starts,
+            source_angles,
+            shown_angles,
+            shown,
+        }
     }
 
     /// The samples that count for a target pixel.
     fn samples_of(&self, target: usize) -> &[Sample] {
         &self.samples[self.starts[target]..self.starts[target + 1]]
-    }
-
-    /// Whether the pixel at a place of the source is usable.
-    fn shows(&self, (x, y): (f64, f64)) -> bool {
-        let (width, height) = (self.source.width as f64, self.source.height as f64);
-        let within = (0.0..=width).contains(&x) && (0.0..=height).contains(&y);
-        within && self.usable[self.source.pixel((x, y))] > 0.0
     }
 
     /// The source's pixels that a sample interpolates, with shares that add up to 1.

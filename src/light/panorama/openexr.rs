@@ -145,6 +145,26 @@ struct LayerChoice {
     channels: [usize; 3],
 }
 
+/// The channels of red, green and blue, and the name of their layer: empty if `unnamed`, else any other.
+fn colour_layer(names: &[String], unnamed: bool) -> Option<([usize; 3], String)> {
+    names.iter().find_map(|name| {
+        let (layer, last) = name.rsplit_once('.').unwrap_or(("", name));
+        let triple = [["r", "g", "b"], ["red", "green", "blue"]]
+            .into_iter()
+            .find(|t| t[0] == last)?;
+        let find = |channel: &str| {
+            let wanted = if layer.is_empty() {
+                channel.to_string()
+            } else {
+                format!("{layer}.{channel}")
+            };
+            names.iter().position(|n| *n == wanted)
+        };
+        let channels = [find(triple[0])?, find(triple[1])?, find(triple[2])?];
+        (layer.is_empty() == unnamed).then_some((channels, layer.to_string()))
+    })
+}
+
 /// Colour without a layer's name first, then with one, then grey; in the first part that has it.
 fn choose(panorama: &mut PanoramaReader, headers: &[Header]) -> Result<LayerChoice> {
     let flat = |header: &Header| {
@@ -171,29 +191,9 @@ fn choose(panorama: &mut PanoramaReader, headers: &[Header]) -> Result<LayerChoi
             )
         })
         .collect();
-    let colour = |names: &[String], unnamed: bool| {
-        names.iter().find_map(|name| {
-            let (layer, last) = name
-                .rsplit_once('.')
-                .map_or(("", name.as_str()), |(l, n)| (l, n));
-            let triple = [["r", "g", "b"], ["red", "green", "blue"]]
-                .into_iter()
-                .find(|t| t[0] == last)?;
-            let find = |channel: &str| {
-                let wanted = if layer.is_empty() {
-                    channel.to_string()
-                } else {
-                    format!("{layer}.{channel}")
-                };
-                names.iter().position(|n| *n == wanted)
-            };
-            let channels = [find(triple[0])?, find(triple[1])?, find(triple[2])?];
-            (layer.is_empty() == unnamed).then_some((channels, layer.to_string()))
-        })
-    };
     for unnamed in [true, false] {
         for (header, names) in &parts {
-            if let Some((channels, layer)) = colour(names, unnamed) {
+            if let Some((channels, layer)) = colour_layer(names, unnamed) {
                 let others = names
                     .iter()
                     .filter(|n| n.ends_with('r') || n.ends_with("red"))
