@@ -62,6 +62,11 @@ impl Levels {
 }
 
 impl Levels {
+    /// One unit of light on the stage in the environment's units: what placed lights are given in.
+    pub fn unit(&self) -> f32 {
+        1.0 / self.background
+    }
+
     /// What brings weights of a light whose radiance is 1 in the mean to these levels.
     pub fn of_unit_light(&self) -> f32 {
         positive(MIDDLE_GREY / (SUBJECT_ALBEDO * self.background))
