@@ -6,8 +6,8 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::{
-    EnvironmentLight, Extra, Identity, Ingredients, Keeping, PassReport, Picture, Series, Storage,
-    Upstream, compose,
+    EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Series,
+    Storage, Upstream, compose,
 };
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
@@ -144,7 +144,7 @@ struct Clip<'a> {
     front: Front,
     compute: ComputeDevice,
     predictor: Predictor,
-    keeping: Keeping,
+    encoder: FieldEncoder,
     /// At the level of the first frame, or the clip would flicker.
     light: Option<EnvironmentLight>,
     series: Series,
@@ -186,7 +186,7 @@ impl<'a> Clip<'a> {
             front: settings.front.unwrap_or(known_front),
             compute,
             predictor,
-            keeping: Keeping::new(settings.storage),
+            encoder: FieldEncoder::new(settings.storage),
             light: None,
             series: Series::default(),
             writer: Writer::open(&settings.files, frames, size, frame_rate)?,
@@ -226,7 +226,7 @@ impl<'a> Clip<'a> {
         let frame = Frame::load(self.project, &self.calibration.response, index)?;
         let started = Instant::now();
         let predicted = self.predictor.predict_on_device(&frame)?;
-        let field = self.keeping.keep(predicted, self.compute.passes())?;
+        let field = self.encoder.encode(predicted, self.compute.passes())?;
         let predict_ms = Some(started.elapsed().as_secs_f64() * 1e3);
         let rig = &self.calibration.rig;
         let (light, weights_ms) = EnvironmentLight::update(
@@ -272,7 +272,7 @@ impl<'a> Clip<'a> {
             Some(_) => "The passes ran on the GPU, timed by its own clock",
             None => "The passes ran on the CPU, timed by the wall clock",
         });
-        progress.say(self.keeping.sentence());
+        progress.say(self.encoder.sentence());
         for pass in &self.passes {
             let time = match pass.ms {
                 None => "   not timed".to_owned(),
