@@ -278,8 +278,8 @@ fn relit(at: &Path, arguments: &[&str]) -> String {
 
 fn fields_are_kept_as_asked(at: &Path) {
     for (field, sentence) in [
-        ("f32", "were kept in f32"),
-        ("f16", "were kept in f16"),
+        ("f32", "stored in f32"),
+        ("f16", "stored in f16"),
         ("compressed", "components of 36, which err by 0."),
     ] {
         let said = relit(at, &["--device", "cpu", "--field", field]);

@@ -50,7 +50,7 @@ pub use difference::difference;
 pub use environment_light::EnvironmentLight;
 pub use facts::{Facts, Grain, Inputs, Screen, Spill};
 pub use false_color::{CLIPPED, LEGEND, Zone, false_color};
-pub use field::{Field, Keeping, Storage};
+pub use field::{Field, FieldEncoder, Storage};
 pub use glare::{brightest, glare};
 pub use grain::grain;
 pub use levels::Levels;

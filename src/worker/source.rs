@@ -5,7 +5,7 @@ use super::comparison_reader::ComparisonReader;
 use super::event::{Blocked, Need};
 use base::error::Error;
 use calibration::Calibration;
-use compositor::{Field, Keeping};
+use compositor::{Field, FieldEncoder};
 use footage::Frame;
 use gpu::ComputeDevice;
 use light::Rig;
@@ -52,7 +52,7 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
     let compute = compute.clone();
     let (project, response) = (project.clone(), calibration.response);
     // In f16 twice as many frames fit into memory.
-    let mut keeping = Keeping::default();
+    let mut encoder = FieldEncoder::default();
     let comparisons = ComparisonReader::new(&project, &calibration, &compute);
     Ok(Source {
         rig: calibration.rig,
@@ -60,8 +60,9 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
         comparison: Box::new(comparisons.find()),
         predict: Box::new(move |index| {
             let frame = Frame::load(&project, &response, index)?;
-            let field = compute
-                .guarded(|| keeping.keep(predictor.predict_on_device(&frame)?, compute.passes()))?;
+            let field = compute.guarded(|| {
+                encoder.encode(predictor.predict_on_device(&frame)?, compute.passes())
+            })?;
             Ok((frame, field))
         }),
     })
