@@ -513,7 +513,7 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
             "clipped balls",
             &|| all_balls(255),
             &[],
-            ["interview.png", "clipped to white"],
+            ["interview.png", "clipped everywhere"],
         ),
         (
             "clipped balls, looked for",
@@ -535,7 +535,7 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
             "five pixels",
             &|| (),
             &["--circle", "32,32,5"],
-            ["interview.png", "nearer"],
+            ["interview.png", "closer"],
         ),
         (
             "a ball's size",
