@@ -42,7 +42,7 @@ struct Options {
     /// Pictures of each scene.
     #[arg(long, default_value_t = 15)]
     rounds: usize,
-    /// Takes a software GPU where there is no other.
+    /// Take a software GPU if there is no other.
     #[arg(long)]
     software: bool,
     /// What cargo passes to benches.

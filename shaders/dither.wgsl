@@ -1,5 +1,5 @@
-// Pass `dither`: moves codes by less than half a step of 8 bits where the matte is open. The twin on the
-// CPU is `compositor::reference::dither`.
+// Pass `dither`: moves codes by less than half a step of 8 bits in front of the background. The twin on the CPU is
+// `compositor::reference::dither`.
 
 struct Params {
     size: vec2<u32>,

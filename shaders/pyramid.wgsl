@@ -4,7 +4,7 @@ struct Params {
     // Columns and rows of `result`, and of `first`.
     size: vec2<u32>,
     from_size: vec2<u32>,
-    // Factor on the last column and row of the coarse picture where the fine one's number is odd.
+    // Factor on the last column and row of the coarse picture if the fine one's number is odd.
     odd_end: f32,
     // `double`: factor on `second`, which what was doubled is added to.
     keep: f32,

@@ -278,8 +278,8 @@ fn relit(at: &Path, arguments: &[&str]) -> String {
 
 fn fields_are_kept_as_asked(at: &Path) {
     for (field, sentence) in [
-        ("f32", "were kept in f32"),
-        ("f16", "were kept in f16"),
+        ("f32", "stored in f32"),
+        ("f16", "stored in f16"),
         ("compressed", "components of 36, which err by 0."),
     ] {
         let said = relit(at, &["--device", "cpu", "--field", field]);
@@ -513,7 +513,7 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
             "clipped balls",
             &|| all_balls(255),
             &[],
-            ["interview.png", "clipped to white"],
+            ["interview.png", "clipped everywhere"],
         ),
         (
             "clipped balls, looked for",
@@ -535,7 +535,7 @@ fn bad_pictures_are_named_and_leave_the_project_as_it_was() {
             "five pixels",
             &|| (),
             &["--circle", "32,32,5"],
-            ["interview.png", "nearer"],
+            ["interview.png", "closer"],
         ),
         (
             "a ball's size",

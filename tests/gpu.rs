@@ -2,7 +2,7 @@
 
 mod mapped;
 
-use afterlight::compositor::{Field, Keeping, Storage};
+use afterlight::compositor::{Field, FieldEncoder, Storage};
 use afterlight::footage::Frame;
 use afterlight::gpu::{ComputeDevice, DeviceChoice};
 use afterlight::imaging::{Image, Raster};
@@ -76,7 +76,9 @@ fn weights() -> Vec<[f32; 3]> {
 /// A prediction of [`frame`] as the program keeps it on this device.
 fn kept(predictor: &Predictor, storage: Storage, compute: &ComputeDevice) -> Field {
     let field = predictor.predict_on_device(&frame()).unwrap();
-    Keeping::new(storage).keep(field, compute.passes()).unwrap()
+    FieldEncoder::new(storage)
+        .encode(field, compute.passes())
+        .unwrap()
 }
 
 /// The largest difference as a share of the largest value.

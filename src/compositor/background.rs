@@ -32,7 +32,7 @@ pub(crate) const BACKGROUND: Descriptor = Descriptor {
     ..Descriptor::new(Pass::Background, |context| {
         context.behind()?;
         let percent = (100.0 * context.facts.open_share).max(1.0);
-        Ok(format!("it shows in {percent:.0} % of the pixels"))
+        Ok(format!("visible in {percent:.0} % of the pixels"))
     })
 };
 

@@ -25,7 +25,7 @@ pub(crate) const BACKGROUND_BLUR: Descriptor = Descriptor {
         context.behind()?;
         let percent = 100.0 * context.effects.background_blur;
         Ok(format!(
-            "points become discs of {percent:.1} % of the height"
+            "blurred by a disc with a radius of {percent:.1} % of the picture's height"
         ))
     })
 };

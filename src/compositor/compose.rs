@@ -17,7 +17,7 @@ pub fn compose(scene: &Scene, of: &Ingredients) -> Result<Picture> {
     make(scene, of, None, None)
 }
 
-/// Makes the picture that `scene` asks for. Pictures after chosen passes are kept in `reuse` and taken
+/// Makes the picture that `scene` asks for. Pictures after chosen passes are cached in `reuse` and taken
 /// from there as long as nothing that they depend on has changed: `of.extra.identity` has to say so.
 ///
 /// # Errors

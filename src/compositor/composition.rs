@@ -177,8 +177,7 @@ impl<'a, B: Backend> Composition<'a, B> {
         }
         if reused {
             done.ran = false;
-            done.reason =
-                "nothing that it depends on has changed: its picture is cached".to_owned();
+            done.reason = "nothing it depends on has changed: its picture is cached".to_owned();
         }
         done.worked |= done.ran;
         Ok(done)

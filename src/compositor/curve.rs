@@ -26,7 +26,7 @@ impl Curve {
         }
     }
 
-    /// The curve at `x`; what is not above 0, and what is no number, counts as 0.
+    /// The curve at `x`; negative values and NaN count as 0.
     #[inline]
     pub fn at(&self, x: f32) -> f32 {
         const LEAST: f32 = 1.0 / 65536.0;

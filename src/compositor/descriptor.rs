@@ -16,8 +16,8 @@ pub struct PlannedPass {
     pub reason: String,
     /// Why it cannot be forced to run or to be skipped; None if it can.
     pub fixed: Option<&'static str>,
-    /// Stands for all that the picture after this pass depends on: where it did not change, neither did
-    /// the picture. A pass that is skipped has the key of the picture that it passes on.
+    /// Stands for all that the picture after this pass depends on: equal keys stand for equal pictures. A pass that is
+    /// skipped has the key of the picture that it passes on.
     pub key: u64,
 }
 

@@ -31,7 +31,7 @@ pub(crate) const DESPILL: Descriptor = Descriptor {
                 100.0 * excess,
                 ["green", "blue"][screen.channel() - 1]
             )),
-            _ => Err("the rim is no greener and no bluer than what is inside".to_owned()),
+            _ => Err("the rim is neither greener nor bluer than the inside".to_owned()),
         }
     })
 };

@@ -22,7 +22,7 @@ pub(crate) const DITHER: Descriptor = Descriptor {
     ..Descriptor::new(Pass::Dither, |context| {
         context.displayed()?;
         context.behind()?;
-        Ok("8 bits would show steps in the smooth background".to_owned())
+        Ok("8 bits would show banding in a smooth background".to_owned())
     })
 };
 

@@ -8,9 +8,9 @@ pub const SOLID: f32 = 0.98;
 
 /// Gives every partly covered pixel the colour of the solid subject next to it, ring by ring, so that
 /// the subject can be laid over any background: photographs on black are dark at the matte's edge, a
-/// network is taught little there, and either would show as a fringe. Pixels that are no numbers are
-/// filled likewise. Where no solid pixel can be reached the colour stays (a value that is no number
-/// becomes 0). Returns how many pixels of the subject were no numbers. Both rasters have one size.
+/// network learns little there, and either would show as a fringe. NaN and infinite pixels are filled
+/// likewise. If no solid pixel can be reached the colour stays (NaN and infinite values become 0). Returns
+/// how many pixels of the subject were NaN or infinite. Both rasters have one size.
 pub fn extend_edges(subject: &mut Image, mask: &Mask) -> usize {
     let finite = |pixel: &[f32; 3]| pixel.iter().all(|v| v.is_finite());
     let pairs = || subject.pixels.iter().zip(&mask.pixels);
@@ -79,7 +79,7 @@ mod tests {
     use crate::relight::{relight, tests::noise_field};
 
     #[test]
-    fn a_value_that_is_no_number_stays_in_its_pixel_and_is_mended() {
+    fn nan_and_infinity_stay_in_their_pixel_and_are_mended() {
         let mut field = noise_field(9, 9, 3);
         field.values[40] = f32::NAN;
         field.values[7] = f32::INFINITY;

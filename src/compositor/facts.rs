@@ -17,7 +17,7 @@ pub struct Facts {
     pub lit_lamps: usize,
     /// Share in `[0, 1]` of pixels that the subject does not cover wholly.
     pub open_share: f32,
-    /// What the picture is made of, as numbers that differ where the things do.
+    /// What the picture is made of, as numbers.
     pub inputs: Inputs,
     /// The gain that would hold this frame's brightness steady; None if it was not measured.
     pub steady_gain: Option<[f32; 3]>,

@@ -15,34 +15,34 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Storage {
-    /// As the network left them.
+    /// Full precision, as the network outputs them.
     F32,
-    /// In half the memory: a value is off by at most 2⁻¹¹ of it.
+    /// Half the memory; each value within 0.05 %.
     #[default]
     F16,
-    /// As principal components over the lamps, as many as err by 1 % of the field's root mean square.
+    /// Principal components over the lamps, as many as keep the error below 1 % of the field's root mean square.
     Compressed,
 }
 
-/// Keeps the predicted OLATs of one frame after the other.
+/// Brings the predicted OLATs of one frame after the other to a storage format.
 #[derive(Debug, Default)]
-pub struct Keeping {
+pub struct FieldEncoder {
     storage: Storage,
-    /// The components that the last frames were kept in, and how many of them.
+    /// The components of the last frames, and how many of them are used.
     basis: Option<(LampBasis, usize)>,
-    /// The largest error of a frame that was kept in components.
+    /// The largest error of a frame in components.
     error: f64,
 }
 
-/// Where the compositor finds the OLATs of a frame.
+/// The OLATs of a frame, in memory or on the GPU.
 #[derive(Debug)]
 pub enum Field {
     Memory(ReflectanceField),
-    /// In half the memory, and in half the time that a sum of it takes.
+    /// In half the memory; a sum takes half the time.
     Half(HalfField),
-    /// As few principal components over its lamps.
+    /// As principal components over its lamps.
     Compressed(CompressedField),
-    /// Where the network left them, and the passes that make pictures of them there.
+    /// On the GPU that the network computed them on, with the passes that make pictures there.
     Gpu(FieldBuffer, Arc<PicturePasses>),
 }
 
@@ -65,7 +65,7 @@ impl From<CompressedField> for Field {
 }
 
 impl Field {
-    /// The field in f16 where it is in memory as f32. A field on the GPU stays as it is.
+    /// The field in f16 if it is in memory as f32. A field on the GPU stays as it is.
     #[must_use]
     pub fn halved(self) -> Self {
         match self {
@@ -119,7 +119,7 @@ impl Field {
     }
 }
 
-impl Keeping {
+impl FieldEncoder {
     /// The error of [`Storage::Compressed`]: of a frame, and of the one that components are chosen by, so
     /// that they serve the frames around it too.
     const ERRORS: [f64; 2] = [0.01, 0.007];
@@ -131,11 +131,11 @@ impl Keeping {
         }
     }
 
-    /// A prediction as it is kept: where there are passes for the network's GPU on that, else in memory.
+    /// A prediction in the storage format: on the network's GPU if there are `passes` for it, else in memory.
     ///
     /// # Errors
     /// When the device fails.
-    pub fn keep(
+    pub fn encode(
         &mut self,
         field: DeviceField,
         passes: Option<&Arc<PicturePasses>>,
@@ -159,24 +159,26 @@ impl Keeping {
         Ok(Field::Gpu(field, passes.clone()))
     }
 
-    /// In what the OLATs were kept, and what that costs in accuracy.
+    /// A sentence: the storage format and what it costs in accuracy.
     pub fn sentence(&self) -> String {
         match (self.storage, &self.basis) {
-            (Storage::F32, _) => "The OLATs were kept in f32".to_owned(),
-            (Storage::F16, _) => "The OLATs were kept in f16: each value within 0.05 %".to_owned(),
+            (Storage::F32, _) => "The predicted OLATs are stored in f32".to_owned(),
+            (Storage::F16, _) => {
+                "The predicted OLATs are stored in f16: each value within 0.05 %".to_owned()
+            }
             (Storage::Compressed, basis) => {
                 let (count, all) = basis
                     .as_ref()
                     .map_or((0, 0), |(basis, n)| (*n, basis.len()));
                 format!(
-                    "The OLATs were kept in {count} components of {all}, which err by {:.2} % of their root mean square at most",
+                    "The predicted OLATs are stored in {count} of {all} components, with an error of up to {:.2} % of their root mean square",
                     100.0 * self.error
                 )
             }
         }
     }
 
-    /// The field in the components of the frames before it; in its own where those err too much.
+    /// The field in the components of the frames before it, or in its own if the error of those is too large.
     fn compressed(&mut self, field: &ReflectanceField) -> CompressedField {
         let [most, chosen] = Self::ERRORS;
         if let Some((basis, count)) = &self.basis
@@ -215,19 +217,19 @@ mod tests {
 
     #[test]
     fn components_of_a_frame_serve_the_next_until_they_err_too_much() {
-        let mut keeping = Keeping::new(Storage::Compressed);
+        let mut encoder = FieldEncoder::new(Storage::Compressed);
         let first = field(|plane| 1.0 + plane as f32, 1.0);
-        let kept = keeping.compressed(&first);
+        let kept = encoder.compressed(&first);
         assert_eq!(kept.basis.len(), 1);
         assert!(kept.error(&first) <= 0.007);
         // The same look is in the same components, whatever its brightness.
         let darker = field(|plane| 1.0 + plane as f32, 0.5);
-        assert!(keeping.compressed(&darker).basis == kept.basis);
+        assert!(encoder.compressed(&darker).basis == kept.basis);
         let other = field(|plane| (plane % 2) as f32, 1.0);
-        let anew = keeping.compressed(&other);
+        let anew = encoder.compressed(&other);
         assert!(anew.basis != kept.basis);
-        assert!(anew.error(&other) <= 0.007 && keeping.error <= 0.01);
+        assert!(anew.error(&other) <= 0.007 && encoder.error <= 0.01);
         let dark = field(|_| 0.0, 1.0);
-        assert_eq!(keeping.compressed(&dark).error(&dark), 0.0);
+        assert_eq!(encoder.compressed(&dark).error(&dark), 0.0);
     }
 }

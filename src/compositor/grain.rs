@@ -1,4 +1,4 @@
-//! Pass `grain`: gives the relit picture the plate's grain, where it has less.
+//! Pass `grain`: gives the relit picture the plate's grain, if it has less.
 //!
 //! Grain is measured in the codes of the display, as a deviation per channel and brightness: the picture
 //! is high-passed by [1 −2 1] across and down, which no slope and no plane passes (Immerkær, *Fast Noise
@@ -44,7 +44,7 @@ pub(crate) const GRAIN: Descriptor = Descriptor {
         let missing = context.facts.missing_grain;
         decide(
             missing > UNSEEN,
-            || format!("the plate has grain of {:.1} codes more", 255.0 * missing),
+            || format!("the plate has {:.1} codes more grain", 255.0 * missing),
             "the plate has no more grain than the picture",
         )
     })
@@ -121,7 +121,7 @@ impl Grain {
 }
 
 /// The places of a picture that its grain is measured at, among the pixels that have neighbours on all
-/// sides, in order: the step from one to the next, and how many. None where there are no such pixels.
+/// sides, in order: the step from one to the next, and how many. None if there are no such pixels.
 fn places((width, height): (usize, usize)) -> Option<(usize, usize)> {
     let inner = width.saturating_sub(2) * height.saturating_sub(2);
     let step = inner.div_ceil(SAMPLES) | 1;

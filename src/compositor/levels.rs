@@ -1,7 +1,7 @@
 //! How bright subject and background are, before the scene's own exposure.
 //!
 //! Neither has an absolute scale: an HDRI's radiance is in units of its own, and a reflectance field
-//! in units of the OLAT session. Their ratio cannot be measured either where the mirror balls were
+//! in units of the OLAT session. Their ratio cannot be measured either if the mirror balls were
 //! photographed through a filter of unknown density. So both are set by what is known of people.
 
 use super::field::Field;
@@ -41,7 +41,7 @@ impl Levels {
     /// Levels at which a subject of albedo 0.35 in light of the environment's mean radiance is middle
     /// grey, and stands before that environment as it would if it were there. `even` are the weights
     /// of an environment of radiance 1 everywhere; `field` and `mask` are any one frame of the clip.
-    /// Where the field or the environment is black, its level is that of the other's default.
+    /// If the field or the environment is black, its level is the default.
     ///
     /// # Errors
     /// When the GPU that the field is on fails.
@@ -62,13 +62,18 @@ impl Levels {
 }
 
 impl Levels {
+    /// One unit of light on the stage in the environment's units: what placed lights are given in.
+    pub fn unit(&self) -> f32 {
+        1.0 / self.background
+    }
+
     /// What brings weights of a light whose radiance is 1 in the mean to these levels.
     pub fn of_unit_light(&self) -> f32 {
         positive(MIDDLE_GREY / (SUBJECT_ALBEDO * self.background))
     }
 }
 
-/// A factor that can be used: 1 in place of what division by nothing gives.
+/// A usable factor: 1 if it is not finite or not above 0.
 fn positive(factor: f32) -> f32 {
     if factor.is_finite() && factor > 0.0 {
         factor

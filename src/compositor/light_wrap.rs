@@ -30,7 +30,7 @@ pub(crate) const LIGHT_WRAP: Descriptor = Descriptor {
     })
 };
 
-/// Wrapped light that adds less than this share to the rim's is left out.
+/// Wrapped light that adds less than this share to the rim's is skipped.
 const LEAST_WRAP: f32 = 0.002;
 
 /// How far the light reaches around a rim, as a share of the picture's height.
@@ -67,7 +67,7 @@ pub(super) fn measured_size((width, height): (usize, usize)) -> (usize, usize) {
 }
 
 /// What wrapping wholly would add to the rim, as a share of the light that the rim has: the need for it,
-/// of pictures that were brought to [`measured_size`]. 0 where there is no rim.
+/// of pictures of [`measured_size`]. 0 if there is no rim.
 pub(super) fn need(subject: &Image, mask: &Mask, behind: &Image) -> f32 {
     let past = light_past(mask, behind);
     let (mut added, mut there) = (0f64, 0f64);

@@ -25,7 +25,7 @@ struct Both {
 }
 
 impl Both {
-    /// None where there is no adapter. `timed` asks for its clock.
+    /// None if there is no adapter. `timed` asks for its clock.
     fn new(timed: bool) -> Option<Self> {
         let (device, queue) = device(timed)?;
         let mut memory = Set::new(SIZE);

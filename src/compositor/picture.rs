@@ -27,7 +27,7 @@ pub struct Ingredients<'a> {
     pub extra: Extra<'a>,
 }
 
-/// What some effects read; an effect whose own is missing does nothing.
+/// What some effects read; an effect does nothing if its input is missing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Extra<'a> {
     /// What the frame before handed on, for the pass `smoothing`: its [`Picture::steady`].
@@ -36,11 +36,11 @@ pub struct Extra<'a> {
     pub grain: Option<&'a Grain>,
     /// A second picture of the same size, for the pass `difference`.
     pub second: Option<&'a Encoded>,
-    /// By what [`crate::compose_reusing`] knows that it was given the same again.
+    /// What [`crate::compose_reusing`] recognizes its inputs by.
     pub identity: Identity,
 }
 
-/// Numbers that whoever asks for pictures chooses: where one is the same, so is what it stands for.
+/// Numbers that the caller chooses: equal numbers stand for equal things.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Identity {
     /// The frame's field and matte: another frame or another network is another number.
@@ -51,8 +51,7 @@ pub struct Identity {
     pub second: u64,
 }
 
-/// What the two passes before the compositor took in milliseconds; `None` where the result was there
-/// already.
+/// What the two passes before the compositor took in milliseconds; None if the result was cached.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Upstream {
     pub predict_ms: Option<f64>,
@@ -62,21 +61,21 @@ pub struct Upstream {
 /// A relit picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Scene-linear light, premultiplied by `alpha`. Glare may lie where `alpha` is 0. It is there where
-    /// the scene's output is linear or the picture is not opaque; from the CPU always.
+    /// Scene-linear light, premultiplied by `alpha`. Glare may lie where `alpha` is 0. None if
+    /// the output is a display, the picture is opaque and a GPU made it.
     pub linear: Option<Image>,
     /// Coverage: the subject's matte, or 1 everywhere in front of a background.
     pub alpha: Mask,
     /// sRGB codes of `linear` under the scene's view transform with grain and dither, or what is inspected
-    /// in their place; where the scene is for a display.
+    /// in their place; None if the scene's output is linear.
     pub display: Option<Encoded>,
     /// What ran and what did not, in order.
     pub passes: Vec<PassReport>,
     /// How `linear` becomes codes of a display.
     pub view: ViewTransform,
-    /// What the next frame's picture needs to be as bright, where the scene asks for smoothing.
+    /// What the next frame's picture is smoothed by; None if the scene does not ask for smoothing.
     pub steady: Option<Steady>,
-    /// The spill that was measured, where the scene asks for despill.
+    /// The spill that was measured; None if the scene does not ask for despill.
     pub spill: Option<Spill>,
 }
 
@@ -86,11 +85,11 @@ pub struct PassReport {
     pub name: String,
     pub ran: bool,
     pub reason: String,
-    /// Why it cannot be forced to run or to be left out; nothing where it can.
+    /// Why it cannot be forced to run or to be skipped; None if it can.
     #[serde(skip)]
     pub fixed: Option<String>,
     /// Time it took in milliseconds, measuring whether it is called for included: on the CPU by the wall,
     /// on a GPU by its own clock, from the start to the end of each shader. None on a GPU without such a
-    /// clock; 0 where nothing was done.
+    /// clock; 0 if nothing was done.
     pub ms: Option<f64>,
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// Four values a pixel, as on the GPU: linear RGB and coverage or a weight.
 pub type Rgba = Raster<[f32; 4]>;
 
-/// A picture's pixels with a fourth value, both as `pixel` gives them. Values that are no numbers
+/// A picture's pixels with a fourth value, both as `pixel` gives them. NaN and infinite values
 /// become 0: a blur would carry them everywhere.
 pub fn rgba(image: &Image, pixel: impl Fn(usize, [f32; 3]) -> [f32; 4] + Sync) -> Rgba {
     let finite = |v: f32| if v.is_finite() { v } else { 0.0 };

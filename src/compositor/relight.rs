@@ -1,4 +1,4 @@
-//! Pass `relight` on the CPU: the sum of lamps, for each way in which a field is kept. Memory is read once,
+//! Pass `relight` on the CPU: the sum of lamps, for each storage format of a field. Memory is read once,
 //! by all threads, in wide loops over several lamps at a time; lamps that are not lit are not read.
 
 use super::descriptor::{Descriptor, decide, key_of};
@@ -346,7 +346,7 @@ pub(super) mod tests {
             .flatten()
             .zip(full.pixels.iter().flatten());
         for (half, full) in pairs {
-            // 2⁻¹¹ by what is kept; values and weights are positive. 41 additions round besides.
+            // 2⁻¹¹ by the format; values and weights are positive. 41 additions round besides.
             assert!((half - full).abs() <= (0.5f32.powi(11) + 41.0 * 1.2e-7) * full);
         }
     }

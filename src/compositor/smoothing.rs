@@ -1,7 +1,7 @@
 //! Pass `smoothing`: the network sees each frame alone, so the subject's brightness may flicker. One gain
 //! for each channel of a frame holds it steady.
 //!
-//! The flicker is measured where light cannot play a part: both frames under all lamps alike, by the
+//! The flicker is measured independently of the light: both frames under all lamps alike, by the
 //! median of the ratios of pixels that the subject covers in both, which a moving hand does not change.
 //! With x the logarithm of that level, the shown one is y = (1 − s)·x + s·(y before), an exponential
 //! mean. The gain multiplies the lamps' weights: the pass costs no picture, and has no shader.
@@ -22,9 +22,9 @@ pub(crate) const SMOOTHING: Descriptor = Descriptor {
             change > UNSEEN,
             || {
                 let percent = 100.0 * change;
-                format!("the brightness jumped; {percent:.1} % of the light are held back")
+                format!("the brightness jumped; the light is corrected by {percent:.1} %")
             },
-            "the brightness did not flicker by 0.1 %",
+            "the brightness flickers by less than 0.1 %",
         )
     })
 };
@@ -45,13 +45,13 @@ pub struct Steady {
     pub frame: usize,
     /// Factors on its light, per channel.
     pub gain: [f32; 3],
-    /// The subject under even light at the pixels that are compared; NaN where it does not cover them.
+    /// The subject under even light at the pixels that are compared; NaN if it does not cover them.
     samples: Vec<[f32; 3]>,
 }
 
 impl Steady {
-    /// Looks at a frame after `before`, holding back `share` (`[0, 1]`) of a jump. `before` counts where
-    /// it is the frame before this one and of its size; the same frame again keeps its gain. `even` gives
+    /// Compares a frame with `before`, and holds back `share` (`[0, 1]`) of a jump. `before` counts if it
+    /// is the frame before this one and of its size; the same frame again keeps its gain. `even` gives
     /// the samples of the frame under even light.
     ///
     /// # Errors
@@ -100,13 +100,13 @@ pub fn even_light(lamps: usize) -> Vec<[f32; 3]> {
     vec![[1.0 / lamps.max(1) as f32; 3]; lamps]
 }
 
-/// The step between the pixels that are compared, of so many.
+/// The step between the pixels that are compared, among `pixels`.
 pub(super) fn step(pixels: usize) -> usize {
     // An odd step is no divisor of a width that is a power of two: samples are not one column.
     pixels.div_ceil(SAMPLES).max(1) | 1
 }
 
-/// What is compared of a subject: every so many pixels one, NaN where it is not solid. `even` has every
+/// What is compared of a subject: every so many pixels one, NaN if it is not solid. `even` has every
 /// [`step`]-th pixel, in order.
 pub(super) fn samples(even: impl Iterator<Item = [f32; 3]>, mask: &Mask) -> Vec<[f32; 3]> {
     let alphas = mask.pixels.iter().step_by(step(mask.pixels.len()));
@@ -114,7 +114,7 @@ pub(super) fn samples(even: impl Iterator<Item = [f32; 3]>, mask: &Mask) -> Vec<
     even.zip(alphas).map(solid).collect()
 }
 
-/// The median of now / before over pixels that are light in both; 1 where there are none.
+/// The median of now / before over pixels that are light in both; 1 if there are none.
 fn median_ratio(before: &[[f32; 3]], now: &[[f32; 3]], channel: usize) -> f32 {
     let pairs = before.iter().zip(now);
     let mut ratios: Vec<f32> = pairs

@@ -1,11 +1,11 @@
-//! One pixel of a field under every lamp, for whoever asks what lights it.
+//! One pixel of a field under every lamp: what lights it.
 
 use super::field::Field;
 use reflectance::half_field::{TILE, widen};
 
 impl Field {
-    /// The light of the pixel in column `x` and row `y` under each lamp at full power; none outside the
-    /// picture, and where a GPU fails. A field on a GPU is waited for: not on the window's thread.
+    /// The light of the pixel in column `x` and row `y` under each lamp at full power; None outside the
+    /// picture, or if a GPU fails. Waits for a field on a GPU: do not call it on the window's thread.
     pub fn texel(&self, x: usize, y: usize) -> Option<Vec<[f32; 3]>> {
         let (width, height) = self.size();
         if x >= width || y >= height {

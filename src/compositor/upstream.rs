@@ -26,7 +26,7 @@ pub(crate) const WEIGHTS: Descriptor = Descriptor {
     ..Descriptor::new(Pass::Weights, |context| {
         decide(
             !context.facts.weights_cached,
-            || "the environment, its rotation or its grade is new".to_owned(),
+            || "the environment, its rotation or its grade has changed".to_owned(),
             "the weights of this light are cached",
         )
     })

@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 const SHADER: Shader = Shader::new("view", include_str!("../../shaders/view.wgsl"));
 
 pub(crate) const VIEW: Descriptor = Descriptor {
-    fixed: |_| Some("it makes what a display can show"),
+    fixed: |_| Some("a display needs it"),
     settings: |context| key(context.effects.view),
     shader: Some(&SHADER),
     run: Run::Encode(EncodeStep {

@@ -6,8 +6,8 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::{
-    CameraView, Extra, Grain, Identity, Ingredients, Keeping, Levels, PassReport, Picture, Reuse,
-    Storage, Upstream, compose, compose_reusing,
+    CameraView, Extra, FieldEncoder, Grain, Identity, Ingredients, Levels, PassReport, Picture,
+    Reuse, Storage, Upstream, compose, compose_reusing,
 };
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
@@ -127,7 +127,7 @@ pub fn relight(
     let size = project.settings.size;
     let mut writer = Writer::open(&settings.files, (first, last), size, frame_rate)?;
     let mut rebuild: Option<Rebuild> = None;
-    let mut keeping = Keeping::new(settings.storage);
+    let mut encoder = FieldEncoder::new(settings.storage);
     let (mut levels, mut steady) = (None, None);
     // What does not change from frame to frame is made, and copied to a GPU, once.
     let mut reuse = Reuse::default();
@@ -162,7 +162,7 @@ pub fn relight(
         };
         let frame = Frame::load(project, &calibration.response, index)?;
         let start = Instant::now();
-        let field = keeping.keep(predictor.predict_on_device(&frame)?, compute.passes())?;
+        let field = encoder.encode(predictor.predict_on_device(&frame)?, compute.passes())?;
         let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
         // One level for the whole clip, or it would flicker.
         let levels = match levels {
@@ -222,7 +222,7 @@ pub fn relight(
             Some(_) => "The passes ran on the GPU; their times are its own clock's",
             None => "The passes ran on the CPU; their times are by the wall",
         });
-        progress.say(keeping.sentence());
+        progress.say(encoder.sentence());
         for pass in &passes {
             let time = match pass.ms {
                 None => "   not timed".to_owned(),

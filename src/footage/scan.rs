@@ -267,7 +267,7 @@ mod tests {
             (
                 0,
                 "interview/frame_000.png",
-                ["`frames`", "1 in the folder"],
+                ["`frames`", "the folder has 1"],
             ),
             (
                 2,

@@ -1,20 +1,19 @@
-//! Where burn keeps which of its GPU kernels were the fastest for each shape. It times them against each other when
-//! it first meets a shape, which takes seconds to minutes for a whole network; from the disk, a later run
-//! knows at once.
+//! Where burn stores which of its GPU kernels are the fastest for each shape. It times them when it first meets a
+//! shape, which takes seconds to minutes for a whole network; later runs read the result.
 
 use cubecl_runtime::config::cache::CacheConfig;
 use cubecl_runtime::config::environment::EnvironmentConfig;
 use cubecl_runtime::config::{CubeClRuntimeConfig, RuntimeConfig};
 use std::path::PathBuf;
 
-/// The person's own cache folder, or that of temporary files where there is none.
+/// In the person's cache folder, or that of temporary files if there is none.
 pub fn folder() -> PathBuf {
     let cache = dirs::cache_dir().unwrap_or_else(std::env::temp_dir);
     cache.join("afterlight").join("kernels")
 }
 
-/// Has burn keep its findings in [`folder`]. What it was told before, such as by a file `cubecl.toml` for an
-/// experiment, stays. Has to come before anything computes on a GPU.
+/// Has burn store its results in [`folder`]. A configuration that is there, such as a file `cubecl.toml`, is left as it
+/// is. Call it before anything computes on a GPU.
 pub fn keep() {
     let config = CubeClRuntimeConfig {
         environment: EnvironmentConfig {

@@ -1,6 +1,5 @@
-//! Where the network runs: a GPU where there is a real one that computes as the CPU does, else burn's CPU
-//! backend. Network, passes and window share one GPU, so that what the network computes can be lit and
-//! shown without a copy.
+//! Where the network runs: on a hardware GPU whose results agree with the CPU's, else on burn's CPU backend. Network,
+//! passes and window share one GPU, so that what the network computes can be lit and shown without a copy.
 
 mod autotune;
 mod self_test;
@@ -17,7 +16,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeviceChoice {
-    /// A GPU where there is one, else the CPU.
+    /// A GPU if there is one, else the CPU.
     #[default]
     Auto,
     /// The CPU.
@@ -32,7 +31,7 @@ pub struct ComputeDevice {
     pub device: Device,
     /// Such as `CPU (flex): no GPU was found`.
     pub description: String,
-    /// The GPU behind `device`, for passes that read what the network left there; none on a CPU.
+    /// The GPU behind `device`, for passes that read what the network left there; None on a CPU.
     pub gpu: Option<Gpu>,
 }
 
@@ -41,11 +40,11 @@ pub struct ComputeDevice {
 pub struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
-    /// The compositor's, compiled once for all who make pictures there.
+    /// The compositor's passes, compiled once for all that make pictures there.
     pub passes: Arc<PicturePasses>,
     network: Device,
     adapter: wgpu::AdapterInfo,
-    /// What the self-test found, once it was asked for.
+    /// What the self-test found, once it has run.
     verdict: Arc<OnceLock<Result<(), String>>>,
 }
 
@@ -80,7 +79,7 @@ impl ComputeDevice {
         }
     }
 
-    /// The compositor's passes on this device; none on a CPU, where pictures are made in memory.
+    /// The compositor's passes on this device; None on a CPU, where pictures are made in memory.
     pub fn passes(&self) -> Option<&Arc<PicturePasses>> {
         self.gpu.as_ref().map(|gpu| &gpu.passes)
     }
@@ -90,7 +89,7 @@ impl ComputeDevice {
         self.passes().is_some_and(|passes| passes.is_lost())
     }
 
-    /// Does what needs this device; where that is a GPU as [`PicturePasses::guarded`].
+    /// Does `work` that needs this device; on a GPU as [`PicturePasses::guarded`].
     ///
     /// # Errors
     /// As that.
@@ -129,7 +128,7 @@ impl Gpu {
         self.verdict.get_or_init(|| self_test::run(self)).clone()
     }
 
-    /// The GPU of this process if it `suits`, made where there is none yet.
+    /// The GPU of this process if it `suits`; it is opened if there is none yet.
     fn shared(suits: fn(&wgpu::AdapterInfo) -> bool) -> Result<Self, String> {
         let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(gpu) = shared.as_ref().filter(|gpu| suits(&gpu.adapter)) {

@@ -1,6 +1,5 @@
-//! A short test of a GPU before it is trusted: drivers and the kernels that are chosen for them have given
-//! wrong numbers without an error. What the network is made of, the sum of lamps and a pass are computed
-//! there and by the CPU, from numbers that are the same everywhere.
+//! A short test of a GPU before it is used: drivers and kernels have given wrong numbers without an error. The
+//! network's layers, the sum of lamps and a pass are computed there and on the CPU, from the same numbers.
 
 use super::Gpu;
 use burn::module::Param;
@@ -101,7 +100,7 @@ fn compare(adapter: &str, found: impl Fn(Check) -> Result<Vec<f32>, String>) -> 
             .map_err(|e| format!("the GPU {adapter} failed in {}: {e}", check.name()))?;
         let largest = wanted.iter().fold(0f32, |m, v| m.max(v.abs()));
         let bound = check.tolerance() * largest;
-        // A value that is no number is in no bound.
+        // NaN is within no bound.
         let right = |wanted: &f32, found: &f32| (wanted - found).abs() <= bound;
         let pairs = wanted.iter().zip(&found);
         let wrong = pairs.filter(|(wanted, found)| !right(wanted, found));

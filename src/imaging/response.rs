@@ -232,7 +232,7 @@ mod tests {
     proptest! {
         #[test]
         fn codes_and_light_round_trip(curve in curves(), x in 0.0f32..=1.0) {
-            // A code so dark that its light is no normal number cannot come back.
+            // A code value so dark that its light is denormal cannot come back.
             prop_assume!(x == 0.0 || curve.decode_value(x) > f32::MIN_POSITIVE);
             prop_assert!((curve.encode_value(curve.decode_value(x)) - x).abs() <= 1e-6);
             prop_assert!((curve.decode_value(curve.encode_value(x)) - x).abs() <= 1e-6);

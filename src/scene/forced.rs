@@ -1,21 +1,21 @@
-//! Passes that a person has switched on or off, in place of what the plan would decide.
+//! Passes that a person has switched on or off, against what the plan would decide.
 
 use super::Pass;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What was forced, by pass: `true` to run it, `false` to leave it out. In files a table of the passes' names.
+/// What is forced, by pass: `true` to run it, `false` to skip it. In files a table by the passes' names.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "BTreeMap<Pass, bool>", into = "BTreeMap<Pass, bool>")]
 pub struct Forced([Option<bool>; Pass::ALL.len()]);
 
 impl Forced {
-    /// What a pass was forced to do; none where it does as the scene calls for.
+    /// What a pass is forced to do; None if the scene decides.
     pub fn get(self, pass: Pass) -> Option<bool> {
         self.0[pass as usize]
     }
 
-    /// The same with a pass forced to run, forced off, or left to the scene.
+    /// The same with a pass forced to run (`Some(true)`), forced off, or left to the scene (None).
     pub fn with(mut self, pass: Pass, run: Option<bool>) -> Self {
         self.0[pass as usize] = run;
         self

@@ -36,7 +36,7 @@ pub enum Background {
     /// The environment, as the interview's camera would see it.
     #[default]
     Environment,
-    /// Nothing: black, and zero alpha where the output has alpha.
+    /// Nothing: black, and zero alpha if the output has alpha.
     None,
 }
 
@@ -80,7 +80,7 @@ pub enum Inspection {
     FalseColor,
 }
 
-/// A channel that can be looked at alone.
+/// A channel that can be shown alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Channel {

@@ -207,7 +207,8 @@ impl StudioApp {
         self.readers.receive(&self.ctx);
         self.open_made();
         let unsaved = self.autosave.failures().chain(self.library.receive());
-        unsaved.for_each(|failure| self.status.refuse(failure));
+        let failures = unsaved.chain(self.readers.inspector.failure());
+        failures.for_each(|failure| self.status.refuse(failure));
     }
 
     fn receive_events(&mut self) {

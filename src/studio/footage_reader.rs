@@ -53,20 +53,20 @@ pub struct FootagePicture {
 }
 
 /// A picture and its file's size.
-type Read = Result<(SrgbPicture, (usize, usize))>;
+type SizedPicture = (SrgbPicture, (usize, usize));
 
 /// The pictures, and the threads that read them.
 #[derive(Default)]
 pub struct FootageReader {
     picture: Option<std::result::Result<FootagePicture, String>>,
     asked: Option<FootageRequest>,
-    pictures: Option<Lookup<FootageRequest, (FootageRequest, Read)>>,
+    pictures: Option<Lookup<FootageRequest, SizedPicture>>,
     thumbnails: BTreeMap<usize, Option<TextureHandle>>,
     /// Frames whose thumbnails the panel has room for.
     wanted: Vec<usize>,
     /// The thumbnail that is being read.
     reading: Option<usize>,
-    small: Option<Lookup<(usize, PathBuf), (usize, Read)>>,
+    small: Option<Lookup<(usize, PathBuf), SizedPicture>>,
 }
 
 impl FootageReader {
@@ -104,7 +104,7 @@ impl FootageReader {
                 Err(e) => Err(e.to_string()),
             });
         }
-        for (frame, read) in self.small.iter().flat_map(Lookup::answers) {
+        for ((frame, _), read) in self.small.iter().flat_map(Lookup::answers) {
             self.reading = None;
             if self.wanted.contains(&frame) {
                 // An unreadable one stays dark: the large picture says why.
@@ -148,12 +148,9 @@ impl FootageReader {
             }
         };
         if self.asked.as_ref() != Some(&request) {
-            let lookup = self.pictures.get_or_insert_with(|| {
-                Lookup::start(wake.clone(), |request: FootageRequest| {
-                    let read = request.read();
-                    (request, read)
-                })
-            });
+            let lookup = self
+                .pictures
+                .get_or_insert_with(|| Lookup::start(wake.clone(), FootageRequest::read));
             lookup.ask(request.clone());
             self.asked = Some(request);
         }
@@ -163,9 +160,7 @@ impl FootageReader {
             .find(|frame| !self.thumbnails.contains_key(frame));
         if let (Some(frame), None) = (next, self.reading) {
             let lookup = self.small.get_or_insert_with(|| {
-                Lookup::start(wake, |(frame, path): (usize, PathBuf)| {
-                    (frame, thumbnail(&path))
-                })
+                Lookup::start(wake, |(_, path): &(usize, PathBuf)| thumbnail(path))
             });
             lookup.ask((frame, project.frame_path(frame)));
             self.reading = Some(frame);
@@ -184,7 +179,7 @@ impl FootagePicture {
 }
 
 impl FootageRequest {
-    fn read(&self) -> Read {
+    fn read(&self) -> Result<SizedPicture> {
         let reduced = |size| reduced(size, PICTURE_PX);
         match self.view {
             MatteView::Off => {
@@ -212,7 +207,7 @@ impl FootageRequest {
     }
 }
 
-fn thumbnail(path: &Path) -> Read {
+fn thumbnail(path: &Path) -> Result<SizedPicture> {
     let picture = file::read_encoded(path)?.0;
     let size = reduced(picture.size(), THUMBNAIL_PX);
     Ok((codes(&picture, size), picture.size()))

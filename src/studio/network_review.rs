@@ -39,7 +39,7 @@ impl NetworkReview {
         if let Some(written) = thread.written() {
             self.failure = written.err();
         }
-        if let Some(saved) = thread.kept() {
+        if let Some(saved) = thread.saved() {
             // Marks from this window are newer than the file.
             if let (Ok(saved), false) = (&saved, self.edited) {
                 self.marks = saved.marks.clone();

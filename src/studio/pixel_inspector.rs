@@ -20,15 +20,24 @@ pub struct PixelInspector {
     lookup: Option<Lookup<Ask, Texel>>,
     asked: Option<Ask>,
     found: Texel,
+    failure: Option<String>,
 }
 
 impl PixelInspector {
     /// Takes in what was found.
     pub fn receive(&mut self) {
         // Older questions may stay unanswered; the newest is answered last.
-        if let Some(found) = self.lookup.iter().flat_map(Lookup::answers).last() {
-            self.found = found;
+        if let Some((_, found)) = self.lookup.iter().flat_map(Lookup::answers).last() {
+            (self.found, self.failure) = match found {
+                Ok(found) => (found, None),
+                Err(e) => (None, Some(e.to_string())),
+            };
         }
+    }
+
+    /// Why the newest was not found, once.
+    pub fn failure(&mut self) -> Option<String> {
+        self.failure.take()
     }
 
     /// Asks for a pixel of a frame if the panes `shown` show it.
@@ -47,10 +56,8 @@ impl PixelInspector {
             of: of.clone(),
             pixel,
         };
-        let answer = |Ask { of, pixel: [x, y] }: Ask| of.field.texel(x, y);
-        let lookup = self
-            .lookup
-            .get_or_insert_with(|| Lookup::start(wake, answer));
+        let find = |ask: &Ask| Ok(ask.of.field.texel(ask.pixel[0], ask.pixel[1]));
+        let lookup = self.lookup.get_or_insert_with(|| Lookup::start(wake, find));
         lookup.ask(ask.clone());
         self.asked = Some(ask);
     }

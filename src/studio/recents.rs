@@ -16,24 +16,27 @@ pub struct Recent {
 
 impl Recent {
     fn look(folder: PathBuf) -> Self {
-        let called = folder
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
         let opened = if folder.is_dir() {
             Project::open(&folder).map_err(|e| e.to_string())
         } else {
             Err("The folder is missing: it was moved, or its disk is not connected".to_owned())
         };
-        let (name, trouble) = match opened {
-            Ok(project) => (project.settings.name, None),
-            Err(sentence) => (called, Some(sentence)),
-        };
+        match opened {
+            Ok(project) => Self {
+                folder,
+                name: project.settings.name,
+                trouble: None,
+            },
+            Err(sentence) => Self::unreadable(folder, sentence),
+        }
+    }
+
+    fn unreadable(folder: PathBuf, sentence: String) -> Self {
+        let called = folder.file_name().unwrap_or_default();
         Self {
+            name: called.to_string_lossy().into_owned(),
             folder,
-            name,
-            trouble,
+            trouble: Some(sentence),
         }
     }
 }
@@ -61,16 +64,19 @@ impl Recents {
     pub fn look(&mut self, folders: &[PathBuf], wake: impl Fn() + Send + 'static) {
         if self.asked.as_deref() != Some(folders) {
             let lookup = self.lookup.get_or_insert_with(|| {
-                Lookup::start(wake, |folders: Vec<PathBuf>| {
-                    folders.into_iter().map(Recent::look).collect()
+                Lookup::start(wake, |folders: &Vec<PathBuf>| {
+                    Ok(folders.iter().cloned().map(Recent::look).collect())
                 })
             });
             lookup.ask(folders.to_vec());
             self.asked = Some(folders.to_vec());
             self.list.retain(|recent| folders.contains(&recent.folder));
         }
-        if let Some(list) = self.lookup.iter().flat_map(Lookup::answers).last() {
-            self.list = list;
+        if let Some((folders, list)) = self.lookup.iter().flat_map(Lookup::answers).last() {
+            self.list = list.unwrap_or_else(|e| {
+                let untold = |folder| Recent::unreadable(folder, e.to_string());
+                folders.into_iter().map(untold).collect()
+            });
         }
     }
 }

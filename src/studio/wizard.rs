@@ -1,7 +1,8 @@
 //! Planning a project: what a person chose, and what the shoot's folder holds.
 
+use base::error::Error;
 use footage::ImportSettings;
-use footage::scan::{Scan, scan};
+use footage::scan::{Line, Scan, scan};
 use std::path::{Path, PathBuf};
 use worker::{Job, Lookup};
 
@@ -64,6 +65,24 @@ pub fn typed(text: &str) -> Option<PathBuf> {
     }
 }
 
+/// A shoot's folder that could not be scanned.
+fn unreadable(folder: PathBuf, error: &Error) -> Scan {
+    Scan {
+        folder,
+        name: String::new(),
+        lines: vec![Line {
+            part: "Shoot",
+            found: String::new(),
+            lack: Some(error.to_string()),
+            needed: true,
+        }],
+        frames: 0,
+        poses: 0,
+        lamps: 0,
+        picture: None,
+    }
+}
+
 /// The plan, and the thread that scans folders.
 #[derive(Default)]
 pub struct Wizard {
@@ -104,12 +123,13 @@ impl Wizard {
         {
             let lookup = self
                 .lookup
-                .get_or_insert_with(|| Lookup::start(wake, |folder: PathBuf| scan(&folder)));
+                .get_or_insert_with(|| Lookup::start(wake, |folder: &PathBuf| Ok(scan(folder))));
             lookup.ask(shoot.clone());
             self.asked = Some(shoot);
         }
-        let found = self.lookup.iter().flat_map(Lookup::answers).last();
-        self.scan = found.or(self.scan.take());
+        if let Some((folder, found)) = self.lookup.iter().flat_map(Lookup::answers).last() {
+            self.scan = Some(found.unwrap_or_else(|e| unreadable(folder, &e)));
+        }
     }
 
     /// The job that makes the project, and the project's folder.

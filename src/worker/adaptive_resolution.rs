@@ -8,17 +8,17 @@ use std::sync::Arc;
 /// A frame of a window that is drawn sixty times a second, in milliseconds.
 pub const WINDOW_FRAME_MS: f64 = 1000.0 / 60.0;
 
-/// Pixels of the full size along each axis that one pixel stands for.
+/// How many pixels of the full size along each axis one pixel stands for.
 const FACTORS: [usize; 3] = [1, 2, 4];
 
-/// Decides it, by what pictures took.
+/// Decides that by the time that pictures took.
 pub struct AdaptiveResolution {
     budget_ms: f64,
     factor: usize,
-    small: Option<ReducedFrame>,
+    reduced: Option<ReducedFrame>,
 }
 
-/// A frame at less than its size.
+/// A frame at less than its full size.
 pub struct ReducedFrame {
     of: Arc<PredictedFrame>,
     factor: usize,
@@ -28,12 +28,12 @@ pub struct ReducedFrame {
 }
 
 impl AdaptiveResolution {
-    /// Pictures may take so many milliseconds.
+    /// Pictures may take `budget_ms` milliseconds.
     pub fn within(budget_ms: f64) -> Self {
         Self {
             budget_ms,
             factor: 1,
-            small: None,
+            reduced: None,
         }
     }
 
@@ -42,7 +42,7 @@ impl AdaptiveResolution {
         self.factor
     }
 
-    /// Takes in what a picture took that was made by this factor.
+    /// Takes in the time, in milliseconds, of a picture made at this factor.
     pub fn took(&mut self, factor: usize, ms: f64) {
         // Time goes with the number of pixels.
         let full_ms = ms * (factor * factor) as f64;
@@ -50,16 +50,20 @@ impl AdaptiveResolution {
             let fits = |factor: &usize| full_ms / (factor * factor) as f64 <= budget_ms;
             FACTORS.into_iter().find(fits).unwrap_or(FACTORS[2])
         };
-        // It gets smaller when it has to and larger when that leaves room, so that it does not go to and fro.
+        // It gets smaller when it has to, and larger only if that leaves room: so it does not flicker between two.
         self.factor = (self.factor).clamp(within(self.budget_ms), within(0.5 * self.budget_ms));
     }
 
-    /// The frame by this factor, made once; none where it is quick to light at its full size.
-    pub fn small(&mut self, of: &Arc<PredictedFrame>, factor: usize) -> Option<&mut ReducedFrame> {
-        let known = |small: &ReducedFrame| small.factor == factor && Arc::ptr_eq(&small.of, of);
-        if !self.small.as_ref().is_some_and(known) {
+    /// The frame, reduced by this factor: made once. None if it is quick to light at full size.
+    pub fn reduced(
+        &mut self,
+        of: &Arc<PredictedFrame>,
+        factor: usize,
+    ) -> Option<&mut ReducedFrame> {
+        let known = |frame: &ReducedFrame| frame.factor == factor && Arc::ptr_eq(&frame.of, of);
+        if !self.reduced.as_ref().is_some_and(known) {
             let (field, mask) = of.field.shrunk(&of.frame.mask, factor)?;
-            self.small = Some(ReducedFrame {
+            self.reduced = Some(ReducedFrame {
                 of: of.clone(),
                 factor,
                 field,
@@ -67,7 +71,7 @@ impl AdaptiveResolution {
                 reuse: Reuse::default(),
             });
         }
-        self.small.as_mut()
+        self.reduced.as_mut()
     }
 }
 

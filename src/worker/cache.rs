@@ -1,4 +1,4 @@
-//! Reflectance fields at hand, within a budget of memory: what was used longest ago goes first.
+//! Reflectance fields in memory, within a budget: what was used longest ago goes first.
 
 use super::PredictedFrame;
 use std::collections::VecDeque;
@@ -20,6 +20,11 @@ impl FieldCache {
         }
     }
 
+    /// Forgets all of them.
+    pub fn clear(&mut self) {
+        self.frames.clear();
+    }
+
     /// The field of frame `index`, which now counts as used.
     pub fn get(&mut self, index: usize) -> Option<Arc<PredictedFrame>> {
         let place = self.frames.iter().position(|p| p.frame.index == index)?;
@@ -28,7 +33,7 @@ impl FieldCache {
         Some(found)
     }
 
-    /// The frame that is nearest to `index`, the one before it where two are; it does not count as used.
+    /// The frame that is nearest to `index`, the earlier of two; it does not count as used.
     pub fn nearest(&self, index: usize) -> Option<Arc<PredictedFrame>> {
         let far = |p: &&Arc<PredictedFrame>| (p.frame.index.abs_diff(index), p.frame.index);
         self.frames.iter().min_by_key(far).cloned()
@@ -45,7 +50,7 @@ impl FieldCache {
         }
     }
 
-    /// Numbers of the frames that are at hand, in no order.
+    /// Numbers of the frames that are kept, in no order.
     pub fn indices(&self) -> impl Iterator<Item = usize> {
         self.frames.iter().map(|p| p.frame.index)
     }

@@ -1,29 +1,15 @@
-//! The thread that looks at a calibration for the window: what the mirror ball shows inside a circle, and how
-//! the exemplars look under a response. The newest question is answered; older ones are dropped.
+//! The thread that looks at a calibration for the window. The newest question is answered; older ones are dropped.
 
-use super::latest::{Latest, doorbell};
-use super::srgb_picture::SrgbPicture;
-use base::error::{Error, Result};
-use base::progress::{Control, Progress};
-use calibration::gamma::{CurveFit, GammaStudy, Histogram, Surface};
-use calibration::light_probe::{BallView, ClippedLight, Photograph, light_probe};
-use calibration::probe::Probes;
-use calibration::silhouette::{self, Circle, Photographs, Silhouette};
-use calibration::{Calibration, PROVISIONAL, Trial};
-use footage;
-use imaging::{Encoded, file};
-use light::Lamp;
-use project::Project;
+use super::background::{Background, Handler};
+use super::calibration_study::{CalibrationStudy, GammaView, ProbeView};
+use super::latest::Latest;
+use super::mailbox::Request;
+use base::error::Result;
+use calibration::Trial;
+use calibration::silhouette::Circle;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::thread::JoinHandle;
 
-/// Longer side of a photograph in a panel.
-const PICTURE_PX: usize = 1024;
-/// Size of the light probe in a panel.
-const PANORAMA_PX: (usize, usize) = (384, 192);
-/// Exponents along either side of the loss surface.
-const SURFACE_STEPS: usize = 25;
 /// A question. `calibrations` counts how often the project may have changed since it was opened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CalibrationRequest {
@@ -42,381 +28,138 @@ pub enum CalibrationRequest {
     },
 }
 
-/// What the mirror balls show.
-#[derive(Clone, Debug)]
-pub struct ProbeView {
-    /// Which photograph: under this lamp, or the interview's light.
-    pub photograph: Option<usize>,
-    /// It, reduced, in the camera's codes.
-    pub picture: SrgbPicture,
-    /// Width and height of the photograph itself.
-    pub size: (usize, usize),
-    /// The silhouette that all of this is by, and the project's own.
-    pub circle: Circle,
-    pub kept: Circle,
-    /// How well a rim is seen there; the circle that the photographs show. Sentences where there is none.
-    pub rim: std::result::Result<Silhouette, String>,
-    pub found: std::result::Result<Silhouette, String>,
-    /// What the calibration found wrong with the lamps, a sentence each.
-    pub findings: Vec<String>,
-    /// The photograph's light as a lat-long panorama, as bright as the photograph.
-    pub panorama: SrgbPicture,
-    /// Ball pixels with a clipped channel: how many, and where their centres are in the photograph.
-    pub clipped_pixels: usize,
-    pub clipped_at: Vec<[f32; 2]>,
-    /// Share of the sphere that the ball does not show, and of the light that was filled in there.
-    pub blind_share: f32,
-    pub filled_share: f32,
-    /// The lamps, as their balls show them within this circle.
-    pub lamps: Vec<SeenLamp>,
-}
+/// An answer, or why there is none.
+type Answer<T> = std::result::Result<Arc<T>, String>;
 
-/// A lamp and where the ball shows it.
-#[derive(Clone, Debug)]
-pub struct SeenLamp {
-    pub lamp: Lamp,
-    /// Pixels of the photograph; none where the ball does not show it.
-    pub on_ball: Option<[f32; 2]>,
-}
-
-/// How a response does on the exemplars and the interview.
-#[derive(Clone, Debug)]
-pub struct GammaView {
-    /// The response that all of this is by, and the calibration's own.
-    pub trial: Trial,
-    pub calibrated: Trial,
-    /// Standard deviations of the calibration's γ1 and γ2.
-    pub deviation: [f32; 2],
-    /// Number of the interview's frame.
-    pub frame: usize,
-    /// The names of all poses, and which is relit.
-    pub poses: Vec<String>,
-    pub pose: usize,
-    /// The frame and the relit pose, in the camera's codes.
-    pub interview: SrgbPicture,
-    pub relit: SrgbPicture,
-    /// Levels of the interview's frames and of the relit poses inside the subject; the latter also under a
-    /// plain power of 2.2.
-    pub interview_histogram: Histogram,
-    pub relit_histogram: Histogram,
-    pub before_histogram: Histogram,
-    /// Root-mean-square distance of the encoded quantiles, and on the mirror balls, 0 to 1.
-    pub subject_distance: f32,
-    pub ball_distance: f32,
-    /// The cost of every pair of exponents, and how other curves do.
-    pub surface: Arc<Surface>,
-    pub curves: Arc<Vec<CurveFit>>,
-}
-
-/// The thread. Dropping it stops it after the answer in hand.
+/// The thread. Dropping it stops it after the answer that it is at.
 pub struct CalibrationThread {
-    asks: Arc<Latest<CalibrationRequest>>,
-    probe: Arc<Latest<std::result::Result<Arc<ProbeView>, String>>>,
-    gamma: Arc<Latest<std::result::Result<Arc<GammaView>, String>>>,
-    ring: Box<dyn Fn() + Send>,
-    stop: Control,
-    thread: Option<JoinHandle<()>>,
+    thread: Background<CalibrationRequest>,
+    probe: Arc<Latest<Answer<ProbeView>>>,
+    gamma: Arc<Latest<Answer<GammaView>>>,
+}
+
+struct Answering {
+    study: CalibrationStudy,
+    probe: Arc<Latest<Answer<ProbeView>>>,
+    gamma: Arc<Latest<Answer<GammaView>>>,
+}
+
+enum View {
+    Probe(Arc<ProbeView>),
+    Gamma(Arc<GammaView>),
 }
 
 impl CalibrationThread {
     /// Starts on the project in `root`; `wake` is called after each answer.
     pub fn start(root: PathBuf, wake: impl Fn() + Clone + Send + Sync + 'static) -> Self {
-        let (ring, rung) = doorbell();
-        let asks = Arc::new(Latest::new(ring.clone()));
         let probe = Arc::new(Latest::new(wake.clone()));
         let gamma = Arc::new(Latest::new(wake));
-        let stop = Control::default();
-        let (questions, to_probe, to_gamma) = (asks.clone(), probe.clone(), gamma.clone());
-        let mut study = CalibrationStudy::new(root, stop.clone());
-        let stopped = stop.clone();
-        let thread = std::thread::spawn(move || {
-            while !stopped.stopped() {
-                match questions.take() {
-                    Some(CalibrationRequest::Probe {
-                        calibrations,
-                        photograph,
-                        circle,
-                    }) => {
-                        study.renew(calibrations);
-                        let answer = study.probe(photograph, circle);
-                        to_probe.put(answer.map(Arc::new).map_err(|e| e.to_string()));
-                    }
-                    Some(CalibrationRequest::Gamma {
-                        calibrations,
-                        frame,
-                        pose,
-                        trial,
-                    }) => {
-                        study.renew(calibrations);
-                        let answer = study.gamma(frame, pose, trial);
-                        to_gamma.put(answer.map(Arc::new).map_err(|e| e.to_string()));
-                    }
-                    None if rung.recv().is_err() => break,
-                    None => {}
-                }
-            }
+        let (to_probe, to_gamma) = (probe.clone(), gamma.clone());
+        let thread = Background::spawn("calibration", move |stop| Answering {
+            study: CalibrationStudy::new(root, stop),
+            probe: to_probe,
+            gamma: to_gamma,
         });
         Self {
-            asks,
+            thread,
             probe,
             gamma,
-            ring: Box::new(ring),
-            stop,
-            thread: Some(thread),
         }
     }
 
     /// Asks in place of whatever was asked before and is not begun.
-    pub fn ask(&self, ask: CalibrationRequest) {
-        self.asks.put(ask);
+    pub fn ask(&self, request: CalibrationRequest) {
+        self.thread.put(request);
     }
 
     /// The newest answers, once.
-    pub fn probe(&self) -> Option<std::result::Result<Arc<ProbeView>, String>> {
+    pub fn probe(&self) -> Option<Answer<ProbeView>> {
         self.probe.take()
     }
 
-    pub fn gamma(&self) -> Option<std::result::Result<Arc<GammaView>, String>> {
+    pub fn gamma(&self) -> Option<Answer<GammaView>> {
         self.gamma.take()
     }
 }
 
-impl Drop for CalibrationThread {
-    fn drop(&mut self) {
-        self.stop.stop();
-        (self.ring)();
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
+impl Request for CalibrationRequest {}
+
+impl Handler for Answering {
+    type Request = CalibrationRequest;
+    type Answer = View;
+
+    fn work(&mut self, request: &mut CalibrationRequest) -> Result<View> {
+        match *request {
+            CalibrationRequest::Probe {
+                calibrations,
+                photograph,
+                circle,
+            } => {
+                self.study.renew(calibrations);
+                let view = self.study.probe(photograph, circle)?;
+                Ok(View::Probe(Arc::new(view)))
+            }
+            CalibrationRequest::Gamma {
+                calibrations,
+                frame,
+                pose,
+                trial,
+            } => {
+                self.study.renew(calibrations);
+                let view = self.study.gamma(frame, pose, trial)?;
+                Ok(View::Gamma(Arc::new(view)))
+            }
+        }
+    }
+
+    fn deliver(&mut self, request: CalibrationRequest, answer: Result<View>) {
+        match (request, answer) {
+            (_, Ok(View::Probe(view))) => self.probe.put(Ok(view)),
+            (_, Ok(View::Gamma(view))) => self.gamma.put(Ok(view)),
+            (CalibrationRequest::Probe { .. }, Err(e)) => self.probe.put(Err(e.to_string())),
+            (CalibrationRequest::Gamma { .. }, Err(e)) => self.gamma.put(Err(e.to_string())),
         }
     }
 }
 
-/// What lies before the thread: what was read and need not be read again.
-struct CalibrationStudy {
-    root: PathBuf,
-    stop: Control,
-    calibrations: Option<u64>,
-    found: Option<std::result::Result<(Photographs, Silhouette), String>>,
-    /// The photograph that was read last.
-    photograph: Option<(Option<usize>, Encoded)>,
-    /// The lamps within the circle that was asked for last.
-    lamps: Option<(Circle, Vec<Lamp>)>,
-    exemplars: Option<Exemplars>,
-    /// The interview's frame that was read last.
-    frame: Option<(usize, SrgbPicture)>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
 
-/// What trials of a response go by.
-struct Exemplars {
-    study: GammaStudy,
-    /// The pose that `study` shows.
-    pose: usize,
-    calibrated: Trial,
-    deviation: [f32; 2],
-    before: Histogram,
-    surface: Arc<Surface>,
-    curves: Arc<Vec<CurveFit>>,
-}
-
-impl CalibrationStudy {
-    fn new(root: PathBuf, stop: Control) -> Self {
-        Self {
-            root,
-            stop,
-            calibrations: None,
-            found: None,
+    #[test]
+    fn a_panic_is_said_in_the_pane_that_asked() {
+        let folder = tempfile::tempdir().unwrap();
+        let (wake, woken) = channel();
+        let thread = CalibrationThread::start(folder.path().to_path_buf(), move || {
+            let _ = wake.send(());
+        });
+        let probe = CalibrationRequest::Probe {
+            calibrations: 0,
             photograph: None,
-            lamps: None,
-            exemplars: None,
-            frame: None,
-        }
-    }
-
-    /// Forgets what depends on the calibration where that may be another.
-    fn renew(&mut self, calibrations: u64) {
-        if self.calibrations.replace(calibrations) != Some(calibrations) {
-            *self = Self {
-                calibrations: Some(calibrations),
-                found: self.found.take(),
-                photograph: self.photograph.take(),
-                frame: self.frame.take(),
-                ..Self::new(self.root.clone(), self.stop.clone())
-            };
-        }
-    }
-
-    fn probe(&mut self, photograph: Option<usize>, circle: Option<Circle>) -> Result<ProbeView> {
-        let silent = |_| {};
-        let progress = Progress::new(&silent, self.stop.clone());
-        let mut project = Project::open(&self.root)?;
-        let kept = Circle::of(&project.settings.shoot.ball);
-        let circle = circle.unwrap_or(kept);
-        circle.apply_to(&mut project.settings.shoot.ball);
-        let shoot = &project.settings.shoot;
-        let calibration = Calibration::load(&project).ok();
-        let response = calibration.as_ref().map_or(PROVISIONAL, |c| c.response);
-        let photograph = photograph.filter(|&lamp| lamp < shoot.all_lamps().len());
-        if self
-            .photograph
-            .as_ref()
-            .is_none_or(|(read, _)| *read != photograph)
-        {
-            let path = photograph.map_or_else(
-                || project.interview_probe_path(),
-                |lamp| project.lamp_probe_path(lamp),
-            );
-            self.photograph = Some((photograph, file::read_encoded(&path)?));
-        }
-        if self.found.is_none() {
-            self.found = Some(find_circle(&project, &progress).map_err(|e| e.to_string()));
-        }
-        if self
-            .lamps
-            .as_ref()
-            .is_none_or(|(within, _)| *within != circle)
-        {
-            let lamps = Probes::load(&project, &progress)?.lamps(shoot.all_lamps(), &response);
-            self.lamps = Some((circle, lamps));
-        }
-        let (Some((_, encoded)), Some(found), Some((_, lamps))) =
-            (&self.photograph, &self.found, &self.lamps)
-        else {
-            return Err(Error::Cancelled {
-                kept: "nothing was changed".into(),
-            });
+            circle: None,
         };
-        let size = encoded.0.size();
-        let view = BallView::of(&shoot.ball, shoot.dome_radius_m);
-        let light = Photograph::from_encoded(encoded, &response);
-        let probe = light_probe(&light, &view, ClippedLight::Keep, PANORAMA_PX)?;
-        let [cx, cy] = circle.center_px;
-        let clipped_at = (light.clipped.pixels.iter().enumerate())
-            .filter(|(_, clipped)| clipped.contains(&true))
-            .map(|(i, _)| [(i % size.0) as f32 + 0.5, (i / size.0) as f32 + 0.5])
-            .filter(|[x, y]| (f64::from(*x) - cx).hypot(f64::from(*y) - cy) <= circle.radius_px)
-            .collect();
-        let on_ball = |lamp: &Lamp| view.place(lamp.direction, size);
-        Ok(ProbeView {
-            photograph,
-            picture: SrgbPicture::reduced(encoded, PICTURE_PX),
-            size,
-            circle,
-            kept,
-            rim: match found {
-                Ok((photographs, _)) => {
-                    silhouette::measure(photographs, &circle).map_err(|e| e.to_string())
-                }
-                Err(sentence) => Err(sentence.clone()),
-            },
-            found: found
-                .as_ref()
-                .map(|(_, found)| *found)
-                .map_err(Clone::clone),
-            findings: calibration.map_or_else(Vec::new, |c| c.rig_findings),
-            panorama: SrgbPicture::as_exposed(&probe.panorama),
-            clipped_pixels: probe.clipped_pixels,
-            clipped_at,
-            blind_share: probe.blind_share,
-            filled_share: probe.filled_share,
-            lamps: (lamps.iter())
-                .map(|lamp| SeenLamp {
-                    on_ball: on_ball(lamp),
-                    lamp: lamp.clone(),
-                })
-                .collect(),
-        })
-    }
-}
-
-impl CalibrationStudy {
-    fn gamma(&mut self, frame: usize, pose: usize, trial: Option<Trial>) -> Result<GammaView> {
-        let silent = |_| {};
-        let progress = Progress::new(&silent, self.stop.clone());
-        let project = Project::open(&self.root)?;
-        // A shoot without frames or poses is refused here.
-        let exemplars = match self.exemplars.take() {
-            Some(exemplars) => exemplars,
-            None => Exemplars::read(&project, &progress)?,
-        };
-        let frame = frame.min(project.settings.shoot.frames.len() - 1);
-        if self.frame.as_ref().is_none_or(|(read, _)| *read != frame) {
-            let path = project.frame_path(frame);
-            let encoded = footage::read_encoded(&path, &project.settings.framing)?;
-            self.frame = Some((frame, SrgbPicture::reduced(&encoded, PICTURE_PX)));
-        }
-        let exemplars = self.exemplars.insert(exemplars);
-        let pose = pose.min(project.settings.shoot.poses.len() - 1);
-        if exemplars.pose != pose {
-            exemplars.study.show_pose(&project, pose)?;
-            exemplars.pose = pose;
-        }
-        let Exemplars {
-            study,
-            pose: shown_pose,
-            calibrated,
-            ..
-        } = &*exemplars;
-        let trial = trial.unwrap_or(*calibrated);
-        let response = trial.response;
-        let weights = study.weights(&response);
-        let [subject_distance, ball_distance] = study.distances(&response, trial.exposure);
-        Ok(GammaView {
-            trial,
-            calibrated: *calibrated,
-            deviation: exemplars.deviation,
-            frame,
-            poses: project.settings.shoot.poses.clone(),
-            pose: *shown_pose,
-            interview: (self.frame.as_ref())
-                .map(|(_, shown)| shown.clone())
-                .unwrap_or_default(),
-            relit: SrgbPicture::reduced(
-                &study.relit(&response, trial.exposure, &weights),
-                PICTURE_PX,
-            ),
-            interview_histogram: *study.interview_histogram(),
-            relit_histogram: study.relit_histogram(&response, trial.exposure, &weights),
-            before_histogram: exemplars.before,
-            subject_distance,
-            ball_distance,
-            surface: exemplars.surface.clone(),
-            curves: exemplars.curves.clone(),
-        })
-    }
-}
-
-impl Exemplars {
-    /// Reads the exemplars and fits the response, for the surface and the comparison of curves.
-    fn read(project: &Project, progress: &Progress) -> Result<Self> {
-        let calibration = Calibration::load(project)?;
-        let study = GammaStudy::load(project, 0, progress)?;
-        let (surface, curves) = {
-            let fitted = study.fit(None, progress)?;
-            (
-                fitted.surface(SURFACE_STEPS, progress)?,
-                fitted.compare(progress)?,
-            )
-        };
-        let plain = PROVISIONAL;
-        let before = study.relit_histogram(&plain, 1.0, &study.weights(&plain));
-        Ok(Self {
-            calibrated: Trial {
-                response: calibration.response,
-                exposure: calibration.exposure,
-            },
-            deviation: calibration.gamma_deviation,
-            before,
+        let gamma = CalibrationRequest::Gamma {
+            calibrations: 0,
+            frame: 0,
             pose: 0,
-            surface: Arc::new(surface),
-            curves: Arc::new(curves),
-            study,
-        })
+            trial: None,
+        };
+        thread.thread.panic_next();
+        thread.ask(probe.clone());
+        woken.recv().unwrap();
+        let sentence = thread.probe().unwrap().unwrap_err();
+        assert!(sentence.contains("on purpose"), "{sentence}");
+        assert!(thread.gamma().is_none());
+        thread.thread.panic_next();
+        thread.ask(gamma);
+        woken.recv().unwrap();
+        let sentence = thread.gamma().unwrap().unwrap_err();
+        assert!(sentence.contains("on purpose"), "{sentence}");
+        // The thread goes on, and says what is missing.
+        thread.ask(probe);
+        woken.recv().unwrap();
+        let sentence = thread.probe().unwrap().unwrap_err();
+        assert!(sentence.contains("project.toml"), "{sentence}");
     }
-}
-
-/// The circle that all of the project's balls show together.
-fn find_circle(project: &Project, progress: &Progress) -> Result<(Photographs, Silhouette)> {
-    let photographs = Photographs::read(&project.probe_paths(), progress)?;
-    let found = silhouette::find(&photographs)?;
-    Ok((photographs, found))
 }

@@ -1,13 +1,12 @@
-//! The second picture: what the relit one is compared with, made under the same view settings.
+//! What a picture is compared with: another picture, made under the same view settings.
 
 use super::PredictedFrame;
-use super::srgb_picture::SrgbPicture;
 use base::error::Result;
 use compositor::reference::scale;
-use compositor::{CameraView, Extra, Ingredients, Levels, Upstream, compose, difference, view};
-use imaging::{Encoded, Image};
-use light::{Environment, LightWeights};
-use scene::{Inspection, Scene};
+use compositor::{EnvironmentLight, Field, Ingredients, compose, view};
+use imaging::{Encoded, Image, Mask};
+use light::{Environment, LightWeights, Rig};
+use scene::{Background, Inspection, Scene};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -47,71 +46,75 @@ pub enum ComparisonSource {
     Checkpoint(PathBuf),
 }
 
+/// The picture that others are compared with, as far as it decides how they look.
+#[derive(Clone, Copy)]
+pub(super) struct RelitFrame<'a> {
+    pub scene: &'a Scene,
+    pub predicted: &'a PredictedFrame,
+    pub light: &'a EnvironmentLight,
+    /// The weights of the lamps that light it alone, if not all of them do.
+    pub solo: Option<&'a LightWeights>,
+    pub rig: &'a Rig,
+    /// Field and matte of the frame that sets the level of every light.
+    pub reference: (&'a Field, &'a Mask),
+}
+
+impl RelitFrame<'_> {
+    /// The picture that it is compared with. `olats` are those that `comparison` names; without them there is no
+    /// picture yet. `own_light` is kept from one picture to the next.
+    ///
+    /// # Errors
+    /// As [`compose`].
+    pub fn compared(
+        &self,
+        comparison: &Comparison,
+        olats: Option<&PredictedFrame>,
+        own_light: &mut Option<EnvironmentLight>,
+    ) -> Result<Option<Encoded>> {
+        let mut scene = self.scene.clone();
+        // Nothing is inspected in it that needs a second picture.
+        if matches!(scene.effects.inspection, Inspection::Difference { .. }) {
+            scene.effects.inspection = Inspection::Picture;
+        }
+        let picture = match (comparison, olats) {
+            (Comparison::Plate, _) => return Ok(Some(plate(&self.predicted.frame.plate, &scene))),
+            (Comparison::Olats(_), None) => return Ok(None),
+            (Comparison::Olats(_), Some(olats)) => {
+                if self.solo.is_some() {
+                    scene.background = Background::None;
+                }
+                let all = self.light.on(&olats.field, &olats.frame.mask);
+                let weights = self.solo.unwrap_or(all.weights);
+                compose(&scene, &Ingredients { weights, ..all })?
+            }
+            (Comparison::Light(environment, yaw_deg), _) => {
+                scene.yaw_deg = *yaw_deg;
+                let (light, _) = EnvironmentLight::update(
+                    own_light,
+                    environment,
+                    self.rig,
+                    &scene,
+                    self.reference,
+                )?;
+                let PredictedFrame { field, frame, .. } = self.predicted;
+                compose(&scene, &light.on(field, &frame.mask))?
+            }
+        };
+        Ok(picture.display)
+    }
+}
+
 /// The interview's frame under the exposure and the view transform of a scene.
-pub(super) fn plate(plate: &Image, scene: &Scene) -> Encoded {
+fn plate(plate: &Image, scene: &Scene) -> Encoded {
     let mut exposed = plate.clone();
     scale(&mut exposed, scene.exposure_stops.exp2());
     view(&exposed, scene.effects.view)
 }
 
-/// Other OLATs in the light of `weights`, at the level of the picture that they are compared with.
-///
-/// # Errors
-/// As [`compose`].
-pub(super) fn rival(
-    scene: &Scene,
-    rival: &PredictedFrame,
-    weights: &LightWeights,
-    environment: &Environment,
-    levels: Levels,
-) -> Result<Option<Encoded>> {
-    let picture = compose(
-        scene,
-        &Ingredients {
-            field: &rival.field,
-            mask: &rival.frame.mask,
-            weights,
-            environment,
-            levels,
-            view: CameraView::default(),
-            upstream: Upstream::default(),
-            extra: Extra::default(),
-        },
-    )?;
-    Ok(picture.display)
-}
-
-/// The first of two pictures as it is shown: where a scene asks for their difference, that.
-///
-/// # Errors
-/// When the pictures differ in size.
-pub(super) fn differing(
-    first: Option<(Comparison, Encoded)>,
-    second: Option<&(Comparison, Encoded)>,
-    scene: &Scene,
-) -> Result<Option<(Comparison, SrgbPicture)>> {
-    let Some((of, mut picture)) = first else {
-        return Ok(None);
-    };
-    if let (Inspection::Difference { gain }, Some((_, second))) = (scene.effects.inspection, second)
-    {
-        difference(&mut picture, second, gain)?;
-    }
-    Ok(Some((of, SrgbPicture::of(&picture))))
-}
-
-/// A scene as the second picture has it: nothing is inspected in it that needs a second one.
-pub(super) fn plain(scene: &Scene) -> Scene {
-    let mut plain = scene.clone();
-    if matches!(plain.effects.inspection, Inspection::Difference { .. }) {
-        plain.effects.inspection = Inspection::Picture;
-    }
-    plain
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use imaging::color::byte_from_unit;
 
     #[test]
     fn a_plate_is_shown_at_the_scene_s_exposure() {
@@ -121,7 +124,7 @@ mod tests {
                 exposure_stops: stops,
                 ..Scene::default()
             };
-            SrgbPicture::of(&plate(&grey, &scene)).rgb[0]
+            byte_from_unit(plate(&grey, &scene).0.pixels[0][0])
         };
         // sRGB of 1/4 and 1/2.
         assert_eq!((code(0.0), code(1.0)), (137, 188));

@@ -1,57 +1,46 @@
 //! Writes the window's list of environments into `project.toml`, beside the window's thread.
 
+use super::background::{Background, Handler};
+use super::mailbox::Request;
 use base::error::Result;
 use project::{NamedEnvironment, Project};
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
+
+type List = Vec<NamedEnvironment>;
 
 /// The writing thread of an open project. Dropping it waits until the newest list has been written.
 pub struct EnvironmentListWriter {
-    lists: Option<Sender<Vec<NamedEnvironment>>>,
+    thread: Background<List>,
     failures: Receiver<String>,
-    thread: Option<JoinHandle<()>>,
+}
+
+struct Writing<Wake> {
+    root: PathBuf,
+    /// What is in the project.
+    written: List,
+    failures: Sender<String>,
+    wake: Wake,
 }
 
 impl EnvironmentListWriter {
     /// Starts the thread for the project in folder `root`. `list` is what the window has read there;
     /// `wake` is called when something could not be written.
-    pub fn start(
-        root: PathBuf,
-        list: Vec<NamedEnvironment>,
-        wake: impl Fn() + Send + 'static,
-    ) -> Self {
-        let (lists, waiting) = channel::<Vec<NamedEnvironment>>();
-        let (fail, failures) = channel();
-        let thread = std::thread::spawn(move || {
-            let mut written = list;
-            while let Ok(list) = waiting.recv() {
-                // Of several lists the last is enough.
-                let list = waiting.try_iter().last().unwrap_or(list);
-                match Project::change(&root, |project| bring(project, &written, &list)) {
-                    Ok(()) => written = list,
-                    Err(e) => {
-                        // Nobody listens once the window is closed.
-                        let _ = fail.send(e.to_string());
-                        wake();
-                    }
-                }
-            }
+    pub fn start(root: PathBuf, list: List, wake: impl Fn() + Send + 'static) -> Self {
+        let (send, failures) = channel();
+        let thread = Background::spawn("environment list", move |_| Writing {
+            root,
+            written: list,
+            failures: send,
+            wake,
         });
-        Self {
-            lists: Some(lists),
-            failures,
-            thread: Some(thread),
-        }
+        Self { thread, failures }
     }
 
     /// Has this list written soon. Its files are those that the list at the start had, or paths that can be
     /// opened.
-    pub fn keep(&self, list: Vec<NamedEnvironment>) {
-        if let Some(lists) = &self.lists {
-            // The thread ends with this struct.
-            let _ = lists.send(list);
-        }
+    pub fn keep(&self, list: List) {
+        self.thread.put(list);
     }
 
     /// What could not be written since the last call.
@@ -60,12 +49,28 @@ impl EnvironmentListWriter {
     }
 }
 
-impl Drop for EnvironmentListWriter {
-    fn drop(&mut self) {
-        self.lists = None;
-        if let Some(thread) = self.thread.take() {
-            // A panic of the thread has been said on stderr.
-            let _ = thread.join();
+impl Request for List {
+    fn is_kept(&self) -> bool {
+        true
+    }
+}
+
+impl<Wake: Fn()> Handler for Writing<Wake> {
+    type Request = List;
+    type Answer = ();
+
+    fn work(&mut self, list: &mut List) -> Result<()> {
+        Project::change(&self.root, |project| bring(project, &self.written, list))
+    }
+
+    fn deliver(&mut self, list: List, answer: Result<()>) {
+        match answer {
+            Ok(()) => self.written = list,
+            Err(e) => {
+                // Nobody listens once the window is closed.
+                let _ = self.failures.send(e.to_string());
+                (self.wake)();
+            }
         }
     }
 }
@@ -95,4 +100,42 @@ fn bring(
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(file: PathBuf) -> NamedEnvironment {
+        NamedEnvironment {
+            name: "any".to_owned(),
+            file,
+            front: None,
+        }
+    }
+
+    #[test]
+    fn a_list_is_written_before_a_dropped_writer_ends_and_a_panic_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        Project::without_shoot(folder.path()).save().unwrap();
+        let [first, second] = ["first.exr", "second.exr"].map(|name| folder.path().join(name));
+        let (wake, woken) = channel();
+        let root = folder.path().to_path_buf();
+        let writer = EnvironmentListWriter::start(root, vec![], move || wake.send(()).unwrap());
+        writer.thread.panic_next();
+        writer.keep(vec![named(first.clone())]);
+        woken.recv().unwrap();
+        let said: Vec<String> = writer.failures().collect();
+        assert!(
+            said.len() == 1 && said[0].contains("on purpose"),
+            "{said:?}"
+        );
+        // The next list still brings what the failed one did not.
+        writer.keep(vec![named(first), named(second)]);
+        drop(writer);
+        assert_eq!(
+            Project::open(folder.path()).unwrap().environments().len(),
+            2
+        );
+    }
 }

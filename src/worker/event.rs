@@ -2,7 +2,7 @@
 
 use super::export_queue::ExportStatus;
 use base::progress::{Report, TrainingPoint};
-use std::sync::{Mutex, PoisonError};
+use parking_lot::Mutex;
 use training::history::halved;
 
 /// One piece of news.
@@ -48,10 +48,10 @@ pub enum Need {
 /// become fewer when they are too many, so that a window that is not drawn for hours finds a handful, and
 /// misses no end of a job.
 #[derive(Default)]
-pub(super) struct UnreadEvents(Mutex<Queue>);
+pub(super) struct UnreadEvents(Mutex<Unread>);
 
 #[derive(Default)]
-struct Queue {
+struct Unread {
     events: Vec<Event>,
     points: Vec<TrainingPoint>,
 }
@@ -62,9 +62,8 @@ const MOST_POINTS: usize = 4096;
 impl UnreadEvents {
     pub fn push(&self, event: Event) {
         let step = |event: &Event| matches!(event, Event::Report(Report::Step { .. }));
-        // Lists are whole at any time, even where a thread panicked with the lock in hand.
-        let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let Queue { events, points } = &mut *queue;
+        let mut unread = self.0.lock();
+        let Unread { events, points } = &mut *unread;
         if let Event::Report(Report::Training(point)) = event {
             points.push(point);
             if points.len() > MOST_POINTS {
@@ -83,8 +82,8 @@ impl UnreadEvents {
 
     /// Everything, the points of a training last but for what came after it.
     pub fn take(&self) -> Vec<Event> {
-        let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let Queue { mut events, points } = std::mem::take(&mut *queue);
+        let mut unread = self.0.lock();
+        let Unread { mut events, points } = std::mem::take(&mut *unread);
         let over = |event: &Event| matches!(event, Event::Finished { .. });
         let at = events.iter().rposition(over).unwrap_or(events.len());
         let points = points.into_iter().map(Report::Training).map(Event::Report);

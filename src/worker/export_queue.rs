@@ -1,16 +1,18 @@
-//! Exports in line: one after the other is written whenever no other job is in hand.
+//! Exports that wait: one after the other is written whenever no job runs.
 
 use base::error::Error;
 use base::progress::Progress;
+use parking_lot::Mutex;
+use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-/// An export in the line.
+/// An export in the queue.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Export {
-    /// No other has this number.
+    /// Its number: no other has it.
     pub id: u64,
-    /// What people call it: the files' name, once they are written as they were named then.
+    /// What it is called: the files' name, with the number that was appended once they are written.
     pub name: String,
     pub status: ExportStatus,
 }
@@ -19,7 +21,7 @@ pub struct Export {
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExportStatus {
     Waiting,
-    /// It is in hand; how far it is, the job's reports say.
+    /// The job's reports say how far it is.
     Running,
     /// Where it was written, and a sentence about it.
     Done(WrittenExport),
@@ -43,78 +45,72 @@ pub struct WrittenExport {
 pub(super) type Write = Box<dyn FnOnce(&Progress) -> Result<WrittenExport, Error> + Send>;
 
 #[derive(Default)]
-struct Line {
+struct State {
     /// In the order in which they were asked for.
     exports: Vec<Export>,
     /// What those that wait are to do.
-    waiting: Vec<(u64, Write)>,
+    waiting: VecDeque<(u64, Write)>,
+    /// Numbers given out.
     given: u64,
 }
 
-/// The line. Clones share it.
+/// The queue. Clones share it.
 #[derive(Clone, Default)]
-pub(super) struct ExportQueue(Arc<Mutex<Line>>);
+pub(super) struct ExportQueue(Arc<Mutex<State>>);
 
 impl ExportQueue {
-    /// A list is whole at any time, even where a thread panicked with the lock in hand.
-    fn line(&self) -> std::sync::MutexGuard<'_, Line> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Puts an export at the end of the line.
+    /// Puts an export at the end of the queue.
     pub fn push(&self, name: String, write: Write) -> u64 {
-        let mut line = self.line();
-        line.given += 1;
-        let id = line.given;
-        line.exports.push(Export {
+        let mut state = self.0.lock();
+        state.given += 1;
+        let id = state.given;
+        state.exports.push(Export {
             id,
             name,
             status: ExportStatus::Waiting,
         });
-        line.waiting.push((id, write));
+        state.waiting.push_back((id, write));
         id
     }
 
     pub fn exports(&self) -> Vec<Export> {
-        self.line().exports.clone()
+        self.0.lock().exports.clone()
     }
 
-    /// Takes an export that waits or is over out of the line.
+    /// Takes an export that waits or is over out of the queue.
     pub fn remove(&self, id: u64) {
-        let mut line = self.line();
-        line.waiting.retain(|(waiting, _)| *waiting != id);
-        line.exports
+        let mut state = self.0.lock();
+        state.waiting.retain(|(waiting, _)| *waiting != id);
+        state
+            .exports
             .retain(|export| export.id != id || export.status == ExportStatus::Running);
     }
 
     pub fn waits(&self) -> bool {
-        !self.line().waiting.is_empty()
+        !self.0.lock().waiting.is_empty()
     }
 
-    /// Takes the first that waits in hand.
+    /// Begins the first that waits.
     pub fn begin(&self) -> Option<(u64, Write)> {
-        let mut line = self.line();
-        if line.waiting.is_empty() {
-            return None;
-        }
-        let (id, write) = line.waiting.remove(0);
-        line.set(id, ExportStatus::Running);
+        let mut state = self.0.lock();
+        let (id, write) = state.waiting.pop_front()?;
+        state.set(id, ExportStatus::Running);
         Some((id, write))
     }
 
-    /// Notes what came of the export in hand.
+    /// Notes what came of the running export.
     pub fn end(&self, id: u64, done: Result<WrittenExport, Error>) -> ExportStatus {
         let status = match done {
             Ok(written) => ExportStatus::Done(written),
             Err(Error::Cancelled { kept }) => ExportStatus::Cancelled(format!("Cancelled: {kept}")),
             Err(e) => ExportStatus::Failed(e.to_string()),
         };
-        self.line().set(id, status.clone());
+        self.0.lock().set(id, status.clone());
         status
     }
 }
 
-impl Line {
+impl State {
     fn set(&mut self, id: u64, status: ExportStatus) {
         if let Some(export) = self.exports.iter_mut().find(|export| export.id == id) {
             if let ExportStatus::Done(written) = &status {
@@ -126,7 +122,7 @@ impl Line {
 }
 
 impl ExportStatus {
-    /// What there is to say of it once it is over.
+    /// A sentence about it once it is over.
     pub fn sentence(&self) -> Option<&str> {
         match self {
             Self::Waiting | Self::Running => None,

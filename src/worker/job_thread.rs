@@ -1,111 +1,163 @@
 //! The thread that works: it runs long actions one after the other, beside the network's thread, which
-//! is told of each checkpoint that can be read. Where no job was asked for it writes the exports in line.
+//! is told of each checkpoint that can be read. When no job was asked for, it writes the exports that wait.
 
-use super::catch_panic::catch_panic;
+use super::background::Handler;
 use super::event::Event;
-use super::export_queue::ExportQueue;
+use super::export_queue::{ExportQueue, WrittenExport};
 use super::latest::Latest;
+use super::mailbox::{Mailbox, Request};
+use super::messages::NetworkRequest;
 use base::error::Result;
 use base::progress::{Control, Progress, Report, TrainingPictures};
-use std::sync::mpsc::Receiver;
-use std::sync::{Arc, Mutex, PoisonError};
+use parking_lot::Mutex;
+use std::sync::Arc;
+use std::time::Duration;
 
-/// A long action in hand.
+/// What the thread is asked for.
+pub(super) enum JobRequest {
+    Run(Task),
+    /// To write the first export that waits.
+    Export,
+}
+
+/// A long action that is to be run.
 pub(super) struct Task {
     pub what: &'static str,
     pub control: Control,
-    pub action: Action,
+    /// None once it was begun.
+    pub action: Option<Action>,
 }
 
 /// Does it, and says what came of it.
 pub(super) type Action = Box<dyn FnOnce(&Progress) -> Result<String> + Send>;
 
-/// The wishes for the task that was asked for or runs; none where there is no such task.
+/// What came of a request.
+pub(super) enum Done {
+    /// A job, in a sentence.
+    Job(String),
+    /// The export of this number.
+    Export(u64, WrittenExport),
+    /// There was nothing to do any more.
+    Nothing,
+}
+
+/// How the job or export that was asked for or runs is paused and stopped; None if there is none.
 #[derive(Clone, Default)]
 pub(super) struct CurrentJob(Arc<Mutex<Option<Control>>>);
 
 impl CurrentJob {
-    /// Takes a task in hand; none while another is.
+    /// Begins a job; None while there is another.
     pub fn begin(&self) -> Option<Control> {
-        let mut control = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut control = self.0.lock();
         control
             .is_none()
             .then(|| control.insert(Control::default()).clone())
     }
 
     fn end(&self) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        *self.0.lock() = None;
     }
 
-    /// The wishes for the task in hand.
+    /// How the current job is paused and stopped.
     pub fn control(&self) -> Option<Control> {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+        self.0.lock().clone()
     }
 }
 
 /// The thread's ends of what connects it.
 pub(super) struct JobThread<Tell> {
-    pub tasks: Arc<Latest<Task>>,
     pub current_job: CurrentJob,
     pub queue: ExportQueue,
-    /// Asks the network's thread to open its source again.
-    pub renew: Arc<Latest<()>>,
+    /// The number of the export that is being written.
+    pub exporting: Option<u64>,
+    pub network: Arc<Mailbox<NetworkRequest>>,
     /// What a network in training makes of a pose.
     pub pictures: Arc<Latest<Arc<TrainingPictures>>>,
     pub tell: Tell,
-    pub stop: Control,
 }
 
-impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
-    /// Works until it is stopped.
-    pub fn run(self, bell: &Receiver<()>) {
-        while !self.stop.stopped() {
-            if let Some(task) = self.tasks.take() {
-                self.work(task);
-            } else if self.queue.waits()
-                && let Some(control) = self.current_job.begin()
-            {
-                self.export(control);
-            } else if bell.recv().is_err() {
-                break;
-            }
+impl Request for JobRequest {
+    fn lane(&self) -> Option<usize> {
+        Some(match self {
+            Self::Run(_) => 0,
+            Self::Export => 1,
+        })
+    }
+}
+
+impl<Tell: Fn(Event) + Sync> Handler for JobThread<Tell> {
+    type Request = JobRequest;
+    type Answer = Done;
+
+    fn work(&mut self, request: &mut JobRequest) -> Result<Done> {
+        match request {
+            JobRequest::Run(task) => self.run(task),
+            JobRequest::Export => self.export(),
         }
     }
 
-    fn work(&self, task: Task) {
+    fn deliver(&mut self, _: JobRequest, answer: Result<Done>) {
+        match (answer, self.exporting.take()) {
+            (Ok(Done::Job(sentence)), _) => self.finished(sentence),
+            (Ok(Done::Export(id, written)), _) => self.exported(id, Ok(written)),
+            (Ok(Done::Nothing), _) => {}
+            (Err(e), Some(id)) => self.exported(id, Err(e)),
+            (Err(e), None) => self.finished(e.to_string()),
+        }
+    }
+
+    /// Exports that wait are written one after the other.
+    fn rest(&self) -> Option<(Duration, JobRequest)> {
+        let next = self.queue.waits() && self.current_job.control().is_none();
+        next.then_some((Duration::ZERO, JobRequest::Export))
+    }
+}
+
+impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
+    fn run(&self, task: &mut Task) -> Result<Done> {
+        let Some(action) = task.action.take() else {
+            return Ok(Done::Nothing);
+        };
         (self.tell)(Event::Started { what: task.what });
         let report = |report: Report| {
             if report == Report::Saved {
-                self.renew.put(());
+                self.network.put(NetworkRequest::Open);
             }
             (self.tell)(Event::Report(report));
         };
         let show = |pictures| self.pictures.put(Arc::new(pictures));
-        let progress = Progress::new(&report, task.control)
+        let progress = Progress::new(&report, task.control.clone())
             .with_pictures(&show)
             .attended();
-        let done = catch_panic(|| (task.action)(&progress));
-        let sentence = done.unwrap_or_else(|e| e.to_string());
+        action(&progress).map(Done::Job)
+    }
+
+    fn finished(&self, sentence: String) {
         self.current_job.end();
         // In this order: what the network's thread says next is about the time after the job.
         (self.tell)(Event::Finished { sentence });
-        self.renew.put(());
+        self.network.put(NetworkRequest::Open);
     }
 
-    /// Writes the first export in line. It changes nothing that pictures are made of, so the network's thread
-    /// need not hear of it.
-    fn export(&self, control: Control) {
-        // Whatever waited may have been taken out of the line in the meantime.
-        let Some((id, write)) = self.queue.begin() else {
-            return self.current_job.end();
+    /// Writes the first export that waits, unless a job was begun or the export was withdrawn in the meantime.
+    fn export(&mut self) -> Result<Done> {
+        let Some(control) = self.current_job.begin() else {
+            return Ok(Done::Nothing);
         };
+        let Some((id, write)) = self.queue.begin() else {
+            self.current_job.end();
+            return Ok(Done::Nothing);
+        };
+        self.exporting = Some(id);
         (self.tell)(Event::Started { what: "exporting" });
         let report = |report: Report| (self.tell)(Event::Report(report));
-        let done = catch_panic(|| write(&Progress::new(&report, control)));
-        let status = self.queue.end(id, done);
+        let written = write(&Progress::new(&report, control))?;
+        Ok(Done::Export(id, written))
+    }
+
+    /// Pictures are made as before: the network's thread need not hear of it.
+    fn exported(&self, id: u64, written: Result<WrittenExport>) {
+        let status = self.queue.end(id, written);
         self.current_job.end();
         (self.tell)(Event::Exported(status));
     }

@@ -1,6 +1,7 @@
-//! The work behind a window: one thread owns the network, one relights, one runs jobs, one reads
-//! panoramas. None of them is ever waited for; numbers and sentences come back as [`Event`]s, pictures
-//! through [`Latest`] slots.
+//! The work behind a window: one thread owns the network, one relights, one runs jobs; others read panoramas, look
+//! at the calibration, review the network, write the list of environments and look things up on the disk. All are of
+//! one kind, [`background::Background`]. None of them is ever waited for; numbers and sentences come back as
+//! [`Event`]s, pictures through [`Latest`] slots.
 //!
 //! ```text
 //! window ─ PreviewRequest ─► relighter ─ FrameRequest ─► network ◄─ saved, finished ─ jobs ◄─ Job, Export ─ window
@@ -8,16 +9,17 @@
 //!    └───── PreviewPicture ────┘  └───── PredictedFrame ────┘
 //! ```
 //!
-//! While a job runs, frames are predicted by the network at hand. Whenever the job has saved a newer
-//! one, the source is opened again: fields belong to a generation, and those of an older one are
-//! predicted anew when they are asked for.
+//! While a job runs, frames are predicted by the current network. Whenever the job has saved a newer one, the source
+//! is opened again: fields belong to a generation, and those of an older one are predicted again when they are asked
+//! for.
 
 mod adaptive_resolution;
+mod background;
 mod cache;
+mod calibration_study;
 mod calibration_thread;
-mod catch_panic;
 mod comparison;
-mod comparison_sources;
+mod comparison_reader;
 pub mod demo;
 mod environment_list_writer;
 mod event;
@@ -26,16 +28,19 @@ mod job;
 mod job_thread;
 mod latest;
 mod lookup;
+mod mailbox;
+mod messages;
 mod network;
 mod panorama_loader;
+mod preview;
+mod preview_maker;
 mod relighter;
 mod review_thread;
+mod source;
 mod srgb_picture;
-mod stage;
 
-pub use calibration_thread::{
-    CalibrationRequest, CalibrationThread, GammaView, ProbeView, SeenLamp,
-};
+pub use calibration_study::{GammaView, ProbeView, SeenLamp};
+pub use calibration_thread::{CalibrationRequest, CalibrationThread};
 pub use comparison::{Comparison, ComparisonSource};
 pub use environment_list_writer::EnvironmentListWriter;
 pub use event::{Blocked, Event, Need};
@@ -43,24 +48,26 @@ pub use export_queue::{Export, ExportStatus, WrittenExport};
 pub use job::{Job, Outcome, TRAINING, WentBack};
 pub use latest::Latest;
 pub use lookup::Lookup;
-pub use network::{FindComparison, Predict, Source, open_project};
 pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
-pub use relighter::{PreviewPicture, PreviewRequest};
+pub use preview::{PreviewPicture, PreviewRequest};
 pub use review_thread::{LampSheet, ReviewThread, SavedReview};
+pub use source::{FindComparison, Predict, Source, open_project};
 pub use srgb_picture::SrgbPicture;
 
+use background::Background;
 use base::error::Error;
 use base::progress::{Control, Progress, TrainingPictures};
 use compositor::Field;
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
+use job_thread::{JobRequest, JobThread, Task};
+use mailbox::Mailbox;
+use messages::{NetworkRequest, RelighterRequest};
+use network::Network;
 use project::Project;
+use relighter::Relighter;
 use std::sync::Arc;
-use std::thread::JoinHandle;
 use std::time::Duration;
-
-/// Memory for reflectance fields: about 130 frames of 41 lamps at 128 pixels, or 8 at 512.
-const FIELD_BUDGET_BYTES: usize = 1 << 30;
 
 /// A frame with its reflectance field.
 #[derive(Clone, Debug)]
@@ -76,19 +83,16 @@ pub struct PredictedFrame {
 /// The threads behind one open project. Dropping it stops and joins them: that takes as long as one
 /// prediction or one training step.
 pub struct Worker {
-    asks: Arc<Latest<PreviewRequest>>,
-    tasks: Arc<Latest<job_thread::Task>>,
+    network: Background<NetworkRequest>,
+    relighter: Background<RelighterRequest>,
+    jobs: Background<JobRequest>,
     current_job: job_thread::CurrentJob,
     queue: export_queue::ExportQueue,
-    ring_jobs: Box<dyn Fn() + Send>,
     relit: Arc<Latest<Arc<PreviewPicture>>>,
     pictures: Arc<Latest<Arc<TrainingPictures>>>,
     events: Arc<event::UnreadEvents>,
-    /// Why no job may write into the project, where none may.
+    /// Why no job may write into the project, if none may.
     read_only: Option<String>,
-    stop: Control,
-    ring: Vec<Box<dyn Fn() + Send>>,
-    threads: Vec<JoinHandle<()>>,
 }
 
 impl Worker {
@@ -98,7 +102,7 @@ impl Worker {
         device: DeviceChoice,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        // To look for a GPU takes a while, and what it finds does not change.
+        // Looking for a GPU takes a while, and its result does not change.
         let mut compute: Option<ComputeDevice> = None;
         let open = move || {
             if compute.as_ref().is_some_and(ComputeDevice::is_lost) {
@@ -110,8 +114,8 @@ impl Worker {
         Self::over(open, wake)
     }
 
-    /// Starts work on frames from anywhere. `open` is called on the network's thread: at the start,
-    /// whenever a job has saved a network, and after each job.
+    /// Starts work on frames from any source. `open` is called on the network's thread: at the start, whenever a job
+    /// has saved a network, and after each job.
     pub fn over(
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
@@ -132,7 +136,6 @@ impl Worker {
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
         wake: impl Fn() + Clone + Send + Sync + 'static,
     ) -> Self {
-        let stop = Control::default();
         let events = Arc::new(event::UnreadEvents::default());
         let tell = {
             let (events, wake) = (events.clone(), wake.clone());
@@ -141,79 +144,49 @@ impl Worker {
                 wake();
             }
         };
-        let (ring_network, network_bell) = latest::doorbell();
-        let (ring_relighter, relighter_bell) = latest::doorbell();
-        let (ring_jobs, job_bell) = latest::doorbell();
-        let wanted = Arc::new(Latest::new(ring_network.clone()));
-        let renew = Arc::new(Latest::new(ring_network.clone()));
-        let tasks = Arc::new(Latest::new(ring_jobs.clone()));
-        let opened = Arc::new(Latest::new(ring_relighter.clone()));
-        let fields = Arc::new(Latest::new(ring_relighter.clone()));
-        let rivals = [(); 2].map(|()| Arc::new(Latest::new(ring_relighter.clone())));
-        let challenge = [(); 2].map(|()| Arc::new(Latest::new(ring_network.clone())));
-        let asks = Arc::new(Latest::new(ring_relighter.clone()));
         let pictures = Arc::new(Latest::new(wake.clone()));
         let relit = Arc::new(Latest::new(wake));
-        let network = network::Network {
-            open,
-            wanted: wanted.clone(),
-            renew: renew.clone(),
-            opened: opened.clone(),
-            fields: fields.clone(),
-            challenge: challenge.clone(),
-            rivals: rivals.clone(),
-            tell: tell.clone(),
-            stop: stop.clone(),
+        let (to_network, to_relighter) = (Mailbox::new(), Mailbox::new());
+        let network = {
+            let (own, relighter) = (to_network.clone(), to_relighter.clone());
+            let tell = tell.clone();
+            move || Network::new(open, own, relighter, tell)
         };
-        let relighter = relighter::Relighter {
-            asks: asks.clone(),
-            opened,
-            fields,
-            wanted,
-            challenge,
-            rivals,
-            relit: relit.clone(),
-            tell: tell.clone(),
-            stop: stop.clone(),
-            cache: cache::FieldCache::new(FIELD_BUDGET_BYTES),
-            renew: renew.clone(),
+        let relighter = Relighter::new(
+            to_network.clone(),
+            relit.clone(),
+            tell.clone(),
             budget_ms,
             rest,
-        };
+        );
         let current_job = job_thread::CurrentJob::default();
         let queue = export_queue::ExportQueue::default();
-        let jobs = job_thread::JobThread {
-            tasks: tasks.clone(),
+        let jobs = JobThread {
             current_job: current_job.clone(),
             queue: queue.clone(),
-            renew,
+            exporting: None,
+            network: to_network.clone(),
             pictures: pictures.clone(),
             tell,
-            stop: stop.clone(),
         };
+        to_network.put(NetworkRequest::Open);
+        let never = Control::default;
         Self {
-            asks,
-            tasks,
+            network: Background::start("network", to_network, never(), network),
+            relighter: Background::start("relighter", to_relighter, never(), || relighter),
+            jobs: Background::spawn("jobs", |_| jobs),
             current_job,
             queue,
-            ring_jobs: Box::new(ring_jobs),
             relit,
             pictures,
             events,
             read_only: None,
-            stop,
-            ring: vec![Box::new(ring_network), Box::new(ring_relighter)],
-            threads: vec![
-                std::thread::spawn(move || network.run(&network_bell)),
-                std::thread::spawn(move || relighter.run(&relighter_bell)),
-                std::thread::spawn(move || jobs.run(&job_bell)),
-            ],
         }
     }
 
     /// Asks for a picture in place of any that was asked for before and is not begun.
-    pub fn show(&self, ask: PreviewRequest) {
-        self.asks.put(ask);
+    pub fn show(&self, request: PreviewRequest) {
+        self.relighter.put(RelighterRequest::Show(request));
     }
 
     /// The newest picture, once.
@@ -236,12 +209,12 @@ impl Worker {
         self.events.take().into_iter()
     }
 
-    /// From now on refuses jobs that write into their project, for the reason `why`.
+    /// From now on refuses jobs that write into their project; `why` says why.
     pub fn refuse_writes(&mut self, why: String) {
         self.read_only = Some(why);
     }
 
-    /// Runs a job beside the picture, unless one or an export is in hand already; tells whether it will.
+    /// Runs a job beside the picture, unless a job or an export runs already; tells whether it will.
     pub fn run(&self, job: Job) -> bool {
         if let (Some(why), true) = (&self.read_only, job.writes().is_some()) {
             let sentence = format!("Nothing can be written here. {why}");
@@ -263,24 +236,24 @@ impl Worker {
         let control = self.current_job.begin();
         let begun = control.is_some();
         if let Some(control) = control {
-            self.tasks.put(job_thread::Task {
+            self.jobs.put(JobRequest::Run(Task {
                 what,
                 control,
-                action: Box::new(action),
-            });
+                action: Some(Box::new(action)),
+            }));
         }
         begun
     }
 
-    /// Puts an export at the end of the line: it is written when those before it are over and no job is in
-    /// hand. `name` is what people call it; the number is the line's own.
+    /// Puts an export at the end of the queue: it is written when those before it are over and no job runs. `name`
+    /// is what people call it; returns its number in the queue.
     pub fn export(
         &self,
         name: String,
         write: impl FnOnce(&Progress) -> Result<WrittenExport, Error> + Send + 'static,
     ) -> u64 {
         let id = self.queue.push(name, Box::new(write));
-        (self.ring_jobs)();
+        self.jobs.put(JobRequest::Export);
         id
     }
 
@@ -289,20 +262,19 @@ impl Worker {
         self.queue.exports()
     }
 
-    /// Takes an export that waits or is over out of the line. The one in hand is asked to stop by
-    /// [`Self::cancel`].
+    /// Takes an export that waits or is over out of the queue. The running one is stopped by [`Self::cancel`].
     pub fn withdraw(&self, id: u64) {
         self.queue.remove(id);
     }
 
-    /// Asks the job in hand to pause after what it is at, or to go on.
+    /// Asks the running job or export to pause at its next safe point, or to go on.
     pub fn pause(&self, pause: bool) {
         if let Some(control) = self.current_job.control() {
             control.pause(pause);
         }
     }
 
-    /// Asks the job in hand to stop; what it has finished is kept.
+    /// Asks the running job or export to stop; what it has finished is kept.
     pub fn cancel(&self) {
         if let Some(control) = self.current_job.control() {
             control.stop();
@@ -312,14 +284,11 @@ impl Worker {
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        self.stop.stop();
+        // All at once: the fields are joined one after the other.
+        self.network.stop();
+        self.relighter.stop();
+        self.jobs.stop();
         self.cancel();
-        self.ring.iter().for_each(|ring| ring());
-        (self.ring_jobs)();
-        for thread in self.threads.drain(..) {
-            // A thread that panicked has said so on stderr; there is nothing left to stop.
-            let _ = thread.join();
-        }
     }
 }
 

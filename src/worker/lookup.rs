@@ -1,45 +1,74 @@
-//! A thread that answers small questions beside the window's: what is on the disk.
+//! A thread that looks small things up beside the window's: what is on the disk, or in a field on the GPU.
 
+use super::background::{Background, Handler};
+use super::mailbox::Request;
+use base::error::Result;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 /// The thread. The newest question counts; older ones are not answered. Dropping it never waits: the thread
-/// ends after the answer in hand.
-pub struct Lookup<Ask, Answer> {
-    asks: Sender<Ask>,
-    answers: Receiver<Answer>,
+/// ends after the answer that it is at.
+pub struct Lookup<Question: Send + 'static, Answer> {
+    thread: Background<Asked<Question>>,
+    answers: Receiver<(Question, Result<Answer>)>,
 }
 
-impl<Ask: Send + 'static, Answer: Send + 'static> Lookup<Ask, Answer> {
-    /// Starts the thread; `wake` is called after each answer.
+struct Asked<Question>(Question);
+
+impl<Question: Send + 'static> Request for Asked<Question> {}
+
+struct Answering<Find, Wake, Question, Answer> {
+    find: Find,
+    answers: Sender<(Question, Result<Answer>)>,
+    wake: Wake,
+}
+
+impl<Question: Send + 'static, Answer: Send + 'static> Lookup<Question, Answer> {
+    /// Starts the thread; `wake` is called after each answer. A panic of `find` is an answer too: an error.
     pub fn start(
         wake: impl Fn() + Send + 'static,
-        mut answer: impl FnMut(Ask) -> Answer + Send + 'static,
+        find: impl FnMut(&Question) -> Result<Answer> + Send + 'static,
     ) -> Self {
-        let (asks, asked) = channel();
         let (send, answers) = channel();
-        std::thread::spawn(move || {
-            while let Ok(mut ask) = asked.recv() {
-                while let Ok(newer) = asked.try_recv() {
-                    ask = newer;
-                }
-                if send.send(answer(ask)).is_err() {
-                    break;
-                }
-                wake();
-            }
+        let thread = Background::spawn("lookup", move |_| Answering {
+            find,
+            answers: send,
+            wake,
         });
-        Self { asks, answers }
+        Self {
+            thread: thread.detached(),
+            answers,
+        }
     }
 
     /// Asks in place of what was asked before and is not begun.
-    pub fn ask(&self, ask: Ask) {
-        // The thread ends with this struct.
-        let _ = self.asks.send(ask);
+    pub fn ask(&self, question: Question) {
+        self.thread.put(Asked(question));
     }
 
-    /// The answers since the last call.
-    pub fn answers(&self) -> impl Iterator<Item = Answer> {
+    /// Questions and their answers since the last call.
+    pub fn answers(&self) -> impl Iterator<Item = (Question, Result<Answer>)> {
         self.answers.try_iter()
+    }
+}
+
+impl<Find, Wake, Question, Answer> Handler for Answering<Find, Wake, Question, Answer>
+where
+    Find: FnMut(&Question) -> Result<Answer>,
+    Wake: Fn(),
+    Question: Send + 'static,
+{
+    type Request = Asked<Question>;
+    type Answer = Answer;
+
+    fn work(&mut self, Asked(question): &mut Asked<Question>) -> Result<Answer> {
+        (self.find)(question)
+    }
+
+    fn deliver(&mut self, Asked(question): Asked<Question>, answer: Result<Answer>) {
+        // Nobody listens once the lookup is dropped.
+        if self.answers.send((question, answer)).is_ok() {
+            (self.wake)();
+        }
     }
 }
 
@@ -53,19 +82,34 @@ mod tests {
         let (woke, rung) = channel();
         let lookup = Lookup::start(
             move || woke.send(()).unwrap(),
-            move |n: u32| {
+            move |n: &u32| {
                 held.recv().unwrap();
-                2 * n
+                Ok(2 * n)
             },
         );
         (1..=100).for_each(|n| lookup.ask(n));
         let mut answers = Vec::new();
-        while answers.last() != Some(&200) {
+        while answers.last() != Some(&(100, 200)) {
             let_go.send(()).unwrap();
             rung.recv().unwrap();
-            answers.extend(lookup.answers());
+            answers.extend(lookup.answers().map(|(n, answer)| (n, answer.unwrap())));
         }
         // The first may have been begun while the others came.
         assert!(answers.len() <= 2, "{answers:?}");
+    }
+
+    #[test]
+    fn a_panic_is_an_answer_and_the_next_question_is_answered() {
+        let (woke, rung) = channel();
+        let find = |n: &u32| Ok(12 / *n);
+        let lookup = Lookup::start(move || woke.send(()).unwrap(), find);
+        for n in [0, 4] {
+            lookup.ask(n);
+            rung.recv().unwrap();
+        }
+        let answers: Vec<(u32, Result<u32>)> = lookup.answers().collect();
+        let sentence = answers[0].1.as_ref().unwrap_err().to_string();
+        assert!(sentence.contains("divide by zero"), "{sentence}");
+        assert_eq!(*answers[1].1.as_ref().unwrap(), 3);
     }
 }

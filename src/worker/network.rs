@@ -2,221 +2,158 @@
 //! when a job brings one.
 
 use super::PredictedFrame;
-use super::catch_panic::catch_panic;
-use super::comparison::ComparisonSource;
-use super::comparison_sources::ComparisonReader;
-use super::event::{Blocked, Event, Need};
-use super::latest::Latest;
-use base::error::Error;
-use base::progress::Control;
-use calibration::Calibration;
-use compositor::{Field, Keeping};
-use footage::Frame;
-use gpu::ComputeDevice;
-use light::Rig;
-use project::Project;
-use reflectance::Predictor;
+use super::background::Handler;
+use super::event::{Blocked, Event};
+use super::mailbox::Mailbox;
+use super::messages::{
+    ComparisonRequest, FoundComparison, FrameRequest, NetworkRequest, OpenedSource,
+    RelighterRequest,
+};
+use super::source::Source;
+use base::error::{Error, Result};
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-/// Reads a frame by its number and predicts its field.
-pub type Predict = Box<dyn FnMut(usize) -> Result<(Frame, Field), Error>>;
-
-/// Finds the OLATs of a frame elsewhere than at the network in use.
-pub type FindComparison = Box<dyn FnMut(&ComparisonSource, usize) -> Result<(Frame, Field), Error>>;
-
-/// Where predicted frames come from.
-pub struct Source {
-    pub rig: Rig,
-    /// Where the prediction runs, and why there.
-    pub device: String,
-    /// Stays on the thread that made it.
-    pub predict: Predict,
-    /// What predictions are compared with.
-    pub comparison: FindComparison,
-}
-
-/// Opens a project's calibration and network.
-///
-/// # Errors
-/// When the project is not that far, or its files cannot be read.
-pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source, Blocked> {
-    let blocked = |need| {
-        move |e: Error| Blocked {
-            sentence: e.to_string(),
-            need,
-        }
-    };
-    project.check_shoot().map_err(blocked(Some(Need::Shoot)))?;
-    // Whatever is wrong with a calibration, another one mends it.
-    let calibration = Calibration::load(project).map_err(blocked(Some(Need::Calibration)))?;
-    // A network that is there and cannot be used is not replaced unasked.
-    let untrained = !project.checkpoint_path().exists();
-    let need = untrained.then_some(Need::Network);
-    let predictor = compute
-        .guarded(|| Predictor::open(project, &compute.device))
-        .map_err(blocked(need))?;
-    let compute = compute.clone();
-    let (project, response) = (project.clone(), calibration.response);
-    // In f16 twice as many frames stay at hand.
-    let mut keeping = Keeping::default();
-    let rivals = ComparisonReader::new(&project, &calibration, &compute);
-    Ok(Source {
-        rig: calibration.rig,
-        device: compute.description.clone(),
-        comparison: Box::new(rivals.find()),
-        predict: Box::new(move |index| {
-            let frame = Frame::load(&project, &response, index)?;
-            let field = compute
-                .guarded(|| keeping.keep(predictor.predict_on_device(&frame)?, compute.passes()))?;
-            Ok((frame, field))
-        }),
-    })
-}
-
-/// A source that was opened. The generation counts openings: each may have another network.
-pub(super) struct OpenedSource {
-    pub generation: u64,
-    pub rig: Arc<Rig>,
-}
-
-/// A frame to be predicted by the network of a generation.
-pub(super) struct FrameRequest {
-    pub generation: u64,
-    pub frame: usize,
-}
-
-/// OLATs to compare a frame of a generation with.
-#[derive(Clone, PartialEq)]
-pub(super) struct ComparisonRequest {
-    pub generation: u64,
-    pub source: ComparisonSource,
-    pub frame: usize,
-}
-
-/// Those that were found.
-pub(super) struct FoundComparison {
-    pub of: ComparisonRequest,
-    pub found: Arc<PredictedFrame>,
-}
-
-/// The thread's ends of what connects it.
+/// What the thread has, and its ends of what connects it.
 pub(super) struct Network<Open, Tell> {
-    pub open: Open,
-    pub wanted: Arc<Latest<FrameRequest>>,
-    /// There may be a newer network.
-    pub renew: Arc<Latest<()>>,
-    pub opened: Arc<Latest<OpenedSource>>,
-    pub fields: Arc<Latest<Arc<PredictedFrame>>>,
-    /// What is to be compared, and what was found, for the first picture and the second.
-    pub challenge: [Arc<Latest<ComparisonRequest>>; 2],
-    pub rivals: [Arc<Latest<FoundComparison>>; 2],
-    pub tell: Tell,
-    pub stop: Control,
+    open: Open,
+    source: Option<Source>,
+    /// How many sources were opened.
+    generation: u64,
+    own: Arc<Mailbox<NetworkRequest>>,
+    relighter: Arc<Mailbox<RelighterRequest>>,
+    tell: Tell,
 }
 
-impl<Open, Tell> Network<Open, Tell>
-where
-    Open: FnMut() -> Result<Source, Blocked>,
-    Tell: Fn(Event),
-{
-    /// Works until it is stopped.
-    pub fn run(mut self, bell: &Receiver<()>) {
-        let mut generation = 0;
-        let mut source = self.open(None, &mut generation);
-        while !self.stop.stopped() {
-            if self.renew.take().is_some() {
-                source = self.open(source, &mut generation);
-            } else if let Some(wanted) = self.wanted.take() {
-                // What was wanted of an older network is asked for again by whoever still wants it.
-                let current = source.as_mut().filter(|_| wanted.generation == generation);
-                let done = current.map(|source| self.predict(source, &wanted));
-                if self.lost(done) {
-                    source = self.open(source, &mut generation);
-                }
-            } else if let Some((side, challenge)) =
-                (0..2).find_map(|side| Some((side, self.challenge[side].take()?)))
-            {
-                let current = source
-                    .as_mut()
-                    .filter(|_| challenge.generation == generation);
-                let done = current.map(|source| self.find(source, side, challenge));
-                if self.lost(done) {
-                    source = self.open(source, &mut generation);
-                }
-            } else if bell.recv().is_err() {
-                break;
-            }
+/// What came of a request.
+pub(super) enum Done {
+    Opened(OpenedSource, String),
+    Blocked(Blocked),
+    Predicted(PredictedFrame),
+    Compared(usize, FoundComparison),
+    /// It was asked of an older network: whoever still wants it asks again.
+    Outdated,
+}
+
+impl<Open, Tell> Network<Open, Tell> {
+    /// A network that is not opened yet.
+    pub fn new(
+        open: Open,
+        own: Arc<Mailbox<NetworkRequest>>,
+        relighter: Arc<Mailbox<RelighterRequest>>,
+        tell: Tell,
+    ) -> Self {
+        Self {
+            open,
+            source: None,
+            generation: 0,
+            own,
+            relighter,
+            tell,
         }
     }
 
-    /// Opens the source in place of `old`, which stays at hand where that fails.
-    fn open(&mut self, old: Option<Source>, generation: &mut u64) -> Option<Source> {
-        if old.is_none() {
-            (self.tell)(Event::Opening);
-        }
-        match (self.open)() {
-            Ok(source) => {
-                *generation += 1;
-                self.opened.put(OpenedSource {
-                    generation: *generation,
-                    rig: Arc::new(source.rig.clone()),
-                });
-                (self.tell)(Event::Ready {
-                    device: source.device.clone(),
-                });
-                Some(source)
-            }
-            Err(blocked) => {
-                (self.tell)(if old.is_some() {
-                    Event::Failed {
-                        sentence: blocked.sentence,
-                    }
-                } else {
-                    Event::Blocked(blocked)
-                });
-                old
-            }
-        }
+    /// The source, if it is of that generation.
+    fn source(&mut self, generation: u64) -> Option<&mut Source> {
+        self.source
+            .as_mut()
+            .filter(|_| generation == self.generation)
     }
 
-    /// Tells what went wrong, and whether the device is gone, so that another is needed. What was wanted of it
-    /// is asked for again by whoever still wants it.
-    fn lost(&self, done: Option<Result<(), Error>>) -> bool {
-        let Some(Err(error)) = done else {
-            return false;
+    fn predict(&mut self, request: FrameRequest) -> Result<Done> {
+        let Some(source) = self.source(request.generation) else {
+            return Ok(Done::Outdated);
         };
-        (self.tell)(Event::Failed {
-            sentence: error.to_string(),
-        });
-        matches!(error, Error::GpuLost)
-    }
-
-    fn find(&self, source: &mut Source, side: usize, of: ComparisonRequest) -> Result<(), Error> {
         let started = Instant::now();
-        let (frame, field) = catch_panic(|| (source.comparison)(&of.source, of.frame))?;
-        self.rivals[side].put(FoundComparison {
-            found: Arc::new(PredictedFrame {
-                frame: Arc::new(frame),
-                field: Arc::new(field),
-                generation: of.generation,
-                ms: started.elapsed().as_secs_f64() * 1e3,
-            }),
-            of,
-        });
-        Ok(())
-    }
-
-    fn predict(&self, source: &mut Source, wanted: &FrameRequest) -> Result<(), Error> {
-        let started = Instant::now();
-        let (frame, field) = catch_panic(|| (source.predict)(wanted.frame))?;
-        self.fields.put(Arc::new(PredictedFrame {
+        let (frame, field) = (source.predict)(request.frame)?;
+        Ok(Done::Predicted(PredictedFrame {
             frame: Arc::new(frame),
             field: Arc::new(field),
-            generation: wanted.generation,
+            generation: request.generation,
             ms: started.elapsed().as_secs_f64() * 1e3,
-        }));
-        Ok(())
+        }))
+    }
+
+    fn compare(&mut self, side: usize, of: &ComparisonRequest) -> Result<Done> {
+        let Some(source) = self.source(of.generation) else {
+            return Ok(Done::Outdated);
+        };
+        let started = Instant::now();
+        let (frame, field) = (source.comparison)(&of.source, of.frame)?;
+        let found = Arc::new(PredictedFrame {
+            frame: Arc::new(frame),
+            field: Arc::new(field),
+            generation: of.generation,
+            ms: started.elapsed().as_secs_f64() * 1e3,
+        });
+        let of = of.clone();
+        Ok(Done::Compared(side, FoundComparison { of, found }))
+    }
+}
+
+impl<Open, Tell> Handler for Network<Open, Tell>
+where
+    Open: FnMut() -> std::result::Result<Source, Blocked>,
+    Tell: Fn(Event),
+{
+    type Request = NetworkRequest;
+    type Answer = Done;
+
+    fn work(&mut self, request: &mut NetworkRequest) -> Result<Done> {
+        match request {
+            NetworkRequest::Open => {
+                if self.source.is_none() {
+                    (self.tell)(Event::Opening);
+                }
+                let source = match (self.open)() {
+                    Ok(source) => source,
+                    Err(blocked) => return Ok(Done::Blocked(blocked)),
+                };
+                self.generation += 1;
+                let opened = OpenedSource {
+                    generation: self.generation,
+                    rig: Arc::new(source.rig.clone()),
+                };
+                let device = source.device.clone();
+                self.source = Some(source);
+                Ok(Done::Opened(opened, device))
+            }
+            NetworkRequest::Predict(request) => self.predict(*request),
+            NetworkRequest::Compare(side, of) => self.compare(*side, of),
+        }
+    }
+
+    fn deliver(&mut self, request: NetworkRequest, answer: Result<Done>) {
+        let failed = |sentence| (self.tell)(Event::Failed { sentence });
+        match answer {
+            Ok(Done::Opened(opened, device)) => {
+                self.relighter.put(RelighterRequest::Opened(opened));
+                (self.tell)(Event::Ready { device });
+            }
+            Ok(Done::Predicted(frame)) => {
+                self.relighter
+                    .put(RelighterRequest::Predicted(Arc::new(frame)));
+            }
+            Ok(Done::Compared(side, found)) => {
+                self.relighter.put(RelighterRequest::Compared(side, found));
+            }
+            Ok(Done::Outdated) => {}
+            // A source that was opened before stays in use.
+            Ok(Done::Blocked(blocked)) if self.source.is_some() => failed(blocked.sentence),
+            Ok(Done::Blocked(blocked)) => (self.tell)(Event::Blocked(blocked)),
+            Err(e) if matches!(request, NetworkRequest::Open) && self.source.is_none() => {
+                (self.tell)(Event::Blocked(Blocked {
+                    sentence: e.to_string(),
+                    need: None,
+                }));
+            }
+            Err(e) => {
+                failed(e.to_string());
+                // Another device is needed. What was asked of this one is asked for again by whoever still wants it.
+                if matches!(e, Error::GpuLost) && !matches!(request, NetworkRequest::Open) {
+                    self.own.put(NetworkRequest::Open);
+                }
+            }
+        }
     }
 }

@@ -1,19 +1,17 @@
 //! Reads panoramas beside the window's thread, one after the other, and makes their thumbnails.
 
-use super::latest::doorbell;
+use super::background::{Background, Handler};
+use super::mailbox::Request;
 use super::srgb_picture::SrgbPicture;
 use base::error::Result;
-use base::progress::Control;
 use light::Environment;
 use light::brightest::{self, Area};
 use light::built_in::BuiltIn;
 use light::panorama::{self, ReadSettings};
-use std::collections::VecDeque;
 use std::fmt;
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::JoinHandle;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 /// Panoramas that have been read and not been taken yet.
 const MOST_WAITING: usize = 4;
@@ -55,74 +53,56 @@ pub struct Panorama {
     pub notes: Vec<String>,
 }
 
-/// The reading thread. Dropping it stops it after the file in hand.
+/// The reading thread. Dropping it stops it after the file that it is at.
 pub struct PanoramaLoader {
-    wanted: Arc<Mutex<VecDeque<Origin>>>,
-    read: Option<Receiver<(Origin, Result<Panorama>)>>,
-    ring: Box<dyn Fn() + Send>,
-    stop: Control,
-    thread: Option<JoinHandle<()>>,
+    // Dropped before the thread is joined: without a receiver, a thread that waits to hand over a panorama ends.
+    read: Receiver<(Origin, Result<Panorama>)>,
+    thread: Background<Origin>,
+}
+
+struct Loading<Wake> {
+    read: SyncSender<(Origin, Result<Panorama>)>,
+    wake: Wake,
 }
 
 impl PanoramaLoader {
     /// Starts the thread; `wake` is called after each file.
     pub fn start(wake: impl Fn() + Send + 'static) -> Self {
-        let wanted = Arc::new(Mutex::new(VecDeque::<Origin>::new()));
         let (send, read) = sync_channel(MOST_WAITING);
-        let (ring, rung) = doorbell();
-        let stop = Control::default();
-        let (queue, stopped) = (wanted.clone(), stop.clone());
-        let thread = std::thread::spawn(move || {
-            while !stopped.stopped() {
-                let next = queue
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .pop_front();
-                let Some(source) = next else {
-                    if rung.recv().is_err() {
-                        break;
-                    }
-                    continue;
-                };
-                let panorama = Panorama::load(&source);
-                if send.send((source, panorama)).is_err() {
-                    break;
-                }
-                wake();
-            }
-        });
-        Self {
-            wanted,
-            read: Some(read),
-            ring: Box::new(ring),
-            stop,
-            thread: Some(thread),
-        }
+        let thread = Background::spawn("panoramas", move |_| Loading { read: send, wake });
+        Self { read, thread }
     }
 
-    /// Asks for a file.
-    pub fn load(&self, source: Origin) {
-        self.wanted
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push_back(source);
-        (self.ring)();
+    /// Asks for a panorama.
+    pub fn load(&self, origin: Origin) {
+        self.thread.put(origin);
     }
 
-    /// The files that have been read since the last call, in the order in which they were asked for.
+    /// The panoramas that have been read since the last call, in the order in which they were asked for.
     pub fn loaded(&self) -> impl Iterator<Item = (Origin, Result<Panorama>)> {
-        self.read.iter().flat_map(|read| read.try_iter())
+        self.read.try_iter()
     }
 }
 
-impl Drop for PanoramaLoader {
-    fn drop(&mut self) {
-        self.stop.stop();
-        // Without a receiver, a thread that waits to hand over a panorama goes on and ends.
-        drop(self.read.take());
-        (self.ring)();
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
+impl Request for Origin {
+    /// All are read, one after the other.
+    fn lane(&self) -> Option<usize> {
+        None
+    }
+}
+
+impl<Wake: Fn()> Handler for Loading<Wake> {
+    type Request = Origin;
+    type Answer = Panorama;
+
+    fn work(&mut self, origin: &mut Origin) -> Result<Panorama> {
+        Panorama::load(origin)
+    }
+
+    fn deliver(&mut self, origin: Origin, panorama: Result<Panorama>) {
+        // Nobody listens once the loader is dropped.
+        if self.read.send((origin, panorama)).is_ok() {
+            (self.wake)();
         }
     }
 }
@@ -180,5 +160,24 @@ mod tests {
             loaded[1].1.as_ref().unwrap().environment.radiance.size(),
             (8, 4)
         );
+    }
+
+    #[test]
+    fn a_panic_is_the_answer_for_its_panorama_and_the_next_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("good.exr");
+        imaging::file::write_exr(&file, &Image::filled(8, 4, [1.0; 3])).unwrap();
+        let (wake, woken) = std::sync::mpsc::channel();
+        let loader = PanoramaLoader::start(move || wake.send(()).unwrap());
+        loader.thread.panic_next();
+        for _ in 0..2 {
+            loader.load(Origin::File(file.clone()));
+            woken.recv().unwrap();
+        }
+        let loaded: Vec<_> = loader.loaded().collect();
+        assert_eq!(loaded[0].0, Origin::File(file));
+        let sentence = loaded[0].1.as_ref().unwrap_err().to_string();
+        assert!(sentence.contains("on purpose"), "{sentence}");
+        assert!(loaded[1].1.is_ok());
     }
 }

@@ -2,18 +2,19 @@
 //! project keeps. The newest wish counts; older ones are dropped, but no mark is.
 
 use super::PredictedFrame;
-use super::latest::{Latest, doorbell};
+use super::background::{Background, Handler};
+use super::latest::Latest;
+use super::mailbox::Request;
 use super::srgb_picture::{SrgbPicture, reduced_size};
-use base::error::Result;
+use base::error::{Error, Result};
 use base::progress::Control;
 use evaluation::review::{Fingerprint, Marks, Review, own_truth};
 use evaluation::{display_gain, display_picture};
 use imaging::resample::resize_area;
 use imaging::{Image, Mask};
 use project::Project;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::thread::JoinHandle;
 
 /// Longer side of a lamp's picture.
 const THUMBNAIL_PX: usize = 96;
@@ -40,120 +41,151 @@ pub struct SavedReview {
 /// An answer, or why there is none.
 type Answer<T> = std::result::Result<Arc<T>, String>;
 
-/// The thread. Dropping it stops it after the answer in hand; marks that wait are written first.
+/// The thread. Dropping it stops it after the answer that it is at; marks that wait are written first.
 pub struct ReviewThread {
-    fields: Arc<Latest<Arc<PredictedFrame>>>,
-    reads: Arc<Latest<()>>,
-    marks: Arc<Latest<Marks>>,
+    thread: Background<ReviewRequest>,
+    answers: Answers,
+}
+
+/// Where the newest answers lie.
+#[derive(Clone)]
+struct Answers {
     sheet: Arc<Latest<Answer<LampSheet>>>,
-    kept: Arc<Latest<Answer<SavedReview>>>,
+    saved: Arc<Latest<Answer<SavedReview>>>,
     written: Arc<Latest<std::result::Result<(), String>>>,
-    ring: Box<dyn Fn() + Send>,
+}
+
+enum ReviewRequest {
+    Write(Marks),
+    Read,
+    Draw(Arc<PredictedFrame>),
+}
+
+enum Done {
+    Written,
+    Saved(Arc<SavedReview>),
+    Sheet(Arc<LampSheet>),
+}
+
+struct Reviewing {
+    root: PathBuf,
+    answers: Answers,
     stop: Control,
-    thread: Option<JoinHandle<()>>,
 }
 
 impl ReviewThread {
     /// Starts on the project in `root`; `wake` is called after each answer.
     pub fn start(root: PathBuf, wake: impl Fn() + Clone + Send + Sync + 'static) -> Self {
-        let (ring, rung) = doorbell();
-        let fields = Arc::new(Latest::new(ring.clone()));
-        let reads = Arc::new(Latest::new(ring.clone()));
-        let marks = Arc::new(Latest::new(ring.clone()));
-        let sheet = Arc::new(Latest::new(wake.clone()));
-        let kept = Arc::new(Latest::new(wake.clone()));
-        let written = Arc::new(Latest::new(wake));
-        let stop = Control::default();
-        let mut thread = Self {
-            fields: fields.clone(),
-            reads: reads.clone(),
-            marks: marks.clone(),
-            sheet: sheet.clone(),
-            kept: kept.clone(),
-            written: written.clone(),
-            ring: Box::new(ring),
-            stop: stop.clone(),
-            thread: None,
+        let answers = Answers {
+            sheet: Arc::new(Latest::new(wake.clone())),
+            saved: Arc::new(Latest::new(wake.clone())),
+            written: Arc::new(Latest::new(wake)),
         };
-        let work = move || {
-            loop {
-                // Marks first: what a person wrote is never lost, nor read before it is written.
-                if let Some(new) = marks.take() {
-                    written.put(write(&root, &new).map_err(|e| e.to_string()));
-                } else if stop.stopped() {
-                    break;
-                } else if reads.take().is_some() {
-                    kept.put(read(&root).map(Arc::new).map_err(|e| e.to_string()));
-                } else if let Some(field) = fields.take() {
-                    let drawn = LampSheet::draw(&field, &stop);
-                    sheet.put(drawn.map(Arc::new).map_err(|e| e.to_string()));
-                } else if rung.recv().is_err() {
-                    break;
-                }
-            }
-        };
-        thread.thread = Some(std::thread::spawn(work));
-        thread
+        let own = answers.clone();
+        let thread = Background::spawn("review", move |stop| Reviewing {
+            root,
+            answers: own,
+            stop,
+        });
+        Self { thread, answers }
     }
 
     /// Asks for a frame's sheet.
     pub fn draw(&self, field: Arc<PredictedFrame>) {
-        self.fields.put(field);
+        self.thread.put(ReviewRequest::Draw(field));
     }
 
     /// Asks for what the project keeps, as it is now.
     pub fn read(&self) {
-        self.reads.put(());
+        self.thread.put(ReviewRequest::Read);
     }
 
     /// Keeps marks in place of those that were kept.
     pub fn write(&self, marks: Marks) {
-        self.marks.put(marks);
+        self.thread.put(ReviewRequest::Write(marks));
     }
 
     /// The newest answers, once.
     pub fn sheet(&self) -> Option<Answer<LampSheet>> {
-        self.sheet.take()
+        self.answers.sheet.take()
     }
 
-    pub fn kept(&self) -> Option<Answer<SavedReview>> {
-        self.kept.take()
+    pub fn saved(&self) -> Option<Answer<SavedReview>> {
+        self.answers.saved.take()
     }
 
     pub fn written(&self) -> Option<std::result::Result<(), String>> {
-        self.written.take()
+        self.answers.written.take()
     }
 }
 
-impl Drop for ReviewThread {
-    fn drop(&mut self) {
-        self.stop.stop();
-        (self.ring)();
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
+impl Request for ReviewRequest {
+    /// Marks first: what a person wrote is never lost, nor read before it is written.
+    fn lane(&self) -> Option<usize> {
+        Some(match self {
+            Self::Write(_) => 0,
+            Self::Read => 1,
+            Self::Draw(_) => 2,
+        })
+    }
+
+    fn is_kept(&self) -> bool {
+        matches!(self, Self::Write(_))
+    }
+}
+
+impl Handler for Reviewing {
+    type Request = ReviewRequest;
+    type Answer = Done;
+
+    fn work(&mut self, request: &mut ReviewRequest) -> Result<Done> {
+        match request {
+            ReviewRequest::Write(marks) => {
+                marks.save(&Project::open(&self.root)?)?;
+                Ok(Done::Written)
+            }
+            ReviewRequest::Read => Ok(Done::Saved(Arc::new(SavedReview::read(&self.root)?))),
+            ReviewRequest::Draw(field) => {
+                let sheet = LampSheet::draw(field, &self.stop)?;
+                Ok(Done::Sheet(Arc::new(sheet)))
+            }
+        }
+    }
+
+    fn deliver(&mut self, request: ReviewRequest, answer: Result<Done>) {
+        let Answers {
+            sheet,
+            saved,
+            written,
+        } = &self.answers;
+        match (request, answer) {
+            (_, Ok(Done::Written)) => written.put(Ok(())),
+            (_, Ok(Done::Saved(review))) => saved.put(Ok(review)),
+            (_, Ok(Done::Sheet(drawn))) => sheet.put(Ok(drawn)),
+            (ReviewRequest::Write(_), Err(e)) => written.put(Err(e.to_string())),
+            (ReviewRequest::Read, Err(e)) => saved.put(Err(e.to_string())),
+            (ReviewRequest::Draw(_), Err(e)) => sheet.put(Err(e.to_string())),
         }
     }
 }
 
-fn read(root: &std::path::Path) -> Result<SavedReview> {
-    let project = Project::open(root)?;
-    let review = Review::load(&project)?;
-    let outdated = review.as_ref().and_then(|review| {
-        // Without a network nothing can be measured anew, and what is kept is all there is.
-        let now = Fingerprint::of(&project).ok()?;
-        review.basis.difference(&now)
-    });
-    let last = review.as_ref().and_then(|review| review.truth.clone());
-    Ok(SavedReview {
-        outdated,
-        marks: Marks::load(&project)?,
-        truth: last.or_else(|| own_truth(&project)),
-        review: review.map(Arc::new),
-    })
-}
-
-fn write(root: &std::path::Path, marks: &Marks) -> Result<()> {
-    marks.save(&Project::open(root)?)
+impl SavedReview {
+    fn read(root: &Path) -> Result<Self> {
+        let project = Project::open(root)?;
+        let review = Review::load(&project)?;
+        let outdated = review.as_ref().and_then(|review| {
+            // Without a network nothing can be measured again, and what is kept is all there is.
+            let now = Fingerprint::of(&project).ok()?;
+            review.basis.difference(&now)
+        });
+        let last = review.as_ref().and_then(|review| review.truth.clone());
+        Ok(Self {
+            outdated,
+            marks: Marks::load(&project)?,
+            truth: last.or_else(|| own_truth(&project)),
+            review: review.map(Arc::new),
+        })
+    }
 }
 
 impl LampSheet {
@@ -169,7 +201,7 @@ impl LampSheet {
         let mut weights = vec![[0f32; 3]; field.lamps()];
         for lamp in 0..field.lamps() {
             if stop.stopped() {
-                return Err(base::error::Error::Cancelled {
+                return Err(Error::Cancelled {
                     kept: "nothing was changed".to_owned(),
                 });
             }
@@ -254,16 +286,48 @@ mod tests {
         });
         thread.read();
         woken.recv().unwrap();
-        let kept = thread.kept().unwrap().unwrap();
+        let kept = thread.saved().unwrap().unwrap();
         assert_eq!(kept.marks, marks);
         assert!(kept.review.is_none() && kept.outdated.is_none() && kept.truth.is_none());
         std::fs::write(project.marks_path(), "format = 9").unwrap();
         thread.read();
         woken.recv().unwrap();
-        let refused = thread.kept().unwrap().unwrap_err();
+        let refused = thread.saved().unwrap().unwrap_err();
         assert!(refused.contains("review.toml"), "{refused}");
         thread.draw(Arc::new(predicted()));
         woken.recv().unwrap();
         assert_eq!(thread.sheet().unwrap().unwrap().lamps.len(), 3);
+    }
+
+    #[test]
+    fn a_panic_is_said_where_it_was_asked() {
+        let folder = tempfile::tempdir().unwrap();
+        project::Project::without_shoot(folder.path())
+            .save()
+            .unwrap();
+        let (wake, woken) = channel();
+        let thread = ReviewThread::start(folder.path().to_path_buf(), move || {
+            let _ = wake.send(());
+        });
+        let said = |ask: &dyn Fn()| {
+            thread.thread.panic_next();
+            ask();
+            woken.recv().unwrap();
+        };
+        said(&|| thread.read());
+        assert!(thread.saved().unwrap().unwrap_err().contains("on purpose"));
+        said(&|| thread.write(Marks::default()));
+        assert!(
+            thread
+                .written()
+                .unwrap()
+                .unwrap_err()
+                .contains("on purpose")
+        );
+        said(&|| thread.draw(Arc::new(predicted())));
+        assert!(thread.sheet().unwrap().unwrap_err().contains("on purpose"));
+        thread.read();
+        woken.recv().unwrap();
+        assert!(thread.saved().unwrap().is_ok());
     }
 }

@@ -11,7 +11,7 @@ use std::time::Duration;
 use test_support::{PATIENCE, wait_for};
 
 /// Two lamps of one energy, left and right.
-fn rig() -> Rig {
+pub(crate) fn rig() -> Rig {
     let lamp = |x: f32| Lamp {
         name: format!("olat_{x}"),
         direction: glam::Vec3::new(x, 0.0, 0.0),
@@ -26,7 +26,7 @@ fn rig() -> Rig {
 }
 
 /// A frame whose left half is lit by the left lamp alone.
-fn predicted(index: usize) -> (Frame, Field) {
+pub(crate) fn predicted(index: usize) -> (Frame, Field) {
     let olat =
         |lit: fn(usize) -> bool| Image::from_fn(8, 8, |x, _| [if lit(x) { 0.5 } else { 0.0 }; 3]);
     let field = ReflectanceField::from_olats(&[olat(|x| x < 4), olat(|x| x >= 4)]);
@@ -62,7 +62,7 @@ fn slow_worker() -> (Worker, Sender<()>, Receiver<usize>) {
     (Worker::over(open, || {}), go, begun)
 }
 
-fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> PreviewRequest {
+pub(crate) fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> PreviewRequest {
     let scene = Scene {
         frame,
         yaw_deg,
@@ -82,7 +82,7 @@ fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) -> PreviewReq
 }
 
 /// Light from camera-left alone.
-fn from_the_left() -> Arc<Environment> {
+pub(crate) fn from_the_left() -> Arc<Environment> {
     let radiance = Image::from_fn(64, 32, |x, _| [if x < 32 { 1.0 } else { 0.0 }; 3]);
     Arc::new(Environment::from_radiance("left", radiance))
 }
@@ -551,3 +551,6 @@ mod drag_tests;
 
 #[path = "lost_tests.rs"]
 mod lost_tests;
+
+#[path = "panic_tests.rs"]
+mod panic_tests;

@@ -23,6 +23,8 @@ const FRAMES: usize = 8;
 /// Interview frames that are searched for a pose: the first, and others spread over the clip.
 const SEARCHED_FRAMES: usize = 96;
 
+/// The code values of a picture's samples.
+type Samples = Vec<CodeValues>;
 /// Quantiles per channel.
 pub(crate) type Quantiles = [[f32; QUANTILES]; 3];
 
@@ -213,8 +215,8 @@ fn load_frames(
     poses: &[PoseSamples],
     provisional: &ResponseTable,
     progress: &Progress,
-) -> Result<(Vec<Vec<CodeValues>>, Vec<Option<FrameMatch>>)> {
-    type FrameSample = (usize, Vec<CodeValues>, Vec<Option<FrameMatch>>);
+) -> Result<(Vec<Samples>, Vec<Option<FrameMatch>>)> {
+    type FrameSample = (usize, Samples, Vec<Option<FrameMatch>>);
     let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
     let step = shoot.frames.len().div_ceil(FRAMES).max(1);
     let search = shoot.frames.len().div_ceil(SEARCHED_FRAMES).max(1);

@@ -16,7 +16,7 @@ struct SmallShoot {
     turn: f32,
     /// Light that comes from everywhere onto the subject under each lamp, beside that of the lamp.
     fill: f32,
-    /// What the darkest spot reflects of what the brightest does.
+    /// What the darkest spot reflects, relative to the brightest.
     darkest_spot: f32,
     /// Levels of subject and balls.
     subject: f32,
@@ -437,7 +437,7 @@ fn a_camera_of_another_curve_is_noticed() {
         );
         assert_eq!(fit.better_curve.map(|curve| curve.response), Some(response));
         assert!(warnings(&fit)[0].contains(response.name()));
-        // It is what the calibration goes by.
+        // The calibration uses it.
         let shoot = SmallShoot::default()
             .project(Path::new("nowhere"))
             .settings

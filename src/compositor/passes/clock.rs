@@ -17,7 +17,7 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    /// None where the GPU has no timestamps.
+    /// None if the GPU has no timestamps.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Option<Self> {
         if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
@@ -66,7 +66,7 @@ impl Clock {
         &self.resolved
     }
 
-    /// Milliseconds of each span, from what [`Self::resolve`]'s buffer held; none if some have no time.
+    /// Milliseconds of each span, from what [`Self::resolve`]'s buffer held; None if some have no time.
     pub fn times(&self, ticks: &[u8]) -> Option<Vec<(Pass, f64)>> {
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(ticks);
         let pairs = ticks.as_chunks::<2>().0;

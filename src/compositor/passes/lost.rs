@@ -1,5 +1,5 @@
-//! What becomes of work on a GPU that is lost: its driver failed, or it was taken away. From then on nothing that
-//! is asked of it is done, most of that without a word, and some calls of wgpu and burn panic.
+//! Work on a GPU that is lost, because its driver failed or it was taken away: from then on it does nothing, mostly
+//! without an error, and some calls of wgpu and burn panic.
 
 use super::PicturePasses;
 use base::error::{Error, Result};
@@ -23,11 +23,11 @@ impl PicturePasses {
         is_lost(&self.device)
     }
 
-    /// Does what needs their GPU.
+    /// Does `work` that needs their GPU.
     ///
     /// # Errors
-    /// When `work` fails; [`Error::GpuLost`] where the GPU is lost in the meantime, whatever `work` made of that:
-    /// another error, a panic, or values that nobody computed.
+    /// When `work` fails; [`Error::GpuLost`] if the GPU is lost in the meantime, whatever `work` made of that: another
+    /// error, a panic, or values that nothing computed.
     pub fn guarded<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let done = catch_unwind(AssertUnwindSafe(work));
         if self.is_lost() {
@@ -55,7 +55,7 @@ mod tests {
         let fault = || passes.guarded(|| -> Result<()> { panic!("on purpose") });
         assert!(
             catch_unwind(AssertUnwindSafe(fault)).is_err(),
-            "a fault of ours is none of the GPU's"
+            "a bug of ours is no loss of the GPU"
         );
 
         device.destroy();

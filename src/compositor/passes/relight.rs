@@ -343,7 +343,7 @@ pub(crate) mod tests {
         device(false)
     }
 
-    /// Any adapter's device; where `timed`, one with timestamps.
+    /// Any adapter's device; if `timed`, one with timestamps.
     pub fn device(timed: bool) -> Option<(wgpu::Device, wgpu::Queue)> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let adapter = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
@@ -472,7 +472,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_is_no_number_stays_so_where_a_gpu_halves_it() {
+    fn nan_and_infinity_stay_when_a_gpu_halves_a_field() {
         let Some(pass) = pass() else { return };
         let mut field = noise_field(5, 5, 2);
         field.values[7] = f32::INFINITY;

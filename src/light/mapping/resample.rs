@@ -188,7 +188,7 @@ impl Sampling<'_> {
 
     /// The sample at a place of the target; the error is the solid angle that the source does not show. `None` if the
     /// target shows nothing there.
-    fn from_target(&self, pixel: usize, (x, y): (f64, f64)) -> Option<Result<Sample, f64>> {
+    fn target_sample(&self, pixel: usize, (x, y): (f64, f64)) -> Option<Result<Sample, f64>> {
         let (direction, in_target) = self.target.look(x, y)?;
         let alone = in_target / (self.n * self.n) as f64;
         let seen = self
@@ -211,7 +211,7 @@ impl Sampling<'_> {
     }
 
     /// The sample at a place of the source; `None` if either picture shows nothing there.
-    fn from_source(&self, (x, y): (f64, f64)) -> Option<Sample> {
+    fn source_sample(&self, (x, y): (f64, f64)) -> Option<Sample> {
         let (direction, in_source) = self.source.look(x, y)?;
         let place = self.target.place(self.turn * direction)?;
         let (_, in_target) = self.target.look(place.0, place.1)?;
@@ -236,7 +236,7 @@ impl Sampling<'_> {
                     }
                     let mut any = false;
                     let grid = places(self.target, pixel, self.n);
-                    for sample in grid.filter_map(|p| self.from_target(pixel, p)) {
+                    for sample in grid.filter_map(|p| self.target_sample(pixel, p)) {
                         any = true;
                         match sample {
                             Ok(sample) => samples.push(sample),
@@ -246,7 +246,7 @@ impl Sampling<'_> {
                     // A sliver of a disc may lie between the grid's places.
                     if !any {
                         let centre = self.target.centre(pixel);
-                        samples.extend(self.from_target(pixel, centre).and_then(Result::ok));
+                        samples.extend(self.target_sample(pixel, centre).and_then(Result::ok));
                     }
                 }
                 (samples, missed)
@@ -270,9 +270,9 @@ impl Sampling<'_> {
                 for pixel in pixels.filter(|&p| angles[p] > 0.0) {
                     let before = samples.len();
                     let grid = places(self.source, pixel, self.m);
-                    samples.extend(grid.filter_map(|p| self.from_source(p)));
+                    samples.extend(grid.filter_map(|p| self.source_sample(p)));
                     if samples.len() == before {
-                        samples.extend(self.from_source(self.source.centre(pixel)));
+                        samples.extend(self.source_sample(self.source.centre(pixel)));
                     }
                 }
                 samples

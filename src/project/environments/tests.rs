@@ -98,7 +98,7 @@ fn added_environments_are_removed_and_those_of_the_shoot_stay() {
     assert_eq!(project.environments().len(), 2);
     project.remove_environment(Path::new("far")).unwrap();
     assert_eq!(project.environments().len(), 1);
-    for (name, says) in [("sky", "shoot's"), ("far", "(sky)")] {
+    for (name, says) in [("sky", "shoot's"), ("far", "only sky")] {
         let error = project.remove_environment(Path::new(name)).unwrap_err();
         assert!(error.to_string().contains(says), "{error}");
     }

@@ -1,4 +1,4 @@
-//! Where a frame's OLATs can be had besides the network in use: photographs, a truth, another network.
+//! Reads the OLATs that a frame is compared with: photographs, a truth, or those of another network.
 
 use super::comparison::ComparisonSource;
 use base::error::Result;
@@ -13,7 +13,7 @@ use reflectance::{Predictor, ReflectanceField};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-/// What is needed to find them.
+/// What is needed to read them.
 pub(super) struct ComparisonReader {
     project: Project,
     response: Response,
@@ -32,9 +32,9 @@ impl ComparisonReader {
         }
     }
 
-    /// As a source has it.
+    /// As [`super::Source::comparison`].
     pub fn find(mut self) -> impl FnMut(&ComparisonSource, usize) -> Result<(Frame, Field)> {
-        move |rival, index| match rival {
+        move |source, index| match source {
             ComparisonSource::Exemplar(pose) => self.exemplar(*pose, index),
             ComparisonSource::Truth(folder) => self.truth(folder, index),
             ComparisonSource::Checkpoint(folder) => self.checkpoint(folder, index),

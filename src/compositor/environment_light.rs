@@ -1,0 +1,204 @@
+//! An environment that lights a rig: the lamps' weights under any lighting, at a level that is set once.
+
+use super::background::CameraView;
+use super::field::Field;
+use super::levels::Levels;
+use super::picture::{Extra, Ingredients, Upstream};
+use base::error::Result;
+use imaging::Mask;
+use light::lighting::EnvironmentWeights;
+use light::{Environment, LightWeights, Lighting, Rig};
+use scene::Scene;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// An environment before a rig, and its weights under the scene that was asked for last.
+pub struct EnvironmentLight {
+    environment: Arc<Environment>,
+    lit: EnvironmentWeights,
+    levels: Levels,
+    /// What `weights` are of.
+    lighting: Lighting,
+    yaw_deg: f32,
+    weights: LightWeights,
+}
+
+impl EnvironmentLight {
+    /// Makes `light` what `scene` asks for of an environment of any size. `reference` is the field and the matte of
+    /// one frame, which sets the level of every picture: with a level of its own for each frame a clip would
+    /// flicker. What belongs to the rig is computed once, and so is the level under one environment. Returns the
+    /// light and the time it took in milliseconds, or None if nothing had changed.
+    ///
+    /// # Errors
+    /// When the GPU that the field is on fails; then `light` is None.
+    pub fn update<'a>(
+        light: &'a mut Option<Self>,
+        environment: &Arc<Environment>,
+        rig: &Rig,
+        scene: &Scene,
+        (field, mask): (&Field, &Mask),
+    ) -> Result<(&'a Self, Option<f64>)> {
+        let started = Instant::now();
+        let (lighting, yaw_deg) = (&scene.lighting, scene.yaw_deg);
+        let updated = match light.take() {
+            Some(same)
+                if same.is_of(environment)
+                    && same.yaw_deg == yaw_deg
+                    && same.lighting == *lighting =>
+            {
+                return Ok((light.insert(same), None));
+            }
+            Some(mut turned) if turned.is_of(environment) => {
+                turned.weights = turned.lit.weights(lighting, yaw_deg, turned.levels.unit());
+                (turned.lighting, turned.yaw_deg) = (lighting.clone(), yaw_deg);
+                turned
+            }
+            other => {
+                let mut lit = match other {
+                    Some(other) => other.lit.environment(environment),
+                    None => EnvironmentWeights::new(environment, rig, lighting.weighting),
+                };
+                let levels = Levels::balanced(environment, &lit.even(), field, mask)?;
+                Self {
+                    environment: environment.clone(),
+                    weights: lit.weights(lighting, yaw_deg, levels.unit()),
+                    lit,
+                    levels,
+                    lighting: lighting.clone(),
+                    yaw_deg,
+                }
+            }
+        };
+        let ms = started.elapsed().as_secs_f64() * 1e3;
+        Ok((light.insert(updated), Some(ms)))
+    }
+
+    /// Whether this is the light of that environment: the same one, not an equal one.
+    pub fn is_of(&self, environment: &Arc<Environment>) -> bool {
+        Arc::ptr_eq(&self.environment, environment)
+    }
+
+    pub fn environment(&self) -> &Environment {
+        &self.environment
+    }
+
+    pub fn levels(&self) -> Levels {
+        self.levels
+    }
+
+    /// The lamps' weights under the scene that was asked for last.
+    pub fn weights(&self) -> &LightWeights {
+        &self.weights
+    }
+
+    /// The weights of some lamps alone, each with half of the energy of an even light from all of them.
+    pub fn solo(&self, lamps: &[usize]) -> LightWeights {
+        let mut weights = self.lit.even();
+        let share = 0.5 * weights.per_lamp.len() as f32 * self.levels.of_unit_light();
+        for (lamp, weight) in weights.per_lamp.iter_mut().enumerate() {
+            let on = if lamps.contains(&lamp) { share } else { 0.0 };
+            *weight = weight.map(|w| w * on);
+        }
+        weights
+    }
+
+    /// A frame in this light, as [`super::compose`] takes it.
+    pub fn on<'a>(&'a self, field: &'a Field, mask: &'a Mask) -> Ingredients<'a> {
+        Ingredients {
+            field,
+            mask,
+            weights: &self.weights,
+            environment: &self.environment,
+            levels: self.levels,
+            view: CameraView::default(),
+            upstream: Upstream::default(),
+            extra: Extra::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use imaging::Image;
+    use light::Lamp;
+    use reflectance::ReflectanceField;
+
+    /// Two lamps, left and right, and a frame that each of them lights by half.
+    fn stage() -> (Rig, Field, Mask) {
+        let lamp = |x: f32| Lamp {
+            name: format!("lamp {x}"),
+            direction: glam::Vec3::new(x, 0.0, 0.0),
+            energy: [1.0; 3],
+            spread_deg: 5.0,
+            confidence: 1.0,
+            clipped: 0.0,
+        };
+        let rig = Rig {
+            lamps: vec![lamp(-1.0), lamp(1.0)],
+        };
+        let field = ReflectanceField::from_olats(&vec![Image::filled(8, 8, [0.5; 3]); 2]);
+        (rig, field.into(), Mask::filled(8, 8, 1.0))
+    }
+
+    fn environment(left: f32, right: f32) -> Arc<Environment> {
+        let radiance = |x, _| [if x < 32 { left } else { right }; 3];
+        Arc::new(Environment::from_radiance(
+            "two sides",
+            Image::from_fn(64, 32, radiance),
+        ))
+    }
+
+    fn at(yaw_deg: f32) -> Scene {
+        Scene {
+            yaw_deg,
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn a_turn_changes_the_weights_and_not_the_level() {
+        let (rig, field, mask) = stage();
+        let sky = environment(1.0, 0.2);
+        let mut light = None;
+        let mut update = |scene: &Scene, field: &Field| {
+            let updated = EnvironmentLight::update(&mut light, &sky, &rig, scene, (field, &mask));
+            let (light, ms) = updated.unwrap();
+            (ms, light.levels(), light.weights().clone())
+        };
+        let (ms, levels, first) = update(&at(0.0), &field);
+        assert!(ms.is_some());
+        assert_eq!(update(&at(0.0), &field), (None, levels, first.clone()));
+        let darker = ReflectanceField::from_olats(&vec![Image::filled(8, 8, [0.1; 3]); 2]).into();
+        let (ms, same, turned) = update(&at(180.0), &darker);
+        assert!(ms.is_some() && same == levels);
+        let ratio = |weights: &LightWeights| weights.per_lamp[0][1] / weights.per_lamp[1][1];
+        assert!(ratio(&first) > 1.5 && ratio(&turned) < 1.0 / 1.5);
+    }
+
+    #[test]
+    fn another_environment_is_as_bright_as_if_it_were_the_first() {
+        let (rig, field, mask) = stage();
+        let reference = (&field, &mask);
+        let (mut changed, mut fresh) = (None, None);
+        let other = environment(3.0, 40.0);
+        for sky in [&environment(1.0, 0.2), &other] {
+            EnvironmentLight::update(&mut changed, sky, &rig, &at(30.0), reference).unwrap();
+        }
+        EnvironmentLight::update(&mut fresh, &other, &rig, &at(30.0), reference).unwrap();
+        let (changed, fresh) = (changed.unwrap(), fresh.unwrap());
+        assert!(changed.is_of(&other));
+        assert_eq!(changed.levels(), fresh.levels());
+        assert_eq!(changed.weights(), fresh.weights());
+    }
+
+    #[test]
+    fn a_lamp_alone_gives_its_light_and_the_others_none() {
+        let (rig, field, mask) = stage();
+        let (sky, mut light) = (environment(1.0, 0.2), None);
+        let lit = EnvironmentLight::update(&mut light, &sky, &rig, &at(0.0), (&field, &mask));
+        let solo = lit.unwrap().0.solo(&[1]);
+        assert_eq!(solo.per_lamp[0], [0.0; 3]);
+        assert!(solo.per_lamp[1].iter().all(|&w| w > 0.0 && w.is_finite()));
+    }
+}

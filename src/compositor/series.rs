@@ -1,0 +1,208 @@
+//! Pictures one after the other, of a clip or of a window: what one leaves for the next.
+
+use super::compose::compose_reusing;
+use super::facts::Grain;
+use super::picture::{Extra, Ingredients, Picture};
+use super::reuse::Reuse;
+use super::smoothing::Steady;
+use base::error::Result;
+use imaging::{Image, Mask};
+use scene::{Pass, Scene, ViewTransform};
+
+/// Pictures of one clip or window, in order.
+#[derive(Debug, Default)]
+pub struct Series {
+    reuse: Reuse,
+    /// A plate's grain, and the frame (as [`super::Identity`] numbers it) and the view transform that it is of.
+    grain: Option<((u64, ViewTransform), Grain)>,
+    steady: Option<Steady>,
+}
+
+impl Series {
+    /// The next picture. `plate` is the frame as it was filmed, with its matte, for the pass `grain`. What the passes
+    /// `grain` and `smoothing` read is filled in here; `of.extra.identity` says what has changed.
+    ///
+    /// # Errors
+    /// As [`super::compose`].
+    pub fn compose(
+        &mut self,
+        scene: &Scene,
+        plate: (&Image, &Mask),
+        of: &Ingredients,
+    ) -> Result<Picture> {
+        let mut reuse = std::mem::take(&mut self.reuse);
+        let picture = self.make(scene, plate, of, &mut reuse);
+        self.reuse = reuse;
+        let picture = picture?;
+        self.steady.clone_from(&picture.steady);
+        Ok(picture)
+    }
+
+    /// A smaller picture that stands in for the next one, with what its size keeps in `reuse`. It leaves nothing to
+    /// the picture after it.
+    ///
+    /// # Errors
+    /// As [`super::compose`].
+    pub fn compose_stand_in(
+        &mut self,
+        scene: &Scene,
+        plate: (&Image, &Mask),
+        of: &Ingredients,
+        reuse: &mut Reuse,
+    ) -> Result<Picture> {
+        self.make(scene, plate, of, reuse)
+    }
+
+    fn make(
+        &mut self,
+        scene: &Scene,
+        (plate, mask): (&Image, &Mask),
+        of: &Ingredients,
+        reuse: &mut Reuse,
+    ) -> Result<Picture> {
+        let view = scene.effects.view;
+        let key = (of.extra.identity.frame, view);
+        self.grain = match self.grain.take() {
+            _ if !scene.effects.asks(Pass::Grain) => None,
+            Some(known) if known.0 == key => Some(known),
+            _ => Some((key, Grain::of_plate(plate, mask, view))),
+        };
+        let extra = Extra {
+            before: self.steady.as_ref(),
+            grain: self.grain.as_ref().map(|(_, grain)| grain),
+            ..of.extra
+        };
+        compose_reusing(scene, &Ingredients { extra, ..*of }, reuse)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Identity, Levels};
+    use super::*;
+    use crate::{CameraView, Field, Upstream};
+    use light::{Environment, LightWeights};
+    use reflectance::ReflectanceField;
+    use scene::Effects;
+
+    /// Frames of 64 × 64 pixels whose brightness jumps from one to the next.
+    struct Clip {
+        plate: Image,
+        mask: Mask,
+        environment: Environment,
+        weights: LightWeights,
+    }
+
+    impl Clip {
+        fn new() -> Self {
+            let mut state = 1u32;
+            let mut noise = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                0.1 * ((state >> 8) as f32 / (1 << 24) as f32 - 0.5)
+            };
+            Self {
+                plate: Image::from_fn(64, 64, |_, _| [0.3 + noise(); 3]),
+                mask: Mask::filled(64, 64, 1.0),
+                environment: Environment::from_radiance("grey", Image::filled(8, 4, [0.5; 3])),
+                weights: LightWeights {
+                    per_lamp: vec![[0.5; 3]; 2],
+                    uncovered: 0.0,
+                },
+            }
+        }
+
+        fn field(brightness: f32) -> Field {
+            let olat = Image::filled(64, 64, [brightness; 3]);
+            ReflectanceField::from_olats(&[olat.clone(), olat]).into()
+        }
+
+        fn of<'a>(&'a self, field: &'a Field, frame: u64) -> Ingredients<'a> {
+            Ingredients {
+                field,
+                mask: &self.mask,
+                weights: &self.weights,
+                environment: &self.environment,
+                levels: Levels::default(),
+                view: CameraView::default(),
+                upstream: Upstream::default(),
+                extra: Extra {
+                    identity: Identity {
+                        frame,
+                        ..Identity::default()
+                    },
+                    ..Extra::default()
+                },
+            }
+        }
+
+        fn scene(frame: usize) -> Scene {
+            Scene {
+                frame,
+                effects: Effects {
+                    smoothing: 0.8,
+                    grain: 1.0,
+                    ..Effects::default()
+                },
+                ..Scene::default()
+            }
+        }
+    }
+
+    #[test]
+    fn a_picture_hands_its_brightness_on_and_a_stand_in_does_not() {
+        let clip = Clip::new();
+        let fields = [0.5, 0.6, 0.2].map(Clip::field);
+        let plate = (&clip.plate, &clip.mask);
+        let (mut series, mut with_stand_in) = (Series::default(), Series::default());
+        for (frame, field) in fields.iter().take(2).enumerate() {
+            let of = clip.of(field, frame as u64);
+            let scene = Clip::scene(frame);
+            let picture = series.compose(&scene, plate, &of).unwrap();
+            // A smaller picture of another brightness comes in between.
+            let between = clip.of(&fields[2], 9);
+            let mut reuse = Reuse::default();
+            with_stand_in
+                .compose_stand_in(&Clip::scene(frame), plate, &between, &mut reuse)
+                .unwrap();
+            let again = with_stand_in.compose(&scene, plate, &of).unwrap();
+            assert_eq!(picture.display, again.display, "frame {frame}");
+            let gain = picture.steady.unwrap().gain[1];
+            if frame == 0 {
+                assert_eq!(gain, 1.0);
+            } else {
+                assert!(gain < 0.95, "the jump is held back: {gain}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_plate_s_grain_is_measured_where_it_is_asked_for_and_once_a_frame() {
+        let clip = Clip::new();
+        let field = Clip::field(0.5);
+        let plate = (&clip.plate, &clip.mask);
+        let mut series = Series::default();
+        let of = clip.of(&field, 1);
+        series
+            .compose(&Clip::scene(0), plate, &of)
+            .expect("a picture with grain");
+        let (key, grain) = series.grain.unwrap();
+        assert_eq!(key, (1, ViewTransform::Srgb));
+        assert!(grain.most() > 0.0);
+        assert_eq!(
+            grain,
+            Grain::of_plate(&clip.plate, &clip.mask, ViewTransform::Srgb)
+        );
+        // Another plate under the same number is not looked at.
+        let flat = Image::filled(64, 64, [0.3; 3]);
+        series
+            .compose(&Clip::scene(0), (&flat, &clip.mask), &of)
+            .unwrap();
+        assert_eq!(series.grain, Some((key, grain)));
+        series
+            .compose(&Clip::scene(0), (&flat, &clip.mask), &clip.of(&field, 2))
+            .unwrap();
+        assert_ne!(series.grain.map(|(_, grain)| grain), Some(grain));
+        series.compose(&Scene::default(), plate, &of).unwrap();
+        assert_eq!(series.grain, None);
+    }
+}

@@ -1,0 +1,219 @@
+//! The one kind of thread behind the window. It does what its mailbox holds, one request after the other, and
+//! hands on what came of each. A panic is an error like any other: it ends the request, not the thread, and reaches
+//! the window as a sentence.
+
+use super::mailbox::{Mailbox, Request};
+use base::error::{Error, Result};
+use base::progress::Control;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// What a thread does.
+pub(super) trait Handler {
+    type Request: Request;
+    type Answer;
+
+    /// Does what is asked.
+    ///
+    /// # Errors
+    /// When it fails, in words for the window.
+    fn work(&mut self, request: &mut Self::Request) -> Result<Self::Answer>;
+
+    /// Hands on what came of a request. A panic in [`Self::work`] arrives here as an error.
+    fn deliver(&mut self, request: Self::Request, answer: Result<Self::Answer>);
+
+    /// What the thread asks of itself when no request comes, and after what time.
+    fn rest(&self) -> Option<(Duration, Self::Request)> {
+        None
+    }
+}
+
+/// A running thread. Dropping it stops and joins it: that takes as long as the request that it is at.
+pub(super) struct Background<R: Request> {
+    mailbox: Arc<Mailbox<R>>,
+    stop: Control,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl<R: Request> Background<R> {
+    /// Starts a thread that handles what is put into `mailbox`. `make` is called there; `stop` is what long requests
+    /// look at.
+    pub fn start<H: Handler<Request = R>>(
+        name: &str,
+        mailbox: Arc<Mailbox<R>>,
+        stop: Control,
+        make: impl FnOnce() -> H + Send + 'static,
+    ) -> Self {
+        let inbox = mailbox.clone();
+        let run = move || {
+            let mut handler = make();
+            while let Some(mut request) = inbox.next(handler.rest()) {
+                let answer = catch_panic(|| {
+                    #[cfg(test)]
+                    inbox.panic_if_asked();
+                    handler.work(&mut request)
+                });
+                handler.deliver(request, answer);
+            }
+        };
+        let thread = std::thread::Builder::new().name(name.to_owned()).spawn(run);
+        Self {
+            mailbox,
+            stop,
+            thread: Some(thread.expect("the system starts threads")),
+        }
+    }
+
+    /// Starts a thread with a mailbox of its own.
+    pub fn spawn<H: Handler<Request = R>>(
+        name: &str,
+        make: impl FnOnce(Control) -> H + Send + 'static,
+    ) -> Self {
+        let stop = Control::default();
+        let own = stop.clone();
+        Self::start(name, Mailbox::new(), stop, move || make(own))
+    }
+
+    /// The same, except that dropping it does not wait for the request that it is at.
+    pub fn detached(mut self) -> Self {
+        self.thread = None;
+        self
+    }
+
+    /// Asks for something.
+    pub fn put(&self, request: R) {
+        self.mailbox.put(request);
+    }
+
+    /// Asks the thread to stop after what it is at.
+    pub fn stop(&self) {
+        self.stop.stop();
+        self.mailbox.close();
+    }
+
+    /// Has the thread panic at its next request.
+    #[cfg(test)]
+    pub fn panic_next(&self) {
+        self.mailbox.panic_next();
+    }
+}
+
+impl<R: Request> Drop for Background<R> {
+    fn drop(&mut self) {
+        self.stop();
+        if let Some(thread) = self.thread.take() {
+            // Whatever it panicked of was said on stderr; there is nothing left to stop.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Does something; a panic is an error.
+fn catch_panic<T>(act: impl FnOnce() -> Result<T>) -> Result<T> {
+    catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|panic| {
+        if gpu::is_lost() {
+            return Err(Error::GpuLost);
+        }
+        let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+        Err(Error::bug(text.unwrap_or_else(|| "a panic".to_owned())))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    struct By(u32);
+
+    impl Request for By {
+        fn lane(&self) -> Option<usize> {
+            None
+        }
+
+        fn is_kept(&self) -> bool {
+            self.0 == 3
+        }
+    }
+
+    type Answers = (u32, Result<u32>);
+
+    /// Divides 12 by what it is asked for.
+    struct Divider {
+        answers: Sender<Answers>,
+        rests: u32,
+    }
+
+    impl Handler for Divider {
+        type Request = By;
+        type Answer = u32;
+
+        fn work(&mut self, by: &mut By) -> Result<u32> {
+            Ok(12 / by.0)
+        }
+
+        fn deliver(&mut self, by: By, answer: Result<u32>) {
+            self.rests = self.rests.saturating_sub(1);
+            self.answers.send((by.0, answer)).unwrap();
+        }
+
+        fn rest(&self) -> Option<(Duration, By)> {
+            (self.rests > 0).then_some((Duration::ZERO, By(12)))
+        }
+    }
+
+    fn divider(rests: u32) -> (Background<By>, Receiver<Answers>) {
+        let (answers, answered) = channel();
+        let make = move |_| Divider { answers, rests };
+        (Background::spawn("divider", make), answered)
+    }
+
+    #[test]
+    fn a_panic_is_a_sentence_and_the_thread_goes_on() {
+        let (divider, answered) = divider(0);
+        [0, 4].into_iter().for_each(|by| divider.put(By(by)));
+        let (request, answer) = answered.recv().unwrap();
+        let sentence = answer.unwrap_err().to_string();
+        assert!(
+            request == 0 && sentence.contains("divide by zero"),
+            "{sentence}"
+        );
+        assert!(sentence.contains("bug in Afterlight"), "{sentence}");
+        assert_eq!(answered.recv().unwrap().1.unwrap(), 3);
+    }
+
+    #[test]
+    fn what_is_kept_is_done_before_a_dropped_thread_ends() {
+        let (divider, answered) = divider(0);
+        divider.stop();
+        divider.put(By(6));
+        drop(divider);
+        assert_eq!(answered.iter().count(), 0);
+        let (answers, answered) = channel();
+        let mailbox = Mailbox::new();
+        [1, 3, 2].into_iter().for_each(|by| mailbox.put(By(by)));
+        mailbox.close();
+        let make = move || Divider { answers, rests: 0 };
+        drop(Background::start(
+            "divider",
+            mailbox,
+            Control::default(),
+            make,
+        ));
+        let done: Vec<u32> = answered.iter().map(|(request, _)| request).collect();
+        assert_eq!(done, [3]);
+    }
+
+    #[test]
+    fn a_thread_at_rest_does_what_it_asks_of_itself() {
+        let (divider, answered) = divider(2);
+        for _ in 0..2 {
+            assert_eq!(answered.recv().unwrap().0, 12);
+        }
+        divider.put(By(2));
+        assert_eq!(answered.recv().unwrap().0, 2);
+    }
+}

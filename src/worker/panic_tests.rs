@@ -1,0 +1,96 @@
+//! A panic in the threads behind an open project. Those of the other threads are tested beside them.
+
+use super::*;
+
+fn worker_over(open: impl FnMut() -> Result<Source, Blocked> + Send + 'static) -> Worker {
+    Worker::over(open, || {})
+}
+
+fn source() -> Source {
+    Source {
+        rig: rig(),
+        device: "test".to_owned(),
+        predict: Box::new(|index| Ok(predicted(index))),
+        comparison: Box::new(|_, index| Ok(predicted(index))),
+    }
+}
+
+/// The first event that says `on purpose`.
+fn said(worker: &Worker) -> Event {
+    wait_for(|| {
+        let mut events = worker.events();
+        events.find(|event| format!("{event:?}").contains("on purpose"))
+    })
+}
+
+#[test]
+fn a_panic_while_the_network_is_opened_is_said_and_the_next_opening_works() {
+    let mut openings = 0;
+    let worker = worker_over(move || {
+        openings += 1;
+        match openings {
+            1 => panic!("on purpose"),
+            _ => Ok(source()),
+        }
+    });
+    let blocked = said(&worker);
+    assert!(
+        matches!(&blocked, Event::Blocked(blocked) if blocked.sentence.contains("bug in Afterlight")),
+        "{blocked:?}"
+    );
+    let light = from_the_left();
+    worker.show(ask(0, 0.0, &light));
+    // After each job the source is opened again.
+    assert!(worker.work("job", |_| Ok("done".to_owned())));
+    wait_for(|| worker.relit());
+}
+
+#[test]
+fn a_panic_of_the_relighter_is_said_and_pictures_go_on() {
+    let worker = worker_over(|| Ok(source()));
+    let light = from_the_left();
+    worker.show(ask(0, 0.0, &light));
+    wait_for(|| worker.relit());
+    worker.relighter.panic_next();
+    worker.show(ask(0, 90.0, &light));
+    assert!(matches!(said(&worker), Event::Failed { .. }));
+    worker.show(ask(0, 180.0, &light));
+    wait_for(|| worker.relit().filter(|relit| relit.scene.yaw_deg == 180.0));
+}
+
+#[test]
+fn a_panic_of_the_job_thread_is_said_and_the_next_job_runs() {
+    let worker = worker_over(|| Ok(source()));
+    worker.jobs.panic_next();
+    assert!(worker.work("job", |_| Ok("done".to_owned())));
+    assert!(matches!(said(&worker), Event::Finished { .. }));
+    wait_for(|| worker.work("job", |_| Ok("done".to_owned())).then_some(()));
+}
+
+#[test]
+fn an_export_that_panics_has_failed_and_the_next_is_written() {
+    let worker = worker_over(|| Ok(source()));
+    let failed = worker.export("first".to_owned(), |_| panic!("on purpose"));
+    let written = worker.export("second".to_owned(), |_| {
+        Ok(WrittenExport {
+            name: "second".to_owned(),
+            folder: PathBuf::new(),
+            sentence: "written".to_owned(),
+        })
+    });
+    assert!(matches!(
+        said(&worker),
+        Event::Exported(ExportStatus::Failed(_))
+    ));
+    let exports = wait_for(|| {
+        let exports = worker.exports();
+        let over = exports.iter().all(|e| e.status.sentence().is_some());
+        over.then_some(exports)
+    });
+    let sentence = |id| {
+        let export = exports.iter().find(|export| export.id == id);
+        export.and_then(|export| export.status.sentence()).unwrap()
+    };
+    assert!(sentence(failed).contains("on purpose"));
+    assert_eq!(sentence(written), "written");
+}

@@ -1,0 +1,97 @@
+//! A picture that the window asks for, and the one that it gets.
+
+use super::PredictedFrame;
+use super::comparison::Comparison;
+use super::srgb_picture::SrgbPicture;
+use compositor::PassReport;
+use imaging::Image;
+use light::{Environment, Rig};
+use scene::Scene;
+use std::collections::HashSet;
+use std::sync::Arc;
+
+/// A picture that the window wants.
+#[derive(Clone, Debug)]
+pub struct PreviewRequest {
+    /// Its output is a display whatever it says.
+    pub scene: Scene,
+    pub environment: Arc<Environment>,
+    /// What is compared in place of the picture.
+    pub first: Option<Comparison>,
+    /// What it is compared with.
+    pub second: Option<Comparison>,
+    /// Lamps that light the subject alone, each as bright as half of an even light; none is the light.
+    pub solo: Vec<usize>,
+    /// Something is being dragged: a picture that is soon there is better than a sharp one.
+    pub dragged: bool,
+}
+
+/// A relit picture, ready for a texture.
+#[derive(Clone, Debug)]
+pub struct PreviewPicture {
+    /// What the picture shows. While a frame is being predicted, this is an older frame in the new
+    /// light.
+    pub scene: Scene,
+    /// Name of the environment.
+    pub environment: String,
+    pub width: usize,
+    pub height: usize,
+    /// How many pixels along each axis were lit as one, while something was dragged; 1 in a picture that stays.
+    pub coarse: usize,
+    /// sRGB codes, three bytes a pixel, row by row.
+    pub rgb: Vec<u8>,
+    /// What is compared in its place, of the same size; where a scene asks for the difference, that to the
+    /// second.
+    pub first: Option<(Comparison, SrgbPicture)>,
+    /// What it is compared with, of the same size.
+    pub second: Option<(Comparison, SrgbPicture)>,
+    /// Lamps that light the subject alone.
+    pub solo: Vec<usize>,
+    /// Scene-linear light of each pixel, premultiplied, where it is in memory at full size.
+    pub linear: Option<Image>,
+    /// What each lamp's picture was multiplied with.
+    pub weights: Vec<[f32; 3]>,
+    /// What ran and what did not.
+    pub passes: Vec<PassReport>,
+    /// What the frame's prediction took in milliseconds when it was made.
+    pub predict_ms: f64,
+    /// What relighting took in milliseconds, from the ask to the codes.
+    pub relight_ms: f64,
+    /// Share of the light's energy from where the rig has no lamp.
+    pub uncovered: f32,
+    /// The lamps.
+    pub rig: Arc<Rig>,
+    /// Frames whose field is at hand.
+    pub frames_at_hand: HashSet<usize>,
+    /// The frame and its field.
+    pub predicted: Arc<PredictedFrame>,
+}
+
+/// All that a picture is made of.
+#[derive(Clone)]
+pub(super) struct PreviewInputs {
+    /// Its scene is of the frame below.
+    pub request: PreviewRequest,
+    pub predicted: Arc<PredictedFrame>,
+    /// The OLATs of the two pictures to compare, as far as they were found.
+    pub olats: [Option<Arc<PredictedFrame>>; 2],
+    /// How many pixels along each axis may be lit as one.
+    pub coarse: usize,
+}
+
+impl PreviewInputs {
+    /// Whether a picture made of these is the one that `other` asks for, no coarser.
+    pub fn serves(&self, other: &Self) -> bool {
+        let olats = |inputs: &Self| {
+            let each = inputs.olats.each_ref();
+            each.map(|olats| olats.as_ref().map(Arc::as_ptr))
+        };
+        let (mine, theirs) = (&self.request, &other.request);
+        self.coarse <= other.coarse
+            && Arc::ptr_eq(&self.predicted, &other.predicted)
+            && olats(self) == olats(other)
+            && Arc::ptr_eq(&mine.environment, &theirs.environment)
+            && (&mine.scene, &mine.solo, &mine.first, &mine.second)
+                == (&theirs.scene, &theirs.solo, &theirs.first, &theirs.second)
+    }
+}

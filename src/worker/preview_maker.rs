@@ -1,0 +1,205 @@
+//! Makes the pictures that the window shows, of one rig: keeps the light, the frame that sets its level, and what
+//! one picture leaves for the next.
+
+use super::PredictedFrame;
+use super::adaptive_resolution::{AdaptiveResolution, ReducedFrame};
+use super::comparison::{Comparison, RelitFrame};
+use super::preview::{PreviewInputs, PreviewPicture, PreviewRequest};
+use super::srgb_picture::SrgbPicture;
+use base::error::Result;
+use compositor::{EnvironmentLight, Extra, Identity, Ingredients, Series, Upstream, difference};
+use imaging::Encoded;
+use imaging::resample::resize;
+use light::Rig;
+use scene::{Background, Inspection};
+use std::collections::HashSet;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What is known of the shoot.
+pub(super) struct PreviewMaker {
+    rig: Arc<Rig>,
+    /// The first frame that was predicted: it sets the level of every light for the whole session.
+    reference: Option<Arc<PredictedFrame>>,
+    light: Option<EnvironmentLight>,
+    /// The lights of the pictures that are compared, if they have some of their own.
+    comparison_lights: [Option<EnvironmentLight>; 2],
+    /// The frame that the last picture is of.
+    last: Option<Arc<PredictedFrame>>,
+    /// By what the last picture's frame, environment and second picture are known.
+    identity: Identity,
+    series: Series,
+    resolution: AdaptiveResolution,
+}
+
+impl PreviewMaker {
+    /// Pictures may take `budget_ms` milliseconds while something is dragged.
+    pub fn new(rig: Arc<Rig>, budget_ms: f64) -> Self {
+        Self {
+            rig,
+            reference: None,
+            light: None,
+            comparison_lights: [None, None],
+            last: None,
+            identity: Identity::default(),
+            series: Series::default(),
+            resolution: AdaptiveResolution::within(budget_ms),
+        }
+    }
+
+    pub fn rig(&self) -> &Arc<Rig> {
+        &self.rig
+    }
+
+    /// How coarse the next picture is while something is dragged: see [`PreviewInputs::coarse`].
+    pub fn coarse(&self) -> usize {
+        self.resolution.factor()
+    }
+
+    /// Makes a picture. `predict_ms` is what the frame's prediction took, if this is its first picture; `started` is
+    /// when the picture was begun. Which frames are in memory is left to the caller.
+    ///
+    /// # Errors
+    /// As [`compositor::compose`].
+    pub fn make(
+        &mut self,
+        inputs: &PreviewInputs,
+        predict_ms: Option<f64>,
+        started: Instant,
+    ) -> Result<PreviewPicture> {
+        let (request, predicted) = (&inputs.request, &inputs.predicted);
+        self.identify(request, predicted);
+        let reference = self.reference.get_or_insert_with(|| predicted.clone());
+        let reference = (&*reference.field, &reference.frame.mask);
+        let mut scene = request.scene.clone();
+        let (light, weights_ms) = EnvironmentLight::update(
+            &mut self.light,
+            &request.environment,
+            &self.rig,
+            &scene,
+            reference,
+        )?;
+        let solo = (!request.solo.is_empty()).then(|| light.solo(&request.solo));
+        let relit = RelitFrame {
+            scene: &request.scene,
+            predicted,
+            light,
+            solo: solo.as_ref(),
+            rig: &self.rig,
+            reference,
+        };
+        let [mut first, second] = compared(&relit, inputs, &mut self.comparison_lights)?;
+        if solo.is_some() {
+            scene.background = Background::None;
+        }
+        let weights = solo.as_ref().unwrap_or(light.weights());
+        let upstream = Upstream {
+            predict_ms,
+            weights_ms,
+        };
+        let extra = Extra {
+            second: second.as_ref(),
+            identity: self.identity,
+            ..Extra::default()
+        };
+        let plate = (&predicted.frame.plate, &predicted.frame.mask);
+        let reduced = match inputs.coarse {
+            1 => None,
+            factor => self.resolution.reduced(predicted, factor),
+        };
+        let composed = Instant::now();
+        let (coarse, picture) = match reduced {
+            Some(ReducedFrame {
+                field, mask, reuse, ..
+            }) => {
+                let of = Ingredients {
+                    weights,
+                    upstream,
+                    extra,
+                    ..light.on(field, mask)
+                };
+                let stand_in = self.series.compose_stand_in(&scene, plate, &of, reuse)?;
+                (inputs.coarse, stand_in)
+            }
+            None => {
+                let of = Ingredients {
+                    weights,
+                    upstream,
+                    extra,
+                    ..light.on(&predicted.field, plate.1)
+                };
+                (1, self.series.compose(&scene, plate, &of)?)
+            }
+        };
+        self.resolution
+            .took(coarse, composed.elapsed().as_secs_f64() * 1e3);
+        if let (Inspection::Difference { gain }, Some(first), Some(second)) =
+            (scene.effects.inspection, &mut first, &second)
+        {
+            difference(first, second, gain)?;
+        }
+        let (width, height) = plate.1.size();
+        let shown = |picture: Option<Encoded>| picture.as_ref().map(SrgbPicture::of);
+        let display = picture.display.map(|display| match coarse {
+            1 => display,
+            _ => Encoded(resize(&display.0, width, height)),
+        });
+        let subject = light.levels().subject;
+        Ok(PreviewPicture {
+            scene: request.scene.clone(),
+            environment: light.environment().name.clone(),
+            width,
+            height,
+            coarse,
+            rgb: shown(display).map_or_else(Vec::new, |picture| picture.rgb),
+            first: request.first.clone().zip(shown(first)),
+            second: request.second.clone().zip(shown(second)),
+            solo: request.solo.clone(),
+            linear: picture.linear.filter(|_| coarse == 1),
+            weights: (weights.per_lamp.iter())
+                .map(|weight| weight.map(|w| w * subject))
+                .collect(),
+            passes: picture.passes,
+            predict_ms: predicted.ms,
+            relight_ms: started.elapsed().as_secs_f64() * 1e3,
+            uncovered: light.weights().uncovered,
+            rig: self.rig.clone(),
+            frames_at_hand: HashSet::new(),
+            predicted: predicted.clone(),
+        })
+    }
+
+    /// Takes in which frame and environment the next picture is of, and whether it is compared.
+    fn identify(&mut self, request: &PreviewRequest, predicted: &Arc<PredictedFrame>) {
+        let known = |last: &Arc<PredictedFrame>| Arc::ptr_eq(last, predicted);
+        if !self.last.as_ref().is_some_and(known) {
+            self.last = Some(predicted.clone());
+            self.identity.frame += 1;
+        }
+        let known = |light: &EnvironmentLight| light.is_of(&request.environment);
+        if !self.light.as_ref().is_some_and(known) {
+            self.identity.environment += 1;
+        }
+        if request.first.is_some() || request.second.is_some() {
+            self.identity.second += 1;
+        }
+    }
+}
+
+/// The two pictures that are compared, as far as all that they are made of is in memory.
+fn compared(
+    relit: &RelitFrame,
+    inputs: &PreviewInputs,
+    [first_light, second_light]: &mut [Option<EnvironmentLight>; 2],
+) -> Result<[Option<Encoded>; 2]> {
+    let PreviewRequest { first, second, .. } = &inputs.request;
+    let [first_olats, second_olats] = inputs.olats.each_ref().map(|olats| olats.as_deref());
+    let picture = |comparison: &Option<Comparison>, olats, own_light: &mut _| match comparison {
+        Some(comparison) => relit.compared(comparison, olats, own_light),
+        None => Ok(None),
+    };
+    Ok([
+        picture(first, first_olats, first_light)?,
+        picture(second, second_olats, second_light)?,
+    ])
+}
