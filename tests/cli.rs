@@ -293,13 +293,17 @@ fn kernels_are_timed_once(at: &Path) {
     // Earlier runs may have used a GPU.
     let _ = std::fs::remove_dir_all(at.join("cache"));
     let _ = std::fs::remove_file(&log);
-    for anew in [true, false] {
+    for first in [true, false] {
         let said = relit(at, &["--device", "gpu"]);
         if !test_support::require(Need::Gpu, said.contains("GPU (wgpu)"), &said) {
             return;
         }
         let timed = std::fs::read_to_string(&log).unwrap();
-        assert_eq!(timed.contains("Fastest result"), anew);
+        // A build without the store times them in every process.
+        assert_eq!(
+            timed.contains("Fastest result"),
+            first || !cfg!(feature = "keep-autotune")
+        );
         std::fs::remove_file(&log).unwrap();
     }
 }
