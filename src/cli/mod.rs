@@ -54,7 +54,7 @@ enum Command {
     Train(TrainArgs),
     Checkpoints(CheckpointsArgs),
     Frame(FrameArgs),
-    Relight(RelightArgs),
+    Relight(Box<RelightArgs>),
     Evaluate(EvaluateArgs),
     Review(ReviewArgs),
     Studio(StudioArgs),

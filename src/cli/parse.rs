@@ -21,21 +21,6 @@ pub fn parse_minutes(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
-pub fn parse_range(text: &str) -> std::result::Result<(usize, usize), String> {
-    let (from, to) = text.split_once('-').unwrap_or((text, text));
-    let number = |s: &str| {
-        s.trim()
-            .parse::<usize>()
-            .map_err(|e| format!("{s:?} is not a frame number: {e}"))
-    };
-    let (from, to) = (number(from)?, number(to)?);
-    if from <= to {
-        Ok((from, to))
-    } else {
-        Err(format!("{from} comes after {to}"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

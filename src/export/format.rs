@@ -75,26 +75,32 @@ pub enum Bits {
     Sixteen,
 }
 
-/// What is done where a file is there already.
+/// What happens to existing files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
-    /// It is replaced, whole, by what is written.
+    /// They are replaced.
     #[default]
     Replace,
-    /// It stays, and what is written takes the next name with a number that is free.
+    /// They are kept, and a number is appended to the name.
     Keep,
 }
 
 /// Where pictures are written, and how.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct Files {
-    /// As [`super::Destination::parse`] understands it.
+    /// What to write: out.%04d.png, out.%04d.exr, clip.mp4, or clip.mov with alpha.
+    #[arg(long)]
     pub to: String,
+    #[arg(skip)]
     pub existing: Existing,
-    /// Width and height in pixels, within [`Files::SIZES`]; none is the working size.
+    /// Width and height in pixels, 16 to 8192 [default: the working size].
+    #[arg(long, value_name = "PIXELS")]
     pub size: Option<usize>,
+    /// Bits of a PNG's channels.
+    #[arg(long, value_enum, default_value_t)]
     pub bits: Bits,
-    /// Add the subject under each lamp alone to an EXR.
+    /// Add the subject under each lamp to an EXR, as light_00.R …, with the lamps' weights in the header.
+    #[arg(long)]
     pub layers: bool,
 }
 

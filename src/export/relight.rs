@@ -24,38 +24,83 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What a person asks for.
-#[derive(Clone, Debug)]
+/// What to relight, how, and where to.
+#[derive(Clone, Debug, clap::Args)]
 pub struct RelightSettings {
-    /// A panorama's file, or the name of one of the project's environments.
+    /// A panorama's file, the name of one of the project's environments, or a built-in one: three-point, clamshell,
+    /// side-light, clear-sky, low-sun, overcast, courtyard, nave.
+    #[arg(long)]
     pub environment: PathBuf,
-    /// Which way is front in its file, in place of what the project remembers of it.
+    /// Which way is front in the panorama's file, instead of what the project remembers: the convention of a tool
+    /// (afterlight, openexr, usd, nuke, mitsuba, threejs, blender), or the yaw that brings it to the middle.
+    #[arg(long, value_name = "TOOL|DEG", allow_hyphen_values = true)]
     pub front: Option<Front>,
-    /// The environment itself, where it has been read already.
+    /// The environment itself, if it has been read already.
+    #[arg(skip)]
     pub read: Option<Arc<Environment>>,
-    /// How its file lays out the sphere, where that is no lat-long.
+    /// How the panorama's file lays out the sphere, if it is not a lat-long.
+    #[arg(long, value_enum)]
     pub mapping: Option<Mapping>,
-    /// Yaw in degrees, of the first frame.
+    /// Turn the environment: positive moves it to camera-right in front.
+    #[arg(
+        long = "yaw",
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub yaw_deg: f32,
-    /// Turns the environment once around over the frames.
+    /// Turn the environment once around over the frames, starting at --yaw.
+    #[arg(long)]
     pub turntable: bool,
-    /// Yaw in degrees over the interview's frames, added to the above.
+    /// Yaw in degrees over the interview's frames, added to `yaw_deg`.
+    #[arg(skip)]
     pub yaw_keys: Keyframes,
-    /// What else is done to its light.
+    #[command(flatten)]
     pub lighting: Lighting,
-    /// Its brightness in stops over the interview's frames, added to that of `lighting`.
+    /// Brightness in stops over the interview's frames, added to that of `lighting`.
+    #[arg(skip)]
     pub intensity_keys: Keyframes,
+    #[command(flatten)]
     pub effects: Effects,
-    /// First and last frame, both included; none means all.
+    /// Frames A to B, both included [default: all].
+    #[arg(long, value_name = "A-B", value_parser = range)]
     pub frames: Option<(usize, usize)>,
+    /// Exposure in stops.
+    #[arg(
+        long = "exposure",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub exposure_stops: f32,
+    #[arg(skip)]
     pub background: Background,
+    #[command(flatten)]
     pub files: Files,
-    /// Say what each pass did and took.
+    /// Print which passes ran, which did not and why, and how long each took.
+    #[arg(long)]
     pub profile: bool,
+    /// Where the network runs.
+    #[arg(long, value_enum, default_value_t)]
     pub device: DeviceChoice,
     /// Storage format of predicted OLATs.
+    #[arg(long = "field", value_enum, default_value_t)]
     pub storage: Storage,
+}
+
+/// The first and last frame, such as `5-12`, or one frame.
+fn range(text: &str) -> std::result::Result<(usize, usize), String> {
+    let (from, to) = text.split_once('-').unwrap_or((text, text));
+    let number = |s: &str| {
+        s.trim()
+            .parse::<usize>()
+            .map_err(|e| format!("{s:?} is not a frame number: {e}"))
+    };
+    let (from, to) = (number(from)?, number(to)?);
+    if from <= to {
+        Ok((from, to))
+    } else {
+        Err(format!("{from} comes after {to}"))
+    }
 }
 
 /// What was written.

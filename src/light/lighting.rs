@@ -8,23 +8,59 @@ use imaging::{Image, color::luminance};
 use serde::{Deserialize, Serialize};
 
 /// How an environment is changed before it lights the subject, besides its yaw. The default changes nothing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, clap::Args)]
 #[serde(default)]
 pub struct Lighting {
-    /// How its light is distributed over the lamps.
+    /// How the environment's light is distributed over the lamps.
+    #[arg(long = "weights", value_enum, default_value_t)]
     pub weighting: Weighting,
-    /// Turns after the yaw in degrees, as in [`rotation`]: up, and counter-clockwise.
+    /// Turn the environment up, after its yaw.
+    #[arg(
+        long = "pitch",
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub pitch_deg: f32,
+    /// Turn the environment counter-clockwise, after its yaw and pitch.
+    #[arg(
+        long = "roll",
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub roll_deg: f32,
-    /// Its brightness in stops, within [`Self::STOPS`].
+    /// Brightness of the environment in stops, −10 to 10.
+    #[arg(
+        long = "intensity",
+        value_name = "STOPS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub intensity_stops: f32,
-    /// The colour of its light, see [`white::gains`].
+    /// Colour temperature that makes the environment's white warmer or cooler.
+    #[arg(long = "temperature", value_name = "KELVIN", default_value_t = white::NEUTRAL_K)]
     pub temperature_k: f32,
+    /// Tint of the environment, −100 green to 100 magenta.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub tint: f32,
-    /// How much further the background is turned than the light, in degrees.
+    /// Turn the background further than the light.
+    #[arg(
+        long = "background-yaw",
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub background_yaw_deg: f32,
-    /// Lights placed by hand. No turn of the environment moves them, and they do not show in the background. Their
-    /// intensity is relative to the picture: with π, white that faces the light is 1 at 0 stops.
+    /// A soft light of SIZE degrees across, at an azimuth (−90 camera-left, 90 camera-right, 180 at the camera) and an
+    /// elevation. With an intensity of π, white that faces it is 1. Can be given several times.
+    ///
+    /// No turn of the environment moves it, and it does not show in the background.
+    #[arg(
+        long = "light",
+        value_name = "AZIMUTH,ELEVATION,SIZE,INTENSITY[,R,G,B]",
+        allow_hyphen_values = true
+    )]
     pub placed: Vec<PlacedLight>,
 }
 
