@@ -236,7 +236,7 @@ fn what_does_not_fit_is_refused() {
         compose(&scene, &set.ingredients())
             .unwrap_err()
             .to_string()
-            .contains("2 lamps")
+            .contains("weights for 2")
     );
     let mut set = Set::new(16);
     set.mask = Mask::filled(8, 16, 1.0);

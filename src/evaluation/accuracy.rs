@@ -428,7 +428,7 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(
-            error.contains("frames 5,14 among") && error.contains("--exclude-frames 5,14,25"),
+            error.contains("truth frames 5,14,") && error.contains("--exclude-frames 5,14,25"),
             "{error}"
         );
     }

@@ -186,7 +186,7 @@ fn files_that_are_no_such_network_are_refused_with_sentences() {
     }
     // A pickle that would run a command where it is unpickled as Python does.
     refusal("program.pth", b"cos\nsystem\n(S'true'\ntR.");
-    assert!(refusal("letter.txt", b"Dear reader").contains("ends in .safetensors or .pth"));
+    assert!(refusal("letter.txt", b"Dear reader").contains("not in .safetensors or .pth"));
 
     let other = refusal(
         "other.safetensors",
