@@ -293,13 +293,17 @@ fn kernels_are_timed_once(at: &Path) {
     // Earlier runs may have used a GPU.
     let _ = std::fs::remove_dir_all(at.join("cache"));
     let _ = std::fs::remove_file(&log);
-    for anew in [true, false] {
+    for first in [true, false] {
         let said = relit(at, &["--device", "gpu"]);
         if !test_support::require(Need::Gpu, said.contains("GPU (wgpu)"), &said) {
             return;
         }
         let timed = std::fs::read_to_string(&log).unwrap();
-        assert_eq!(timed.contains("Fastest result"), anew);
+        // A build without the store times them in every process.
+        assert_eq!(
+            timed.contains("Fastest result"),
+            first || !cfg!(feature = "keep-autotune")
+        );
         std::fs::remove_file(&log).unwrap();
     }
 }
@@ -630,7 +634,11 @@ fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
         "import", "film", "--shoot", "shoot", "--size", "16", "--json",
     ];
     assert_eq!(succeed(at, &import)["lamps"], 931);
-    let calibrated = succeed(at, &["calibrate", "film", "--json"]);
+    // To fit the response as well takes minutes with so many.
+    let truth = std::fs::read_to_string(at.join("shoot/truth.json")).unwrap();
+    let truth: Value = serde_json::from_str(&truth).unwrap();
+    let gamma = format!("{},{}", truth["g1"], truth["g2"]);
+    let calibrated = succeed(at, &["calibrate", "film", "--gamma", &gamma, "--json"]);
     assert_eq!(calibrated["lamps"].as_array().unwrap().len(), 931);
     let train = [
         "train", "film", "--epochs", "1", "--device", "cpu", "--json",

@@ -61,10 +61,11 @@ fn a_project_is_what_its_type_says() {
     let written = std::fs::read_to_string(folder.path().join("project.toml")).unwrap();
 
     let types = read("assets/desktop/afterlight.xml");
-    let rules = between(&types, "<match type=\"string\" offset=\"", "\">");
+    let rules = between(&types, "<match type=\"string\" offset=\"", ">");
     assert_eq!(rules.len(), 3);
     for rule in rules {
         let (offset, value) = rule.split_once("\" value=\"").unwrap();
+        let value = value.trim_end_matches('/').trim_end_matches('"');
         let value = value.replace("\\n", "\n");
         let found = written
             .find(&value)

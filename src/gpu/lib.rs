@@ -6,7 +6,7 @@ mod self_test;
 
 use base::error;
 use burn::tensor::Device;
-use burn::tensor::wgpu::WgpuSetup;
+pub use burn::tensor::wgpu::WgpuSetup;
 use clap::ValueEnum;
 use compositor::passes::PicturePasses;
 use serde::{Deserialize, Serialize};

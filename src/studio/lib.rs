@@ -54,9 +54,8 @@ pub use training::{TrainChoice, Training};
 pub use wizard::{Plan, Wizard};
 
 use base::error::{Error, Result};
-use burn::tensor::wgpu::WgpuSetup;
 use eframe::egui_wgpu::{RenderState, WgpuSetupCreateNew};
-use gpu::{DeviceChoice, Gpu, device_descriptor};
+use gpu::{DeviceChoice, Gpu, WgpuSetup, device_descriptor};
 use project::Project;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
