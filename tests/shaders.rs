@@ -15,7 +15,7 @@ fn every_shader_is_valid() {
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(&module)
             .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
-        assert!(module.entry_points.len() > 0, "{name} does nothing");
+        assert!(!module.entry_points.is_empty(), "{name} does nothing");
     }
 }
 

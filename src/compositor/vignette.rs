@@ -54,8 +54,9 @@ pub fn vignette(picture: &mut Image, lost: f32) {
 /// tan²θ at a distance of one pixel from the middle. In the corners 1 / (1 + tan²θ)² is 1 − `lost`.
 fn spread((width, height): (usize, usize), lost: f32) -> f32 {
     let corner = 0.25 * (width * width + height * height) as f32;
-    // `f32::max` takes the other side if one is NaN.
-    let kept = 1.0 - lost.max(0.0).min(LARGEST);
+    // NaN is not above 0.
+    let lost = if lost > 0.0 { lost.min(LARGEST) } else { 0.0 };
+    let kept = 1.0 - lost;
     (1.0 / kept.sqrt() - 1.0) / corner.max(1.0)
 }
 

@@ -5,6 +5,7 @@
 //! attribute `lightWeights` says in JSON which lamp each layer is of and with what weight per channel it
 //! goes into the picture, exposure included. What is behind the subject and what effects do are not in it.
 
+use super::exr_channels::color_channels;
 use base::error::{Error, Result};
 use compositor::Field;
 use compositor::reference::extend_edges;
@@ -102,7 +103,7 @@ impl LightLayers {
     /// The channels of all layers.
     pub(super) fn channels(&self) -> impl Iterator<Item = AnyChannel<FlatSamples>> + '_ {
         self.0.iter().enumerate().flat_map(|(index, layer)| {
-            super::still::color_channels(&format!("{}.", self.name(index)), &layer.picture)
+            color_channels(&format!("{}.", self.name(index)), &layer.picture)
         })
     }
 

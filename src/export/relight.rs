@@ -6,19 +6,18 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::{
-    CameraView, Extra, FieldEncoder, Grain, Identity, Ingredients, Levels, PassReport, Picture,
-    Reuse, Storage, Upstream, compose, compose_reusing,
+    EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Series,
+    Storage, Upstream, compose,
 };
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
 use light::conventions::Front;
 use light::keyframes::Keyframes;
-use light::lighting::EnvironmentWeights;
 use light::panorama::{self, ReadSettings};
 use light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use project::{KnownEnvironment, Project};
 use reflectance::Predictor;
-use scene::{Background, Effects, Output, Pass, Scene};
+use scene::{Background, Effects, Output, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -143,8 +142,8 @@ impl RelightReport {
 /// Relights the project's interview and writes it.
 ///
 /// # Errors
-/// When something is missing that has to be made first, a file cannot be read or written, or a stop
-/// was asked for: stills that were finished are kept then, a movie is not.
+/// When something that has to be made first is missing, a file cannot be read or written, or a stop was asked for:
+/// stills that were finished are kept then, a movie is not.
 pub fn relight(
     project: &Project,
     settings: &RelightSettings,
@@ -153,49 +152,108 @@ pub fn relight(
     let (first, last) = frame_range(project, settings.frames)?;
     let count = last - first + 1;
     check(&settings.files, &settings.files.to, count)?;
-    let calibration = Calibration::load(project)?;
-    let (environment, kept_front) = match &settings.read {
-        Some(read) => (read.clone(), Front::default()),
-        None => {
-            let (wanted, mapping) = (&settings.environment, settings.mapping);
-            let (found, front) = find_environment(project, wanted, mapping, progress)?;
-            (Arc::new(found), front)
-        }
-    };
-    let front = settings.front.unwrap_or(kept_front);
-    let compute = ComputeDevice::choose(settings.device);
-    progress.say(format!("The network runs on the {}", compute.description));
-    let predictor = Predictor::open(project, &compute.device)?;
-    let mut lit =
-        EnvironmentWeights::new(&environment, &calibration.rig, settings.lighting.weighting);
-    let frame_rate = project.settings.shoot.frame_rate;
-    let size = project.settings.size;
-    let mut writer = Writer::open(&settings.files, (first, last), size, frame_rate)?;
-    let mut rebuild: Option<Rebuild> = None;
-    let mut encoder = FieldEncoder::new(settings.storage);
-    let (mut levels, mut steady) = (None, None);
-    // What does not change from frame to frame is made, and copied to a GPU, once.
-    let mut reuse = Reuse::default();
-    let mut passes: Vec<PassReport> = Vec::new();
-    let mut uncovered_energy = 0.0;
+    let mut clip = Clip::open(project, settings, (first, last), progress)?;
     let started = Instant::now();
     for (done, index) in (first..=last).enumerate() {
-        progress.check(&writer.keeps())?;
-        progress.step(
-            "relighting",
-            done as u64,
-            count as u64,
-            format!("frame {index}"),
-        );
+        progress.check(&clip.writer.keeps())?;
+        let note = format!("frame {index}");
+        progress.step("relighting", done as u64, count as u64, note);
+        clip.relight_frame(index, done as f32 / count as f32)?;
+    }
+    clip.writer.finish()?;
+    progress.step("relighting", count as u64, count as u64, "");
+    for pass in &mut clip.passes {
+        pass.ms = pass.ms.map(|ms| ms / count as f64);
+    }
+    if settings.profile {
+        clip.profile(progress);
+    }
+    Ok(RelightReport {
+        frames: count,
+        ms_per_frame: started.elapsed().as_secs_f64() * 1e3 / count as f64,
+        passes: clip.passes,
+        output: clip.writer.to,
+        layers: clip.rebuild,
+        uncovered_energy: clip.uncovered_energy,
+        device: clip.compute.description,
+    })
+}
+
+/// A clip while it is relit.
+struct Clip<'a> {
+    project: &'a Project,
+    settings: &'a RelightSettings,
+    calibration: Calibration,
+    environment: Arc<Environment>,
+    /// Which way is front in it.
+    front: Front,
+    compute: ComputeDevice,
+    predictor: Predictor,
+    encoder: FieldEncoder,
+    /// At the level of the first frame, or the clip would flicker.
+    light: Option<EnvironmentLight>,
+    series: Series,
+    writer: Writer,
+    /// How well the light layers gave back the worst frame so far.
+    rebuild: Option<Rebuild>,
+    /// The passes of the newest frame, with the time of all frames so far.
+    passes: Vec<PassReport>,
+    uncovered_energy: f32,
+}
+
+impl<'a> Clip<'a> {
+    /// Reads what all frames need, and begins to write.
+    fn open(
+        project: &'a Project,
+        settings: &'a RelightSettings,
+        frames: (usize, usize),
+        progress: &Progress,
+    ) -> Result<Self> {
+        let calibration = Calibration::load(project)?;
+        let (environment, known_front) = match &settings.read {
+            Some(read) => (read.clone(), Front::default()),
+            None => {
+                let (wanted, mapping) = (&settings.environment, settings.mapping);
+                let (found, front) = find_environment(project, wanted, mapping, progress)?;
+                (Arc::new(found), front)
+            }
+        };
+        let compute = ComputeDevice::choose(settings.device);
+        progress.say(format!("The network runs on the {}", compute.description));
+        let predictor = Predictor::open(project, &compute.device)?;
+        let frame_rate = project.settings.shoot.frame_rate;
+        let size = project.settings.size;
+        Ok(Self {
+            project,
+            settings,
+            calibration,
+            environment,
+            front: settings.front.unwrap_or(known_front),
+            compute,
+            predictor,
+            encoder: FieldEncoder::new(settings.storage),
+            light: None,
+            series: Series::default(),
+            writer: Writer::open(&settings.files, frames, size, frame_rate)?,
+            rebuild: None,
+            passes: Vec::new(),
+            uncovered_energy: 0.0,
+        })
+    }
+
+    /// What frame `index` looks like, `share` of the way through the clip.
+    fn scene(&self, index: usize, share: f32) -> Scene {
+        let settings = self.settings;
         let turn = if settings.turntable {
-            360.0 * done as f32 / count as f32
+            360.0 * share
         } else {
             0.0
         };
         let key = |keys: &Keyframes| keys.at(index as f64).unwrap_or(0.0) as f32;
-        let scene = Scene {
+        let yaw_deg = settings.yaw_deg + turn + key(&settings.yaw_keys);
+        Scene {
             frame: index,
-            yaw_deg: front.turned(settings.yaw_deg + turn + key(&settings.yaw_keys)),
+            yaw_deg: self.front.turned(yaw_deg),
             lighting: Lighting {
                 intensity_stops: settings.lighting.intensity_stops + key(&settings.intensity_keys),
                 ..settings.lighting.clone()
@@ -203,72 +261,64 @@ pub fn relight(
             effects: settings.effects,
             exposure_stops: settings.exposure_stops,
             background: settings.background,
-            output: writer.output(&settings.effects),
-        };
-        let frame = Frame::load(project, &calibration.response, index)?;
-        let start = Instant::now();
-        let field = encoder.encode(predictor.predict_on_device(&frame)?, compute.passes())?;
-        let predict_ms = Some(start.elapsed().as_secs_f64() * 1e3);
-        // One level for the whole clip, or it would flicker.
-        let levels = match levels {
-            Some(levels) => levels,
-            None => {
-                let balanced = Levels::balanced(&environment, &lit.even(), &field, &frame.mask)?;
-                *levels.insert(balanced)
-            }
-        };
-        let start = Instant::now();
-        let weights = lit.weights(&scene.lighting, scene.yaw_deg, 1.0 / levels.background);
-        let weights_ms = Some(start.elapsed().as_secs_f64() * 1e3);
-        uncovered_energy = weights.uncovered;
-        let grain = (settings.effects)
-            .asks(Pass::Grain)
-            .then(|| Grain::of_plate(&frame.plate, &frame.mask, settings.effects.view));
-        let ingredients = Ingredients {
-            field: &field,
-            mask: &frame.mask,
-            weights: &weights,
-            environment: &environment,
-            levels,
-            view: CameraView::default(),
+            output: self.writer.output(&settings.effects),
+        }
+    }
+
+    /// Predicts, lights and writes a frame.
+    fn relight_frame(&mut self, index: usize, share: f32) -> Result<()> {
+        let scene = self.scene(index, share);
+        let frame = Frame::load(self.project, &self.calibration.response, index)?;
+        let started = Instant::now();
+        let predicted = self.predictor.predict_on_device(&frame)?;
+        let field = self.encoder.encode(predicted, self.compute.passes())?;
+        let predict_ms = Some(started.elapsed().as_secs_f64() * 1e3);
+        let rig = &self.calibration.rig;
+        let (light, weights_ms) = EnvironmentLight::update(
+            &mut self.light,
+            &self.environment,
+            rig,
+            &scene,
+            (&field, &frame.mask),
+        )?;
+        self.uncovered_energy = light.weights().uncovered;
+        let of = Ingredients {
             upstream: Upstream {
                 predict_ms,
                 weights_ms,
             },
             extra: Extra {
-                before: steady.as_ref(),
-                grain: grain.as_ref(),
-                second: None,
                 identity: Identity {
                     frame: index as u64,
                     ..Identity::default()
                 },
+                ..Extra::default()
             },
+            ..light.on(&field, &frame.mask)
         };
-        let picture = compose_reusing(&scene, &ingredients, &mut reuse)?;
-        let lamps = || lights(&scene, &ingredients, &calibration.rig);
-        let lights = settings.files.layers.then(lamps).transpose()?;
-        let check = writer.write(index, &picture, lights)?;
-        rebuild = match (rebuild, check) {
+        let plate = (&frame.plate, &frame.mask);
+        let picture = self.series.compose(&scene, plate, &of)?;
+        let lamps = || lights(&scene, &of, rig);
+        let lights = self.settings.files.layers.then(lamps).transpose()?;
+        let check = self.writer.write(index, &picture, lights)?;
+        self.rebuild = match (self.rebuild, check) {
             (Some(worst), Some(check)) => Some(worst.and(check)),
             (worst, check) => worst.or(check),
         };
-        steady = picture.steady.clone();
-        add_times(&mut passes, picture);
+        add_times(&mut self.passes, picture);
+        Ok(())
     }
-    writer.finish()?;
-    progress.step("relighting", count as u64, count as u64, "");
-    for pass in &mut passes {
-        pass.ms = pass.ms.map(|ms| ms / count as f64);
-    }
-    if settings.profile {
-        progress.say(conventions::sentence(front.turned(settings.yaw_deg)));
-        progress.say(match compute.passes() {
-            Some(_) => "The passes ran on the GPU; their times are its own clock's",
-            None => "The passes ran on the CPU; their times are by the wall",
+
+    /// Says what each pass did and took.
+    fn profile(&self, progress: &Progress) {
+        let turned = self.front.turned(self.settings.yaw_deg);
+        progress.say(conventions::sentence(turned));
+        progress.say(match self.compute.passes() {
+            Some(_) => "The passes ran on the GPU, timed by its own clock",
+            None => "The passes ran on the CPU, timed by the wall clock",
         });
-        progress.say(encoder.sentence());
-        for pass in &passes {
+        progress.say(self.encoder.sentence());
+        for pass in &self.passes {
             let time = match pass.ms {
                 None => "   not timed".to_owned(),
                 Some(ms) if pass.ran || ms > 0.0 => format!("{ms:9.3} ms"),
@@ -277,15 +327,6 @@ pub fn relight(
             progress.say(format!("{:16} {time}  {}", pass.name, pass.reason));
         }
     }
-    Ok(RelightReport {
-        frames: count,
-        ms_per_frame: started.elapsed().as_secs_f64() * 1e3 / count as f64,
-        passes,
-        output: writer.to,
-        layers: rebuild,
-        uncovered_energy,
-        device: compute.description,
-    })
 }
 
 /// The subject under each lamp, and under all of them as the compositor sums them: without what is behind it

@@ -1,15 +1,15 @@
 //! One picture as a file.
 
+use super::exr_channels::{color_channels, half};
 use super::format::Bits;
 use super::layers::LightLayers;
 use super::rational_rate;
 use super::time_code::TimeCode;
 use base::error::{Error, Result};
 use compositor::{Picture, code};
-use exr::prelude::{AnyChannel, FlatSamples, f16};
+use exr::prelude::{AnyChannel, FlatSamples};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
-use imaging::Image;
 use imaging::color::byte_from_unit;
 use imaging::file::{io_error, write_beside};
 use std::io::Write;
@@ -80,19 +80,6 @@ pub fn write_still_png(path: &Path, picture: &Picture, bits: Bits) -> Result<()>
 /// A 16-bit code of a value in `[0, 1]`, rounded to nearest.
 pub(super) fn word_from_unit(value: f32) -> u16 {
     (value.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16
-}
-
-fn half(value: f32) -> f16 {
-    f16::from_f32(value.clamp(-65504.0, 65504.0))
-}
-
-/// Channels R, G and B whose names begin with `prefix`. Values beyond half floats are clipped to ±65504.
-pub(super) fn color_channels(prefix: &str, picture: &Image) -> [AnyChannel<FlatSamples>; 3] {
-    [0, 1, 2].map(|c| {
-        let name = format!("{prefix}{}", ["R", "G", "B"][c]);
-        let values = picture.pixels.iter().map(|pixel| half(pixel[c]));
-        AnyChannel::new(name.as_str(), FlatSamples::F16(values.collect()))
-    })
 }
 
 /// Writes linear light with premultiplied alpha as a half-float, ZIP-compressed OpenEXR picture, with its
@@ -191,7 +178,7 @@ pub(super) mod tests {
     use compositor::reference::view;
     use exr::meta::attribute::{AttributeValue, Text};
     use imaging::color::srgb_from_linear;
-    use imaging::{Mask, Raster, file};
+    use imaging::{Image, Mask, Raster, file};
     use scene::ViewTransform;
 
     /// A flat picture, premultiplied, whose alpha falls from left to right where it is not opaque.

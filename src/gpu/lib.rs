@@ -1,5 +1,6 @@
 //! Where the network runs: on a hardware GPU whose results agree with the CPU's, else on burn's CPU backend. Network,
-//! passes and window share one GPU, so that what the network computes can be lit and shown without a copy.
+//! passes and window share one GPU, so that what the network computes is lit there without a copy; the finished picture
+//! is read back for the window.
 
 mod autotune;
 mod self_test;

@@ -74,7 +74,7 @@ impl StageSettings {
             }
             Err(Error::invalid(
                 format!(
-                    "the virtual stage cannot have {value} {what}: expected {} to {}",
+                    "the virtual stage can have from {} to {} {what}, not {value}",
                     range.start(),
                     range.end()
                 ),

@@ -332,7 +332,7 @@ fn what_cannot_be_made_is_refused_with_a_sentence() {
             .unwrap_err()
             .to_string();
         assert!(
-            error.contains(word) && error.contains("expected"),
+            error.contains(word) && error.contains("can have from"),
             "{error}"
         );
     }
