@@ -304,13 +304,13 @@ fn remembered_pictures_have_the_layers_of_new_ones() {
         picture: PictureKind::Olat(lamp),
     };
     let pictures = random([5, 3, 64, 64], &device);
-    let again = features.network.forward(pictures.clone());
+    let anew = features.network.forward(pictures.clone());
     for lamps in [vec![2], vec![1, 2, 4], vec![0, 1, 2, 3, 4], vec![4, 0]] {
         let names: Vec<PictureId> = lamps.iter().copied().map(name).collect();
         let some = rows(pictures.clone(), &lamps);
         let layers = features.known.layers(&features.network, some, &names);
-        for (layer, again) in layers.into_iter().zip(&again) {
-            assert_eq!(values(layer), values(rows(again.clone(), &lamps)));
+        for (layer, anew) in layers.into_iter().zip(&anew) {
+            assert_eq!(values(layer), values(rows(anew.clone(), &lamps)));
         }
     }
 }
