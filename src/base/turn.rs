@@ -14,12 +14,12 @@ mod tests {
 
     #[test]
     fn a_greedy_thread_starves_no_other() {
-        const MOST_STEPS: u32 = 1000;
+        const MAX_STEPS: u32 = 1000;
         let device = const_fair_mutex(());
         let (steps, served) = (AtomicU32::new(0), AtomicBool::new(false));
         let waited = std::thread::scope(|scope| {
             scope.spawn(|| {
-                while steps.load(Ordering::SeqCst) < MOST_STEPS && !served.load(Ordering::SeqCst) {
+                while steps.load(Ordering::SeqCst) < MAX_STEPS && !served.load(Ordering::SeqCst) {
                     let _turn = device.lock();
                     std::thread::sleep(Duration::from_millis(1));
                     steps.fetch_add(1, Ordering::SeqCst);
@@ -35,7 +35,7 @@ mod tests {
         });
         // One step while it asks and one while it waits; more only where the system lets this thread rest. A lock
         // that is not fair goes to the greedy thread nearly every time.
-        assert!(waited < MOST_STEPS / 4, "{waited} steps");
+        assert!(waited < MAX_STEPS / 4, "{waited} steps");
     }
 
     #[test]

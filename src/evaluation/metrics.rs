@@ -16,7 +16,7 @@ pub const SUBJECT: f32 = 0.98;
 const GAMMA: f64 = 2.2;
 
 /// The largest PSNR: pictures that are more alike count as equal, so that reports hold only finite numbers.
-pub const MOST_DECIBELS: f64 = 120.0;
+pub const MAX_DECIBELS: f64 = 120.0;
 
 /// Pictures of one frame that are measured together, with their truths: one relit picture, or the
 /// frame under every lamp. All have the size of the matte.
@@ -155,7 +155,7 @@ pub(super) fn pooled(decibels_of: impl ExactSizeIterator<Item = f64>) -> f64 {
 
 /// A mean square error as PSNR, with 1 as the peak.
 fn decibels(error: f64) -> f64 {
-    (-10.0 * error.log10()).min(MOST_DECIBELS)
+    (-10.0 * error.log10()).min(MAX_DECIBELS)
 }
 
 /// The percentile of the values, interpolated linearly as numpy does. At least the smallest normal number, so that black truth has an exposure.
@@ -316,7 +316,7 @@ mod tests {
         for y in 0..9 {
             spoilt.pixels[y * 12 + 8] = [f32::NAN, 1e9, -5.0];
         }
-        assert_eq!(one(&spoilt, &picture(3), &mask).mean_db, MOST_DECIBELS);
+        assert_eq!(one(&spoilt, &picture(3), &mask).mean_db, MAX_DECIBELS);
     }
 
     #[test]

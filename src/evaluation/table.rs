@@ -1,7 +1,7 @@
 //! Scores as a Markdown table, for `docs/accuracy.md`.
 
 use super::accuracy::Scores;
-use super::metrics::MOST_DECIBELS;
+use super::metrics::MAX_DECIBELS;
 use std::collections::BTreeSet;
 
 /// One line of the table.
@@ -22,7 +22,7 @@ pub fn markdown(rows: &[Row]) -> String {
         .collect();
     let decibels = |db: Option<&f64>| match db {
         None => "–".to_owned(),
-        Some(&db) if db >= MOST_DECIBELS => "exact".to_owned(),
+        Some(&db) if db >= MAX_DECIBELS => "exact".to_owned(),
         Some(db) => format!("{db:.1}"),
     };
     let mut table = String::from("| method |");
@@ -60,7 +60,7 @@ mod tests {
             olat_psnr_by_frame_db: BTreeMap::new(),
             olat_psnr_by_lamp_db: BTreeMap::new(),
         };
-        let (a, b) = (scores("grace", Some(MOST_DECIBELS)), scores("pisa", None));
+        let (a, b) = (scores("grace", Some(MAX_DECIBELS)), scores("pisa", None));
         let table = markdown(&[
             Row {
                 name: "ratio",

@@ -8,7 +8,7 @@
 
 use super::amx;
 use super::convolution::Shape;
-use super::tile::{self, Factor, MOST_POSITIONS, ROWS, Tile};
+use super::tile::{self, Factor, MAX_POSITIONS, ROWS, Tile};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -30,7 +30,7 @@ impl Band {
     pub fn new(shape: &Shape, from: usize, rows: usize) -> Self {
         let stride = shape.width + shape.radius();
         let used = rows * stride;
-        let plane = used.next_multiple_of(MOST_POSITIONS).next_multiple_of(16)
+        let plane = used.next_multiple_of(MAX_POSITIONS).next_multiple_of(16)
             + 2 * shape.radius() * (stride + 1);
         // An odd number of cache lines between channels spreads them over the cache's sets.
         let plane = (plane.div_ceil(16) | 1) * 16;
@@ -109,7 +109,7 @@ impl WithSimd for Product<'_, '_> {
             channel_stride: self.band.plane,
             taps: &self.band.taps,
         };
-        let mut tile: Tile = [[0.0; MOST_POSITIONS]; ROWS];
+        let mut tile: Tile = [[0.0; MAX_POSITIONS]; ROWS];
         for position in (0..self.band.positions()).step_by(step) {
             for (i, planes) in self.out.chunks_mut(ROWS).enumerate() {
                 let channel = |r: usize| self.first + i * ROWS + r.min(planes.len() - 1);

@@ -3,8 +3,8 @@
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
-/// The least number of elements that is given to a thread: below, waking it costs more than it
-/// brings. Work of less than two such shares stays on the calling thread.
+/// The fewest elements worth a thread: with fewer, waking it costs more than it gains. Work of less than two
+/// such shares stays on the calling thread.
 pub const WORTH_A_THREAD: usize = 1 << 14;
 
 /// Runs `work` with the processor's widest vectors.
@@ -31,7 +31,7 @@ pub fn vectorized<T>(work: impl FnMut() -> T) -> T {
 }
 
 /// Calls `work(index, chunk)` for each chunk of `size` elements of `out` (the last may be shorter)
-/// and returns the answers in order.
+/// and returns the results in order.
 ///
 /// `work` runs [`vectorized`], so it should be `#[inline(always)]`.
 pub fn each_chunk<T: Send>(
@@ -52,7 +52,7 @@ pub fn each_chunk<T: Send>(
         .collect()
 }
 
-/// Calls `work(index)` for `count` pieces of work on `size` elements each and returns the answers
+/// Calls `work(index)` for `count` pieces of work on `size` elements each and returns the results
 /// in order. Like that of [`each_chunk`], `work` should be `#[inline(always)]`.
 pub fn each_index<T: Send>(count: usize, size: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let work = |index: usize| {

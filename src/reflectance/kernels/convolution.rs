@@ -6,7 +6,7 @@ use super::band::{Weights, convolve};
 use super::chunks::vectorized;
 use super::correlation::correlate;
 use super::pointwise;
-use super::tile::MOST_POSITIONS;
+use super::tile::MAX_POSITIONS;
 use super::unfolded;
 use rayon::prelude::*;
 
@@ -81,7 +81,7 @@ impl Activation {
 
 /// The gradients of a convolution.
 pub struct Gradients {
-    /// `[batch, inputs, height, width]`, where it was asked for.
+    /// `[batch, inputs, height, width]`, if it was asked for.
     pub input: Option<Vec<f32>>,
     /// By the weights, `[outputs, inputs, kernel, kernel]`, and by the biases, `[outputs]`, where they
     /// were asked for.
@@ -101,7 +101,7 @@ impl Shape {
     /// The same shape on tile registers, where there are any, the precision allows it, and channels fill
     /// them.
     pub fn with_precision(self, precision: Precision) -> Self {
-        let fills = self.inputs.min(self.outputs) >= amx::LEAST_CHANNELS && self.plane() > SMALL;
+        let fills = self.inputs.min(self.outputs) >= amx::MIN_CHANNELS && self.plane() > SMALL;
         let tiles = match precision {
             _ if !fills || !amx::available() => None,
             Precision::Full => None,
@@ -113,7 +113,7 @@ impl Shape {
 
     /// Whether pictures are unfolded, where that is faster up to so many pixels.
     fn unfolds(&self, most: usize) -> bool {
-        self.tiles.is_none() && self.plane() <= most && self.columns() >= MOST_POSITIONS
+        self.tiles.is_none() && self.plane() <= most && self.columns() >= MAX_POSITIONS
     }
 
     pub(super) fn radius(&self) -> usize {
@@ -212,7 +212,7 @@ pub fn forward(
 }
 
 /// The gradients of [`forward`], from its output and the gradient of its output. Those by the input and
-/// by the parameters cost alike; what nobody asks for is not computed.
+/// by the parameters cost about the same; only those that are asked for are computed.
 pub fn backward(
     shape: &Shape,
     x: Sources,

@@ -22,12 +22,12 @@ pub struct Losses<'a> {
     pub settings: Settings,
 }
 
-/// The numbers among what decides the losses.
+/// The scalar settings of the losses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// OLATs are multiplied with it before they are encoded and compared.
+    /// The factor on OLATs before they are encoded and compared.
     pub gain: f32,
-    /// The true OLATs are moved by so many columns to the right and rows down; black comes in.
+    /// Columns to the right and rows down by which the true OLATs are shifted; new pixels are black.
     pub shift: [i64; 2],
     /// λ1.
     pub reconstruction: f32,
@@ -159,7 +159,7 @@ impl Losses<'_> {
         (loss, relit)
     }
 
-    /// A true OLAT, moved.
+    /// A true OLAT, shifted.
     fn shifted<'a>(&self, olat: &'a [f32]) -> std::borrow::Cow<'a, [f32]> {
         let ([h, w], [dx, dy]) = (self.size, self.settings.shift);
         if [dx, dy] == [0, 0] {

@@ -79,8 +79,8 @@ pub fn convolution(
     convolve(x, skip, layer.weight.val(), bias, activation, precision)
 }
 
-/// Some outputs of a [`convolution`], in the order in which they are named; nothing is computed for
-/// others.
+/// Some outputs of a [`convolution`], in the given order; the others are not
+/// computed.
 pub fn some_outputs(
     x: Tensor<4>,
     skip: Option<Tensor<4>>,
@@ -221,7 +221,7 @@ fn instance_norm(x: Tensor<4>, norm: &BatchNorm) -> Tensor<4> {
     y.reshape([n, c, h, w])
 }
 
-/// What the network's output is compared with, `[1, 3, h, w]` where nothing else is said.
+/// The inputs of the losses besides the network's output, `[1, 3, h, w]` unless noted.
 pub struct LossInputs<'a> {
     /// Linear light that an output of 1 stands for.
     pub light: Tensor<4>,

@@ -5,7 +5,7 @@ use pulp::Simd;
 /// Rows of a tile of a [`Product`] and of a [`correlation`].
 pub const ROWS: usize = 4;
 /// Most positions that a tile of a [`Product`] covers, whatever the processor.
-pub const MOST_POSITIONS: usize = 5 * 16;
+pub const MAX_POSITIONS: usize = 5 * 16;
 
 /// One factor of a product: element (channel, tap) of row or position `i` lies at
 /// `channel · channel_stride + taps[tap] + i`.
@@ -16,8 +16,8 @@ pub struct Factor<'a> {
     pub taps: &'a [usize],
 }
 
-/// A tile of sums, row by row, `MOST_POSITIONS` places for each.
-pub type Tile = [[f32; MOST_POSITIONS]; ROWS];
+/// A tile of sums, row by row, `MAX_POSITIONS` places for each.
+pub type Tile = [[f32; MAX_POSITIONS]; ROWS];
 
 /// Positions that a tile of a [`Product`] covers on this processor.
 #[inline(always)]

@@ -6,7 +6,7 @@ use super::band::Band;
 use super::chunks::WORTH_A_THREAD;
 use super::convolution::{Activation, Shape, Sources};
 use super::correlation::add;
-use super::tile::{self, Factor, MOST_POSITIONS, ROWS, Tile};
+use super::tile::{self, Factor, MAX_POSITIONS, ROWS, Tile};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ impl Unfolded {
         band.fill(shape, shape.inputs, &mut copy, |c, y, into| {
             into.copy_from_slice(shape.input_row(x, picture, c, y));
         });
-        let row_length = shape.columns().next_multiple_of(MOST_POSITIONS);
+        let row_length = shape.columns().next_multiple_of(MAX_POSITIONS);
         let mut values = vec![0.0; shape.plane() * row_length];
         let rows = values.par_chunks_mut(row_length).enumerate();
         let least = (WORTH_A_THREAD / row_length).max(1);
@@ -188,7 +188,7 @@ impl WithSimd for ByWeights<'_> {
             channel_stride: self.unfolded.row_length,
             taps: &[0],
         };
-        let mut tile: Tile = [[0.0; MOST_POSITIONS]; ROWS];
+        let mut tile: Tile = [[0.0; MAX_POSITIONS]; ROWS];
         for column in (0..self.columns).step_by(step) {
             let run = step.min(self.columns - column);
             let blocks = self.weight.chunks_mut(ROWS * self.columns);
@@ -212,7 +212,7 @@ impl WithSimd for ByWeights<'_> {
 }
 
 /// Columns that a task of [`by_input`] takes: so many that weights are read in runs of a kilobyte.
-const COLUMNS: usize = 3 * MOST_POSITIONS;
+const COLUMNS: usize = 3 * MAX_POSITIONS;
 
 /// The gradient by the input: what every pixel sends through each weight, `[columns, pixels]`, folded
 /// back to where it came from.
@@ -232,17 +232,17 @@ pub fn by_input(
 
 fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
     let (columns, pixels) = (shape.columns(), shape.plane());
-    let mut sent = vec![0.0; columns.div_ceil(COLUMNS) * pixels * COLUMNS];
-    let blocks = sent.par_chunks_mut(pixels * COLUMNS).enumerate();
-    blocks.for_each(|(block, sent)| {
-        Arch::new().dispatch(Sent {
+    let mut spread = vec![0.0; columns.div_ceil(COLUMNS) * pixels * COLUMNS];
+    let blocks = spread.par_chunks_mut(pixels * COLUMNS).enumerate();
+    blocks.for_each(|(block, spread)| {
+        Arch::new().dispatch(SpreadGradient {
             gradient,
             weight,
             pixels,
             outputs: shape.outputs,
             columns,
             first: block * COLUMNS,
-            sent,
+            spread,
         });
     });
     let (taps, radius) = (shape.taps(), shape.radius());
@@ -251,7 +251,7 @@ fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
     planes.with_min_len(least).for_each(|(channel, plane)| {
         for tap in 0..taps {
             let column = channel * taps + tap;
-            let sent = &sent[column / COLUMNS * pixels * COLUMNS + column % COLUMNS..];
+            let spread = &spread[column / COLUMNS * pixels * COLUMNS + column % COLUMNS..];
             let (ky, kx) = (tap / shape.kernel, tap % shape.kernel);
             // The pixels whose kernel reaches inside the picture with this tap.
             let ys = radius.saturating_sub(ky)
@@ -261,15 +261,15 @@ fn fold(shape: &Shape, weight: &[f32], gradient: &[f32], input: &mut [f32]) {
             for y in ys {
                 for x in xs.clone() {
                     let to = (y + ky - radius) * shape.width + x + kx - radius;
-                    plane[to] += sent[(y * shape.width + x) * COLUMNS];
+                    plane[to] += spread[(y * shape.width + x) * COLUMNS];
                 }
             }
         }
     });
 }
 
-/// sent = gradientᵀ · weight for a block of columns.
-struct Sent<'a> {
+/// spread = gradientᵀ · weight, for a block of columns.
+struct SpreadGradient<'a> {
     gradient: &'a [f32],
     weight: &'a [f32],
     pixels: usize,
@@ -277,10 +277,10 @@ struct Sent<'a> {
     columns: usize,
     first: usize,
     /// `[pixels, COLUMNS]`
-    sent: &'a mut [f32],
+    spread: &'a mut [f32],
 }
 
-impl WithSimd for Sent<'_> {
+impl WithSimd for SpreadGradient<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -296,7 +296,7 @@ impl WithSimd for Sent<'_> {
             channel_stride: self.columns,
             taps: &[0],
         };
-        let mut tile: Tile = [[0.0; MOST_POSITIONS]; ROWS];
+        let mut tile: Tile = [[0.0; MAX_POSITIONS]; ROWS];
         let last = self.columns.min(self.first + COLUMNS);
         for column in (self.first..last).step_by(step) {
             // The last tile of all is moved back so that it ends with the weights; what it then holds of
@@ -317,7 +317,7 @@ impl WithSimd for Sent<'_> {
                 for (r, sums) in tile.iter().take(used).enumerate() {
                     let start = (pixel + r) * COLUMNS + column - self.first;
                     let run = run.min(step - skipped);
-                    self.sent[start..start + run].copy_from_slice(&sums[skipped..skipped + run]);
+                    self.spread[start..start + run].copy_from_slice(&sums[skipped..skipped + run]);
                 }
             }
         }

@@ -22,7 +22,7 @@ pub use product::convolve;
 pub use tiles::available;
 
 /// Inputs and outputs from which tiles are filled well enough: with fewer, vectors are faster.
-pub const LEAST_CHANNELS: usize = 16;
+pub const MIN_CHANNELS: usize = 16;
 
 /// How f32 factors become factors of bf16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
