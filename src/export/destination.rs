@@ -76,7 +76,7 @@ impl Destination {
         self.files(first, last).filter(|file| file.exists()).count()
     }
 
-    /// Refuses several frames where there is one file for all of them.
+    /// Refuses several frames if there is one file for all of them.
     ///
     /// # Errors
     /// Says how to write a pattern.

@@ -113,7 +113,7 @@ pub struct RelightReport {
     pub passes: Vec<PassReport>,
     /// Where it was written, with the number of frames as it was asked for.
     pub output: String,
-    /// How well the light layers gave back the relit subject, where they were asked for.
+    /// How well the light layers gave back the relit subject, if they were asked for.
     pub layers: Option<Rebuild>,
     /// Share of the environment's energy that comes from where no lamp is.
     pub uncovered_energy: f32,

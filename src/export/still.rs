@@ -24,7 +24,7 @@ pub struct About<'a> {
     pub frame_rate: f64,
     /// Of a PNG.
     pub bits: Bits,
-    /// Of an EXR, where it is to have any.
+    /// Of an EXR, if it is to have any.
     pub layers: Option<&'a LightLayers>,
 }
 
@@ -136,7 +136,7 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
 }
 
 /// Display codes with straight alpha, all in `[0, 1]`: RGB is divided by alpha in linear light. Where
-/// the picture is opaque these are its display codes. None where light is needed and not there.
+/// the picture is opaque these are its display codes. None if light is needed and missing.
 pub(super) fn straight(picture: &Picture) -> Option<impl Iterator<Item = [f32; 4]> + '_> {
     let codes = picture.display.as_ref().map(|display| &display.0);
     let light = picture.linear.as_ref();

@@ -17,7 +17,7 @@ pub struct TimeCode {
 }
 
 impl TimeCode {
-    /// The time of frame `frame` of a clip of `frame_rate` frames per second; after a day it starts anew.
+    /// The time of frame `frame` of a clip of `frame_rate` frames per second; after a day it starts again.
     pub fn of(frame: usize, frame_rate: f64) -> Self {
         let rate = frame_rate.round().clamp(1.0, 1000.0) as usize;
         let seconds = frame / rate;

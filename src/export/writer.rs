@@ -16,7 +16,7 @@ pub(super) struct Writer {
     destination: Destination,
     clip: Option<ClipWriter>,
     frame_rate: f64,
-    /// Width and height that are asked for, where they are not the pictures' own.
+    /// Width and height that are asked for; None if they are the pictures' own.
     size: Option<usize>,
     /// Frames that were written.
     done: usize,

@@ -34,7 +34,7 @@ pub struct ProbeView {
     /// The silhouette that all of this is by, and the project's own.
     pub circle: Circle,
     pub kept: Circle,
-    /// How well a rim is seen there; the circle that the photographs show. Sentences where there is none.
+    /// How well a rim is seen there; the circle that the photographs show. Sentences if there is none.
     pub rim: std::result::Result<Silhouette, String>,
     pub found: std::result::Result<Silhouette, String>,
     /// What the calibration found wrong with the lamps, a sentence each.
@@ -55,7 +55,7 @@ pub struct ProbeView {
 #[derive(Clone, Debug)]
 pub struct SeenLamp {
     pub lamp: Lamp,
-    /// Pixels of the photograph; none where the ball does not show it.
+    /// Pixels of the photograph; None if the ball does not show it.
     pub on_ball: Option<[f32; 2]>,
 }
 
@@ -129,7 +129,7 @@ impl CalibrationStudy {
         }
     }
 
-    /// Forgets what depends on the calibration where that may be another.
+    /// Forgets what depends on the calibration, if that may have changed.
     pub fn renew(&mut self, calibrations: u64) {
         if self.calibrations.replace(calibrations) != Some(calibrations) {
             *self = Self {

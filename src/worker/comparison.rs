@@ -22,7 +22,7 @@ pub enum Comparison {
 }
 
 impl PartialEq for Comparison {
-    /// Environments are equal where they are one and the same.
+    /// Environments are equal if they are the same one.
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Plate, Self::Plate) => true,
@@ -35,7 +35,7 @@ impl PartialEq for Comparison {
     }
 }
 
-/// OLATs that were not predicted by the network at hand.
+/// OLATs that the current network did not predict.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum ComparisonSource {
     /// Those that were photographed in this pose.

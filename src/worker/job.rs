@@ -161,7 +161,7 @@ impl Job {
         }
     }
 
-    /// The folder of the project that this job writes into, where it does.
+    /// The folder of the project that this job writes into; None if it writes into none.
     pub fn writes(&self) -> Option<PathBuf> {
         match self {
             Self::Import { project, .. }

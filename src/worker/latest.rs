@@ -17,7 +17,7 @@ impl<T> Latest<T> {
         }
     }
 
-    /// Replaces the value and wakes whoever takes it.
+    /// Replaces the value and calls `wake`.
     pub fn put(&self, value: T) {
         *self.slot.lock() = Some(value);
         (self.wake)();

@@ -19,7 +19,7 @@ pub(super) trait Request: Send + 'static {
     }
 }
 
-/// Requests to one thread. Whoever puts one in never waits.
+/// Requests to one thread. Putting one in never waits.
 pub(super) struct Mailbox<R> {
     waiting: Mutex<Waiting<R>>,
     changed: Condvar,

@@ -31,7 +31,7 @@ pub(super) enum Done {
     Blocked(Blocked),
     Predicted(PredictedFrame),
     Compared(usize, FoundComparison),
-    /// It was asked of an older network: whoever still wants it asks again.
+    /// It was asked of an older network; it is asked for again if it is still wanted.
     Outdated,
 }
 
@@ -149,7 +149,7 @@ where
             }
             Err(e) => {
                 failed(e.to_string());
-                // Another device is needed. What was asked of this one is asked for again by whoever still wants it.
+                // Another device is needed. What is still wanted of this one is asked for again.
                 if matches!(e, Error::GpuLost) && !matches!(request, NetworkRequest::Open) {
                     self.own.put(NetworkRequest::Open);
                 }

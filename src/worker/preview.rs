@@ -20,7 +20,7 @@ pub struct PreviewRequest {
     pub first: Option<Comparison>,
     /// What it is compared with.
     pub second: Option<Comparison>,
-    /// Lamps that light the subject alone, each as bright as half of an even light; none is the light.
+    /// Lamps that light the subject alone, each as bright as half of an even light; none means all of them.
     pub solo: Vec<usize>,
     /// Something is being dragged: a picture that is soon there is better than a sharp one.
     pub dragged: bool,
@@ -61,7 +61,7 @@ pub struct PreviewPicture {
     pub uncovered: f32,
     /// The lamps.
     pub rig: Arc<Rig>,
-    /// Frames whose field is at hand.
+    /// Frames whose field is in memory.
     pub frames_at_hand: HashSet<usize>,
     /// The frame and its field.
     pub predicted: Arc<PredictedFrame>,

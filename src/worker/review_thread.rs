@@ -29,7 +29,7 @@ pub struct LampSheet {
 /// What a project keeps of its review.
 #[derive(Clone, Debug)]
 pub struct SavedReview {
-    /// The figures, where there are any.
+    /// The figures; None before the first measurement.
     pub review: Option<Arc<Review>>,
     /// What has changed since they were measured, as the subject of a sentence.
     pub outdated: Option<&'static str>,
