@@ -45,6 +45,8 @@ pub struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
+// One command is parsed in a run: its size does not matter.
+#[allow(clippy::large_enum_variant)]
 enum Command {
     Stage(StageArgs),
     Import(ImportArgs),
