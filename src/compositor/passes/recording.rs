@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::Image;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-/// Passes that are recorded, in order. The GPU begins when something is read: [`Self::look`] or
+/// Passes that are recorded, in order. The GPU begins when something is read: [`Self::read`], [`Self::pixel`] or
 /// [`Self::finish`].
 pub struct Recording<'a> {
     passes: &'a PicturePasses,
