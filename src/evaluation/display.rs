@@ -6,7 +6,7 @@ use imaging::{Encoded, Image, Mask, color::luminance};
 /// The subject's mean luminance over a displayed set of OLATs.
 const DISPLAY_LEVEL: f32 = 0.12;
 
-/// The gain that brings a set of OLATs to [`DISPLAY_LEVEL`].
+/// The gain that brings a set of OLATs to `DISPLAY_LEVEL`.
 pub fn display_gain<'a>(olats: impl Iterator<Item = &'a Image>, mask: &Mask) -> f32 {
     let (mut sum, mut count) = (0f64, 0u64);
     for olat in olats {
