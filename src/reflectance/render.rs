@@ -23,7 +23,7 @@ pub fn encoded_white() -> f32 {
     (1.0 + OFFSET).powf(POWER) - OFFSET.powf(POWER)
 }
 
-/// The OLATs that a network's output stands for: `[1, 3·lamps, h, w]` in (0, 1) and the [`light`] of an
+/// The OLATs that a network's output stands for: `[1, 3·lamps, h, w]` in (0, 1) and the [`light()`] of an
 /// output of 1 → linear OLATs `[lamps, 3, h, w]`.
 pub fn olats(output: Tensor<4>, light: &Tensor<4>) -> Tensor<4> {
     let [_, channels, h, w] = output.dims();

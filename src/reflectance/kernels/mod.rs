@@ -2,7 +2,7 @@
 //! on other devices compositions of burn's operations; callers cannot tell which.
 //!
 //! To add one: write it and its gradient as pure functions on slices in a file here, declare it in
-//! [`operations::Kernels`], implement it there for `Flex` and, with its gradient, for
+//! `operations::Kernels`, implement it there for `Flex` and, with its gradient, for
 //! `Autodiff<Flex, C>`, and give it a function here that falls back to burn's operations.
 
 mod adam;
