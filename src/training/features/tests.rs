@@ -173,7 +173,7 @@ fn files_that_are_no_such_network_are_refused_with_sentences() {
         .err()
         .unwrap();
     assert!(
-        missing.to_string().starts_with("cannot read nowhere.pth"),
+        missing.to_string().starts_with("cannot open nowhere.pth"),
         "{missing}"
     );
     let shapes = squeezenet_shapes();
