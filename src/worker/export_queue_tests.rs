@@ -64,10 +64,12 @@ fn exports_are_written_one_after_the_other_and_behind_the_job_in_hand() {
     );
     drop(job);
     wait_until(&worker, first, |s| *s == ExportStatus::Running);
+    let refused = worker.work("another", |_| Ok(String::new()));
     assert!(
-        !worker.work("another", |_| Ok(String::new())),
-        "an export is in hand"
+        matches!(refused, Err(Error::Busy { .. })),
+        "an export is running"
     );
+    assert_eq!(worker.running_job(), None, "an export is no job");
     assert_eq!(status(&worker, second), Some(ExportStatus::Waiting));
     for _ in 0..3 {
         tell_first.send(()).unwrap();
