@@ -206,8 +206,12 @@ impl StudioApp {
         self.receive_events();
         self.readers.receive(&self.ctx);
         self.open_made();
+        self.exports.destination.receive();
         let unsaved = self.autosave.failures().chain(self.library.receive());
-        let failures = unsaved.chain(self.readers.inspector.failure());
+        let unread = self.readers.inspector.failure();
+        let failures = unsaved
+            .chain(unread)
+            .chain(self.exports.destination.failure());
         failures.for_each(|failure| self.status.refuse(failure));
     }
 
@@ -310,7 +314,7 @@ impl eframe::App for StudioApp {
         }
         self.receive();
         let mut commands = Vec::new();
-        commands.extend(self.dialogs.chosen());
+        commands.extend(self.chosen());
         keys::pressed(&self.ctx, self.state.active, &mut commands);
         self.dropped(&mut commands);
         self.draw(ui, &mut commands);

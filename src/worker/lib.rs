@@ -1,6 +1,6 @@
 //! The work behind a window: one thread owns the network, one relights, one runs jobs; others read panoramas, look
 //! at the calibration, review the network, write the list of environments and look things up on the disk. All are of
-//! one kind, `background::Background`. None of them is ever waited for; numbers and sentences come back as
+//! one kind, [`background::Background`]. None of them is ever waited for; numbers and sentences come back as
 //! [`Event`]s, pictures through [`Latest`] slots.
 //!
 //! ```text
@@ -14,7 +14,7 @@
 //! for.
 
 mod adaptive_resolution;
-mod background;
+pub mod background;
 mod cache;
 mod calibration_study;
 mod calibration_thread;
