@@ -69,8 +69,8 @@ impl Session {
     pub fn can_leave(&self) -> Result<(), String> {
         match self.worker.as_ref().and_then(Worker::running_job) {
             Some(job) => Err(format!(
-                "Opening a project would stop the running job: {job}. Wait until it ends, or stop it first: with \
-                 Stop beside its progress, or with the command Stop the job"
+                "Opening a project would stop the running job: {job}. Wait until it ends, or stop it first: Stop beside its \
+                 progress, or \"Stop the job\" in the list of commands"
             )),
             None => Ok(()),
         }
