@@ -18,6 +18,8 @@ mod footage;
 mod keyframes;
 #[path = "studio/live.rs"]
 mod live;
+#[path = "studio/on_gpu.rs"]
+mod on_gpu;
 #[path = "studio/project.rs"]
 mod project;
 #[path = "studio/refusals.rs"]

@@ -33,9 +33,10 @@ use super::wizard::Wizard;
 use super::{keys, theme};
 use autosave::Autosave;
 use dialogs::Dialogs;
+use eframe::egui_wgpu::RenderState;
 use egui::Context;
 use exports::Exports;
-use gpu::DeviceChoice;
+use gpu::{DeviceChoice, Gpu};
 use picker::ProjectPicker;
 use preview::Preview;
 use project::Project;
@@ -104,6 +105,13 @@ impl StudioApp {
         let worker = Worker::over(source, app.wake());
         app.open(project, worker);
         app
+    }
+
+    /// Draws what the network's GPU made from there, if the window draws with the same GPU.
+    pub fn drawn_with(mut self, window: RenderState) -> Self {
+        self.preview = Preview::drawn_by(Gpu::is_shared(&window.device));
+        self.view.draw_with(window);
+        self
     }
 
     fn empty(ctx: &Context, preferences: Preferences, device: DeviceChoice) -> Self {
@@ -273,7 +281,8 @@ impl StudioApp {
     fn ask(&mut self) {
         let wake = self.wake();
         if let Some(worker) = &self.session.worker {
-            (self.preview).ask(worker, &self.library, &self.state, &mut self.status);
+            let (library, state) = (&self.library, &self.state);
+            (self.preview).ask(worker, &self.shown, library, state, &mut self.status);
         }
         if self.shown.contains(&Pane::Project) {
             self.picker.ask(self.autosave.recent(), wake.clone());

@@ -130,7 +130,7 @@ impl Worker {
 
     /// [`Self::over`], with what a picture may take in milliseconds while something is dragged, and how long a drag
     /// has to rest before the picture is made at its full size.
-    fn within(
+    pub fn within(
         budget_ms: f64,
         rest: Duration,
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,

@@ -78,6 +78,7 @@ pub(crate) fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) ->
         second: None,
         solo: Vec::new(),
         dragged: false,
+        texture: false,
     }
 }
 
