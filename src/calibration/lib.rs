@@ -141,7 +141,7 @@ fn calibrate_within(
     let shoot = &project.settings.shoot;
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
-    let found = match &settings.trial {
+    let mut found = match &settings.trial {
         Some(trial) => ChosenResponse::by_hand(&subject, &probes, trial),
         None => {
             let fitted = gamma::fit(&subject, &probes, settings.comparison, progress)?;
@@ -152,17 +152,9 @@ fn calibrate_within(
         progress.say(sentence);
     }
     let clipped_pixels = probes.clipped_pixels() + probes.clipped_interview_pixels();
-    let deviation = match clipped_pixels {
-        0 => found.deviation,
-        // Only a fitted response has a deviation.
-        _ => (found.deviation).map(|d| {
-            if d > 0.0 {
-                d.hypot(CLIPPED_DEVIATION)
-            } else {
-                d
-            }
-        }),
-    };
+    if clipped_pixels > 0 {
+        found.widen(CLIPPED_DEVIATION);
+    }
     let table = ResponseTable::of(&found.response);
     let interview = probes.fit(&table);
     let (mut rig, filled_energy) = probes.rig(shoot.all_lamps(), &table);
@@ -171,7 +163,7 @@ fn calibrate_within(
     let has_others = !shoot.other_lamps.is_empty();
     Ok(Calibration {
         response: found.response,
-        gamma_deviation: deviation,
+        gamma_deviation: found.deviation,
         exposure: found.exposure,
         stand_in: has_others
             .then(|| subject.stand_in(&table, &interview.weights, shoot.lamps.len())),
