@@ -18,6 +18,7 @@ mod case;
 mod compare;
 mod covariance;
 mod evidence;
+mod expected_errors;
 mod frame_match;
 mod matte;
 mod objective;
