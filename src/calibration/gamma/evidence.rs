@@ -154,13 +154,15 @@ impl Evidence {
                  a weaker filter",
             ),
         ];
+        // An exponent that is assumed makes the other one rough too; the cause alone is said.
+        let is_assumed = deviation.iter().any(|d| *d >= Self::UNDETERMINED);
         for (deviation, (exponent, tone, extent, remedy)) in deviation.into_iter().zip(tones) {
             if deviation >= Self::UNDETERMINED {
                 warnings.push(format!(
                     "the pictures do not determine the camera's {exponent}, which shapes the {tone} tones, so it \
                      is assumed ({extent}, on a scale from 0 to 1). {remedy}"
                 ));
-            } else if deviation >= Self::ROUGH {
+            } else if deviation >= Self::ROUGH && !is_assumed {
                 warnings.push(format!(
                     "the camera's {exponent}, which shapes the {tone} tones, is known only to ± {deviation:.2} \
                      ({extent}, on a scale from 0 to 1). {remedy}"
