@@ -154,6 +154,17 @@ impl CalibrationStudy {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let mut project = Project::open(&self.root)?;
+        if self.found.is_none() {
+            self.found = Some(find_circle(&project, &progress).map_err(|e| e.to_string()));
+        }
+        // A shoot that does not say where its ball is starts with what was found.
+        if let Some(Ok((_, found))) = self
+            .found
+            .as_ref()
+            .filter(|_| !project.settings.shoot.ball.has_circle())
+        {
+            found.circle.apply_to(&mut project.settings.shoot.ball);
+        }
         let kept = Circle::of(&project.settings.shoot.ball);
         let circle = circle.unwrap_or(kept);
         circle.apply_to(&mut project.settings.shoot.ball);
@@ -171,9 +182,6 @@ impl CalibrationStudy {
                 |lamp| project.lamp_probe_path(lamp),
             );
             self.photograph = Some((photograph, file::read_encoded(&path)?));
-        }
-        if self.found.is_none() {
-            self.found = Some(find_circle(&project, &progress).map_err(|e| e.to_string()));
         }
         if self
             .lamps
