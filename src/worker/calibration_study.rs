@@ -2,7 +2,7 @@
 //! look under a response.
 
 use super::srgb_picture::SrgbPicture;
-use base::error::{Error, Result};
+use base::error::Result;
 use base::progress::{Control, Progress};
 use calibration::gamma::{CurveFit, GammaStudy, Histogram, Surface};
 use calibration::light_probe::{BallView, ClippedLight, Photograph, light_probe};
@@ -172,32 +172,24 @@ impl CalibrationStudy {
         let calibration = Calibration::load(&project).ok();
         let response = calibration.as_ref().map_or(PROVISIONAL, |c| c.response);
         let photograph = photograph.filter(|&lamp| lamp < shoot.all_lamps().len());
-        if self
-            .photograph
-            .as_ref()
-            .is_none_or(|(read, _)| *read != photograph)
-        {
-            let path = photograph.map_or_else(
-                || project.interview_probe_path(),
-                |lamp| project.lamp_probe_path(lamp),
-            );
-            self.photograph = Some((photograph, file::read_encoded(&path)?));
-        }
-        if self
-            .lamps
-            .as_ref()
-            .is_none_or(|(within, _)| *within != circle)
-        {
-            let lamps = Probes::load(&project, &progress)?.lamps(shoot.all_lamps(), &response);
-            self.lamps = Some((circle, lamps));
-        }
-        let (Some((_, encoded)), Some(found), Some((_, lamps))) =
-            (&self.photograph, &self.found, &self.lamps)
-        else {
-            return Err(Error::Cancelled {
-                kept: "nothing was changed".into(),
-            });
+        let encoded = match self.photograph.take() {
+            Some((read, encoded)) if read == photograph => encoded,
+            _ => {
+                let path = photograph.map_or_else(
+                    || project.interview_probe_path(),
+                    |lamp| project.lamp_probe_path(lamp),
+                );
+                file::read_encoded(&path)?
+            }
         };
+        let (_, encoded) = &*self.photograph.insert((photograph, encoded));
+        let find = || find_circle(&project, &progress).map_err(|e| e.to_string());
+        let found = &*self.found.get_or_insert_with(find);
+        let lamps = match self.lamps.take() {
+            Some((within, lamps)) if within == circle => lamps,
+            _ => Probes::load(&project, &progress)?.lamps(shoot.all_lamps(), &response),
+        };
+        let (_, lamps) = &*self.lamps.insert((circle, lamps));
         let size = encoded.0.size();
         let view = BallView::of(&shoot.ball, shoot.dome_radius_m);
         let light = Photograph::from_encoded(encoded, &response);
