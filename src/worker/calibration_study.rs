@@ -154,16 +154,13 @@ impl CalibrationStudy {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let mut project = Project::open(&self.root)?;
-        if self.found.is_none() {
-            self.found = Some(find_circle(&project, &progress).map_err(|e| e.to_string()));
-        }
-        // A shoot that does not say where its ball is starts with what was found.
-        if let Some(Ok((_, found))) = self
-            .found
-            .as_ref()
-            .filter(|_| !project.settings.shoot.ball.has_circle())
-        {
-            found.circle.apply_to(&mut project.settings.shoot.ball);
+        // A shoot that does not say where its ball is starts with what is found.
+        if !project.settings.shoot.ball.has_circle() {
+            let find = || find_circle(&project, &progress).map_err(|e| e.to_string());
+            let found = self.found.get_or_insert_with(find).as_ref();
+            if let Some(circle) = found.ok().map(|(_, found)| found.circle) {
+                circle.apply_to(&mut project.settings.shoot.ball);
+            }
         }
         let kept = Circle::of(&project.settings.shoot.ball);
         let circle = circle.unwrap_or(kept);
