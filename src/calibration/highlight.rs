@@ -47,7 +47,7 @@ const BRIGHT: f32 = 0.5;
 /// The body reaches down to this share of the highest radiance: the dimmer end of a soft box.
 const FAINT: f32 = 0.2;
 /// The same for a bank, some of whose lamps the ball may nearly hide.
-const FAINT_IN_BANK: f32 = 0.05;
+const FAINT_IN_BANK: f32 = 0.01;
 /// Lamps of a bank have at least this share of the main one's inner radius. By their light they cannot be told from
 /// reflections, because near the rim some of them melt together.
 const SAME_BANK: f32 = 0.45;
