@@ -309,6 +309,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
         size: 64,
         seed: 5,
         lamps: 10,
+        ..virtual_stage::StageSettings::default()
     };
     let shoot = folder.path().join("shoot");
     virtual_stage::write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
