@@ -160,6 +160,14 @@ impl CalibrationStudy {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let mut project = Project::open(&self.root)?;
+        // A shoot that does not say where its ball is starts with what is found.
+        if !project.settings.shoot.ball.has_circle() {
+            let find = || find_circle(&project, &progress).map_err(|e| e.to_string());
+            let found = self.found.get_or_insert_with(find).as_ref();
+            if let Some(circle) = found.ok().map(|(_, found)| found.circle) {
+                circle.apply_to(&mut project.settings.shoot.ball);
+            }
+        }
         let kept = Circle::of(&project.settings.shoot.ball);
         let circle = circle.unwrap_or(kept);
         circle.apply_to(&mut project.settings.shoot.ball);

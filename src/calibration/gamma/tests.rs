@@ -92,6 +92,7 @@ impl SmallShoot {
                     other_lamps: vec![],
                     frames: names("frame_", 4),
                     ball,
+                    second_ball: None,
                     dome_radius_m: None,
                     environments: vec![],
                     lamp_layout: vec![],
@@ -348,6 +349,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
         size: 64,
         seed: 5,
         lamps: 10,
+        ..virtual_stage::StageSettings::default()
     };
     let shoot = folder.path().join("shoot");
     virtual_stage::write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
@@ -388,6 +390,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                     radius_m: number(&ball["ball_radius_m"]),
                     camera_distance_m: number(&manifest["camera"]["position"][2]),
                 },
+                second_ball: None,
                 dome_radius_m: Some(number(&manifest["dome_radius_m"])),
                 environments: vec![],
                 lamp_layout: vec![],
