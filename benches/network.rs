@@ -56,7 +56,7 @@ struct Options {
     /// Further arguments for the PyTorch script, such as "--fused --channels-last".
     #[arg(long, default_value = "", allow_hyphen_values = true)]
     peer: String,
-    /// Train with gradient checkpointing: what is cheap is computed anew on the way back.
+    /// Train with gradient checkpointing: what is cheap is computed again on the way back.
     #[arg(long)]
     recompute: bool,
     /// Answer lines as a peer: what the driver starts.

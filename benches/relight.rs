@@ -87,7 +87,7 @@ fn race(size: usize, options: &Options) -> Result<()> {
         let ours: f64 = relit.pixels.iter().flatten().map(|&v| f64::from(v)).sum();
         let theirs = peer.ask("check")?;
         for theirs in theirs["sums"].as_array().ok_or("a peer has no sums")? {
-            let theirs = theirs.as_f64().ok_or("a peer's sum is no number")?;
+            let theirs = theirs.as_f64().ok_or("a peer's sum is not a number")?;
             if (theirs / ours - 1.0).abs() > 1e-5 {
                 return Err(format!("a peer sums to {theirs}, this crate to {ours}").into());
             }

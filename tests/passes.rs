@@ -7,12 +7,18 @@ use afterlight::compositor::{
     compose, compose_reusing,
 };
 use afterlight::evaluation::flip;
+use afterlight::footage::Frame;
 use afterlight::gpu::ComputeDevice;
 use afterlight::imaging::{Image, Mask};
-use afterlight::light::{Environment, LightWeights};
+use afterlight::light::{Environment, Lamp, LightWeights, Rig};
 use afterlight::reflectance::{FieldBuffer, ReflectanceField};
 use afterlight::scene::{Background, Effects, Output, Scene, ViewTransform};
+use afterlight::worker::{PreviewRequest, Source, Worker};
+use glam::Vec3;
 use mapped::{gpu, mapped_during};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use test_support::PATIENCE;
 
 const SIZE: usize = 256;
 const LAMPS: usize = 7;
@@ -220,4 +226,98 @@ fn of_a_picture_with_its_background_nothing_else_is_read_back() {
     // Whoever hands on what smoothing measured of a frame is not asked to measure it again.
     assert_eq!(mapped.len(), 2, "{mapped:?}");
     assert_eq!(mapped[1], picture);
+}
+
+/// A worker whose one frame lies on the GPU.
+fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
+    let gpu = compute.gpu.clone().unwrap();
+    let Field::Memory(olats) = &shoot.memory else {
+        unreachable!("the shoot is made in memory")
+    };
+    let (olats, mask) = (olats.clone(), shoot.mask.clone());
+    let lamp = |number: usize| Lamp {
+        name: format!("olat_{number:02}"),
+        direction: Vec3::new((number as f32).sin(), 0.1, (number as f32).cos()).normalize(),
+        energy: [0.5; 3],
+        spread_deg: 5.0,
+        confidence: 1.0,
+        clipped: 0.0,
+    };
+    let rig = Rig {
+        lamps: (0..LAMPS).map(lamp).collect(),
+    };
+    let open = move || {
+        let (gpu, olats, mask) = (gpu.clone(), olats.clone(), mask.clone());
+        let frame = move |index| {
+            let field = FieldBuffer::upload(&olats, &gpu.device);
+            let frame = Frame {
+                index,
+                plate: Image::filled(SIZE, SIZE, [0.2; 3]),
+                mask: mask.clone(),
+            };
+            Ok((frame, Field::Gpu(field, gpu.passes.clone())))
+        };
+        Ok(Source {
+            rig: rig.clone(),
+            device: "GPU of the test".to_owned(),
+            comparison: Box::new(|_, _| unreachable!("nothing is compared")),
+            predict: Box::new(frame),
+        })
+    };
+    // A drag that never rests.
+    Worker::within(f64::MAX, Duration::MAX, open, || {})
+}
+
+#[test]
+fn in_a_drag_of_the_yaw_nothing_is_read_back() {
+    let Some((compute, _turn)) = gpu() else {
+        return;
+    };
+    let shoot = Shoot::new(&compute);
+    let worker = worker(&shoot, &compute);
+    let environment = Arc::new(shoot.environment.clone());
+    let show = |yaw_deg: f32, texture: bool| {
+        worker.show(PreviewRequest {
+            scene: Scene {
+                yaw_deg,
+                background: Background::Environment,
+                ..Scene::default()
+            },
+            environment: environment.clone(),
+            first: None,
+            second: None,
+            solo: Vec::new(),
+            dragged: texture,
+            texture,
+        });
+        let started = Instant::now();
+        loop {
+            if let Some(relit) = worker.relit()
+                && relit.scene.yaw_deg == yaw_deg
+                && relit.rgb.is_empty() == texture
+            {
+                return relit;
+            }
+            assert!(started.elapsed() < PATIENCE, "no picture at {yaw_deg}");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    };
+    show(0.0, false);
+    let yaws = (1..=20).map(|step| 9.0 * step as f32);
+    let (dragged, mapped) =
+        mapped_during(|| -> Vec<_> { yaws.clone().map(|yaw_deg| show(yaw_deg, true)).collect() });
+    assert_eq!(mapped, [0; 0]);
+    for relit in &dragged {
+        assert!(relit.texture.is_some() && relit.linear.is_none());
+        let relight = &relit.passes[Pass::Relight as usize];
+        assert!(relight.ran, "{relight:?}");
+    }
+    // Let go, the picture that is there is read, once, and it is the one that would have been made without a drag.
+    let (rested, mapped) = mapped_during(|| show(180.0, false));
+    assert_eq!(mapped.len(), 1, "{mapped:?}");
+    let relight = &rested.passes[Pass::Relight as usize];
+    assert!(relight.ran, "it is the same picture: {relight:?}");
+    show(0.0, false);
+    let again = show(180.0, false);
+    assert_eq!(again.rgb, rested.rgb);
 }

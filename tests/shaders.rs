@@ -30,8 +30,8 @@ fn every_shader_s_file_is_used_and_named_after_its_pass() {
     for shader in shaders() {
         let name = shader.name;
         assert!(files.remove(&format!("{name}.wgsl")), "{name}: {files:?}");
-        // What several passes stand on has a name of its own.
-        let shared = ["edges", "measure", "pyramid"].contains(&name);
+        // What several passes stand on, or follows them, has a name of its own.
+        let shared = ["display_texture", "edges", "measure", "pyramid"].contains(&name);
         let known = shared || Pass::ALL.iter().any(|pass| pass.name() == name);
         assert!(known, "there is no pass {name}");
     }

@@ -18,6 +18,8 @@ mod footage;
 mod keyframes;
 #[path = "studio/live.rs"]
 mod live;
+#[path = "studio/on_gpu.rs"]
+mod on_gpu;
 #[path = "studio/project.rs"]
 mod project;
 #[path = "studio/refusals.rs"]
@@ -422,7 +424,7 @@ type Word = fn(&Progress);
 fn told_job(window: &mut Window) -> Sender<Word> {
     let (tell, told) = channel::<Word>();
     let worker = window.state().worker().unwrap();
-    worker.work("training the network", move |progress| {
+    let begun = worker.work("training the network", move |progress| {
         loop {
             progress.check("the checkpoint")?;
             match told.recv_timeout(Duration::from_millis(1)) {
@@ -432,6 +434,7 @@ fn told_job(window: &mut Window) -> Sender<Word> {
             }
         }
     });
+    begun.unwrap();
     tell.send(|progress| progress.step("training", 370, 1000, STEP))
         .unwrap();
     until(window, "step of the job", |app| {

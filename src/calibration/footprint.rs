@@ -1,8 +1,9 @@
 //! A lamp's footprint: the pixels of the mirror ball that show the lamp, and what they say about it.
 
 use super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS};
+use super::highlight::{Grid, Highlight, clipped_weight};
 use super::mirror_ball::MirrorBall;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use light::Lamp;
 
 /// The pixels of one ball photograph that hold a lamp, and the level of all others.
@@ -11,6 +12,17 @@ pub(super) struct Footprint {
     pub pixels: Vec<(u32, CodeValues)>,
     /// Per channel, how often each code value occurs in pixels without a lamp.
     dark: [Vec<(u16, u32)>; 3],
+    /// Where among the pixels the lamp is; `None` if all of them count as the lamp.
+    aim: Option<Aim>,
+}
+
+/// Which of a footprint's pixels show the lamp itself.
+struct Aim {
+    /// For each of [`Footprint::pixels`].
+    is_lamp: Vec<bool>,
+    /// See [`Highlight::outline`].
+    outline: Vec3,
+    confidence: f32,
 }
 
 impl Footprint {
@@ -49,7 +61,27 @@ impl Footprint {
                 .map(|(code, count)| (code as u16, count[c]))
                 .collect()
         });
-        Self { pixels, dark }
+        Self {
+            pixels,
+            dark,
+            aim: None,
+        }
+    }
+
+    /// Says what a whole series of photographs tells about this one's lamp: `highlight`, `None` if it was not seen, and
+    /// how far that can be trusted. Without it every bright pixel counts as the lamp.
+    pub fn aim(&mut self, highlight: Option<&Highlight>, grid: &Grid, confidence: f32) {
+        let mut is_body = vec![false; grid.solid_angle.len()];
+        for &cell in highlight.iter().flat_map(|highlight| &highlight.body) {
+            is_body[cell as usize] = true;
+        }
+        self.aim = Some(Aim {
+            is_lamp: (self.pixels.iter())
+                .map(|(pixel, _)| is_body[grid.cell(*pixel)])
+                .collect(),
+            outline: highlight.map_or(Vec3::Z, |highlight| highlight.outline),
+            confidence,
+        });
     }
 
     /// Mean light of the pixels that hold no lamp.
@@ -77,13 +109,16 @@ impl Footprint {
             .count()
     }
 
-    /// Measures the lamp from what the ball shows of it. Clipping lowers its energy and leaves its direction: a
-    /// clipped footprint keeps its outline.
+    /// Measures the lamp from what the ball shows of it. Clipping lowers its energy and leaves its direction, which is
+    /// then the middle of its outline.
     pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &ResponseTable) -> Lamp {
         let background = self.background(table);
         let (mut energy, mut moment, mut clipped) = ([0.0f64; 3], DVec3::ZERO, 0.0f64);
         let mut parts = Vec::with_capacity(self.pixels.len());
-        for (i, code) in &self.pixels {
+        for (place, (i, code)) in self.pixels.iter().enumerate() {
+            if self.aim.as_ref().is_some_and(|aim| !aim.is_lamp[place]) {
+                continue;
+            }
             let pixel = &ball.pixels[*i as usize];
             let light = table.rgb(*code);
             let mut part = 0.0;
@@ -98,18 +133,22 @@ impl Footprint {
             parts.push((direction, part));
         }
         let all: f64 = energy.iter().sum();
-        let direction = moment.normalize_or_zero();
+        let mut direction = moment.normalize_or_zero();
         if all <= 0.0 || all.is_nan() || direction == DVec3::ZERO {
             // Nothing was seen. The direction must not be NaN; confidence 0 says that it means nothing.
-            let direction = glam::Vec3::Z;
             return Lamp {
                 name: name.into(),
-                direction,
+                direction: Vec3::Z,
                 energy: [0.0; 3],
                 spread_deg: 0.0,
                 confidence: 0.0,
                 clipped: 0.0,
             };
+        }
+        let clipped = clipped / all;
+        if let Some(aim) = &self.aim {
+            let weight = f64::from(clipped_weight(clipped as f32));
+            direction = direction.lerp(aim.outline.as_dvec3(), weight).normalize();
         }
         let square: f64 = parts
             .iter()
@@ -121,8 +160,8 @@ impl Footprint {
             direction: direction.as_vec3(),
             energy: energy.map(|e| e as f32),
             spread_deg: spread_deg as f32,
-            confidence: 1.0,
-            clipped: (clipped / all) as f32,
+            confidence: self.aim.as_ref().map_or(1.0, |aim| aim.confidence),
+            clipped: clipped as f32,
         }
     }
 }

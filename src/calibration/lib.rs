@@ -6,16 +6,19 @@ mod code_values;
 pub mod develop;
 mod footprint;
 pub mod gamma;
+mod highlight;
 mod least_squares;
 pub mod light_probe;
 mod minimizer;
 pub mod mirror_ball;
 pub mod probe;
 pub mod rig_check;
+mod second_ball;
 mod settings;
 pub mod shading;
 pub mod silhouette;
 
+pub use second_ball::{NearLamp, TwoBalls};
 pub use settings::{CalibrateSettings, Trial};
 pub use silhouette::Circle;
 
@@ -75,6 +78,9 @@ pub struct Calibration {
     /// What is wrong with the lamps, one sentence for each fault.
     #[serde(default)]
     pub rig_findings: Vec<String>,
+    /// How two mirror balls agree; `None` if there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub two_balls: Option<TwoBalls>,
     /// The lamps that the network learns.
     #[serde(flatten)]
     pub rig: Rig,
@@ -105,7 +111,24 @@ pub fn calibrate(
 ) -> Result<Calibration> {
     project.check_parts()?;
     let mut within = project.clone();
-    let circle = if settings.find_circle {
+    if let Some(circle) = settings.circle {
+        circle.apply_to(&mut within.settings.shoot.ball);
+    }
+    find_circles(&mut within, settings.find_circle, progress)?;
+    let calibration = calibrate_within(&within, settings, progress)?;
+    *project = within;
+    for warning in calibration.warnings() {
+        progress.say(warning);
+    }
+    Ok(calibration)
+}
+
+/// Finds the balls' circles in their photographs: those that are not known, or all of them `again`.
+///
+/// # Errors
+/// When a photograph cannot be read or shows no ball, or the job was stopped.
+fn find_circles(project: &mut Project, again: bool, progress: &Progress) -> Result<()> {
+    if again || !project.settings.shoot.ball.has_circle() {
         let photographs = Photographs::read(&project.probe_paths(), progress)?;
         let found = silhouette::find(&photographs)?;
         progress.say(format!(
@@ -117,19 +140,9 @@ pub fn calibrate(
             found.residual_px,
             100.0 * found.rim_share
         ));
-        Some(found.circle)
-    } else {
-        settings.circle
-    };
-    if let Some(circle) = circle {
-        circle.apply_to(&mut within.settings.shoot.ball);
+        found.circle.apply_to(&mut project.settings.shoot.ball);
     }
-    let calibration = calibrate_within(&within, settings, progress)?;
-    *project = within;
-    for warning in calibration.warnings() {
-        progress.say(warning);
-    }
-    Ok(calibration)
+    second_ball::find_circle(project, again, progress)
 }
 
 /// Calibrates with the project's own circle.
@@ -141,7 +154,7 @@ fn calibrate_within(
     let shoot = &project.settings.shoot;
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
-    let found = match &settings.trial {
+    let mut found = match &settings.trial {
         Some(trial) => ChosenResponse::by_hand(&subject, &probes, trial),
         None => {
             let fitted = gamma::fit(&subject, &probes, settings.comparison, progress)?;
@@ -152,26 +165,29 @@ fn calibrate_within(
         progress.say(sentence);
     }
     let clipped_pixels = probes.clipped_pixels() + probes.clipped_interview_pixels();
-    let deviation = match clipped_pixels {
-        0 => found.deviation,
-        // Only a fitted response has a deviation.
-        _ => (found.deviation).map(|d| {
-            if d > 0.0 {
-                d.hypot(CLIPPED_DEVIATION)
-            } else {
-                d
-            }
-        }),
-    };
+    if clipped_pixels > 0 {
+        found.widen(CLIPPED_DEVIATION);
+    }
     let table = ResponseTable::of(&found.response);
     let interview = probes.fit(&table);
     let (mut rig, filled_energy) = probes.rig(shoot.all_lamps(), &table);
+    let two_balls = match &shoot.second_ball {
+        None => None,
+        Some(second) => {
+            let lamps = second_ball::lamps(project, second, &table, progress)?;
+            let distance = shoot.ball.camera_distance_m;
+            Some(second_ball::join(&mut rig, &lamps, second, distance))
+        }
+    };
+    if let Some(two) = &two_balls {
+        progress.say(two.sentence());
+    }
     let rig_findings = rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?;
     rig.lamps.truncate(shoot.lamps.len());
     let has_others = !shoot.other_lamps.is_empty();
     Ok(Calibration {
         response: found.response,
-        gamma_deviation: deviation,
+        gamma_deviation: found.deviation,
         exposure: found.exposure,
         stand_in: has_others
             .then(|| subject.stand_in(&table, &interview.weights, shoot.lamps.len())),
@@ -184,6 +200,7 @@ fn calibrate_within(
         filled_energy,
         gamma_evidence: found.evidence,
         rig_findings,
+        two_balls,
         rig,
     })
 }
@@ -230,6 +247,7 @@ fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Resu
 /// # Errors
 /// When the project has fewer lamps, or the balls cannot be read.
 pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> Result<Subset> {
+    find_circles(project, false, progress)?;
     let shoot = &mut project.settings.shoot;
     let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
         let probes = Probes::load(project, progress)?;
@@ -360,6 +378,13 @@ impl Calibration {
             ));
         }
         warnings.extend(self.rig_findings.iter().cloned());
+        if let Some(two) = self.two_balls.as_ref().filter(|two| two.median_deg > 2.5) {
+            warnings.push(format!(
+                "the two mirror balls show the lamps {:.1}° apart in the median. Check both circles. If the lamps are \
+                 near, give `ball_position_m` of both balls, their radius and the camera's position in the manifest",
+                two.median_deg
+            ));
+        }
         if self.probe_residual > 0.1 {
             warnings.push(format!(
                 "the lamps explain only {:.0} % of the light on the interview's mirror ball. Check whether other \

@@ -13,6 +13,8 @@ use project::Ball;
 pub struct MirrorBall {
     /// The pixels that lie wholly on the ball, row by row.
     pub pixels: Vec<BallPixel>,
+    /// Radius of the silhouette in pixels.
+    pub radius_px: f32,
     /// Half angle in degrees of the cone behind the ball (about −Z) that no pixel shows.
     pub blind_half_angle_deg: f32,
     /// Share of the sphere that no pixel shows: the cone, and what the frame cuts off.
@@ -106,6 +108,7 @@ impl MirrorBall {
         let edge = reflected(ball, dome_radius_m, inner);
         Ok(Self {
             pixels,
+            radius_px: ball.radius_px,
             blind_half_angle_deg: edge.x.atan2(-edge.y).to_degrees() as f32,
             blind_share: (1.0 - shown / (4.0 * std::f64::consts::PI)).max(0.0) as f32,
         })

@@ -8,8 +8,9 @@ use super::PROVISIONAL;
 use super::blind_cone::uncover;
 use super::code_values::{CodeValues, ResponseTable, codes};
 use super::footprint::Footprint;
+use super::highlight::{self, Grid};
 use super::mirror_ball::MirrorBall;
-use super::silhouette::MIN_RADIUS_PX;
+use super::silhouette::{Circle, MIN_RADIUS_PX, Photographs};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
@@ -19,6 +20,7 @@ use profile::ProfilePixel;
 pub(super) use profile::{NeighbourDifferences, Profile};
 use project::Project;
 use rayon::prelude::*;
+use std::path::PathBuf;
 
 /// All ball photographs as code values, so that any response can be tried in milliseconds.
 pub struct Probes {
@@ -49,7 +51,13 @@ impl Probes {
         let shoot = &project.settings.shoot;
         let interview = file::read_encoded(&project.interview_probe_path())?;
         let size = interview.0.size();
-        let ball = MirrorBall::new(&shoot.ball, shoot.dome_radius_m, size)?;
+        // Where it is known where two balls stood, what they show is joined later.
+        let joined = shoot
+            .second_ball
+            .as_ref()
+            .is_some_and(|second| second.positions_m.is_some());
+        let dome = shoot.dome_radius_m.filter(|_| !joined);
+        let ball = MirrorBall::new(&shoot.ball, dome, size)?;
         let provisional = ResponseTable::of(&PROVISIONAL);
         if f64::from(shoot.ball.radius_px) < MIN_RADIUS_PX {
             return Err(Error::invalid(
@@ -61,39 +69,14 @@ impl Probes {
                 "Give the ball's circle, or photograph the ball from closer or with a longer lens",
             ));
         }
-        let on_ball = |picture: &[CodeValues]| -> Vec<CodeValues> {
-            ball.pixels.iter().map(|p| picture[p.index]).collect()
-        };
-        let total = shoot.all_lamps().len();
-        let footprints = (0..total)
-            .into_par_iter()
-            .map(|lamp| {
-                progress.check("nothing was changed")?;
-                let path = project.lamp_probe_path(lamp);
-                let picture = file::read_encoded(&path)?;
-                if picture.0.size() != size {
-                    return Err(Error::invalid(
-                        format!(
-                            "{} has {}×{} pixels, but the interview's mirror ball has {}×{}",
-                            path.display(),
-                            picture.0.width,
-                            picture.0.height,
-                            size.0,
-                            size.1
-                        ),
-                        "Use uncropped photographs of the mirror ball from one camera",
-                    ));
-                }
-                progress.step(
-                    "mirror balls",
-                    lamp as u64 + 1,
-                    total as u64,
-                    shoot.lamp(lamp).clone(),
-                );
-                Ok(Footprint::find(&on_ball(&codes(&picture)), &provisional))
-            })
-            .collect::<Result<Vec<_>>>()?;
-        let interview = on_ball(&codes(&interview));
+        let paths = &project.probe_paths()[1..];
+        let footprints = footprints(
+            paths,
+            ("the interview's mirror ball", size),
+            (&ball, Circle::of(&shoot.ball)),
+            progress,
+        )?;
+        let interview = on_ball(&ball, &codes(&interview));
         let is_clipped = |code: &&CodeValues| Footprint::is_clipped(code);
         let clipped = interview.iter().filter(is_clipped).count();
         let problem = if 10 * clipped > 9 * interview.len() {
@@ -219,52 +202,121 @@ impl Probes {
         names: impl Iterator<Item = &'a String>,
         table: &ResponseTable,
     ) -> (Rig, f32) {
-        let mut lamps: Vec<Lamp> = self
-            .footprints
-            .iter()
-            .zip(names)
-            .map(|(f, name)| f.lamp(name, &self.ball, table))
-            .collect();
-        // A lamp with less than a thousandth of the median energy counts as not seen: its weight would amplify the
-        // OLAT's noise a thousandfold.
-        let faintest = 1e-3 * median(lamps.iter().map(|lamp| luminance(lamp.energy)));
-        for lamp in lamps
-            .iter_mut()
-            .filter(|lamp| luminance(lamp.energy) < faintest)
-        {
-            lamp.confidence = 0.0;
-        }
-        // What the cone behind the ball hides of a lamp is filled in as if its footprint were as wide as
-        // those of the lamps in full view: an even disc reaches √2 times its root-mean-square radius.
-        let cone = self.ball.blind_half_angle_deg;
-        let from_axis = |lamp: &Lamp| lamp.direction.angle_between(Vec3::NEG_Z).to_degrees();
-        let is_clear =
-            |lamp: &Lamp| from_axis(lamp) > cone + std::f32::consts::SQRT_2 * lamp.spread_deg;
-        let seen = |lamp: &&Lamp| lamp.confidence > 0.0;
-        let spread = median(
-            lamps
-                .iter()
-                .filter(seen)
-                .filter(|l| is_clear(l))
-                .map(|lamp| lamp.spread_deg),
-        );
-        let radius = std::f32::consts::SQRT_2 * spread;
-        let (mut filled, mut all) = (0.0, 0.0);
-        for lamp in &mut lamps {
-            if lamp.confidence > 0.0 && radius > 0.0 && from_axis(lamp) < cone + radius {
-                let [seen, radius, cone] =
-                    [from_axis(lamp), radius, cone].map(|a| f64::from(a).to_radians());
-                let (angle, visible) = uncover(seen, radius, cone);
-                let sideways = lamp.direction.with_z(0.0).normalize_or_zero() * angle.sin() as f32;
-                lamp.direction = sideways.with_z(-(angle.cos() as f32)).normalize();
-                filled += luminance(lamp.energy) * (1.0 / visible as f32 - 1.0);
-                lamp.energy = lamp.energy.map(|e| e / visible as f32);
-                lamp.confidence *= visible as f32;
-            }
-            all += luminance(lamp.energy);
-        }
-        (Rig { lamps }, if all > 0.0 { filled / all } else { 0.0 })
+        measure(&self.footprints, &self.ball, names, table)
     }
+}
+
+/// Photographs that show the ball's rim well enough together.
+const ENOUGH: usize = 8;
+
+/// The footprints in the lamps' photographs, which have the size of a reference.
+///
+/// # Errors
+/// When one cannot be read or differs in size, or the job was stopped.
+pub(super) fn footprints(
+    paths: &[PathBuf],
+    (reference, size): (&str, (usize, usize)),
+    (ball, circle): (&MirrorBall, Circle),
+    progress: &Progress,
+) -> Result<Vec<Footprint>> {
+    let provisional = ResponseTable::of(&PROVISIONAL);
+    let mut grid = Grid::new(ball, size.0, paths.len());
+    let some: Vec<PathBuf> = (paths.iter().step_by(paths.len().div_ceil(ENOUGH).max(1)))
+        .cloned()
+        .collect();
+    // What is wrong with the photographs is said below.
+    if let Ok(photographs) = Photographs::read(&some, progress) {
+        grid.check_circle(&photographs, &circle);
+    }
+    let (mut footprints, series): (Vec<_>, Vec<_>) = (paths.par_iter().enumerate())
+        .map(|(lamp, path)| {
+            progress.check("nothing was changed")?;
+            let picture = file::read_encoded(path)?;
+            if picture.0.size() != size {
+                return Err(Error::invalid(
+                    format!(
+                        "{} has {}×{} pixels, but {} has {}×{}",
+                        path.display(),
+                        picture.0.width,
+                        picture.0.height,
+                        reference,
+                        size.0,
+                        size.1
+                    ),
+                    "Use uncropped photographs of the mirror ball from one camera",
+                ));
+            }
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            progress.step("mirror balls", lamp as u64 + 1, paths.len() as u64, name);
+            let photograph = on_ball(ball, &codes(&picture));
+            Ok((
+                Footprint::find(&photograph, &provisional),
+                grid.reduce(&photograph, &provisional),
+            ))
+        })
+        .collect::<Result<Vec<_>>>()?
+        .into_iter()
+        .unzip();
+    highlight::aim(&mut footprints, &series, &grid);
+    Ok(footprints)
+}
+
+/// The code values of the ball's pixels.
+fn on_ball(ball: &MirrorBall, picture: &[CodeValues]) -> Vec<CodeValues> {
+    ball.pixels.iter().map(|p| picture[p.index]).collect()
+}
+
+/// The lamps of some footprints under a response, and the share of their energy that the ball hides and was filled in.
+pub(super) fn measure<'a>(
+    footprints: &[Footprint],
+    ball: &MirrorBall,
+    names: impl Iterator<Item = &'a String>,
+    table: &ResponseTable,
+) -> (Rig, f32) {
+    let mut lamps: Vec<Lamp> = footprints
+        .iter()
+        .zip(names)
+        .map(|(f, name)| f.lamp(name, ball, table))
+        .collect();
+    // A lamp with less than a thousandth of the median energy counts as not seen: its weight would amplify the
+    // OLAT's noise a thousandfold.
+    let faintest = 1e-3 * median(lamps.iter().map(|lamp| luminance(lamp.energy)));
+    for lamp in lamps
+        .iter_mut()
+        .filter(|lamp| luminance(lamp.energy) < faintest)
+    {
+        lamp.confidence = 0.0;
+    }
+    // What the cone behind the ball hides of a lamp is filled in as if its footprint were as wide as
+    // those of the lamps in full view: an even disc reaches √2 times its root-mean-square radius.
+    let cone = ball.blind_half_angle_deg;
+    let from_axis = |lamp: &Lamp| lamp.direction.angle_between(Vec3::NEG_Z).to_degrees();
+    let is_clear =
+        |lamp: &Lamp| from_axis(lamp) > cone + std::f32::consts::SQRT_2 * lamp.spread_deg;
+    let seen = |lamp: &&Lamp| lamp.confidence > 0.0;
+    let spread = median(
+        lamps
+            .iter()
+            .filter(seen)
+            .filter(|l| is_clear(l))
+            .map(|lamp| lamp.spread_deg),
+    );
+    let radius = std::f32::consts::SQRT_2 * spread;
+    let (mut filled, mut all) = (0.0, 0.0);
+    for lamp in &mut lamps {
+        if lamp.confidence > 0.0 && radius > 0.0 && from_axis(lamp) < cone + radius {
+            let [seen, radius, cone] =
+                [from_axis(lamp), radius, cone].map(|a| f64::from(a).to_radians());
+            let (angle, visible) = uncover(seen, radius, cone);
+            let sideways = lamp.direction.with_z(0.0).normalize_or_zero() * angle.sin() as f32;
+            lamp.direction = sideways.with_z(-(angle.cos() as f32)).normalize();
+            filled += luminance(lamp.energy) * (1.0 / visible as f32 - 1.0);
+            lamp.energy = lamp.energy.map(|e| e / visible as f32);
+            lamp.confidence *= visible as f32;
+        }
+        all += luminance(lamp.energy);
+    }
+    (Rig { lamps }, if all > 0.0 { filled / all } else { 0.0 })
 }
 
 /// The median of some values; 0 if there are none.

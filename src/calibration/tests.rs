@@ -8,6 +8,7 @@ use project::{Ball, Settings, Shoot};
 use std::path::{Path, PathBuf};
 
 mod kept;
+mod real;
 mod shared;
 
 pub(super) use shared::shared_shoot;
@@ -51,6 +52,7 @@ fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             other_lamps: vec![],
             frames: names("frame_", 4),
             ball,
+            second_ball: None,
             dome_radius_m: None,
             environments: vec![],
             lamp_layout: vec![],

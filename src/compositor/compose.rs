@@ -6,6 +6,7 @@ use super::field::Field;
 use super::picture::{Ingredients, Picture};
 use super::plan::plan;
 use super::reuse::Reuse;
+use super::shown::ShownPicture;
 use base::error::{Error, Result};
 use scene::Scene;
 
@@ -14,7 +15,7 @@ use scene::Scene;
 /// # Errors
 /// When field, mask and weights do not belong together, the view is impossible, or a GPU fails.
 pub fn compose(scene: &Scene, of: &Ingredients) -> Result<Picture> {
-    make(scene, of, None, None)
+    Ok(make(scene, of, None, None, false)?.picture)
 }
 
 /// Makes the picture that `scene` asks for. Pictures after chosen passes are cached in `reuse` and taken
@@ -23,7 +24,7 @@ pub fn compose(scene: &Scene, of: &Ingredients) -> Result<Picture> {
 /// # Errors
 /// As [`compose`].
 pub fn compose_reusing(scene: &Scene, of: &Ingredients, reuse: &mut Reuse) -> Result<Picture> {
-    make(scene, of, None, Some(reuse))
+    Ok(make(scene, of, None, Some(reuse), false)?.picture)
 }
 
 /// Runs a plan as it is given: a test may force what [`plan`] would skip. Every pass has to be in it.
@@ -31,27 +32,31 @@ pub fn compose_reusing(scene: &Scene, of: &Ingredients, reuse: &mut Reuse) -> Re
 /// # Errors
 /// As [`compose`].
 pub fn execute(scene: &Scene, of: &Ingredients, passes: &[PlannedPass]) -> Result<Picture> {
-    make(scene, of, Some(passes), None)
+    Ok(make(scene, of, Some(passes), None, false)?.picture)
 }
 
-fn make(
+/// Makes a picture by a plan of its own or by the one that is given. What a GPU makes may stay there.
+pub(super) fn make(
     scene: &Scene,
     of: &Ingredients,
     given: Option<&[PlannedPass]>,
     mut reuse: Option<&mut Reuse>,
-) -> Result<Picture> {
+    may_stay: bool,
+) -> Result<ShownPicture> {
     check(of)?;
     let inputs = inputs(of);
     match of.field {
         Field::Gpu(field, passes) => passes.guarded(|| {
             let uploads = reuse.as_mut().map(|r| r.gpu.own.clone());
             let backend = OnGpu::new(of, inputs, (field, passes), uploads.unwrap_or_default())?;
-            perform(Composition::new(scene, of, inputs, backend, reuse), given)
+            let composition = Composition::new(scene, of, inputs, backend, reuse);
+            perform(composition, given, may_stay)
         }),
         _ => {
             let rim = reuse.as_mut().map(|r| r.memory.own.clone());
             let backend = InMemory::new(of, inputs, rim.unwrap_or_default());
-            perform(Composition::new(scene, of, inputs, backend, reuse), given)
+            let composition = Composition::new(scene, of, inputs, backend, reuse);
+            perform(composition, given, may_stay)
         }
     }
 }
@@ -60,7 +65,8 @@ fn make(
 fn perform<B: Backend>(
     mut composition: Composition<B>,
     given: Option<&[PlannedPass]>,
-) -> Result<Picture> {
+    may_stay: bool,
+) -> Result<ShownPicture> {
     let mut planned = plan(composition.scene, composition.facts());
     let mut done = Vec::with_capacity(planned.len());
     for index in 0..planned.len() {
@@ -74,7 +80,7 @@ fn perform<B: Backend>(
         }
         done.push(composition.run(&planned, index, measured)?);
     }
-    composition.finish(done)
+    composition.finish(done, may_stay)
 }
 
 fn check(of: &Ingredients) -> Result<()> {

@@ -7,6 +7,7 @@ use super::descriptor::{CodesInput, LightStep, PassContext, PlannedPass, Run, is
 use super::facts::{Facts, Inputs};
 use super::picture::{Ingredients, PassReport, Picture};
 use super::reuse::{Cache, Cached, Reuse};
+use super::shown::ShownPicture;
 use super::smoothing::Steady;
 use super::{PASSES, relight::lit_lamps};
 use base::error::Result;
@@ -18,7 +19,7 @@ mod in_memory;
 mod measure;
 mod on_gpu;
 
-pub(super) use backend::Backend;
+pub(super) use backend::{Backend, FinishedPicture, ReadPicture};
 pub(super) use in_memory::InMemory;
 pub(super) use measure::inputs;
 pub(super) use on_gpu::OnGpu;
@@ -301,43 +302,36 @@ impl<'a, B: Backend> Composition<'a, B> {
         Ok(false)
     }
 
-    /// The picture, and what became of each pass.
-    pub fn finish(self, done: Vec<Done>) -> Result<Picture> {
+    /// The picture, and what became of each pass. On a GPU it may stay there, to be shown and read later.
+    pub fn finish(self, done: Vec<Done>, may_stay: bool) -> Result<ShownPicture> {
         // What is not opaque is brought to straight alpha in linear light.
         let opaque = !is_cut_out(self.scene) || self.facts.open_share == 0.0;
         let needs_linear = self.scene.output == Output::Linear || !opaque;
-        let finished = self
-            .backend
-            .finish(self.linear, self.display, needs_linear)?;
+        let (finished, own) =
+            self.backend
+                .finish(self.linear, self.display, needs_linear, may_stay)?;
         if let Some(reuse) = self.reuse {
-            B::cache(reuse).own = finished.own;
+            B::cache(reuse).own = own;
         }
-        let report = |done: Done| {
-            let mut reason = done.reason;
-            if done.pass == Pass::Relight && done.ran && finished.mended > 0 {
-                let mended = finished.mended;
-                reason +=
-                    &format!("; {mended} pixels were NaN or infinite, filled from neighbours");
-            }
-            PassReport {
-                name: done.pass.name().to_owned(),
-                ran: done.ran,
-                reason,
-                fixed: done.fixed.map(str::to_owned),
-                ms: match done.before {
-                    None if done.worked => finished.ms.map(|ms| ms[done.pass as usize]),
-                    before => Some(before.unwrap_or(0.0)),
-                },
-            }
+        let report = |done: Done| PassReport {
+            name: done.pass.name().to_owned(),
+            ran: done.ran,
+            reason: done.reason,
+            fixed: done.fixed.map(str::to_owned),
+            ms: match done.before {
+                None if done.worked => None,
+                before => Some(before.unwrap_or(0.0)),
+            },
         };
-        Ok(Picture {
-            linear: finished.linear,
+        let picture = Picture {
+            linear: None,
             alpha: self.alpha,
-            display: finished.display,
+            display: None,
             passes: done.into_iter().map(report).collect(),
             view: self.effects.view,
             steady: self.steady,
             spill: self.facts.spill,
-        })
+        };
+        Ok(ShownPicture::of(picture, finished))
     }
 }

@@ -1,9 +1,10 @@
 //! Pictures one after the other, of a clip or of a window: what one leaves for the next.
 
-use super::compose::compose_reusing;
+use super::compose::{compose_reusing, make};
 use super::facts::Grain;
 use super::picture::{Extra, Ingredients, Picture};
 use super::reuse::Reuse;
+use super::shown::ShownPicture;
 use super::smoothing::Steady;
 use base::error::Result;
 use imaging::{Image, Mask};
@@ -30,12 +31,36 @@ impl Series {
         plate: (&Image, &Mask),
         of: &Ingredients,
     ) -> Result<Picture> {
+        Ok(self.next(scene, plate, of, false)?.picture)
+    }
+
+    /// The next picture, for a window: what a GPU makes stays there. As [`Self::compose`].
+    ///
+    /// # Errors
+    /// As [`super::compose`].
+    pub fn show(
+        &mut self,
+        scene: &Scene,
+        plate: (&Image, &Mask),
+        of: &Ingredients,
+    ) -> Result<ShownPicture> {
+        self.next(scene, plate, of, true)
+    }
+
+    fn next(
+        &mut self,
+        scene: &Scene,
+        plate: (&Image, &Mask),
+        of: &Ingredients,
+        may_stay: bool,
+    ) -> Result<ShownPicture> {
         let mut reuse = std::mem::take(&mut self.reuse);
-        let picture = self.make(scene, plate, of, &mut reuse);
+        let of = self.fill_in(scene, plate, of);
+        let shown = make(scene, &of, None, Some(&mut reuse), may_stay);
         self.reuse = reuse;
-        let picture = picture?;
-        self.steady.clone_from(&picture.steady);
-        Ok(picture)
+        let shown = shown?;
+        self.steady.clone_from(&shown.picture.steady);
+        Ok(shown)
     }
 
     /// A smaller picture that stands in for the next one, with what its size keeps in `reuse`. It leaves nothing to
@@ -50,16 +75,16 @@ impl Series {
         of: &Ingredients,
         reuse: &mut Reuse,
     ) -> Result<Picture> {
-        self.make(scene, plate, of, reuse)
+        compose_reusing(scene, &self.fill_in(scene, plate, of), reuse)
     }
 
-    fn make(
-        &mut self,
+    /// With what the passes `grain` and `smoothing` read.
+    fn fill_in<'a>(
+        &'a mut self,
         scene: &Scene,
         (plate, mask): (&Image, &Mask),
-        of: &Ingredients,
-        reuse: &mut Reuse,
-    ) -> Result<Picture> {
+        of: &Ingredients<'a>,
+    ) -> Ingredients<'a> {
         let view = scene.effects.view;
         let key = (of.extra.identity.frame, view);
         self.grain = match self.grain.take() {
@@ -72,7 +97,7 @@ impl Series {
             grain: self.grain.as_ref().map(|(_, grain)| grain),
             ..of.extra
         };
-        compose_reusing(scene, &Ingredients { extra, ..*of }, reuse)
+        Ingredients { extra, ..*of }
     }
 }
 

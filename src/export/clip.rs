@@ -60,12 +60,12 @@ impl ClipWriter {
         };
         if width == 0 || height == 0 {
             return Err(impossible(format!(
-                "{width} × {height} pixels make no picture"
+                "a picture of {width} × {height} pixels is empty"
             )));
         }
         if !(0.01..=1000.0).contains(&frame_rate) {
             return Err(impossible(format!(
-                "a frame rate of {frame_rate} is not from 0.01 to 1000"
+                "the frame rate {frame_rate} is outside 0.01 to 1000"
             )));
         }
         let fail =

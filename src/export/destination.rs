@@ -41,7 +41,7 @@ impl Destination {
                     format!("the destination {text} has no extension")
                 } else {
                     format!(
-                        "cannot write {text}: files of the kind {} are not known",
+                        "cannot write {text}: .{} is not a format that Afterlight writes",
                         extension.display()
                     )
                 },

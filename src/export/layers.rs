@@ -197,7 +197,7 @@ impl Rebuild {
     pub fn sentence(&self) -> String {
         let percent = 100.0 * self.residual / self.brightest.max(f32::MIN_POSITIVE);
         format!(
-            "{} light layers times their weights give back the relit subject within {:.2e}, {percent:.3} % of its \
+            "The {} light layers, weighted and added, equal the relit subject to within {:.2e}, {percent:.3} % of its \
              brightest light",
             self.layers, self.residual
         )

@@ -60,7 +60,21 @@ pub fn import(
         }
     }
     let (ball, frame_rate) = (manifest.ball(), manifest.frame_rate());
-    check_ball(&manifest_path, &ball)?;
+    let second_ball = manifest.second_ball(shoot);
+    for ball in std::iter::once(&ball).chain(second_ball.as_ref().map(|second| &second.ball)) {
+        check_ball(&manifest_path, ball)?;
+    }
+    // Without the ball's size, distances in metres say nothing about what it shows.
+    let dome_radius_m = manifest.dome_radius_m.filter(|_| !ball.is_far());
+    if ball.is_far() {
+        progress.say(FAR);
+    }
+    if !ball.has_circle() {
+        progress.say(
+            "The manifest does not say where the mirror ball is in its photographs. `afterlight calibrate` finds it; \
+             check the circle in the studio's Probe workspace",
+        );
+    }
     let lamp_layout = manifest
         .bank_directions
         .map_or_else(Vec::new, |directions| {
@@ -97,7 +111,8 @@ pub fn import(
                 other_lamps: vec![],
                 frames,
                 ball,
-                dome_radius_m: manifest.dome_radius_m,
+                second_ball,
+                dome_radius_m,
                 environments: manifest.hdris,
                 lamp_layout,
             },
@@ -164,6 +179,10 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
     let mut probes = vec![project.interview_probe_path()];
     probes.extend((0..shoot.lamps.len()).map(|l| project.lamp_probe_path(l)));
     group("checking probes", probes)?;
+    if let Some(second) = &shoot.second_ball {
+        let lamps = (0..shoot.lamps.len()).map(|l| project.second_probe_path(second, l));
+        group("checking probes", lamps.collect())?;
+    }
     for environment in &shoot.environments {
         let path = project.shoot_path(&environment.file);
         if let Err(e) = dimensions(&path) {
@@ -176,10 +195,19 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
     Ok(())
 }
 
+/// What it costs that sizes are unknown: a ray that is taken for parallel is off by the angle at which the camera sees
+/// it, at most the ball's radius over the distance; a lamp is seen from the ball's surface instead of its centre.
+const FAR: &str = "The manifest does not hold the ball's radius and the camera's position in metres, so the camera and \
+                   the lamps count as far away. A lamp's direction is then off by up to 57° divided by the camera's \
+                   distance in ball radii (1.1° at 50), most near the ball's rim, and by up to as much for the lamp's \
+                   distance. Give `camera.position` and `probes.ball_radius_m` in the manifest to avoid that";
+
 fn check_ball(manifest: &Path, ball: &Ball) -> Result<()> {
-    let positive = [ball.radius_px, ball.radius_m, ball.camera_distance_m]
+    let positive = [ball.radius_m, ball.camera_distance_m]
         .iter()
-        .all(|v| *v > 0.0 && v.is_finite());
+        .all(|v| *v > 0.0 && v.is_finite())
+        && ball.radius_px >= 0.0
+        && ball.radius_px.is_finite();
     if positive
         && ball.camera_distance_m > ball.radius_m
         && ball.center_px.iter().all(|v| v.is_finite())

@@ -88,7 +88,11 @@ fn needed(part: &'static str, found: String, lack: Option<String>) -> Line {
 fn manifest_line(folder: &Path, manifest: &Result<Manifest>, listing: &Listing) -> Line {
     let (found, lack) = match manifest {
         Ok(manifest) => (
-            "positions of camera and mirror ball",
+            if manifest.ball().is_far() {
+                "no sizes: camera and lamps count as far away"
+            } else {
+                "positions of camera and mirror ball"
+            },
             (manifest.check_counts(folder, listing).err()).map(|e| e.to_string()),
         ),
         Err(e) => (

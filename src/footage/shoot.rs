@@ -1,13 +1,16 @@
 //! A shoot's folder: its manifest and its files.
 
 use base::error::{Error, Result};
-use project::{Ball, NamedEnvironment};
+use glam::Vec3;
+use project::{Ball, NamedEnvironment, SecondBall};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The name of a shoot's manifest.
 pub const MANIFEST: &str = "manifest.json";
+/// The folder of a second mirror ball's photographs.
+pub const SECOND_PROBES: &str = "probes_2";
 /// What to do about a folder that is not a shoot.
 pub const NO_SHOOT: &str = "Check that this is a shoot folder and is complete";
 
@@ -18,10 +21,16 @@ pub struct Manifest {
     pub name: Option<String>,
     #[serde(default)]
     pub frame_rate: Option<f64>,
-    pub camera: Camera,
+    /// Without it the camera counts as far away.
+    #[serde(default)]
+    pub camera: Option<Camera>,
     #[serde(default)]
     pub dome_radius_m: Option<f32>,
+    #[serde(default)]
     pub probes: Probes,
+    /// A second ball, if the shoot has one: [`SECOND_PROBES`], or in the same photographs.
+    #[serde(default)]
+    pub second_probes: Option<Probes>,
     #[serde(default)]
     pub hdris: Vec<NamedEnvironment>,
     /// Directions from the subject to the lamps, in the order of the OLATs' numbers. Any value is accepted, because
@@ -41,11 +50,20 @@ pub struct Camera {
     pub position: [f32; 3],
 }
 
-#[derive(Deserialize)]
+/// What the manifest says of a mirror ball: as much as is known.
+#[derive(Default, Deserialize)]
 pub struct Probes {
-    pub ball_center_px: [f32; 2],
-    pub ball_radius_px: f32,
-    pub ball_radius_m: f32,
+    /// Without centre and radius, the calibration finds the ball in its photographs.
+    #[serde(default)]
+    pub ball_center_px: Option<[f32; 2]>,
+    #[serde(default)]
+    pub ball_radius_px: Option<f32>,
+    /// Without it the ball's size is unknown, and the camera counts as far away.
+    #[serde(default)]
+    pub ball_radius_m: Option<f32>,
+    /// The ball's centre in metres from the subject: right, up, towards the camera.
+    #[serde(default)]
+    pub ball_position_m: Option<[f32; 3]>,
 }
 
 impl Manifest {
@@ -60,7 +78,8 @@ impl Manifest {
                 "open",
                 &path,
                 e,
-                "Choose the folder that holds a shoot's manifest.json",
+                "Choose the folder that holds a shoot's manifest.json. If the shoot has none, write one that holds \
+                 only {}: camera and mirror ball then count as far away, and the ball is found in its photographs",
             )
         })?;
         serde_json::from_str(&text).map_err(|e| {
@@ -106,12 +125,41 @@ impl Manifest {
 
     /// The mirror ball, seen from the camera.
     pub fn ball(&self) -> Ball {
-        let [x, y, z] = self.camera.position;
-        Ball {
-            center_px: self.probes.ball_center_px,
-            radius_px: self.probes.ball_radius_px,
-            radius_m: self.probes.ball_radius_m,
-            camera_distance_m: (x * x + y * y + z * z).sqrt(),
+        self.ball_of(&self.probes)
+    }
+
+    /// The second mirror ball; `None` if the shoot in folder `shoot` has none.
+    pub fn second_ball(&self, shoot: &Path) -> Option<SecondBall> {
+        let own = shoot.join(SECOND_PROBES).is_dir();
+        if !own && self.second_probes.is_none() {
+            return None;
+        }
+        let unknown = Probes::default();
+        let second = self.second_probes.as_ref().unwrap_or(&unknown);
+        let first = self.probes.ball_position_m.map(Vec3::from_array);
+        let position = second.ball_position_m.map(Vec3::from_array);
+        let positions_m = position
+            .map(|second| [first.unwrap_or(Vec3::ZERO), second])
+            .filter(|[first, second]| first.is_finite() && second.is_finite() && first != second);
+        Some(SecondBall {
+            folder: if own { SECOND_PROBES } else { "probes" }.into(),
+            ball: self.ball_of(second),
+            positions_m,
+        })
+    }
+
+    fn ball_of(&self, probes: &Probes) -> Ball {
+        let found = match (probes.ball_center_px, probes.ball_radius_px) {
+            (Some(center), Some(radius)) => Ball::far(center, radius),
+            _ => Ball::unknown(),
+        };
+        match (&self.camera, probes.ball_radius_m) {
+            (Some(camera), Some(radius_m)) => Ball {
+                radius_m,
+                camera_distance_m: Vec3::from_array(camera.position).length(),
+                ..found
+            },
+            _ => found,
         }
     }
 }

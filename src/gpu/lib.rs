@@ -1,6 +1,5 @@
 //! Where the network runs: on a hardware GPU whose results agree with the CPU's, else on burn's CPU backend. Network,
-//! passes and window share one GPU, so that what the network computes is lit there without a copy; the finished picture
-//! is read back for the window.
+//! passes and window share one GPU, so that what the network computes is lit and drawn there without a copy.
 
 mod autotune;
 mod self_test;
@@ -116,6 +115,12 @@ impl Gpu {
         if shared.is_none() {
             *shared = Self::register(setup).ok();
         }
+    }
+
+    /// Whether this is the device of this process's GPU.
+    pub fn is_shared(device: &wgpu::Device) -> bool {
+        let shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+        shared.as_ref().is_some_and(|gpu| gpu.device == *device)
     }
 
     /// Whether it can be used, and if not, why.

@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn without_keys_there_is_no_value_and_what_is_no_number_is_refused() {
+    fn without_keys_there_is_no_value_and_nan_is_refused() {
         let mut keys = Keyframes::default();
         assert_eq!(keys.at(3.0), None);
         assert!(keys.insert(f64::NAN, 0.0).is_err() && keys.insert(0.0, f64::INFINITY).is_err());

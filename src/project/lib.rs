@@ -85,6 +85,9 @@ pub struct Shoot {
     pub frames: Vec<String>,
     /// How the mirror balls were photographed.
     pub ball: Ball,
+    /// A second mirror ball under the same lamps; `None` if there is one ball.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_ball: Option<SecondBall>,
     /// Radius of the dome that carries the lamps in metres, if it is known.
     pub dome_radius_m: Option<f32>,
     /// Environments that belong to the shoot; their files are relative to its folder.
@@ -100,12 +103,53 @@ pub struct Shoot {
 pub struct Ball {
     /// Centre in pixels from the top left corner of the photograph (0 is the left edge of column 0).
     pub center_px: [f32; 2],
-    /// Radius of the silhouette in pixels.
+    /// Radius of the silhouette in pixels; 0 if it is not known where the ball is.
     pub radius_px: f32,
     /// Radius of the ball in metres.
     pub radius_m: f32,
     /// Distance from the camera to the ball's centre in metres.
     pub camera_distance_m: f32,
+}
+
+/// A second mirror ball, photographed by the same camera under the same lamps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SecondBall {
+    /// The folder of its photographs within the shoot, named as those of the first: `probes` if they show both balls.
+    pub folder: PathBuf,
+    /// How it was photographed.
+    pub ball: Ball,
+    /// Where the first ball's centre is and where this one's, in metres from the subject (right, up, towards the
+    /// camera); `None` if that is unknown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub positions_m: Option<[Vec3; 2]>,
+}
+
+impl Ball {
+    /// A ball of unknown size that a camera photographed from so far away that all rays are parallel.
+    pub fn far(center_px: [f32; 2], radius_px: f32) -> Self {
+        Self {
+            center_px,
+            radius_px,
+            radius_m: 1.0,
+            camera_distance_m: 1e5,
+        }
+    }
+
+    /// A ball of which nothing is known, not even where it is in its photographs.
+    pub fn unknown() -> Self {
+        Self::far([0.0; 2], 0.0)
+    }
+
+    /// Whether it is known where the ball is in its photographs.
+    pub fn has_circle(&self) -> bool {
+        self.radius_px != 0.0
+    }
+
+    /// Whether sizes and distances are unknown: see [`Self::far`].
+    pub fn is_far(&self) -> bool {
+        let far = Self::unknown();
+        (self.radius_m, self.camera_distance_m) == (far.radius_m, far.camera_distance_m)
+    }
 }
 
 impl Shoot {
@@ -147,6 +191,7 @@ impl Project {
                         radius_m: 0.1,
                         camera_distance_m: 3.0,
                     },
+                    second_ball: None,
                     dome_radius_m: None,
                     environments: vec![],
                     lamp_layout: vec![],
@@ -381,6 +426,12 @@ impl Project {
     /// The mirror ball under lamp `lamp` alone, counted over all lamps.
     pub fn lamp_probe_path(&self, lamp: usize) -> PathBuf {
         self.shoot_path(format!("probes/{}.png", self.settings.shoot.lamp(lamp)))
+    }
+
+    /// A second ball under lamp `lamp` alone, counted over all lamps.
+    pub fn second_probe_path(&self, second: &SecondBall, lamp: usize) -> PathBuf {
+        let name = self.settings.shoot.lamp(lamp);
+        self.shoot_path(second.folder.join(format!("{name}.png")))
     }
 
     /// All mirror balls: the interview's, then the lamps'.

@@ -33,9 +33,10 @@ use super::wizard::Wizard;
 use super::{keys, theme};
 use autosave::Autosave;
 use dialogs::Dialogs;
+use eframe::egui_wgpu::RenderState;
 use egui::Context;
 use exports::Exports;
-use gpu::DeviceChoice;
+use gpu::{DeviceChoice, Gpu};
 use picker::ProjectPicker;
 use preview::Preview;
 use project::Project;
@@ -104,6 +105,13 @@ impl StudioApp {
         let worker = Worker::over(source, app.wake());
         app.open(project, worker);
         app
+    }
+
+    /// Draws what the network's GPU made from there, if the window draws with the same GPU.
+    pub fn drawn_with(mut self, window: RenderState) -> Self {
+        self.preview = Preview::drawn_by(Gpu::is_shared(&window.device));
+        self.view.draw_with(window);
+        self
     }
 
     fn empty(ctx: &Context, preferences: Preferences, device: DeviceChoice) -> Self {
@@ -206,8 +214,12 @@ impl StudioApp {
         self.receive_events();
         self.readers.receive(&self.ctx);
         self.open_made();
+        self.exports.destination.receive();
         let unsaved = self.autosave.failures().chain(self.library.receive());
-        let failures = unsaved.chain(self.readers.inspector.failure());
+        let unread = self.readers.inspector.failure();
+        let failures = unsaved
+            .chain(unread)
+            .chain(self.exports.destination.failure());
         failures.for_each(|failure| self.status.refuse(failure));
     }
 
@@ -269,7 +281,8 @@ impl StudioApp {
     fn ask(&mut self) {
         let wake = self.wake();
         if let Some(worker) = &self.session.worker {
-            (self.preview).ask(worker, &self.library, &self.state, &mut self.status);
+            let (library, state) = (&self.library, &self.state);
+            (self.preview).ask(worker, &self.shown, library, state, &mut self.status);
         }
         if self.shown.contains(&Pane::Project) {
             self.picker.ask(self.autosave.recent(), wake.clone());
@@ -310,7 +323,7 @@ impl eframe::App for StudioApp {
         }
         self.receive();
         let mut commands = Vec::new();
-        commands.extend(self.dialogs.chosen());
+        commands.extend(self.chosen());
         keys::pressed(&self.ctx, self.state.active, &mut commands);
         self.dropped(&mut commands);
         self.draw(ui, &mut commands);

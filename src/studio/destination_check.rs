@@ -1,8 +1,8 @@
 //! Checks in the background whether files of the next export exist already.
 
+use base::error::Result;
 use export::{Destination, untaken};
-use std::sync::Arc;
-use worker::Latest;
+use worker::Lookup;
 
 /// The question: where the export goes.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,54 +25,73 @@ pub struct ExistingFiles {
     pub free: String,
 }
 
-/// Answers one question at a time, the newest.
+/// The newest answer, and the thread that finds it.
 pub struct DestinationCheck {
+    lookup: Lookup<DestinationQuery, ExistingFiles>,
     asked: Option<DestinationQuery>,
-    answer: Arc<Latest<ExistingFiles>>,
     found: Option<ExistingFiles>,
-    busy: bool,
+    failure: Option<String>,
 }
 
 impl DestinationCheck {
     /// Nothing is known yet; `wake` is called with each answer.
-    pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+    pub fn new(wake: impl Fn() + Send + 'static) -> Self {
+        Self::by(wake, |query| Ok(ExistingFiles::of(query)))
+    }
+
+    /// The same with another way to look.
+    fn by(
+        wake: impl Fn() + Send + 'static,
+        find: impl FnMut(&DestinationQuery) -> Result<ExistingFiles> + Send + 'static,
+    ) -> Self {
         Self {
+            lookup: Lookup::start(wake, find),
             asked: None,
-            answer: Arc::new(Latest::new(wake)),
             found: None,
-            busy: false,
+            failure: None,
         }
     }
 
-    /// Takes in the answer, and asks again if the question changed.
+    /// Asks if the question changed.
     pub fn ask(&mut self, query: DestinationQuery) {
-        if let Some(found) = self.answer.take() {
-            self.found = Some(found);
-            self.busy = false;
+        if self.asked.as_ref() != Some(&query) {
+            self.lookup.ask(query.clone());
+            self.asked = Some(query);
         }
-        if self.busy || self.asked.as_ref() == Some(&query) {
-            return;
+    }
+
+    /// Takes in the newest answer.
+    pub fn receive(&mut self) {
+        match self.lookup.answers().last() {
+            Some((_, Ok(found))) => self.found = Some(found),
+            Some((_, Err(e))) => self.failure = Some(e.to_string()),
+            None => {}
         }
-        self.asked = Some(query.clone());
-        self.busy = true;
-        let answer = self.answer.clone();
-        std::thread::spawn(move || answer.put(ExistingFiles::of(query)));
     }
 
     /// The newest answer.
     pub fn found(&self) -> Option<&ExistingFiles> {
         self.found.as_ref()
     }
+
+    /// Why the newest question was not answered, once.
+    pub fn failure(&mut self) -> Option<String> {
+        self.failure.take()
+    }
 }
 
 impl ExistingFiles {
     /// Looks at the disk.
-    fn of(query: DestinationQuery) -> Self {
+    fn of(query: &DestinationQuery) -> Self {
         let (first, last) = query.range;
         // A destination that is not understood has no files; the export says what is wrong with it.
         let files = Destination::parse(&query.to).map_or(0, |d| d.taken(first, last));
         let free = untaken(&query.to, first, last).unwrap_or_else(|_| query.to.clone());
-        Self { query, files, free }
+        Self {
+            query: query.clone(),
+            files,
+            free,
+        }
     }
 }
 
@@ -99,6 +118,7 @@ mod tests {
             {
                 assert!(started.elapsed() < Duration::from_secs(60));
                 destination_check.ask(query.clone());
+                destination_check.receive();
                 std::thread::sleep(Duration::from_millis(1));
             }
             destination_check.found().cloned().unwrap()
@@ -109,5 +129,32 @@ mod tests {
         assert_eq!(until(query("b.%04d.png", 0)).files, 0);
         std::fs::write(folder.path().join("b.0000.png"), "").unwrap();
         assert_eq!(until(query("b.%04d.png", 1)).files, 1);
+    }
+
+    #[test]
+    fn a_panic_is_said_once_and_the_next_question_is_answered() {
+        let (wake, woken) = std::sync::mpsc::channel();
+        let mut check = DestinationCheck::by(
+            move || wake.send(()).unwrap(),
+            |query| {
+                assert_ne!(query.to, "bad", "on purpose");
+                Ok(ExistingFiles::of(query))
+            },
+        );
+        let mut ask = |to: &str| {
+            check.ask(DestinationQuery {
+                to: to.to_owned(),
+                range: (0, 0),
+                finished: 0,
+            });
+            woken.recv().unwrap();
+            check.receive();
+            let found = check.found().map(|found| found.query.to.clone());
+            (check.failure(), check.failure(), found)
+        };
+        let (first, again, found) = ask("bad");
+        assert!(first.unwrap().contains("on purpose"));
+        assert_eq!((again, found), (None, None));
+        assert_eq!(ask("good.png"), (None, None, Some("good.png".to_owned())));
     }
 }

@@ -110,7 +110,10 @@ fn show(
             share(window);
         }
         let message = lost.then(|| Error::GpuLost.to_string());
-        let app = StudioApp::of(&cc.egui_ctx, Preferences::of_user(), project, device);
+        let mut app = StudioApp::of(&cc.egui_ctx, Preferences::of_user(), project, device);
+        if let Some(window) = &cc.wgpu_render_state {
+            app = app.drawn_with(window.clone());
+        }
         Ok(Box::new(app.replaced_by(handover, message.as_deref())) as Box<dyn eframe::App>)
     };
     eframe::run_native(&title, options, Box::new(create)).map_err(|e| {

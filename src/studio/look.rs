@@ -1,5 +1,8 @@
 //! The settings that can be undone: the light, the picture, and what is set by hand in calibration and training.
 
+mod environments;
+mod keyframes;
+
 use super::environment_list::ListedEnvironment;
 use super::keyframed::Keyframed;
 use super::training::TrainChoice;

@@ -1,83 +1,82 @@
 //! Writes small files in the background, one after the other.
 
+use base::error::Result;
 use imaging::file::write_beside;
-use std::collections::HashSet;
+use std::cell::RefCell;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
+use worker::background::{Background, Handler, Request};
 
 /// The thread that writes. Dropping it waits until everything is written.
 pub struct Saver {
-    tasks: Option<Sender<Task>>,
+    thread: Background<SaveRequest>,
+    /// The files that were saved, by the number that their requests have.
+    files: RefCell<Vec<PathBuf>>,
     failures: Receiver<String>,
-    thread: Option<JoinHandle<()>>,
 }
 
-enum Task {
-    Write(PathBuf, String),
-    /// Say when everything before it is written.
+enum SaveRequest {
+    /// Write this text into the file of this number.
+    Write {
+        file: usize,
+        path: PathBuf,
+        text: String,
+    },
+    /// Say that every write before it has been tried.
     Tell(Sender<()>),
+}
+
+struct Saving<Save, Wake> {
+    write: Save,
+    failures: Sender<String>,
+    wake: Wake,
 }
 
 impl Saver {
     /// Starts the thread; `wake` is called when something could not be written.
     pub fn start(wake: impl Fn() + Send + 'static) -> Self {
-        let (tasks, waiting) = channel();
+        Self::by(wake, |path, text| {
+            write_beside(path, |out| out.write_all(text.as_bytes()))
+        })
+    }
+
+    /// The same with another way to write a text into a file.
+    fn by(
+        wake: impl Fn() + Send + 'static,
+        write: impl FnMut(&Path, &str) -> Result<()> + Send + 'static,
+    ) -> Self {
         let (fail, failures) = channel();
-        let thread = std::thread::spawn(move || {
-            while let Ok(first) = waiting.recv() {
-                let mut tasks: Vec<Task> =
-                    std::iter::once(first).chain(waiting.try_iter()).collect();
-                // Only the last version of a file counts.
-                let mut seen = HashSet::new();
-                tasks.reverse();
-                tasks.retain(|task| match task {
-                    Task::Write(path, _) => seen.insert(path.clone()),
-                    Task::Tell(_) => true,
-                });
-                // Those who wait are told after all writes.
-                tasks.sort_by_key(|task| matches!(task, Task::Tell(_)));
-                for task in tasks {
-                    match task {
-                        Task::Write(path, text) => {
-                            let written = write_beside(&path, |out| out.write_all(text.as_bytes()));
-                            if let Err(e) = written {
-                                // Nobody listens after the window is closed.
-                                let _ = fail.send(e.to_string());
-                                wake();
-                            }
-                        }
-                        // The one who asked may be gone.
-                        Task::Tell(done) => drop(done.send(())),
-                    }
-                }
-            }
+        let thread = Background::spawn("autosave", move |_| Saving {
+            write,
+            failures: fail,
+            wake,
         });
         Self {
-            tasks: Some(tasks),
+            thread,
+            files: RefCell::default(),
             failures,
-            thread: Some(thread),
         }
     }
 
-    /// Writes `text` to `path` soon: to a file beside it, which is then renamed.
+    /// Writes `text` to `path` soon: to a file beside it, which is then renamed. Only the newest text for a file is
+    /// written.
     pub fn save(&self, path: PathBuf, text: String) {
-        if let Some(tasks) = &self.tasks {
-            // The thread ends with this struct.
-            let _ = tasks.send(Task::Write(path, text));
-        }
+        let mut files = self.files.borrow_mut();
+        let file = files.iter().position(|known| *known == path);
+        let file = file.unwrap_or_else(|| {
+            files.push(path.clone());
+            files.len() - 1
+        });
+        self.thread.put(SaveRequest::Write { file, path, text });
     }
 
     /// Waits until every write so far has been tried. Call it before reading a file that may be among them.
     pub fn settle(&self) {
         let (done, told) = channel();
-        if let Some(tasks) = &self.tasks
-            && tasks.send(Task::Tell(done)).is_ok()
-        {
-            // It fails if the thread is gone: then there is nothing to wait for.
-            let _ = told.recv();
-        }
+        self.thread.put(SaveRequest::Tell(done));
+        // It fails if the thread is gone: then there is nothing to wait for.
+        let _ = told.recv();
     }
 
     /// What could not be written since the last call.
@@ -86,12 +85,44 @@ impl Saver {
     }
 }
 
-impl Drop for Saver {
-    fn drop(&mut self) {
-        self.tasks = None;
-        if let Some(thread) = self.thread.take() {
-            // A panic of the thread is on stderr already.
-            let _ = thread.join();
+impl Request for SaveRequest {
+    /// One lane for each file; those who wait are told after all writes.
+    fn lane(&self) -> Option<usize> {
+        match self {
+            Self::Write { file, .. } => Some(*file),
+            Self::Tell(_) => None,
+        }
+    }
+
+    fn is_kept(&self) -> bool {
+        matches!(self, Self::Write { .. })
+    }
+}
+
+impl<Save, Wake> Handler for Saving<Save, Wake>
+where
+    Save: FnMut(&Path, &str) -> Result<()>,
+    Wake: Fn(),
+{
+    type Request = SaveRequest;
+    type Answer = ();
+
+    fn work(&mut self, request: &mut SaveRequest) -> Result<()> {
+        match request {
+            SaveRequest::Write { path, text, .. } => (self.write)(path, text),
+            SaveRequest::Tell(_) => Ok(()),
+        }
+    }
+
+    fn deliver(&mut self, request: SaveRequest, answer: Result<()>) {
+        if let Err(e) = answer {
+            // Nobody listens after the window is closed.
+            let _ = self.failures.send(e.to_string());
+            (self.wake)();
+        }
+        if let SaveRequest::Tell(done) = request {
+            // The one who asked may be gone.
+            let _ = done.send(());
         }
     }
 }
@@ -121,5 +152,42 @@ mod tests {
             let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
             assert_eq!(text, "49");
         }
+    }
+
+    #[test]
+    fn a_dropped_saver_writes_what_waits() {
+        let folder = tempfile::tempdir().unwrap();
+        let saver = Saver::start(|| {});
+        for name in ["a", "b", "c"] {
+            saver.save(folder.path().join(name), name.to_owned());
+        }
+        drop(saver);
+        for name in ["a", "b", "c"] {
+            let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
+            assert_eq!(text, name);
+        }
+    }
+
+    #[test]
+    fn a_panic_while_a_file_is_written_is_said_and_the_next_is_written() {
+        let (written, saved) = channel();
+        let saver = Saver::by(
+            || {},
+            move |path, text| {
+                assert_ne!(text, "bad", "on purpose");
+                written.send(path.to_path_buf()).unwrap();
+                Ok(())
+            },
+        );
+        saver.save("look".into(), "bad".to_owned());
+        saver.settle();
+        let failures: Vec<String> = saver.failures().collect();
+        assert_eq!(failures.len(), 1);
+        for said in ["on purpose", "bug in Afterlight"] {
+            assert!(failures[0].contains(said), "{failures:?}");
+        }
+        saver.save("look".into(), "good".to_owned());
+        drop(saver);
+        assert_eq!(saved.iter().collect::<Vec<_>>(), [PathBuf::from("look")]);
     }
 }

@@ -7,7 +7,7 @@ use gpu::DeviceChoice;
 use project::Project;
 use std::sync::Arc;
 use training::{History, Pace, Preset, Records, TrainSettings, TrainingConfig};
-use worker::{Event, Latest, TRAINING};
+use worker::{Event, Lookup, TRAINING};
 
 /// How to train, as a person chooses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,8 +59,8 @@ pub struct Training {
     timed: Option<Pace>,
     /// The curves that the running or last job reported.
     live: History,
-    slot: Option<Arc<Latest<Records>>>,
-    /// Whether a thread is reading.
+    reader: Option<Lookup<Project, Records>>,
+    /// Whether the reader is reading.
     reading: bool,
     /// Whether what was read is up to date, or is being read.
     current: bool,
@@ -122,10 +122,15 @@ impl Training {
 
     /// Takes in what was read.
     pub fn receive(&mut self) {
-        let Some(records) = self.slot.as_ref().and_then(|slot| slot.take()) else {
+        let Some((_, read)) = self.reader.iter().flat_map(Lookup::answers).last() else {
             return;
         };
         self.reading = false;
+        // What was read before stays.
+        let records = read.unwrap_or_else(|e| Records {
+            failure: Some(e.to_string()),
+            ..self.records.as_deref().cloned().unwrap_or_default()
+        });
         self.history = records.history.clone();
         if self.running {
             // Points that are not in the log yet.
@@ -137,20 +142,16 @@ impl Training {
     }
 
     /// Reads what is on disk, if it may have changed and the panes `shown` show it.
-    pub fn ask(
-        &mut self,
-        project: &Project,
-        shown: &[Pane],
-        wake: impl Fn() + Clone + Send + Sync + 'static,
-    ) {
+    pub fn ask(&mut self, project: &Project, shown: &[Pane], wake: impl Fn() + Send + 'static) {
         let wanted = std::mem::take(&mut self.listed) || shown.contains(&Pane::Training);
         if self.current || self.reading || !wanted {
             return;
         }
         (self.current, self.reading) = (true, true);
-        let slot = self.slot.get_or_insert_with(|| Arc::new(Latest::new(wake)));
-        let (slot, project) = (slot.clone(), project.clone());
-        std::thread::spawn(move || slot.put(Records::read(&project)));
+        let reader = self.reader.get_or_insert_with(|| {
+            Lookup::start(wake, |project: &Project| Ok(Records::read(project)))
+        });
+        reader.ask(project.clone());
     }
 
     /// The choice that is shown: what was `chosen` by hand, or what fits the checkpoint.
@@ -206,5 +207,41 @@ impl Training {
     /// How fast this machine trains, if known.
     pub fn pace(&self) -> Option<Pace> {
         self.timed.or_else(|| self.records.as_ref()?.pace())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn a_panic_while_the_log_is_read_is_said_in_its_place_and_the_next_reading_works() {
+        let (wake, woken) = channel();
+        let mut readings = 0;
+        let reader = Lookup::start(
+            move || wake.send(()).unwrap(),
+            move |_: &Project| {
+                readings += 1;
+                assert_ne!(readings, 1, "on purpose");
+                Ok(Records::default())
+            },
+        );
+        let mut training = Training {
+            reader: Some(reader),
+            ..Training::default()
+        };
+        let project = Project::without_shoot("film".as_ref());
+        let mut read = || {
+            training.ask(&project, &[Pane::Training], || {});
+            woken.recv().unwrap();
+            training.receive();
+            assert!(training.is_current());
+            training.on_event(&Event::Report(Report::Saved));
+            training.records.as_ref().unwrap().failure.clone()
+        };
+        let failure = read().unwrap();
+        assert!(failure.contains("on purpose"), "{failure}");
+        assert_eq!(read(), None);
     }
 }

@@ -9,6 +9,7 @@ use super::panels::{
     TimelinePanel, TrainingPanel, ViewportPanel,
 };
 use super::theme::{self, GAP};
+use eframe::egui_wgpu::RenderState;
 use egui::{Color32, Frame, Margin, Panel, ScrollArea, Stroke, Ui, Visuals};
 use egui_tiles::{
     Behavior, EditAction, SimplificationOptions, TabState, TileId, Tiles, UiResponse,
@@ -39,6 +40,11 @@ impl Panels {
     /// Points that a pixel of the fitted picture takes; 0 before there was one.
     pub fn fit(&self) -> f32 {
         self.viewport.fit()
+    }
+
+    /// Has the viewport draw textures of this GPU.
+    pub fn draw_with(&mut self, window: RenderState) {
+        self.viewport = ViewportPanel::drawn_with(window);
     }
 
     /// Gives the focus to the first control of a pane that the Tab key steps through.

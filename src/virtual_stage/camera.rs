@@ -1,5 +1,9 @@
 //! The camera: rays through pixels, and what the sensor makes of light.
 
+use super::jpeg::through_jpeg;
+use super::response::Curve;
+use super::trouble::Trouble;
+use base::Result;
 use chacha20::ChaCha8Rng;
 use glam::Vec3;
 use imaging::{DualGamma, Encoded, Image, Raster};
@@ -27,21 +31,26 @@ pub fn field_of_view_deg() -> f64 {
 
 /// A camera's sensor: noise, response and eight bits.
 pub struct Sensor {
-    /// Encoded → linear.
-    pub response: DualGamma,
+    pub response: Curve,
     /// Least linear value of every code but 0.
     thresholds: Vec<f32>,
     seed: u64,
+    /// Factor on the usual noise.
+    noise: f32,
+    jpeg: Option<u8>,
 }
 
 impl Sensor {
-    /// A sensor with a response drawn from the seed, within what consumer cameras have.
-    pub fn new(seed: u64) -> Self {
+    /// A sensor with the given response, or one drawn from the seed within what consumer cameras have.
+    pub fn new(seed: u64, trouble: &Trouble) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_6e73_6f72);
-        let response = DualGamma {
-            gamma1: random.random_range(2.3..2.8),
-            gamma2: random.random_range(1.9..2.3),
-        };
+        let response = trouble.response.unwrap_or_else(|| {
+            let usual = DualGamma {
+                gamma1: random.random_range(2.3..2.8),
+                gamma2: random.random_range(1.9..2.3),
+            };
+            usual.into()
+        });
         let thresholds = (1..=255)
             .map(|code| response.decode_value((code as f32 - 0.5) / 255.0))
             .collect();
@@ -49,19 +58,32 @@ impl Sensor {
             response,
             thresholds,
             seed,
+            noise: trouble.noise,
+            jpeg: trouble.jpeg,
         }
     }
 
-    /// The 8-bit photograph of linear light. The noise (σ = 0.003·√L + 5·10⁻⁵) depends on the seed
+    /// The 8-bit photograph of linear light. The noise (usually σ = 0.003·√L + 5·10⁻⁵) depends on the seed
     /// and on `name` alone, so the order in which pictures are taken does not matter.
-    pub fn photograph(&self, light: &Image, name: &str) -> Encoded {
+    ///
+    /// # Errors
+    /// When the JPEG fails, which it does for no picture of the stage.
+    pub fn photograph(&self, light: &Image, name: &str) -> Result<Encoded> {
+        let picture = self.expose(light, name);
+        match self.jpeg {
+            Some(quality) => through_jpeg(&picture, quality),
+            None => Ok(picture),
+        }
+    }
+
+    fn expose(&self, light: &Image, name: &str) -> Encoded {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ hash(name));
         let mut spare = None;
         Encoded(light.map(|pixel| {
             pixel.map(|level| {
                 let level = level.max(0.0);
-                let noisy =
-                    level + (0.003 * level.sqrt() + 5e-5) * gaussian(&mut random, &mut spare);
+                let deviation = (0.003 * level.sqrt() + 5e-5) * self.noise;
+                let noisy = level + deviation * gaussian(&mut random, &mut spare);
                 self.thresholds.partition_point(|&least| least <= noisy) as f32 / 255.0
             })
         }))
@@ -102,10 +124,10 @@ mod tests {
 
     #[test]
     fn a_photograph_is_the_encoded_light_to_rounding_and_noise() {
-        let sensor = Sensor::new(5);
+        let sensor = Sensor::new(5, &Trouble::default());
         let light = Raster::filled(64, 64, [0.3, 0.02, 0.0]);
-        let taken = sensor.photograph(&light, "a");
-        let decoded = sensor.response.decode(&taken);
+        let taken = sensor.photograph(&light, "a").unwrap();
+        let decoded = sensor.response.nearest_dual_gamma().0.decode(&taken);
         for channel in 0..3 {
             let mean = decoded.pixels.iter().map(|p| p[channel]).sum::<f32>() / 4096.0;
             assert!(
@@ -113,18 +135,19 @@ mod tests {
                 "channel {channel}: {mean}"
             );
         }
-        assert_eq!(taken, sensor.photograph(&light, "a"));
-        assert_ne!(taken, sensor.photograph(&light, "b"));
+        assert_eq!(taken, sensor.photograph(&light, "a").unwrap());
+        assert_ne!(taken, sensor.photograph(&light, "b").unwrap());
     }
 
     #[test]
     fn rounding_is_that_of_the_exact_encoding() {
-        let sensor = Sensor::new(1);
+        let sensor = Sensor::new(1, &Trouble::default());
+        let response = sensor.response.nearest_dual_gamma().0;
         for i in 0..2000 {
             let level = (i as f32 / 2000.0).powi(3);
             let code = sensor.thresholds.partition_point(|&least| least <= level) as f32;
             assert!(
-                (code - 255.0 * sensor.response.encode_value(level)).abs() < 0.501,
+                (code - 255.0 * response.encode_value(level)).abs() < 0.501,
                 "{level}"
             );
         }

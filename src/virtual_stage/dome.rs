@@ -29,9 +29,12 @@ pub struct Dome {
 impl Dome {
     /// A dome whose lamps switch in `banks` banks, from 1.
     pub fn new(banks: usize) -> Self {
-        let total = ((banks as f64 * LAMPS_PER_BANK).round() as usize)
-            .min(MAX_LAMPS)
-            .max(banks);
+        Self::with(banks, (banks as f64 * LAMPS_PER_BANK).round() as usize)
+    }
+
+    /// A dome of about `lamps` lamps, at least one for each of `banks` banks.
+    pub(super) fn with(banks: usize, lamps: usize) -> Self {
+        let total = lamps.min(MAX_LAMPS).max(banks);
         let centres = spiral(banks);
         let mut lamps: Vec<(usize, Vec3)> = spiral(total)
             .into_iter()
@@ -125,7 +128,7 @@ impl Dome {
 }
 
 /// `count` directions spread evenly over the sphere from +Y to −Y (a Fibonacci spiral).
-fn spiral(count: usize) -> Vec<Vec3> {
+pub(super) fn spiral(count: usize) -> Vec<Vec3> {
     let golden_angle = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
     (0..count)
         .map(|i| {

@@ -243,10 +243,11 @@ fn crossing(start: Vec3, direction: Vec3) -> Option<(f32, f32)> {
 mod tests {
     use super::*;
     use crate::motion::Pose;
+    use crate::trouble::Look;
 
     #[test]
     fn the_grid_tells_the_distance_near_the_surface() {
-        let subject = Subject::new(&Pose::default());
+        let subject = Subject::new(&Pose::default(), &Look::default());
         let grid = Grid::bake(&subject);
         for i in 0..2000 {
             let at = |k: usize| ((i * k) % 997) as f32 / 997.0;
@@ -265,7 +266,7 @@ mod tests {
 
     #[test]
     fn a_ray_through_the_head_is_blocked_and_one_away_from_it_is_free() {
-        let grid = Grid::bake(&Subject::new(&Pose::default()));
+        let grid = Grid::bake(&Subject::new(&Pose::default(), &Look::default()));
         let nose = Vec3::new(0.0, 0.0, 0.15);
         let mut passages = Vec::new();
         grid.pass(nose, &[Vec3::NEG_Z, Vec3::Z], 0.01, &mut passages);

@@ -8,37 +8,53 @@
 //! `subject` is a head and shoulders as signed distances (`head`, `attire`), painted by `material` and moved by
 //! `motion`. `dome` holds the lamps. `picture` finds what the camera sees and `transport` carries every lamp's
 //! light there, with shadows marched through the baked `grid`. `probe` traces the mirror ball, `camera` turns light
-//! into photographs, `shoot` writes everything to disk. Only what a material or the geometry needs is traced;
+//! into photographs, `shoot` writes everything to disk. `trouble` says what is unlike the plain stage, by settings or
+//! drawn from the seed: `interview_light` that is no sum of the banks (`panel`, `room`), other skin and `accessories`,
+//! a subject that moves (`sway`), a ball that shows more than lamps (`ball_view`), another `response`, `jpeg`. Only what a material or the geometry needs is traced;
 //! `effects` counts it.
 
+mod accessories;
 mod attire;
+mod ball_view;
 mod camera;
 pub mod dome;
 mod effects;
 mod environments;
 mod grid;
 mod head;
+mod interview_light;
+mod jpeg;
 mod manifest;
 mod material;
 mod motion;
+mod panel;
 mod picture;
 mod probe;
+mod response;
+mod room;
+mod session;
 mod shape;
 mod shoot;
+mod span;
 mod subject;
+mod sway;
 #[cfg(test)]
 mod tests;
 mod transport;
+mod trouble;
+mod truth;
 
 pub use effects::Effect;
+pub use response::Curve;
 pub use shoot::write_shoot;
+pub use trouble::{Hair, LightKind, TroubleSettings};
 
 use base::error::{Error, Result};
 use serde::Serialize;
 use std::ops::RangeInclusive;
 
 /// What the stage produces.
-#[derive(Clone, Debug, PartialEq, Eq, clap::Args)]
+#[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct StageSettings {
     /// Frames of the interview, from 1.
     #[arg(long, default_value_t = StageSettings::default().frames)]
@@ -52,6 +68,8 @@ pub struct StageSettings {
     /// Banks of lamps, and so OLATs per pose, from 4 to 931, where each lamp is a bank of its own.
     #[arg(long, default_value_t = StageSettings::default().lamps)]
     pub lamps: usize,
+    #[command(flatten)]
+    pub trouble: TroubleSettings,
 }
 
 impl Default for StageSettings {
@@ -61,6 +79,7 @@ impl Default for StageSettings {
             size: 256,
             seed: 1,
             lamps: 41,
+            trouble: TroubleSettings::NONE,
         }
     }
 }
@@ -83,7 +102,8 @@ impl StageSettings {
         };
         within("pixels across (size)", self.size, 16..=1024)?;
         within("interview frames", self.frames, 1..=999)?;
-        within("lamps", self.lamps, 4..=dome::MAX_LAMPS)
+        within("lamps", self.lamps, 4..=dome::MAX_LAMPS)?;
+        self.trouble.check()
     }
 }
 

@@ -4,7 +4,10 @@
 use super::camera;
 use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
 use super::motion::{FRAME_RATE, Pose};
+use super::panel::Panel;
 use super::probe::{BALL_RADIUS_M, ball_radius_px};
+use super::response::Curve;
+use super::trouble::Trouble;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -31,6 +34,16 @@ pub struct Manifest {
     hdris: Vec<Hdri>,
     files: BTreeMap<&'static str, &'static str>,
     response_form: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tracking: Option<Tracking>,
+}
+
+/// Pictures of the subject fully lit, taken while the lamps went round.
+#[derive(Serialize)]
+pub struct Tracking {
+    pub files: &'static str,
+    /// For each, the number of the lamp that it was taken before; the number of lamps for the last one.
+    pub before_lamp: Vec<usize>,
 }
 
 #[derive(Serialize)]
@@ -64,6 +77,7 @@ impl Manifest {
         frames: usize,
         poses: usize,
         environments: &[&str],
+        tracking: Option<Tracking>,
     ) -> Self {
         Self {
             name: "virtual stage",
@@ -117,6 +131,7 @@ impl Manifest {
                 ("probes", "probes/interview.png, probes/olat_BB.png"),
             ]),
             response_form: "linear = (1-I)*I^g1 + I*I^g2 for encoded I in 0..1 (g1,g2 unknown to the user; see truth.json)",
+            tracking,
         }
     }
 }
@@ -144,12 +159,39 @@ pub struct Truth {
     pub poses: Vec<Pose>,
     pub frames: Vec<Pose>,
     pub truth_frames: Vec<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trouble: Option<TroubleTruth>,
+}
+
+/// What is true of a shoot with trouble.
+#[derive(Serialize)]
+pub struct TroubleTruth {
+    /// Settings and what was drawn in place of those left open.
+    #[serde(flatten)]
+    pub trouble: Trouble,
+    /// The camera's response. `g1` and `g2` are the dual gamma nearest to it, as far away as this: the root mean square
+    /// difference of encoded values.
+    pub response: Curve,
+    pub response_distance: f32,
+    /// The interview's lamps that are not the stage's, in metres; radiance in units of `bank_weights_unit_radiance`.
+    pub panels: Vec<Panel>,
+    /// Share of the interview's picture that no sum of the banks with weights of 0 or more explains (root mean square,
+    /// on the subject in the first frame of `truth_frames`), and the weights of the nearest sum, linear interview per
+    /// OLAT.
+    pub off_span: f32,
+    pub nearest_sum_linear_interview_per_olat: Vec<[f32; 3]>,
+    /// Per pose and lamp, how far the face was from its place in the pose's matte and truth, in pixels to the right and
+    /// down; empty if the subject sat still.
+    pub sway_px: Vec<Vec<[f32; 2]>>,
 }
 
 /// Text of `noise`.
 pub const NOISE: &str = "sigma_lin = 0.003*sqrt(L)+5e-5, before encoding and 8-bit rounding";
 /// Text of `interview_kind`.
 pub const INTERVIEW_KIND: &str = "exact: interview = sum_b weights_b * bank_b";
+/// Text of `interview_kind` of other light.
+pub const OTHER_INTERVIEW_KIND: &str =
+    "other light: weights_b is what falls to the bank nearest to each of its directions";
 /// Text of `weights_note`.
 pub const WEIGHTS_NOTE: &str = "decode(interview subject image) = sum_b weights_b * decode(olat_b) on the subject; the same weights hold between the probe photos";
 /// Text of `hdri_note`.

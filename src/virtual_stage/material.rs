@@ -4,6 +4,7 @@
 use super::head::{EYE, EYE_RADIUS};
 use super::shape::{noise, ramp, rod};
 use super::subject::{Part, Subject};
+use super::trouble::Hair;
 use glam::{Vec2, Vec3};
 
 /// How a point of the surface reflects light.
@@ -72,6 +73,25 @@ pub fn surface(subject: &Subject, part: Part, p: Vec3, camera: Vec3) -> Surface 
                 ..matte
             }
         }
+        Part::Hair => Surface {
+            albedo: hair(subject.look.hair, q),
+            mirror: Vec3::splat(0.046),
+            roughness: 0.30 + 0.06 * noise(q * Vec3::new(500.0, 40.0, 500.0)),
+            ..matte
+        },
+        Part::Glasses => Surface {
+            albedo: Vec3::new(0.020, 0.016, 0.014),
+            roughness: 0.10,
+            ..matte
+        },
+        Part::Hand => Surface {
+            albedo: complexion(subject.look.skin)
+                * (1.0 + 0.05 * noise(p * 70.0) + 0.04 * noise(p * 190.0)),
+            mirror: Vec3::splat(0.028),
+            roughness: 0.33,
+            below: BELOW_SKIN_M,
+            ..matte
+        },
         Part::Jacket => Surface {
             albedo: tweed(p),
             roughness: 0.75,
@@ -80,6 +100,44 @@ pub fn surface(subject: &Subject, part: Part, p: Vec3, camera: Vec3) -> Surface 
             ..matte
         },
     }
+}
+
+/// A lens of glasses: it only mirrors.
+pub const LENS: Surface = Surface {
+    albedo: Vec3::ZERO,
+    mirror: Vec3::splat(0.04),
+    roughness: 0.05,
+    sheen: 0.0,
+    below: Vec3::ZERO,
+};
+
+/// The diffuse reflectance of skin of a tone from 0 (light) to 1 (dark), about that of the lightest and the darkest
+/// patches of skin charts; `None`: the stage's own subject.
+fn complexion(tone: Option<f32>) -> Vec3 {
+    const USUAL: Vec3 = Vec3::new(0.520, 0.305, 0.205);
+    const LIGHT: Vec3 = Vec3::new(0.640, 0.430, 0.340);
+    const DARK: Vec3 = Vec3::new(0.095, 0.050, 0.033);
+    // Pigment absorbs by thickness, so that equal steps are equal ratios.
+    tone.map_or(USUAL, |t| LIGHT.powf(1.0 - t) * DARK.powf(t))
+}
+
+/// The lips' diffuse reflectance: redder than the skin.
+fn lips(tone: Option<f32>) -> Vec3 {
+    const USUAL: Vec3 = Vec3::new(0.36, 0.115, 0.105);
+    tone.map_or(USUAL, |_| complexion(tone) * Vec3::new(0.72, 0.42, 0.52))
+}
+
+/// Strands of hair from root to tip.
+fn hair(colour: Option<Hair>, q: Vec3) -> Vec3 {
+    let colour = match colour {
+        None | Some(Hair::Black) => Vec3::new(0.014, 0.011, 0.010),
+        Some(Hair::Brown) => Vec3::new(0.085, 0.047, 0.028),
+        Some(Hair::Red) => Vec3::new(0.190, 0.065, 0.025),
+        Some(Hair::Blond) => Vec3::new(0.400, 0.270, 0.130),
+        Some(Hair::Grey) => Vec3::new(0.330, 0.320, 0.310),
+    };
+    let strand = noise(q * Vec3::new(700.0, 40.0, 700.0));
+    colour * (1.0 + 0.30 * strand + 0.15 * noise(q * Vec3::new(90.0, 12.0, 90.0)))
 }
 
 fn skin(subject: &Subject, q: Vec3) -> Surface {
@@ -91,7 +149,7 @@ fn skin(subject: &Subject, q: Vec3) -> Surface {
         + 0.70 * spot(Vec3::new(0.0, -0.040, 0.106), 0.011)
         + 0.55 * ramp(0.068, 0.082, s.x)
         + 0.25 * spot(Vec3::new(0.0, -0.100, 0.078), 0.014);
-    let mut albedo = Vec3::new(0.520, 0.305, 0.205) * (1.0 + mottle);
+    let mut albedo = complexion(subject.look.skin) * (1.0 + mottle);
     albedo *= Vec3::ONE - blood.min(1.0) * Vec3::new(0.02, 0.22, 0.20);
     // Tired, bluish skin about the eyes; freckles over nose and cheeks.
     albedo *= Vec3::ONE
@@ -105,7 +163,7 @@ fn skin(subject: &Subject, q: Vec3) -> Surface {
     let on_face = q.z > 0.02;
     let lip = if on_face { subject.head.lip(q) } else { 0.0 };
     albedo = albedo.lerp(
-        Vec3::new(0.36, 0.115, 0.105) * (1.0 + 0.10 * noise(q * Vec3::new(900.0, 150.0, 300.0))),
+        lips(subject.look.skin) * (1.0 + 0.10 * noise(q * Vec3::new(900.0, 150.0, 300.0))),
         0.9 * lip,
     );
     roughness += (0.15 - roughness) * lip;

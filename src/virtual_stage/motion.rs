@@ -28,6 +28,43 @@ pub struct Pose {
     pub smile: f32,
     /// How far the lids are closed, from 0 to 1.
     pub blink: f32,
+    /// Where the whole subject sits.
+    #[serde(skip_serializing_if = "Seat::is_usual")]
+    pub seat: Seat,
+    /// How far a hand is raised, from 0 (out of the picture) to 1 (beside the chin).
+    #[serde(skip_serializing_if = "is_zero")]
+    pub hand: f32,
+}
+
+/// Where the whole subject sits: metres to camera-right, up and to the camera, and a turn about the vertical in degrees,
+/// positive to camera-right.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Seat {
+    pub x: f32,
+    pub y: f32,
+    pub z: f32,
+    pub yaw: f32,
+}
+
+impl Seat {
+    /// Whether the subject sits in the middle of the stage, as on the plain one.
+    pub fn is_usual(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// A place of the stage in the subject's axes.
+    pub fn subject_place(&self, p: Vec3) -> Vec3 {
+        self.stage_from_subject().transpose() * (p - Vec3::new(self.x, self.y, self.z))
+    }
+
+    /// Rotation from the subject's axes to the stage's.
+    pub fn stage_from_subject(&self) -> Mat3 {
+        Mat3::from_rotation_y(self.yaw.to_radians())
+    }
+}
+
+fn is_zero(value: &f32) -> bool {
+    *value == 0.0
 }
 
 impl Pose {
@@ -93,6 +130,7 @@ fn pose_at(time: f32, phase: &[f32; 8], first_blink: f32) -> Pose {
         jaw: phrase * (0.15 + 0.85 * syllable * syllable),
         smile: 0.5 + 0.5 * wave(0.35, 7),
         blink: (1.6 * blink).min(1.0),
+        ..Pose::default()
     }
 }
 

@@ -5,20 +5,25 @@ use super::camera::{self, FRAME_HEIGHT_M};
 use super::dome::Dome;
 use super::effects::Tally;
 use super::grid::{CELL_M, Grid};
-use super::material::{Surface, surface};
+use super::material::{self, Surface, surface};
 use super::motion::Pose;
 use super::subject::{Part, Subject};
-use super::transport::{Effort, Point, Transport};
-use glam::Vec3;
+use super::transport::{Effort, Point, Source, Transport};
+use super::trouble::Look;
+use glam::{Mat3, Vec3};
 use imaging::{Image, Mask, Raster};
 use rayon::prelude::*;
 
 /// Which pictures of a pose to make.
+#[derive(Clone, Copy, Default)]
 pub struct Request<'a> {
     /// Whether to make every bank's own picture.
     pub banks: bool,
-    /// Sums of lamps: for each, a weight per lamp and channel.
+    /// Light that is no lamp of the dome.
+    pub others: &'a [Source],
+    /// Sums of light: for each, a weight per channel for every lamp and then, where it has any, for the other sources.
     pub sums: &'a [&'a [[f32; 3]]],
+    pub look: Look,
 }
 
 /// Linear pictures of one pose before black, premultiplied by the subject's coverage.
@@ -49,16 +54,37 @@ const SMOOTH_DEPTH_M: f32 = 0.006;
 
 /// The pictures of the subject in `pose`, `size × size`.
 pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort) -> Pictures {
-    let subject = Subject::new(pose);
+    let subject = Subject::new(pose, &request.look);
     let grid = Grid::bake(&subject);
+    let seat = &pose.seat;
+    let mut sources: Vec<Source> = Source::lamps(dome)
+        .chain(request.others.iter().copied())
+        .collect();
+    let mut eye = camera::POSITION;
+    if !seat.is_usual() {
+        // The subject stays in its own axes; the stage moves about it.
+        eye = seat.subject_place(eye);
+        sources
+            .iter_mut()
+            .for_each(|s| s.place = seat.subject_place(s.place));
+    }
+    let camera = Camera {
+        eye,
+        subject_from_stage: (!seat.is_usual()).then(|| seat.stage_from_subject().transpose()),
+        size,
+    };
     let transport = Transport {
-        dome,
+        sources: &sources,
         subject: &subject,
         grid: &grid,
         effort,
     };
-    let wanted: Vec<bool> = (0..dome.lamps.len())
-        .map(|lamp| request.banks || request.sums.iter().any(|sum| sum[lamp] != [0.0; 3]))
+    let is_summed = |source: usize| {
+        let weight = |sum: &&[[f32; 3]]| sum.get(source).is_some_and(|w| *w != [0.0; 3]);
+        request.sums.iter().any(weight)
+    };
+    let wanted: Vec<bool> = (0..sources.len())
+        .map(|source| (request.banks && source < dome.lamps.len()) || is_summed(source))
         .collect();
     let bank_count = if request.banks { dome.banks.len() } else { 0 };
     let layers = bank_count + request.sums.len();
@@ -66,9 +92,9 @@ pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Ef
         .into_par_iter()
         .map(|y| {
             let mut row = Row::new(size, layers);
-            let mut lamps = vec![Vec3::ZERO; dome.lamps.len()];
+            let mut lamps = vec![Vec3::ZERO; sources.len()];
             for x in 0..size {
-                let points = visible_points(&subject, &grid, x, y, size, &mut row.tally);
+                let points = visible_points(&subject, &grid, &camera, x, y, &mut row.tally);
                 if points.is_empty() {
                     continue;
                 }
@@ -77,6 +103,9 @@ pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Ef
                     row.coverage[x] += share;
                     row.normals[x] += point.normal * *share;
                     transport.add(point, *share, &wanted, &mut lamps, &mut row.tally);
+                }
+                for (point, share) in lens_points(&subject, &camera, x, y) {
+                    transport.add(&point, share, &wanted, &mut lamps, &mut row.tally);
                 }
                 let out = &mut row.light[x * layers..][..layers];
                 if request.banks {
@@ -102,7 +131,11 @@ pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Ef
     Pictures {
         coverage: Raster::from_fn(size, size, |x, y| rows[y].coverage[x].min(1.0)),
         normals: Raster::from_fn(size, size, |x, y| {
-            rows[y].normals[x].normalize_or_zero().to_array()
+            let normal = rows[y].normals[x].normalize_or_zero();
+            let turned = camera
+                .subject_from_stage
+                .map_or(normal, |turn| turn.transpose() * normal);
+            turned.to_array()
         }),
         banks: (0..bank_count).map(layer).collect(),
         sums: (bank_count..layers).map(layer).collect(),
@@ -129,6 +162,22 @@ impl Row {
     }
 }
 
+/// Where the camera stands in the subject's axes.
+struct Camera {
+    eye: Vec3,
+    /// `None` if both have the same axes.
+    subject_from_stage: Option<Mat3>,
+    size: usize,
+}
+
+impl Camera {
+    /// The ray through a place of the picture.
+    fn ray(&self, x: f32, y: f32) -> Vec3 {
+        let ray = camera::ray(x, y, self.size, FRAME_HEIGHT_M);
+        self.subject_from_stage.map_or(ray, |turn| turn * ray)
+    }
+}
+
 /// What a ray from the camera meets.
 struct Hit {
     part: Part,
@@ -139,17 +188,14 @@ struct Hit {
 fn visible_points(
     subject: &Subject,
     grid: &Grid,
+    camera: &Camera,
     x: usize,
     y: usize,
-    size: usize,
     tally: &mut Tally,
 ) -> Vec<(Point, f32)> {
     let look = |[dx, dy]: [f32; 2]| {
-        hit(
-            subject,
-            grid,
-            camera::ray(x as f32 + dx, y as f32 + dy, size, FRAME_HEIGHT_M),
-        )
+        let ray = camera.ray(x as f32 + dx, y as f32 + dy);
+        hit(subject, grid, camera.eye, ray)
     };
     tally.pixels += 1;
     let mut hits: Vec<Hit> = FIRST.into_iter().filter_map(look).collect();
@@ -174,6 +220,24 @@ fn visible_points(
         .into_iter()
         .map(|g| (mean(&g), g.len() as f32 / samples as f32))
         .collect()
+}
+
+/// What the lenses of glasses mirror into pixel (`x`, `y`), with each sample's share of the pixel. They add to what is
+/// seen through them.
+fn lens_points(subject: &Subject, camera: &Camera, x: usize, y: usize) -> Vec<(Point, f32)> {
+    let share = 1.0 / FIRST.len() as f32;
+    let look = |[dx, dy]: [f32; 2]| {
+        let ray = camera.ray(x as f32 + dx, y as f32 + dy);
+        let (t, normal) = subject.lens(camera.eye, ray)?;
+        let point = Point {
+            place: camera.eye + ray * t,
+            normal,
+            view: -ray,
+            surface: material::LENS,
+        };
+        Some((point, share))
+    };
+    FIRST.into_iter().filter_map(look).collect()
 }
 
 /// Gathers hits that lie on one smooth surface of one part.
@@ -212,18 +276,18 @@ fn mean(points: &[Point]) -> Point {
     }
 }
 
-/// Where the ray along `direction` from the camera meets the subject.
-fn hit(subject: &Subject, grid: &Grid, direction: Vec3) -> Option<Hit> {
+/// Where the ray from the camera at `eye` along `direction` meets the subject.
+fn hit(subject: &Subject, grid: &Grid, eye: Vec3, direction: Vec3) -> Option<Hit> {
     const NEAR_M: f32 = 1.5 * CELL_M;
-    let mut t = grid.approach(camera::POSITION, direction, 0.0, NEAR_M)?;
+    let mut t = grid.approach(eye, direction, 0.0, NEAR_M)?;
     // The grid leads to the surface; the last steps take the subject's own distance. Pleats and
     // blends bend distances, hence the shortened step.
     for _ in 0..160 {
-        let place = camera::POSITION + direction * t;
+        let place = eye + direction * t;
         let (part, distance) = subject.parts(place);
         if distance < 1.5e-4 {
             let normal = subject.normal(place);
-            let surface = surface(subject, part, place, camera::POSITION);
+            let surface = surface(subject, part, place, eye);
             return Some(Hit {
                 part,
                 point: Point {
@@ -236,7 +300,7 @@ fn hit(subject: &Subject, grid: &Grid, direction: Vec3) -> Option<Hit> {
         }
         t += 0.75 * distance;
         if distance > 2.0 * NEAR_M {
-            t = grid.approach(camera::POSITION, direction, t, NEAR_M)?;
+            t = grid.approach(eye, direction, t, NEAR_M)?;
         }
     }
     None

@@ -1,5 +1,6 @@
 //! The mirror ball: traced once, bank by bank, then weighted into every probe photograph.
 
+use super::ball_view::{Around, Surroundings};
 use super::camera;
 use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
 use glam::Vec3;
@@ -21,6 +22,8 @@ pub struct Probe {
     coverage: Vec<f32>,
     /// For every pixel: banks and the share of the pixel that shows their lamps.
     seen: Vec<Vec<(u32, f32)>>,
+    /// What else the ball shows; `None` on the plain stage.
+    around: Option<Around>,
     /// Radiance of a lamp whose share of the sphere has a mean radiance of 1.
     lamp_radiance: f32,
 }
@@ -31,10 +34,11 @@ pub fn ball_radius_px(size: usize) -> f64 {
 }
 
 impl Probe {
-    /// Traces the ball in a photograph of `size × size` pixels.
-    pub fn trace(dome: &Dome, size: usize) -> Self {
+    /// Traces the ball in a photograph of `size × size` pixels, among `surroundings` if there are any but lamps.
+    pub fn trace(dome: &Dome, size: usize, surroundings: Option<&Surroundings>) -> Self {
         let rays = (RAYS_ACROSS / size).max(4);
         let lamps = LampMap::new(dome);
+        let around = surroundings.map(|s| s.trace(size, rays));
         let traced: Vec<(f32, Vec<(u32, f32)>)> = (0..size * size)
             .into_par_iter()
             .map(|i| {
@@ -71,19 +75,24 @@ impl Probe {
             size,
             coverage,
             seen,
+            around,
             lamp_radiance: dome.lamp_solid_angle() / disc,
         }
     }
 
-    /// The ball's radiance under banks with the given weights, and a dim `ambient` on the ball.
-    pub fn image(&self, weight: impl Fn(usize) -> f32, ambient: f32) -> Image {
+    /// The ball's radiance under `light`, and a dim `ambient` on the ball.
+    pub fn image(&self, light: &BallLight, ambient: f32) -> Image {
+        let add = self.around.as_ref().map(|around| around.under(light));
         Raster::from_fn(self.size, self.size, |x, y| {
             let i = y * self.size + x;
-            let lamps: f32 = self.seen[i]
-                .iter()
-                .map(|&(bank, share)| weight(bank as usize) * share)
-                .sum();
-            [self.lamp_radiance * lamps + ambient * self.coverage[i]; 3]
+            let mirrored = [0, 1, 2].map(|c| {
+                let lamps: f32 = self.seen[i]
+                    .iter()
+                    .map(|&(bank, share)| light.banks[bank as usize][c] * share)
+                    .sum();
+                self.lamp_radiance * lamps + ambient * self.coverage[i]
+            });
+            add.as_ref().map_or(mirrored, |add| add(i, mirrored))
         })
     }
 
@@ -95,15 +104,35 @@ impl Probe {
         )
     }
 
-    /// The brightest pixel under banks with the given weights, without ambient light.
-    pub fn brightest(&self, weight: impl Fn(usize) -> f32) -> f32 {
-        let image = self.image(weight, 0.0);
-        image.pixels.iter().map(|p| p[0]).fold(0.0, f32::max)
+    /// The brightest pixel under `light`, without ambient light.
+    pub fn brightest(&self, light: &BallLight) -> f32 {
+        let image = self.image(light, 0.0);
+        image.pixels.iter().flatten().copied().fold(0.0, f32::max)
+    }
+}
+
+/// What lights the ball in one photograph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BallLight {
+    /// Radiance of each bank per channel.
+    pub banks: Vec<[f32; 3]>,
+    /// Factor on the light of the interview that is not the banks'; 0 if they shine alone.
+    pub interview: f32,
+}
+
+impl BallLight {
+    /// This light with everything `factor` times as bright.
+    pub fn times(mut self, factor: f32) -> Self {
+        let levels = self.banks.iter_mut().flatten();
+        levels
+            .chain([&mut self.interview])
+            .for_each(|v| *v *= factor);
+        self
     }
 }
 
 /// Where the ray through a place of the photograph meets the ball, and where it goes from there.
-fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
+pub fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
     // The outline of a ball at finite distance is a little wider than the ball: the rays touch it.
     let distance = camera::POSITION.z;
     let outline = BALL_RADIUS_M / (1.0 - (BALL_RADIUS_M / distance).powi(2)).sqrt();
@@ -176,17 +205,27 @@ mod tests {
         [2.0 * z * x, 2.0 * z * y, 2.0 * z * z - 1.0]
     }
 
+    /// Those banks, at radiance 1.
+    fn only(lit: impl Fn(usize) -> bool, banks: usize) -> BallLight {
+        BallLight {
+            banks: (0..banks)
+                .map(|b| [f32::from(u8::from(lit(b))); 3])
+                .collect(),
+            interview: 0.0,
+        }
+    }
+
     #[test]
     fn a_banks_glint_is_where_the_ball_mirrors_its_direction() {
         let (dome, size) = (Dome::new(41), 128);
-        let probe = Probe::trace(&dome, size);
+        let probe = Probe::trace(&dome, size, None);
         let mut checked = 0;
         for (bank, direction) in dome.banks.iter().enumerate() {
             // Towards the rim a pixel spans many degrees; stay where it spans few.
             if direction.z < 0.0 {
                 continue;
             }
-            let image = probe.image(|b| if b == bank { 1.0 } else { 0.0 }, 0.0);
+            let image = probe.image(&only(|b| b == bank, 41), 0.0);
             let mut sum = [0.0f64; 3];
             for y in 0..size {
                 for x in 0..size {
@@ -215,7 +254,7 @@ mod tests {
     fn the_same_energy_is_seen_at_any_size() {
         let dome = Dome::new(12);
         let energy = |size: usize| {
-            let image = Probe::trace(&dome, size).image(|_| 1.0, 0.0);
+            let image = Probe::trace(&dome, size, None).image(&only(|_| true, 12), 0.0);
             image.pixels.iter().map(|p| p[0]).sum::<f32>() / (size * size) as f32
         };
         let (small, large) = (energy(32), energy(96));
@@ -225,8 +264,8 @@ mod tests {
     #[test]
     fn a_ball_among_lamps_everywhere_mirrors_the_mean_radiance() {
         // All lamps together are a sphere of radiance 1, seen mirrored: mean over the ball is 1.
-        let probe = Probe::trace(&Dome::new(41), 128);
-        let image = probe.image(|_| 1.0, 0.0);
+        let probe = Probe::trace(&Dome::new(41), 128, None);
+        let image = probe.image(&only(|_| true, 41), 0.0);
         let mean =
             image.pixels.iter().map(|p| p[0]).sum::<f32>() / probe.coverage.iter().sum::<f32>();
         assert!((mean - 1.0).abs() < 0.03, "{mean}");

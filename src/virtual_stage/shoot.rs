@@ -1,15 +1,17 @@
 //! Writes a whole shoot: poses under every bank, the interview, the mirror balls, the environments, the truth, and
 //! last the manifest, whose presence means that the rest is complete.
 
-use super::camera::{Sensor, green_screen};
-use super::dome::Dome;
+use super::ball_view::Surroundings;
+use super::camera::green_screen;
 use super::effects::Tally;
-use super::manifest::{HDRI_NOTE, INTERVIEW_KIND, Manifest, NOISE, Truth, WEIGHTS_NOTE};
-use super::motion::{Pose, exemplar_poses, interview};
-use super::picture::{Pictures, Request, take};
-use super::probe::Probe;
-use super::transport::Effort;
-use super::{StageReport, StageSettings, environments};
+use super::manifest::{Manifest, Tracking};
+use super::motion::Pose;
+use super::picture::Pictures;
+use super::probe::{BallLight, Probe};
+use super::session::{Session, lamp_time};
+use super::span::NearestSum;
+use super::trouble::Trouble;
+use super::{StageReport, StageSettings};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use imaging::file::{write_beside, write_exr, write_mask_png, write_png};
@@ -18,7 +20,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Level that the brightest thousandth of the subject's pixels has in the brightest OLAT.
@@ -28,9 +30,7 @@ const INTERVIEW_PEAK: f32 = 0.75;
 /// The brightest pixel of all probe photographs.
 const PROBE_PEAK: f32 = 0.8;
 /// Ambient light on the mirror ball.
-const PROBE_AMBIENT: f32 = 2e-4;
-/// The name of the progress bar.
-const STAGE: &str = "virtual stage";
+pub const PROBE_AMBIENT: f32 = 2e-4;
 
 /// Writes a shoot into `folder`, which is made where it is missing. Files of an earlier shoot with
 /// the same names are replaced.
@@ -47,9 +47,10 @@ pub fn write_shoot(
     let session = Session::new(folder, settings, progress);
     session.write_environments()?;
     let exposures = session.write_exemplars()?;
-    session.write_interview(&exposures)?;
+    let nearest = session.write_interview(&exposures)?;
     let neutral_density = session.write_probes(&exposures)?;
-    session.write_truth(&exposures, neutral_density)?;
+    let truth = session.truth(&exposures, neutral_density, nearest);
+    session.json("truth.json", &truth)?;
     let names: Vec<&str> = session.environments.iter().map(|e| e.0).collect();
     let manifest = Manifest::new(
         &session.dome,
@@ -57,6 +58,10 @@ pub fn write_shoot(
         settings.frames,
         session.poses.len(),
         &names,
+        session.tracking_times().map(|before_lamp| Tracking {
+            files: "tracking/poseNN/frame_KK.png (8 bit, encoded, black background)",
+            before_lamp,
+        }),
     );
     session.json("manifest.json", &manifest)?;
     Ok(StageReport {
@@ -71,98 +76,13 @@ pub fn write_shoot(
 }
 
 /// Factors from unit radiance to linear sensor values.
-struct Exposures {
-    olat: f32,
-    interview: f32,
+pub struct Exposures {
+    pub olat: f32,
+    pub interview: f32,
+    pub tracking: f32,
 }
 
-/// Everything that one shoot's pictures share.
-struct Session<'a> {
-    folder: &'a Path,
-    settings: &'a StageSettings,
-    progress: &'a Progress<'a>,
-    dome: Dome,
-    sensor: Sensor,
-    poses: [Pose; 6],
-    frames: Vec<Pose>,
-    truth_frames: Vec<usize>,
-    environments: Vec<(&'static str, Image)>,
-    /// Per environment a weight for every lamp.
-    environment_weights: Vec<Vec<[f32; 3]>>,
-    bank_weights: Vec<f32>,
-    interview_weights: Vec<[f32; 3]>,
-    files: AtomicUsize,
-    pictures: AtomicUsize,
-    tally: std::sync::Mutex<Tally>,
-}
-
-impl<'a> Session<'a> {
-    fn new(folder: &'a Path, settings: &'a StageSettings, progress: &'a Progress<'a>) -> Self {
-        let dome = Dome::new(settings.lamps);
-        let bank_weights = dome.interview_bank_weights();
-        let interview_weights = dome
-            .bank_of_lamp
-            .iter()
-            .map(|&b| [bank_weights[b]; 3])
-            .collect();
-        let environments = environments::all();
-        Self {
-            folder,
-            settings,
-            progress,
-            sensor: Sensor::new(settings.seed),
-            poses: exemplar_poses(),
-            frames: interview(settings.frames, settings.seed),
-            truth_frames: truth_frames(settings.frames),
-            environment_weights: environments
-                .iter()
-                .map(|(_, image)| dome.lamp_weights(image))
-                .collect(),
-            environments,
-            dome,
-            bank_weights,
-            interview_weights,
-            files: AtomicUsize::new(0),
-            pictures: AtomicUsize::new(0),
-            tally: std::sync::Mutex::default(),
-        }
-    }
-
-    /// Traces one pose: the interview's light first, then, where asked for, the environments and the
-    /// banks.
-    fn take(&self, pose: &Pose, environments: bool, banks: bool, note: &str) -> Result<Pictures> {
-        self.progress.check("the pictures written so far")?;
-        let mut sums: Vec<&[[f32; 3]]> = vec![&self.interview_weights];
-        if environments {
-            sums.extend(self.environment_weights.iter().map(Vec::as_slice));
-        }
-        let request = Request { banks, sums: &sums };
-        let pictures = take(
-            &self.dome,
-            pose,
-            self.settings.size,
-            &request,
-            Effort::Needed,
-        );
-        self.count(&pictures.tally);
-        let done = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
-        self.progress.step(
-            STAGE,
-            done as u64,
-            (self.poses.len() + self.frames.len()) as u64,
-            note,
-        );
-        Ok(pictures)
-    }
-
-    fn count(&self, tally: &Tally) {
-        // A poisoned lock only means that another thread failed; the counts are still counts.
-        self.tally
-            .lock()
-            .unwrap_or_else(|broken| broken.into_inner())
-            .add(tally);
-    }
-
+impl Session<'_> {
     fn write_environments(&self) -> Result<()> {
         for (name, image) in &self.environments {
             self.exr(&format!("environments/{name}.exr"), image)?;
@@ -174,21 +94,35 @@ impl<'a> Session<'a> {
     fn write_exemplars(&self) -> Result<Exposures> {
         let mut exposures = None;
         for (i, pose) in self.poses.iter().enumerate() {
-            let pictures = self.take(pose, i == 0, true, &format!("pose {i}"))?;
+            // A pose that sways is taken again under each lamp; its own pictures are only truth.
+            let banks = i == 0 || self.sways.is_empty();
+            let pictures = self.take(pose, i == 0, banks, &format!("pose {i}"))?;
             let exposures = exposures.get_or_insert_with(|| Exposures {
                 olat: exposure(OLAT_PEAK, &pictures.banks, &pictures.coverage),
                 interview: exposure(INTERVIEW_PEAK, &pictures.sums[..1], &pictures.coverage),
+                tracking: exposure(INTERVIEW_PEAK, &[sum(&pictures.banks)], &pictures.coverage),
             });
             self.mask(
                 &format!("exemplar_masks/pose{i:02}.png"),
                 &pictures.coverage,
             )?;
-            (0..pictures.banks.len())
-                .into_par_iter()
-                .try_for_each(|bank| {
-                    let name = format!("exemplars/pose{i:02}/{}.png", self.olat_name(bank));
-                    self.photograph(&name, &scaled(&pictures.banks[bank], exposures.olat))
-                })?;
+            let olat = |bank: usize, light: &Image| {
+                let name = format!("exemplars/pose{i:02}/{}.png", self.olat_name(bank));
+                self.photograph(&name, &scaled(light, exposures.olat))
+            };
+            match self.sways.get(i) {
+                None => (pictures.banks.par_iter().enumerate())
+                    .try_for_each(|(bank, light)| olat(bank, light))?,
+                Some(sway) => (0..self.dome.banks.len()).try_for_each(|bank| {
+                    let time = lamp_time(bank, self.dome.banks.len());
+                    let lit = self.lit_bank(bank);
+                    olat(
+                        bank,
+                        &self.trace(&sway.pose(pose, time), false, &[&lit])?.sums[0],
+                    )
+                })?,
+            }
+            self.write_tracking(i, pose, exposures.tracking)?;
             self.photograph(
                 &format!("truth/pose{i:02}_under_interview_light_black_bg.png"),
                 &scaled(&pictures.sums[0], exposures.interview),
@@ -200,13 +134,43 @@ impl<'a> Session<'a> {
         exposures.ok_or_else(|| Error::bug("the virtual stage has no pose"))
     }
 
-    fn write_interview(&self, exposures: &Exposures) -> Result<()> {
+    /// The subject of a pose under all banks, between the lamps.
+    fn write_tracking(&self, i: usize, pose: &Pose, exposure: f32) -> Result<()> {
+        let lamps = self.dome.banks.len();
+        let mut lit = vec![[0.0f32; 3]; self.dome.lamps.len()];
+        for bank in 0..lamps {
+            for (sum, light) in lit.iter_mut().zip(self.lit_bank(bank)) {
+                *sum = [0, 1, 2].map(|c| sum[c] + light[c]);
+            }
+        }
+        for (k, before) in self.tracking_times().into_iter().flatten().enumerate() {
+            let time = before as f32 / lamps as f32;
+            let pose = (self.sways.get(i)).map_or(*pose, |sway| sway.pose(pose, time));
+            let pictures = self.trace(&pose, false, &[&lit])?;
+            self.photograph(
+                &format!("tracking/pose{i:02}/frame_{k:02}.png"),
+                &scaled(&pictures.sums[0], exposure),
+            )?;
+        }
+        Ok(())
+    }
+
+    /// The interview, and with trouble the sum of banks that is nearest to its first frame with truth.
+    fn write_interview(&self, exposures: &Exposures) -> Result<Option<NearestSum>> {
+        let mut nearest = None;
         let screen = green_screen(self.settings.size);
         for (i, pose) in self.frames.iter().enumerate() {
             let place = self.truth_frames.iter().position(|&t| t == i);
             // The last truth frame is only used to judge pictures under environments.
             let banks = place.is_some_and(|p| p < 3);
             let pictures = self.take(pose, place.is_some(), banks, &format!("frame {i}"))?;
+            if banks && nearest.is_none() && self.trouble != Trouble::default() {
+                nearest = Some(NearestSum::fit(
+                    &pictures.banks,
+                    &pictures.sums[0],
+                    &pictures.coverage,
+                ));
+            }
             let mut plate = scaled(&pictures.sums[0], exposures.interview);
             for ((pixel, behind), coverage) in plate
                 .pixels
@@ -227,9 +191,13 @@ impl<'a> Session<'a> {
                 let frame = format!("frame_{i:03}");
                 self.write_truth_pictures(&frame, &format!("{frame}_olat"), &pictures)?;
                 self.exr(&format!("truth/{frame}_normal.exr"), &pictures.normals)?;
+                if self.trouble != Trouble::default() {
+                    // It cannot be computed from the banks' pictures then.
+                    self.exr(&format!("truth/{frame}_interview.exr"), &pictures.sums[0])?;
+                }
             }
         }
-        Ok(())
+        Ok(nearest)
     }
 
     /// Linear pictures in units of radiance: under the environments, and of every bank.
@@ -251,75 +219,63 @@ impl<'a> Session<'a> {
     /// that is chosen so that nothing clips. Returns the filter's factor.
     fn write_probes(&self, exposures: &Exposures) -> Result<f32> {
         self.progress.check("the pictures of the subject")?;
-        let probe = Probe::trace(&self.dome, self.settings.size);
+        let surroundings = Surroundings {
+            dome: &self.dome,
+            light: &self.light,
+            room: &self.room,
+            trouble: &self.trouble,
+        };
+        let is_plain = self.light.is_of_banks()
+            && (
+                self.trouble.room,
+                self.trouble.dust,
+                self.trouble.photographer,
+            ) == (0.0, 0.0, false);
+        let probe = Probe::trace(
+            &self.dome,
+            self.settings.size,
+            (!is_plain).then_some(&surroundings),
+        );
         let (probe_pixels, ball) = probe.pixels();
         self.count(&Tally {
             probe_pixels: probe_pixels as u64,
             ball: ball as u64,
             ..Tally::default()
         });
-        let in_interview = |bank: usize| exposures.interview * self.bank_weights[bank];
-        let one = |bank: usize| move |b: usize| if b == bank { exposures.olat } else { 0.0 };
+        let filmed = BallLight {
+            banks: self.light.banks.clone(),
+            interview: 1.0,
+        };
+        // The camera's exposure is changed only after the balls.
+        let filmed = filmed.times(exposures.interview / self.trouble.exposure_change);
+        let one = |bank: usize| BallLight {
+            banks: (0..self.dome.banks.len())
+                .map(|b| {
+                    if b == bank {
+                        [exposures.olat; 3]
+                    } else {
+                        [0.0; 3]
+                    }
+                })
+                .collect(),
+            interview: 0.0,
+        };
         let brightest = (0..self.dome.banks.len())
             .into_par_iter()
-            .map(|bank| probe.brightest(one(bank)))
-            .reduce(|| probe.brightest(in_interview), f32::max);
-        let density = PROBE_PEAK / brightest;
+            .map(|bank| probe.brightest(&one(bank)))
+            .reduce(|| probe.brightest(&filmed), f32::max);
+        let density = PROBE_PEAK * self.trouble.ball_exposure / brightest;
         self.photograph(
             "probes/interview.png",
-            &probe.image(|b| density * in_interview(b), PROBE_AMBIENT),
+            &probe.image(&filmed.times(density), PROBE_AMBIENT),
         )?;
         (0..self.dome.banks.len())
             .into_par_iter()
             .try_for_each(|bank| {
-                let image = probe.image(|b| density * one(bank)(b), PROBE_AMBIENT);
+                let image = probe.image(&one(bank).times(density), PROBE_AMBIENT);
                 self.photograph(&format!("probes/{}.png", self.olat_name(bank)), &image)
             })?;
         Ok(density)
-    }
-
-    fn write_truth(&self, exposures: &Exposures, neutral_density: f32) -> Result<()> {
-        let per_olat = exposures.interview / exposures.olat;
-        let counts = self.dome.bank_counts();
-        let bank_means = |weights: &Vec<[f32; 3]>| {
-            let mut means = vec![[0.0f32; 3]; counts.len()];
-            for (weight, &bank) in weights.iter().zip(&self.dome.bank_of_lamp) {
-                means[bank]
-                    .iter_mut()
-                    .zip(weight)
-                    .for_each(|(m, w)| *m += w / counts[bank] as f32);
-            }
-            means
-        };
-        let truth = Truth {
-            g1: self.sensor.response.gamma1,
-            g2: self.sensor.response.gamma2,
-            exposure_interview: exposures.interview,
-            exposure_olat: exposures.olat,
-            probe_neutral_density: neutral_density,
-            probe_ambient_linear: PROBE_AMBIENT,
-            noise: NOISE,
-            interview_kind: INTERVIEW_KIND,
-            weights_linear_interview_per_olat: self
-                .bank_weights
-                .iter()
-                .map(|w| [w * per_olat; 3])
-                .collect(),
-            weights_note: WEIGHTS_NOTE,
-            bank_weights_unit_radiance: self.bank_weights.iter().map(|w| [*w; 3]).collect(),
-            interview_lamp_weights: self.interview_weights.clone(),
-            hdri_bank_weights: self
-                .environments
-                .iter()
-                .zip(&self.environment_weights)
-                .map(|((name, _), weights)| ((*name).to_owned(), bank_means(weights)))
-                .collect(),
-            hdri_note: HDRI_NOTE,
-            poses: self.poses.to_vec(),
-            frames: self.frames.clone(),
-            truth_frames: self.truth_frames.clone(),
-        };
-        self.json("truth.json", &truth)
     }
 
     /// The name of a bank's OLAT without extension. All have as many digits, so that they sort.
@@ -331,7 +287,7 @@ impl<'a> Session<'a> {
     fn photograph(&self, name: &str, light: &Image) -> Result<()> {
         self.written(write_png(
             &self.folder.join(name),
-            &self.sensor.photograph(light, name),
+            &self.sensor.photograph(light, name)?,
         ))
     }
 
@@ -357,11 +313,15 @@ impl<'a> Session<'a> {
     }
 }
 
-/// Up to four frames spread over the clip.
-fn truth_frames(frames: usize) -> Vec<usize> {
-    let mut chosen: Vec<usize> = (0..4).map(|i| (2 * i + 1) * frames / 8).collect();
-    chosen.dedup();
-    chosen
+/// The sum of pictures of one size, at least one.
+fn sum(pictures: &[Image]) -> Image {
+    let (width, height) = pictures[0].size();
+    imaging::Raster::from_fn(width, height, |x, y| {
+        pictures.iter().fold([0.0; 3], |sum, picture| {
+            let pixel = picture.at(x, y);
+            [0, 1, 2].map(|c| sum[c] + pixel[c])
+        })
+    })
 }
 
 /// The factor that brings the brightest thousandth of the subject in the brightest picture to `peak`.

@@ -1,10 +1,12 @@
 //! The subject: a head that moves on a dressed trunk, as one signed distance with a part for
 //! every point of its surface.
 
+use super::accessories;
 use super::attire;
 use super::head::Head;
 use super::motion::Pose;
 use super::shape::{join, rod};
+use super::trouble::Look;
 use glam::{Mat3, Vec3};
 
 /// What a point of the subject belongs to.
@@ -17,6 +19,9 @@ pub enum Part {
     Gold,
     Shirt,
     Jacket,
+    Hair,
+    Glasses,
+    Hand,
 }
 
 /// Corner of the box that holds all of the subject that can be seen or can throw a shadow.
@@ -34,6 +39,9 @@ const NECK_FOOT: Vec3 = Vec3::new(0.0, -0.205, -0.038);
 /// A subject in one pose.
 pub struct Subject {
     pub head: Head,
+    pub look: Look,
+    /// How far a hand is raised; 0 if none is.
+    hand: f32,
     head_from_stage: Mat3,
     /// Where the neck joins the head, on the stage.
     joint: Vec3,
@@ -42,8 +50,8 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// The subject in pose `pose`.
-    pub fn new(pose: &Pose) -> Self {
+    /// The subject in pose `pose`, in its own axes: those of the stage if it sits in the middle.
+    pub fn new(pose: &Pose, look: &Look) -> Self {
         let stage_from_head = pose.rotation();
         let joint = HEAD_ORIGIN + NECK_JOINT + pose.shift();
         let cord = |side: f32| {
@@ -53,6 +61,8 @@ impl Subject {
         };
         Self {
             head: Head::new(pose),
+            look: *look,
+            hand: if look.hands { pose.hand } else { 0.0 },
             head_from_stage: stage_from_head.transpose(),
             joint,
             cords: [cord(1.0), cord(-1.0)],
@@ -79,14 +89,30 @@ impl Subject {
         let all = [
             (Part::Eye, head.eyes),
             (Part::Tooth, head.teeth),
-            (Part::Wrap, attire::wrap(q)),
+            match self.look.hair {
+                None => (Part::Wrap, attire::wrap(q)),
+                Some(_) => (Part::Hair, accessories::hair(q)),
+            },
             (Part::Gold, attire::earrings(q)),
             (Part::Shirt, attire::shirt(p, trunk, neck)),
             (Part::Jacket, attire::jacket(p, trunk, neck)),
         ];
-        all.into_iter().fold((Part::Skin, skin), |best, next| {
+        let glasses = (self.look.glasses).then(|| (Part::Glasses, accessories::glasses(q)));
+        let hand = (self.hand > 0.0).then(|| (Part::Hand, accessories::hand(p, self.hand)));
+        let all = all.into_iter().chain(glasses).chain(hand);
+        all.fold((Part::Skin, skin), |best, next| {
             if next.1 < best.1 { next } else { best }
         })
+    }
+
+    /// Where a ray meets a lens of the glasses, if the subject wears any: how far along it, and the normal there.
+    pub fn lens(&self, origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
+        if !self.look.glasses {
+            return None;
+        }
+        let stage_from_head = self.head_from_stage.transpose();
+        accessories::lens(self.head_place(origin), self.head_from_stage * direction)
+            .map(|(t, normal)| (t, stage_from_head * normal))
     }
 
     fn neck(&self, p: Vec3) -> f32 {

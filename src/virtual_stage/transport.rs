@@ -1,6 +1,7 @@
 //! How light from every lamp reaches the camera from one point of the subject.
 
-use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
+use super::dome::Dome;
+use super::dome::{LAMP_RADIUS_M, RADIUS_M};
 use super::effects::Tally;
 use super::grid::{CELL_M, Grid};
 use super::material::{BELOW_SKIN_M, Surface};
@@ -33,17 +34,41 @@ pub struct Point {
     pub surface: Surface,
 }
 
+/// A small disc that shines evenly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    pub place: Vec3,
+    pub radius_m: f32,
+    /// The part of the sphere in steradians that its light fills, seen from the stage's middle, and the distance from
+    /// there in metres.
+    pub solid_angle: f32,
+    pub distance_m: f32,
+}
+
+impl Source {
+    /// The lamps of the dome, each with its share of the sphere.
+    pub fn lamps(dome: &Dome) -> impl Iterator<Item = Self> {
+        let solid_angle = dome.lamp_solid_angle();
+        dome.lamps.iter().map(move |lamp| Self {
+            place: *lamp * RADIUS_M,
+            radius_m: LAMP_RADIUS_M,
+            solid_angle,
+            distance_m: RADIUS_M,
+        })
+    }
+}
+
 /// Everything that light can meet.
 pub struct Transport<'a> {
-    pub dome: &'a Dome,
+    pub sources: &'a [Source],
     pub subject: &'a Subject,
     pub grid: &'a Grid,
     pub effort: Effort,
 }
 
 impl Transport<'_> {
-    /// Adds, for every lamp, `share` of the radiance that `point` sends to the camera while the lamp
-    /// shines with unit radiance from its share of the sphere. Lamps that are not `wanted` are left.
+    /// Adds, for every source, `share` of the radiance that `point` sends to the camera while the source
+    /// shines with unit radiance from its part of the sphere. Sources that are not `wanted` are left.
     pub fn add(
         &self,
         point: &Point,
@@ -60,18 +85,12 @@ impl Transport<'_> {
         tally.creases += u64::from(open < 1.0);
         let start = point.place + point.normal * (0.8 * CELL_M);
         let enough = if skin { DEEP * surface.below.x } else { CELL_M };
-        let scale = share * open * self.dome.lamp_solid_angle();
+        let scale = share * open;
         let gloss = Gloss::new(point);
         let (mut facing_lamps, mut directions, mut passages) = (Vec::new(), Vec::new(), Vec::new());
-        for (i, lamp) in self
-            .dome
-            .lamps
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| wanted[*i])
-        {
+        for (i, source) in self.sources.iter().enumerate().filter(|(i, _)| wanted[*i]) {
             tally.lamp_samples += 1;
-            let towards = *lamp * RADIUS_M - point.place;
+            let towards = source.place - point.place;
             let distance = towards.length();
             let light = towards / distance;
             let facing = point.normal.dot(light);
@@ -86,7 +105,8 @@ impl Transport<'_> {
         for ((&(lamp, distance, facing), &light), passage) in
             facing_lamps.iter().zip(&directions).zip(&passages)
         {
-            let penumbra = LAMP_RADIUS_M / distance;
+            let source = &self.sources[lamp];
+            let penumbra = source.radius_m / distance;
             let visible = ramp(-penumbra, penumbra, passage.clearance);
             let mut lit = Vec3::splat(facing.max(0.0) * visible);
             if (skin && (visible < 1.0 || facing < BLEED.x)) || everything {
@@ -102,8 +122,8 @@ impl Transport<'_> {
                     radiance += gloss.sheen(light) * (facing.max(0.0) * visible);
                 }
             }
-            let falloff = (RADIUS_M / distance).powi(2);
-            out[lamp] += radiance * (scale * falloff);
+            let falloff = (source.distance_m / distance).powi(2);
+            out[lamp] += radiance * (scale * source.solid_angle * falloff);
         }
     }
 

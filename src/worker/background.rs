@@ -2,7 +2,8 @@
 //! hands on what came of each. A panic is an error like any other: it ends the request, not the thread, and reaches
 //! the window as a sentence.
 
-use super::mailbox::{Mailbox, Request};
+use super::mailbox::Mailbox;
+pub use super::mailbox::Request;
 use base::error::{Error, Result};
 use base::progress::Control;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -10,9 +11,11 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// What a thread does.
-pub(super) trait Handler {
+/// What a thread does with requests.
+pub trait Handler {
+    /// What it is asked for.
     type Request: Request;
+    /// What it makes of a request.
     type Answer;
 
     /// Does what is asked.
@@ -31,7 +34,7 @@ pub(super) trait Handler {
 }
 
 /// A running thread. Dropping it stops and joins it: that takes as long as the request that it is at.
-pub(super) struct Background<R: Request> {
+pub struct Background<R: Request> {
     mailbox: Arc<Mailbox<R>>,
     stop: Control,
     thread: Option<JoinHandle<()>>,
@@ -40,7 +43,7 @@ pub(super) struct Background<R: Request> {
 impl<R: Request> Background<R> {
     /// Starts a thread that handles what is put into `mailbox`. `make` is called there; `stop` is what long requests
     /// look at.
-    pub fn start<H: Handler<Request = R>>(
+    pub(super) fn start<H: Handler<Request = R>>(
         name: &str,
         mailbox: Arc<Mailbox<R>>,
         stop: Control,
@@ -66,7 +69,8 @@ impl<R: Request> Background<R> {
         }
     }
 
-    /// Starts a thread with a mailbox of its own.
+    /// Starts a thread with a mailbox of its own. `make` is called there, with what long requests look at to know
+    /// that they are to stop. `name` is for debuggers.
     pub fn spawn<H: Handler<Request = R>>(
         name: &str,
         make: impl FnOnce(Control) -> H + Send + 'static,
@@ -77,12 +81,13 @@ impl<R: Request> Background<R> {
     }
 
     /// The same, except that dropping it does not wait for the request that it is at.
+    #[must_use]
     pub fn detached(mut self) -> Self {
         self.thread = None;
         self
     }
 
-    /// Asks for something.
+    /// Asks for something; never waits.
     pub fn put(&self, request: R) {
         self.mailbox.put(request);
     }
@@ -95,7 +100,7 @@ impl<R: Request> Background<R> {
 
     /// Has the thread panic at its next request.
     #[cfg(test)]
-    pub fn panic_next(&self) {
+    pub(super) fn panic_next(&self) {
         self.mailbox.panic_next();
     }
 }
@@ -110,8 +115,12 @@ impl<R: Request> Drop for Background<R> {
     }
 }
 
-/// Does something; a panic is an error.
-fn catch_panic<T>(act: impl FnOnce() -> Result<T>) -> Result<T> {
+/// Does something that a thread of its own does once. A panic is an error: [`Error::GpuLost`] if the GPU is gone,
+/// [`Error::Bug`] otherwise.
+///
+/// # Errors
+/// Those of `act`, and its panic.
+pub fn catch_panic<T>(act: impl FnOnce() -> Result<T>) -> Result<T> {
     catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|panic| {
         if gpu::is_lost() {
             return Err(Error::GpuLost);

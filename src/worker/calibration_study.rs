@@ -2,9 +2,9 @@
 //! look under a response.
 
 use super::srgb_picture::SrgbPicture;
-use base::error::{Error, Result};
+use base::error::Result;
 use base::progress::{Control, Progress};
-use calibration::gamma::{CurveFit, GammaStudy, Histogram, Surface};
+use calibration::gamma::{Case, CurveFit, GammaStudy, Histogram, Surface};
 use calibration::light_probe::{BallView, ClippedLight, Photograph, light_probe};
 use calibration::probe::Probes;
 use calibration::silhouette::{self, Circle, Photographs, Silhouette};
@@ -67,6 +67,9 @@ pub struct GammaView {
     pub calibrated: Trial,
     /// Standard deviations of the calibration's γ1 and γ2.
     pub deviation: [f32; 2],
+    /// The accounts of the pictures that the calibration leaves open, the more probable one first, each with the pose
+    /// relit under it; empty if there is no doubt.
+    pub cases: Arc<Vec<(Case, SrgbPicture)>>,
     /// Number of the interview's frame.
     pub frame: usize,
     /// The names of all poses, and which is relit.
@@ -110,6 +113,9 @@ struct Exemplars {
     pose: usize,
     calibrated: Trial,
     deviation: [f32; 2],
+    cases: Vec<Case>,
+    /// The pose relit under each case, once it was asked for.
+    relit_cases: Option<Arc<Vec<(Case, SrgbPicture)>>>,
     before: Histogram,
     surface: Arc<Surface>,
     curves: Arc<Vec<CurveFit>>,
@@ -154,6 +160,14 @@ impl CalibrationStudy {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let mut project = Project::open(&self.root)?;
+        // A shoot that does not say where its ball is starts with what is found.
+        if !project.settings.shoot.ball.has_circle() {
+            let find = || find_circle(&project, &progress).map_err(|e| e.to_string());
+            let found = self.found.get_or_insert_with(find).as_ref();
+            if let Some(circle) = found.ok().map(|(_, found)| found.circle) {
+                circle.apply_to(&mut project.settings.shoot.ball);
+            }
+        }
         let kept = Circle::of(&project.settings.shoot.ball);
         let circle = circle.unwrap_or(kept);
         circle.apply_to(&mut project.settings.shoot.ball);
@@ -161,35 +175,24 @@ impl CalibrationStudy {
         let calibration = Calibration::load(&project).ok();
         let response = calibration.as_ref().map_or(PROVISIONAL, |c| c.response);
         let photograph = photograph.filter(|&lamp| lamp < shoot.all_lamps().len());
-        if self
-            .photograph
-            .as_ref()
-            .is_none_or(|(read, _)| *read != photograph)
-        {
-            let path = photograph.map_or_else(
-                || project.interview_probe_path(),
-                |lamp| project.lamp_probe_path(lamp),
-            );
-            self.photograph = Some((photograph, file::read_encoded(&path)?));
-        }
-        if self.found.is_none() {
-            self.found = Some(find_circle(&project, &progress).map_err(|e| e.to_string()));
-        }
-        if self
-            .lamps
-            .as_ref()
-            .is_none_or(|(within, _)| *within != circle)
-        {
-            let lamps = Probes::load(&project, &progress)?.lamps(shoot.all_lamps(), &response);
-            self.lamps = Some((circle, lamps));
-        }
-        let (Some((_, encoded)), Some(found), Some((_, lamps))) =
-            (&self.photograph, &self.found, &self.lamps)
-        else {
-            return Err(Error::Cancelled {
-                kept: "nothing was changed".into(),
-            });
+        let encoded = match self.photograph.take() {
+            Some((read, encoded)) if read == photograph => encoded,
+            _ => {
+                let path = photograph.map_or_else(
+                    || project.interview_probe_path(),
+                    |lamp| project.lamp_probe_path(lamp),
+                );
+                file::read_encoded(&path)?
+            }
         };
+        let (_, encoded) = &*self.photograph.insert((photograph, encoded));
+        let find = || find_circle(&project, &progress).map_err(|e| e.to_string());
+        let found = &*self.found.get_or_insert_with(find);
+        let lamps = match self.lamps.take() {
+            Some((within, lamps)) if within == circle => lamps,
+            _ => Probes::load(&project, &progress)?.lamps(shoot.all_lamps(), &response),
+        };
+        let (_, lamps) = &*self.lamps.insert((circle, lamps));
         let size = encoded.0.size();
         let view = BallView::of(&shoot.ball, shoot.dome_radius_m);
         let light = Photograph::from_encoded(encoded, &response);
@@ -256,7 +259,9 @@ impl CalibrationStudy {
         if exemplars.pose != pose {
             exemplars.study.show_pose(&project, pose)?;
             exemplars.pose = pose;
+            exemplars.relit_cases = None;
         }
+        let cases = exemplars.relit_cases();
         let Exemplars {
             study,
             pose: shown_pose,
@@ -271,6 +276,7 @@ impl CalibrationStudy {
             trial,
             calibrated: *calibrated,
             deviation: exemplars.deviation,
+            cases,
             frame,
             poses: project.settings.shoot.poses.clone(),
             pose: *shown_pose,
@@ -312,12 +318,29 @@ impl Exemplars {
                 exposure: calibration.exposure,
             },
             deviation: calibration.gamma_deviation,
+            cases: calibration.gamma_evidence.open_cases().to_vec(),
+            relit_cases: None,
             before,
             pose: 0,
             surface: Arc::new(surface),
             curves: Arc::new(curves),
             study,
         })
+    }
+
+    /// The chosen pose relit under each case.
+    fn relit_cases(&mut self) -> Arc<Vec<(Case, SrgbPicture)>> {
+        let (study, cases) = (&self.study, &self.cases);
+        let relit = self.relit_cases.get_or_insert_with(|| {
+            let picture = |case: &Case| {
+                let response = case.response();
+                let weights = study.weights(&response);
+                let relit = study.relit(&response, case.exposure, &weights);
+                (*case, SrgbPicture::reduced(&relit, PICTURE_PX))
+            };
+            Arc::new(cases.iter().map(picture).collect())
+        });
+        relit.clone()
     }
 }
 

@@ -5,7 +5,7 @@ use base::progress::{Report, TrainingPoint};
 use parking_lot::Mutex;
 use training::history::halved;
 
-/// One piece of news.
+/// Something that happened behind the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// The calibration and the network are being read.

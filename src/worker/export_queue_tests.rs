@@ -48,7 +48,7 @@ fn wait_until(worker: &Worker, id: u64, wanted: impl Fn(&ExportStatus) -> bool) 
 }
 
 #[test]
-fn exports_are_written_one_after_the_other_and_behind_the_job_in_hand() {
+fn exports_are_written_one_after_the_other_and_behind_the_running_job() {
     let (worker, _begun) = fading_worker(|_| false);
     let job = told_job(&worker);
     let (first, tell_first) = told_export(&worker, "first");
@@ -64,10 +64,12 @@ fn exports_are_written_one_after_the_other_and_behind_the_job_in_hand() {
     );
     drop(job);
     wait_until(&worker, first, |s| *s == ExportStatus::Running);
+    let refused = worker.work("another", |_| Ok(String::new()));
     assert!(
-        !worker.work("another", |_| Ok(String::new())),
-        "an export is in hand"
+        matches!(refused, Err(Error::Busy { .. })),
+        "an export is running"
     );
+    assert_eq!(worker.running_job(), None, "an export is no job");
     assert_eq!(status(&worker, second), Some(ExportStatus::Waiting));
     for _ in 0..3 {
         tell_first.send(()).unwrap();
@@ -101,7 +103,7 @@ fn a_cancelled_export_says_what_is_kept_and_the_next_one_is_written() {
     assert_eq!(
         status(&worker, first),
         Some(ExportStatus::Running),
-        "it is in hand"
+        "it is running"
     );
     worker.withdraw(gone);
     worker.cancel();

@@ -31,9 +31,9 @@ pub enum Job {
         project: PathBuf,
         shoot: PathBuf,
         settings: ImportSettings,
-        /// Work with so many lamps only, evenly distributed.
+        /// Use only this many of the lamps, evenly distributed.
         lamps: Option<usize>,
-        /// What the project is called; else as the shoot.
+        /// The project's name; None for the shoot's.
         name: Option<String>,
     },
     /// Change which environments the project in `project` has, and which way is front in them.
@@ -53,8 +53,7 @@ pub enum Job {
         project: PathBuf,
         settings: TrainSettings,
     },
-    /// Put a kept checkpoint of the project in `project`, named by its step or its folder, in place of the
-    /// present one.
+    /// Replace the checkpoint of the project in `project` by an earlier one, named by its step or its folder.
     GoBack { project: PathBuf, to: String },
     /// Relight the interview and write it.
     Relight {
@@ -80,7 +79,7 @@ pub enum Job {
     },
     /// Write the project's network as a starting point for others.
     Pack { project: PathBuf, to: PathBuf },
-    /// Work with another square of the project's pictures.
+    /// Use another square of the project's pictures.
     Frame {
         project: PathBuf,
         settings: FrameSettings,
@@ -132,8 +131,8 @@ pub struct ImportReport {
     pub lamps: usize,
     pub frames: usize,
     pub environments: usize,
-    /// How evenly the lamps were chosen, where they were: in degrees, the largest distance to one from
-    /// where the whole rig has lamps, and the smallest between two.
+    /// How evenly a part of the lamps was chosen, in degrees: the largest distance of a direction that the whole rig
+    /// covers to a lamp, and the smallest distance of two lamps. None if all lamps are used.
     pub covering_deg: Option<f32>,
     pub separation_deg: Option<f32>,
 }
@@ -317,15 +316,15 @@ impl Outcome {
             Self::Listed(report) => listed(report),
             Self::Developed(report) => developed(report),
             Self::Calibrated(found) => format!(
-                "{} lamps found; camera response {}, exposure {:.3}; {:.1} % of the \
-                 interview's light comes from where no lamp is",
+                "{} lamps found; camera response {}, exposure {:.3}; {:.1} % of the interview's light comes \
+                 from directions without a lamp",
                 found.rig.lamps.len(),
                 found.response,
                 found.exposure,
                 100.0 * found.uncovered_energy
             ),
             Self::Trained(report) => format!(
-                "{} steps in {:.0} s on the {}: OLATs {:.4}, relit {:.4} from the truth by {}",
+                "{} steps in {:.0} s on the {}. Error: OLATs {:.4}, relit {:.4}, measured by {}",
                 report.steps,
                 report.seconds,
                 report.device,
@@ -338,13 +337,14 @@ impl Outcome {
             Self::Reviewed(report) => reviewed(report),
             Self::Shown(report) => report.sentence(),
             Self::WentBack(WentBack { info, optimizer }) => format!(
-                "Back at step {} after {:.0} s of training. What was there before is in the list. {}",
+                "The checkpoint of step {} is restored, after {:.0} s of training. The one before is in the list of \
+                 checkpoints. {}",
                 info.step,
                 info.seconds,
                 if *optimizer {
-                    "Training goes on from there as if it had not stopped."
+                    "Training resumes there as if it had never stopped."
                 } else {
-                    "It has weights alone: training goes on from them with a new optimiser."
+                    "It has no optimiser state: training resumes from its weights with a new optimiser."
                 }
             ),
             Self::Framed(report) => report.sentence(),
@@ -375,7 +375,7 @@ fn staged(report: &StageReport) -> String {
 
 fn imported(found: &ImportReport) -> String {
     let mut text = format!(
-        "{}: {} frames, {} poses under {} lamps, {} environments, to work at {} pixels in {}",
+        "{}: {} frames, {} poses under {} lamps, {} environments, working size {} pixels. The project is in {}",
         found.name,
         found.frames,
         found.poses,
@@ -386,8 +386,8 @@ fn imported(found: &ImportReport) -> String {
     );
     if let (Some(covering), Some(separation)) = (found.covering_deg, found.separation_deg) {
         text += &format!(
-            "\nThe lamps were chosen evenly: no direction that the whole rig covers is more than {covering:.1}° \
-             from one of them, no two are closer than {separation:.1}°"
+            "\nThe lamps are evenly distributed: every direction that the whole rig covers is within {covering:.1}° \
+             of one of them, and no two are closer than {separation:.1}°"
         );
     }
     text
@@ -396,7 +396,7 @@ fn imported(found: &ImportReport) -> String {
 fn listed(report: &EnvironmentsReport) -> String {
     let lines = report.environments.iter().map(|known| {
         let front = known.front.map_or(String::new(), |front| {
-            format!(", front is {:.1}° of yaw away", front.yaw_deg())
+            format!(", front at yaw {:.1}°", front.yaw_deg())
         });
         let owner = if known.added { "added" } else { "the shoot's" };
         let line = format!("{}: {}, {owner}{front}", known.name, known.file.display());
@@ -416,19 +416,19 @@ fn developed(report: &DevelopReport) -> String {
     let mut text = format!("{}:", report.written.display());
     for (i, ball) in report.balls.iter().enumerate() {
         text += &format!(
-            " ball {} about {:.1}, {:.1} with radius {:.1} pixels, rim within {:.2} pixels over {:.0} % of it; \
-             {} pixels clipped;",
+            " ball {} has its centre at {:.1}, {:.1} and a radius of {:.1} pixels, by {:.0} % of its rim to within \
+             {:.2} pixels; {} pixels are clipped;",
             i + 1,
             ball.circle.center_px[0],
             ball.circle.center_px[1],
             ball.circle.radius_px,
-            ball.residual_px,
             100.0 * ball.rim_share,
+            ball.residual_px,
             report.clipped_pixels[i]
         );
     }
     text += &format!(
-        " {:.1} % of the sphere is not shown, {:.1} % of the light was filled in there",
+        " the photographs do not show {:.1} % of the sphere, where {:.1} % of the light was filled in",
         100.0 * report.blind_share,
         100.0 * report.filled_share
     );
@@ -439,13 +439,13 @@ fn developed(report: &DevelopReport) -> String {
         .fold(0.0, f32::max);
     if estimated > 0.0 {
         text += &format!(
-            "; {:.1} % was estimated for clipped lamps",
+            "; {:.1} % of the light was estimated, for clipped lamps",
             100.0 * estimated
         );
     }
     if let (Some(ratio), Some(stops)) = (report.exposure_ratio, report.disagreement_stops) {
         text += &format!(
-            "; the second ball is {ratio:.3} times as bright and disagrees by {stops:.2} stops in the median"
+            "; the second ball is {ratio:.3} times as bright, and differs by {stops:.2} stops (median)"
         );
     }
     text
@@ -468,7 +468,7 @@ fn evaluated(report: &EvaluateReport) -> String {
         .olat_psnr_db
         .map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
     format!(
-        "{method}: {}{olats}, over frames {:?}",
+        "{method}: {}{olats}; frames {:?}",
         relit.join(", "),
         scores.frames
     )
@@ -492,7 +492,7 @@ fn reviewed(report: &ReviewReport) -> String {
         );
     }
     if let Some(path) = &report.report {
-        text += &format!(". The page is {}", path.display());
+        text += &format!(". The report is {}", path.display());
     }
     text
 }

@@ -7,7 +7,7 @@ use super::export_queue::{ExportQueue, WrittenExport};
 use super::latest::Latest;
 use super::mailbox::{Mailbox, Request};
 use super::messages::NetworkRequest;
-use base::error::Result;
+use base::error::{Error, Result};
 use base::progress::{Control, Progress, Report, TrainingPictures};
 use parking_lot::Mutex;
 use std::sync::Arc;
@@ -41,26 +41,66 @@ pub(super) enum Done {
     Nothing,
 }
 
-/// How the job or export that was asked for or runs is paused and stopped; None if there is none.
+/// The job or export that was asked for or runs; None if there is none.
 #[derive(Clone, Default)]
-pub(super) struct CurrentJob(Arc<Mutex<Option<Control>>>);
+pub(super) struct CurrentJob(Arc<Mutex<Option<Running>>>);
+
+struct Running {
+    /// What the job does, in words; None for an export.
+    job: Option<&'static str>,
+    /// How it is paused and stopped.
+    control: Control,
+}
 
 impl CurrentJob {
-    /// Begins a job; None while there is another.
-    pub fn begin(&self) -> Option<Control> {
-        let mut control = self.0.lock();
-        control
-            .is_none()
-            .then(|| control.insert(Control::default()).clone())
+    /// Begins a job, named by what it does, or an export.
+    ///
+    /// # Errors
+    /// [`Error::Busy`] while another job or export runs.
+    pub fn begin(&self, job: Option<&'static str>) -> Result<Control> {
+        let mut running = self.0.lock();
+        idle(running.as_ref())?;
+        let control = Control::default();
+        *running = Some(Running {
+            job,
+            control: control.clone(),
+        });
+        Ok(control)
     }
 
     fn end(&self) {
         *self.0.lock() = None;
     }
 
-    /// How the current job is paused and stopped.
+    /// How the current job or export is paused and stopped.
     pub fn control(&self) -> Option<Control> {
-        self.0.lock().clone()
+        self.0
+            .lock()
+            .as_ref()
+            .map(|running| running.control.clone())
+    }
+
+    /// What the current job does, in words.
+    pub fn job(&self) -> Option<&'static str> {
+        self.0.lock().as_ref()?.job
+    }
+
+    /// Whether neither a job nor an export runs.
+    ///
+    /// # Errors
+    /// [`Error::Busy`] if one does.
+    pub fn idle(&self) -> Result<()> {
+        idle(self.0.lock().as_ref())
+    }
+}
+
+fn idle(running: Option<&Running>) -> Result<()> {
+    match running {
+        None => Ok(()),
+        Some(_) => Err(Error::busy(
+            "Another job is running",
+            "Wait until it ends, or stop it",
+        )),
     }
 }
 
@@ -141,7 +181,7 @@ impl<Tell: Fn(Event) + Sync> JobThread<Tell> {
 
     /// Writes the first export that waits, unless a job was begun or the export was withdrawn in the meantime.
     fn export(&mut self) -> Result<Done> {
-        let Some(control) = self.current_job.begin() else {
+        let Ok(control) = self.current_job.begin(None) else {
             return Ok(Done::Nothing);
         };
         let Some((id, write)) = self.queue.begin() else {

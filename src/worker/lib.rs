@@ -1,6 +1,6 @@
 //! The work behind a window: one thread owns the network, one relights, one runs jobs; others read panoramas, look
 //! at the calibration, review the network, write the list of environments and look things up on the disk. All are of
-//! one kind, `background::Background`. None of them is ever waited for; numbers and sentences come back as
+//! one kind, [`background::Background`]. None of them is ever waited for; numbers and sentences come back as
 //! [`Event`]s, pictures through [`Latest`] slots.
 //!
 //! ```text
@@ -14,7 +14,7 @@
 //! for.
 
 mod adaptive_resolution;
-mod background;
+pub mod background;
 mod cache;
 mod calibration_study;
 mod calibration_thread;
@@ -130,7 +130,7 @@ impl Worker {
 
     /// [`Self::over`], with what a picture may take in milliseconds while something is dragged, and how long a drag
     /// has to rest before the picture is made at its full size.
-    fn within(
+    pub fn within(
         budget_ms: f64,
         rest: Duration,
         open: impl FnMut() -> Result<Source, Blocked> + Send + 'static,
@@ -214,35 +214,60 @@ impl Worker {
         self.read_only = Some(why);
     }
 
-    /// Runs a job beside the picture, unless a job or an export runs already; tells whether it will.
-    pub fn run(&self, job: Job) -> bool {
-        if let (Some(why), true) = (&self.read_only, job.writes().is_some()) {
-            let sentence = format!("Nothing can be written here. {why}");
-            self.events.push(Event::Failed { sentence });
-            return false;
+    /// Whether jobs may write into their project.
+    ///
+    /// # Errors
+    /// [`Error::Busy`] after [`Self::refuse_writes`].
+    pub fn writable(&self) -> Result<(), Error> {
+        match &self.read_only {
+            Some(why) => Err(Error::busy("Nothing can be written here", why)),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether a job would be begun now: neither a job nor an export runs.
+    ///
+    /// # Errors
+    /// [`Error::Busy`] if one does.
+    pub fn idle(&self) -> Result<(), Error> {
+        self.current_job.idle()
+    }
+
+    /// What the running job does, in words; None if there is none. An export is no job.
+    pub fn running_job(&self) -> Option<&'static str> {
+        self.current_job.job()
+    }
+
+    /// Begins a job beside the picture. What comes of it is an [`Event`].
+    ///
+    /// # Errors
+    /// As [`Self::idle`], and as [`Self::writable`] if the job writes into its project. Then it is not begun.
+    pub fn run(&self, job: Job) -> Result<(), Error> {
+        if job.writes().is_some() {
+            self.writable()?;
         }
         self.work(job.what(), move |progress| {
             job.run(progress).map(|outcome| outcome.sentence())
         })
     }
 
-    /// Runs any long action as [`Self::run`] runs a job. `what` says what is being done, and the action
+    /// Begins any long action as [`Self::run`] begins a job. `what` says what is being done, and the action
     /// returns what came of it, as a sentence.
+    ///
+    /// # Errors
+    /// As [`Self::idle`].
     pub fn work(
         &self,
         what: &'static str,
         action: impl FnOnce(&Progress) -> Result<String, Error> + Send + 'static,
-    ) -> bool {
-        let control = self.current_job.begin();
-        let begun = control.is_some();
-        if let Some(control) = control {
-            self.jobs.put(JobRequest::Run(Task {
-                what,
-                control,
-                action: Some(Box::new(action)),
-            }));
-        }
-        begun
+    ) -> Result<(), Error> {
+        let control = self.current_job.begin(Some(what))?;
+        self.jobs.put(JobRequest::Run(Task {
+            what,
+            control,
+            action: Some(Box::new(action)),
+        }));
+        Ok(())
     }
 
     /// Puts an export at the end of the queue: it is written when those before it are over and no job runs. `name`

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// What a thread can be asked for.
-pub(super) trait Request: Send + 'static {
+pub trait Request: Send + 'static {
     /// Of the requests in one lane only the newest waits; lower lanes are taken first. Requests in no lane all wait,
     /// in order, behind the others.
     fn lane(&self) -> Option<usize> {

@@ -41,7 +41,7 @@ fn a_panic_while_the_network_is_opened_is_said_and_the_next_opening_works() {
     let light = from_the_left();
     worker.show(ask(0, 0.0, &light));
     // After each job the source is opened again.
-    assert!(worker.work("job", |_| Ok("done".to_owned())));
+    worker.work("job", |_| Ok("done".to_owned())).unwrap();
     wait_for(|| worker.relit());
 }
 
@@ -62,9 +62,9 @@ fn a_panic_of_the_relighter_is_said_and_pictures_go_on() {
 fn a_panic_of_the_job_thread_is_said_and_the_next_job_runs() {
     let worker = worker_over(|| Ok(source()));
     worker.jobs.panic_next();
-    assert!(worker.work("job", |_| Ok("done".to_owned())));
+    worker.work("job", |_| Ok("done".to_owned())).unwrap();
     assert!(matches!(said(&worker), Event::Finished { .. }));
-    wait_for(|| worker.work("job", |_| Ok("done".to_owned())).then_some(()));
+    wait_for(|| worker.work("job", |_| Ok("done".to_owned())).ok());
 }
 
 #[test]

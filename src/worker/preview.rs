@@ -3,7 +3,8 @@
 use super::PredictedFrame;
 use super::comparison::Comparison;
 use super::srgb_picture::SrgbPicture;
-use compositor::PassReport;
+use compositor::passes::DisplayTexture;
+use compositor::{PassReport, Picture};
 use imaging::Image;
 use light::{Environment, Rig};
 use scene::Scene;
@@ -24,6 +25,9 @@ pub struct PreviewRequest {
     pub solo: Vec<usize>,
     /// Something is being dragged: a picture that is soon there is better than a sharp one.
     pub dragged: bool,
+    /// The window draws textures of the GPU that pictures are made on, and needs nothing else until the picture
+    /// rests: what it shows is then not read from there.
+    pub texture: bool,
 }
 
 /// A relit picture, ready for a texture.
@@ -38,8 +42,10 @@ pub struct PreviewPicture {
     pub height: usize,
     /// How many pixels along each axis were lit as one, while something was dragged; 1 in a picture that stays.
     pub coarse: usize,
-    /// sRGB codes, three bytes a pixel, row by row.
+    /// sRGB codes, three bytes a pixel, row by row. Empty while the picture is on the GPU alone.
     pub rgb: Vec<u8>,
+    /// The same codes on the GPU, if it made the picture.
+    pub texture: Option<DisplayTexture>,
     /// What is compared in its place, of the same size; where a scene asks for the difference, that to the
     /// second.
     pub first: Option<(Comparison, SrgbPicture)>,
@@ -55,7 +61,7 @@ pub struct PreviewPicture {
     pub passes: Vec<PassReport>,
     /// What the frame's prediction took in milliseconds when it was made.
     pub predict_ms: f64,
-    /// What relighting took in milliseconds, from the ask to the codes.
+    /// What relighting took in milliseconds, from the ask to the codes, in memory or as a texture.
     pub relight_ms: f64,
     /// Share of the light's energy from where the rig has no lamp.
     pub uncovered: f32,
@@ -65,6 +71,16 @@ pub struct PreviewPicture {
     pub frames_at_hand: HashSet<usize>,
     /// The frame and its field.
     pub predicted: Arc<PredictedFrame>,
+}
+
+impl PreviewPicture {
+    /// Takes over what was made: its codes, its light and what became of the passes.
+    pub(super) fn take(&mut self, made: Picture) {
+        self.rgb =
+            (made.display.as_ref()).map_or_else(Vec::new, |codes| SrgbPicture::of(codes).rgb);
+        self.linear = made.linear;
+        self.passes = made.passes;
+    }
 }
 
 /// All that a picture is made of.
@@ -77,10 +93,12 @@ pub(super) struct PreviewInputs {
     pub olats: [Option<Arc<PredictedFrame>>; 2],
     /// How many pixels along each axis may be lit as one.
     pub coarse: usize,
+    /// Its codes have to be in memory.
+    pub in_memory: bool,
 }
 
 impl PreviewInputs {
-    /// Whether a picture made of these is the one that `other` asks for, no coarser.
+    /// Whether a picture made of these is the one that `other` asks for, no coarser; it may have to be read.
     pub fn serves(&self, other: &Self) -> bool {
         let olats = |inputs: &Self| {
             let each = inputs.olats.each_ref();

@@ -7,7 +7,9 @@ use super::comparison::{Comparison, RelitFrame};
 use super::preview::{PreviewInputs, PreviewPicture, PreviewRequest};
 use super::srgb_picture::SrgbPicture;
 use base::error::Result;
-use compositor::{EnvironmentLight, Extra, Identity, Ingredients, Series, Upstream, difference};
+use compositor::{
+    EnvironmentLight, Extra, Identity, Ingredients, Series, ShownPicture, Upstream, difference,
+};
 use imaging::Encoded;
 use imaging::resample::resize;
 use light::Rig;
@@ -30,6 +32,8 @@ pub(super) struct PreviewMaker {
     identity: Identity,
     series: Series,
     resolution: AdaptiveResolution,
+    /// The last picture, if it is on the GPU alone.
+    unread: Option<(ShownPicture, PreviewPicture)>,
 }
 
 impl PreviewMaker {
@@ -44,6 +48,7 @@ impl PreviewMaker {
             identity: Identity::default(),
             series: Series::default(),
             resolution: AdaptiveResolution::within(budget_ms),
+            unread: None,
         }
     }
 
@@ -54,6 +59,25 @@ impl PreviewMaker {
     /// How coarse the next picture is while something is dragged: see [`PreviewInputs::coarse`].
     pub fn coarse(&self) -> usize {
         self.resolution.factor()
+    }
+
+    /// Whether the last picture is on the GPU alone.
+    pub fn is_unread(&self) -> bool {
+        self.unread.is_some()
+    }
+
+    /// The last picture with its codes in memory and what was measured of its passes; None if it was so from the
+    /// beginning.
+    ///
+    /// # Errors
+    /// When the GPU fails or is lost.
+    pub fn read(&mut self) -> Result<Option<PreviewPicture>> {
+        let Some((mut shown, mut preview)) = self.unread.take() else {
+            return Ok(None);
+        };
+        shown.read()?;
+        preview.take(shown.picture);
+        Ok(Some(preview))
     }
 
     /// Makes a picture. `predict_ms` is what the frame's prediction took, if this is its first picture; `started` is
@@ -108,7 +132,7 @@ impl PreviewMaker {
             factor => self.resolution.reduced(predicted, factor),
         };
         let composed = Instant::now();
-        let (coarse, picture) = match reduced {
+        let (coarse, mut shown) = match reduced {
             Some(ReducedFrame {
                 field, mask, reuse, ..
             }) => {
@@ -118,8 +142,12 @@ impl PreviewMaker {
                     extra,
                     ..light.on(field, mask)
                 };
-                let stand_in = self.series.compose_stand_in(&scene, plate, &of, reuse)?;
-                (inputs.coarse, stand_in)
+                let mut stand_in = self.series.compose_stand_in(&scene, plate, &of, reuse)?;
+                let (width, height) = plate.1.size();
+                let full = |codes: Encoded| Encoded(resize(&codes.0, width, height));
+                stand_in.display = stand_in.display.map(full);
+                stand_in.linear = None;
+                (inputs.coarse, ShownPicture::in_memory(stand_in))
             }
             None => {
                 let of = Ingredients {
@@ -128,9 +156,12 @@ impl PreviewMaker {
                     extra,
                     ..light.on(&predicted.field, plate.1)
                 };
-                (1, self.series.compose(&scene, plate, &of)?)
+                (1, self.series.show(&scene, plate, &of)?)
             }
         };
+        if inputs.in_memory {
+            shown.read()?;
+        }
         self.resolution
             .took(coarse, composed.elapsed().as_secs_f64() * 1e3);
         if let (Inspection::Difference { gain }, Some(first), Some(second)) =
@@ -139,34 +170,40 @@ impl PreviewMaker {
             difference(first, second, gain)?;
         }
         let (width, height) = plate.1.size();
-        let shown = |picture: Option<Encoded>| picture.as_ref().map(SrgbPicture::of);
-        let display = picture.display.map(|display| match coarse {
-            1 => display,
-            _ => Encoded(resize(&display.0, width, height)),
-        });
+        let codes = |picture: Option<Encoded>| picture.as_ref().map(SrgbPicture::of);
         let subject = light.levels().subject;
-        Ok(PreviewPicture {
+        let mut preview = PreviewPicture {
             scene: request.scene.clone(),
             environment: light.environment().name.clone(),
             width,
             height,
             coarse,
-            rgb: shown(display).map_or_else(Vec::new, |picture| picture.rgb),
-            first: request.first.clone().zip(shown(first)),
-            second: request.second.clone().zip(shown(second)),
+            rgb: Vec::new(),
+            texture: shown.texture.clone(),
+            first: request.first.clone().zip(codes(first)),
+            second: request.second.clone().zip(codes(second)),
             solo: request.solo.clone(),
-            linear: picture.linear.filter(|_| coarse == 1),
+            linear: None,
             weights: (weights.per_lamp.iter())
                 .map(|weight| weight.map(|w| w * subject))
                 .collect(),
-            passes: picture.passes,
+            passes: shown.picture.passes.clone(),
             predict_ms: predicted.ms,
-            relight_ms: started.elapsed().as_secs_f64() * 1e3,
+            relight_ms: 0.0,
             uncovered: light.weights().uncovered,
             rig: self.rig.clone(),
             frames_at_hand: HashSet::new(),
             predicted: predicted.clone(),
-        })
+        };
+        let left = if shown.is_read() {
+            preview.take(shown.picture);
+            None
+        } else {
+            Some(shown)
+        };
+        preview.relight_ms = started.elapsed().as_secs_f64() * 1e3;
+        self.unread = left.map(|shown| (shown, preview.clone()));
+        Ok(preview)
     }
 
     /// Takes in which frame and environment the next picture is of, and whether it is compared.

@@ -193,10 +193,12 @@ impl<Tell> Relighter<Tell> {
             } else {
                 1
             },
+            in_memory: rested || !request.texture,
         })
     }
 
-    /// Makes the picture that is asked for, unless that is the one that was made last.
+    /// Makes the picture that is asked for. The one that was made last is read if it stayed on the GPU and is wanted in
+    /// memory.
     fn relight(&mut self, rested: bool) -> Result<Option<PreviewPicture>> {
         let started = Instant::now();
         self.changed = false;
@@ -204,12 +206,17 @@ impl<Tell> Relighter<Tell> {
             return Ok(None);
         };
         let fresh = self.fresh.take();
-        let (Some(maker), false) = (
-            &mut self.maker,
-            self.made.as_ref().is_some_and(|made| made.serves(&inputs)),
-        ) else {
+        let Some(maker) = &mut self.maker else {
             return Ok(None);
         };
+        if self.made.as_ref().is_some_and(|made| made.serves(&inputs)) {
+            let read = if inputs.in_memory {
+                maker.read()?
+            } else {
+                None
+            };
+            return Ok(read.map(|picture| self.with_frames(picture)));
+        }
         // One that fails is not tried again.
         let made = self.made.insert(PreviewInputs {
             coarse: 1,
@@ -217,10 +224,16 @@ impl<Tell> Relighter<Tell> {
         });
         let predicted = &inputs.predicted;
         let predict_ms = (fresh == Some(predicted.frame.index)).then_some(predicted.ms);
-        let mut picture = maker.make(&inputs, predict_ms, started)?;
+        let picture = maker.make(&inputs, predict_ms, started)?;
         made.coarse = picture.coarse;
-        picture.frames_at_hand = self.cache.indices().collect();
-        Ok(Some(picture))
+        Ok(Some(self.with_frames(picture)))
+    }
+
+    fn with_frames(&self, picture: PreviewPicture) -> PreviewPicture {
+        PreviewPicture {
+            frames_at_hand: self.cache.indices().collect(),
+            ..picture
+        }
     }
 }
 
@@ -255,10 +268,12 @@ impl<Tell: Fn(Event)> Handler for Relighter<Tell> {
         }
     }
 
-    /// A picture is made when there is nothing more to learn, and a coarse one again when nothing is asked for.
+    /// A picture is made when there is nothing more to learn. When nothing is asked for, a coarse one is made again, and
+    /// one that stayed on the GPU is read.
     fn rest(&self) -> Option<(Duration, RelighterRequest)> {
         let coarse = self.made.as_ref().is_some_and(|made| made.coarse > 1);
-        match (self.changed, coarse) {
+        let unread = self.maker.as_ref().is_some_and(PreviewMaker::is_unread);
+        match (self.changed, coarse || unread) {
             (true, _) => Some((Duration::ZERO, RelighterRequest::Relight { rested: false })),
             (false, true) => Some((self.still, RelighterRequest::Relight { rested: true })),
             (false, false) => None,

@@ -78,6 +78,7 @@ pub(crate) fn ask(frame: usize, yaw_deg: f32, environment: &Arc<Environment>) ->
         second: None,
         solo: Vec::new(),
         dragged: false,
+        texture: false,
     }
 }
 
@@ -155,13 +156,14 @@ fn a_job_runs_and_then_the_project_is_opened_again() {
     };
     let worker = Worker::over(open, || {});
     openings.recv_timeout(PATIENCE).unwrap();
-    worker.run(Job::Import {
+    let job = Job::Import {
         project: PathBuf::from("nowhere"),
         shoot: PathBuf::from("no/such/shoot"),
         settings: ImportSettings { size: 128, seed: 1 },
         name: None,
         lamps: None,
-    });
+    };
+    worker.run(job).unwrap();
     openings.recv_timeout(PATIENCE).unwrap();
     let mut events = Vec::new();
     wait_for(|| {
@@ -227,7 +229,7 @@ fn told_job(worker: &Worker) -> Sender<fn(&Progress)> {
         }
         Ok("stopped".to_owned())
     });
-    assert!(begun);
+    begun.unwrap();
     tell
 }
 
@@ -378,12 +380,42 @@ fn a_paused_job_can_be_stopped() {
 fn a_job_is_not_taken_twice() {
     let (worker, _begun) = fading_worker(|_| false);
     let job = told_job(&worker);
-    assert!(!worker.work("another", |_| Ok(String::new())));
+    assert_eq!(worker.running_job(), Some("doing as told"));
+    let refused = worker.work("another", |_| Ok(String::new()));
+    assert!(matches!(refused, Err(Error::Busy { .. })), "{refused:?}");
+    assert_eq!(
+        refused.unwrap_err().to_string(),
+        worker.idle().unwrap_err().to_string()
+    );
     drop(job);
     wait_for_event(&worker, is_finished);
-    assert!(worker.work("another", |_| Ok(String::new())));
+    assert_eq!(worker.running_job(), None);
+    worker.idle().unwrap();
+    worker.work("another", |_| Ok(String::new())).unwrap();
     let events = wait_for_event(&worker, is_finished);
     assert!(events.contains(&Event::Started { what: "another" }));
+}
+
+#[test]
+fn a_job_that_may_not_write_is_refused_with_the_reason_and_others_run() {
+    let (mut worker, _begun) = fading_worker(|_| false);
+    worker.refuse_writes("Another studio has it open".to_owned());
+    let refused = worker.run(Job::GoBack {
+        project: PathBuf::from("film"),
+        to: "1".to_owned(),
+    });
+    let sentence = refused.unwrap_err().to_string();
+    assert_eq!(
+        sentence,
+        "Nothing can be written here. Another studio has it open"
+    );
+    assert_eq!(worker.running_job(), None);
+    let reads = Job::Pack {
+        project: PathBuf::from("no/such/project"),
+        to: PathBuf::from("network"),
+    };
+    worker.run(reads).unwrap();
+    wait_for_event(&worker, is_finished);
 }
 
 #[test]
@@ -391,7 +423,7 @@ fn a_worker_that_is_dropped_amid_a_job_ends_it() {
     let alive = Arc::new(());
     let held = alive.clone();
     let (worker, _begun) = fading_worker(|_| false);
-    worker.work("waiting for ever", move |progress| {
+    let begun = worker.work("waiting for ever", move |progress| {
         let _held = held;
         while !progress.cancelled() {
             progress.wait_while_paused();
@@ -399,6 +431,7 @@ fn a_worker_that_is_dropped_amid_a_job_ends_it() {
         }
         Ok(String::new())
     });
+    begun.unwrap();
     wait_for_event(&worker, |e| matches!(e, Event::Started { .. }));
     worker.pause(true);
     drop(worker);

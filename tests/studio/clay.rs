@@ -118,6 +118,7 @@ pub fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
                     radius_m: 0.1,
                     camera_distance_m: 4.0,
                 },
+                second_ball: None,
                 dome_radius_m: None,
                 environments,
                 lamp_layout: vec![],

@@ -160,6 +160,8 @@ fn without_a_picture_the_panels_beside_it_say_so() {
     window.get_by_label("Effects").click();
     window.run_steps(2);
     window.get_by_label_contains("once a picture has been made");
+    // Beside the one in place of the picture.
+    assert_eq!(window.query_all_by_label("Try again").count(), 2);
     snapshot(&mut window, "studio_effects_empty");
     window.get_by_label("Scopes").click();
     window.run_steps(2);

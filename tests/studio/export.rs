@@ -406,7 +406,7 @@ fn told_export(window: &Window, name: &str, folder: &Path) -> Sender<()> {
     tell
 }
 
-/// Waits until the export in hand has written so much.
+/// Waits until the running export has written so much.
 fn until_share(window: &mut Window, share: f32) {
     until(window, "share of the export", |app| {
         app.status()

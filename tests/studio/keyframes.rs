@@ -69,7 +69,7 @@ fn a_turn_between_two_keys_is_seen_and_can_be_moved_removed_and_undone() {
     assert_eq!(window.state().state().look.yaw_deg, yaw);
     let turned = picture(&window);
 
-    // A click goes to a key's frame and takes it in hand.
+    // A click goes to a key's frame and grabs it.
     window.get_by_label("Yaw key at frame 0").click();
     until_shown(&mut window);
     assert_eq!(window.state().state().frame, 0);

@@ -1,6 +1,9 @@
 //! Projects: made from a shoot, opened again, lost, damaged, and open twice.
 
-use super::{Window, clay, drop_onto, lines_with, snapshot, snapshot_without, until, window};
+use super::{
+    Window, clay, clay_window, drop_onto, lines_with, snapshot, snapshot_without, told_job, until,
+    window,
+};
 use afterlight::calibration::CalibrateSettings;
 use afterlight::gpu::DeviceChoice;
 use afterlight::project::{Lock, Project};
@@ -196,11 +199,10 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
         project: project.root.clone(),
         settings: CalibrateSettings::default(),
     };
-    assert!(!second.state().worker().unwrap().run(job));
-    until(&mut second, "refusal", |app| {
-        let failure = app.status().failure.as_deref();
-        failure.is_some_and(|f| f.contains("Nothing can be written"))
-    });
+    let refused = second.state().worker().unwrap().run(job).unwrap_err();
+    let refused = refused.to_string();
+    assert!(refused.contains("Nothing can be written"), "{refused}");
+    assert!(refused.contains("the studio, process"), "{refused}");
     // Neither the look nor the list of environments is kept.
     let files = || {
         let names = std::fs::read_dir(folder.path()).unwrap().flatten();
@@ -231,6 +233,37 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
         .unwrap_err()
         .to_string();
     assert!(refused.contains("the studio"), "{refused}");
+}
+
+#[test]
+fn another_project_is_not_opened_while_a_job_runs_and_is_once_it_was_stopped() {
+    let (folder, elsewhere) = (crate::temporary(), crate::temporary());
+    let film = imported(folder.path());
+    let mut window = clay_window(elsewhere.path());
+    let job = told_job(&mut window);
+    drop_onto(&mut window, &film.root);
+    window.get_by_label_contains("would stop the running job: training the network");
+    assert_eq!(window.state().project().unwrap().root, elsewhere.path());
+    // The job runs on.
+    job.send(|progress| progress.step("training", 500, 1000, "going on"))
+        .unwrap();
+    until(&mut window, "next step of the job", |app| {
+        let job = app.status().job.as_ref();
+        job.is_some_and(|job| job.note == "going on" && !job.stopping)
+    });
+    window.get_by_label("Stop").click();
+    until(&mut window, "end of the job", |app| {
+        app.status().job.is_none()
+    });
+    assert_eq!(window.state().project().unwrap().root, elsewhere.path());
+    drop_onto(&mut window, &film.root);
+    until(
+        &mut window,
+        "opened project",
+        needs(Some(Need::Calibration)),
+    );
+    assert_eq!(window.state().project().unwrap().root, film.root);
+    assert_eq!(window.state().status().refusal, None);
 }
 
 #[test]

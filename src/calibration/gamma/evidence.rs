@@ -1,6 +1,6 @@
 //! What the fitted response is based on, and how certain it is.
 
-use super::{Comparison, GAMMA_PRIOR, GammaFit};
+use super::{Case, Comparison, GAMMA_PRIOR, GammaFit, Interval};
 use project::Shoot;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +30,13 @@ pub struct Evidence {
     pub ball_residual: f32,
     /// A standard curve that explains the pictures better than any dual gamma, by name.
     pub better_curve: Option<String>,
+    /// Both accounts of the pictures, the more probable one first; empty if nothing was fitted or a standard curve is
+    /// better.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cases: Vec<Case>,
+    /// The intervals of 50, 90 and 99 % that follow from both.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub intervals: Vec<Interval>,
 }
 
 impl Default for Evidence {
@@ -45,6 +52,8 @@ impl Default for Evidence {
             brightest: 1.0,
             ball_residual: 0.0,
             better_curve: None,
+            cases: vec![],
+            intervals: vec![],
         }
     }
 }
@@ -53,6 +62,10 @@ impl Evidence {
     /// The evidence of a fit to a shoot.
     pub(crate) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
         let name = |names: &[String], i: usize| names.get(i).cloned().unwrap_or_default();
+        let cases = match fit.better_curve {
+            None => fit.cases.to_vec(),
+            Some(_) => vec![],
+        };
         Self {
             by_hand: false,
             comparison: fit.comparison,
@@ -74,7 +87,19 @@ impl Evidence {
             better_curve: fit
                 .better_curve
                 .map(|curve| curve.response.name().to_owned()),
+            intervals: Interval::of(&cases),
+            cases,
         }
+    }
+
+    /// Adds an error of all exponents that the fit does not know of.
+    pub(crate) fn widen(&mut self, deviation: f32) {
+        for case in &mut self.cases {
+            for own in &mut case.deviation[..2] {
+                *own = own.hypot(deviation);
+            }
+        }
+        self.intervals = Interval::of(&self.cases);
     }
 
     /// From this deviation on, the pictures do not determine an exponent: less than half of what is known comes
@@ -87,6 +112,14 @@ impl Evidence {
     pub const OTHER_EXPOSURE: f32 = 0.08;
     /// From this probability on, a changed exposure is warned of.
     pub const DOUBT: f32 = 0.05;
+
+    /// Both accounts of the pictures if both are plausible, else none.
+    pub fn open_cases(&self) -> &[Case] {
+        match &self.cases[..] {
+            cases @ [_, second] if second.probability > Self::DOUBT => cases,
+            _ => &[],
+        }
+    }
 
     /// Which poses were compared with a frame pixel by pixel, in a sentence; `None` if distributions were compared.
     pub fn same_poses_sentence(&self) -> Option<String> {
@@ -121,13 +154,15 @@ impl Evidence {
                  a weaker filter",
             ),
         ];
+        // An exponent that is assumed makes the other one rough too; the cause alone is said.
+        let is_assumed = deviation.iter().any(|d| *d >= Self::UNDETERMINED);
         for (deviation, (exponent, tone, extent, remedy)) in deviation.into_iter().zip(tones) {
             if deviation >= Self::UNDETERMINED {
                 warnings.push(format!(
                     "the pictures do not determine the camera's {exponent}, which shapes the {tone} tones, so it \
                      is assumed ({extent}, on a scale from 0 to 1). {remedy}"
                 ));
-            } else if deviation >= Self::ROUGH {
+            } else if deviation >= Self::ROUGH && !is_assumed {
                 warnings.push(format!(
                     "the camera's {exponent}, which shapes the {tone} tones, is known only to ± {deviation:.2} \
                      ({extent}, on a scale from 0 to 1). {remedy}"
@@ -151,9 +186,19 @@ impl Evidence {
             "Photograph the balls again at the interview's exposure, or film one of the poses";
         let [other_exposure, gamma1, gamma2] = self.other_case;
         if is_other(exposure) {
+            let alone = match self.open_cases() {
+                [_, alone] => format!(
+                    " If it was left alone after all (probability {:.0} %), γ1 = {:.2} and γ2 = {:.2}: the Gamma \
+                     workspace shows both.",
+                    100.0 * alone.probability,
+                    alone.gamma1,
+                    alone.gamma2
+                ),
+                _ => String::new(),
+            };
             warnings.push(format!(
                 "the interview is {} than the mirror balls say (± {:.0} %): the camera's exposure was probably \
-                 changed between the balls and the filming, which makes the response less certain. {REMEDY}",
+                 changed between the balls and the filming, which makes the response less certain.{alone} {REMEDY}",
                 words(exposure),
                 100.0 * self.exposure_deviation,
             ));
@@ -199,6 +244,25 @@ mod tests {
         };
         assert!(brighter.contains("25 % brighter") && brighter.contains("± 5 %"));
         assert!(evidence.warnings([0.03; 2], 0.8)[0].contains("20 % darker"));
+        let case = |changed: bool, probability: f32, exposure: f32| Case {
+            changed,
+            probability,
+            gamma1: 2.81,
+            gamma2: 1.9,
+            exposure,
+            mean: [2.81, 1.9, exposure.ln()],
+            deviation: [0.1; 3],
+        };
+        let open = Evidence {
+            cases: vec![case(true, 0.6, 0.5), case(false, 0.4, 1.0)],
+            ..Evidence::default()
+        };
+        let [both] = &open.warnings([0.03; 2], 0.5)[..] else {
+            panic!("one doubt, one sentence");
+        };
+        assert!(
+            both.contains("50 % darker") && both.contains("40 %") && both.contains("γ1 = 2.81")
+        );
         let doubtful = Evidence {
             changed_exposure: 0.3,
             other_case: [1.21, 2.5, 1.9],

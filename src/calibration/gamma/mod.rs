@@ -5,17 +5,24 @@
 //! the frames, by their quantiles. And on the mirror balls, where nothing moves, the sum of the lamps must be the
 //! interview's ball pixel for pixel. The first determines the power of the curve, the second its shape.
 //!
+//! The interview's light need not be a sum of the lamps. What the lamps leave unexplained on its ball (the remainder)
+//! widens the errors of the weights that the subject is relit with, and takes its say from the comparison of the
+//! balls' pixels, which would otherwise bend the response until lamps look like something that they are not.
+//!
 //! A brighter interview and a higher power look alike, so the data hardly determine the exposure. It is assumed to
 //! be close to 1, because the balls share one filter and nobody touched the cameras (the paper's section 3.1). That
-//! the exposure was changed is fitted as a second hypothesis. The more probable one is the answer, and the doubt
-//! between both is part of its deviations.
+//! the exposure was changed is a second case. Both cases are explored and kept with their probabilities: the more
+//! probable one is the answer, and deviations and intervals are those of the mixture.
 
+mod case;
 mod compare;
-mod confidence;
+mod covariance;
 mod evidence;
+mod expected_errors;
 mod frame_match;
 mod matte;
 mod objective;
+mod posterior;
 mod study;
 mod subject;
 mod surface;
@@ -28,9 +35,11 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use imaging::{DualGamma, Response};
 use objective::{LinearPictures, Objective, gamma_prior};
+use posterior::Posterior;
 use project::Shoot;
 use serde::{Deserialize, Serialize};
 
+pub use case::{Case, Interval};
 pub use compare::CurveFit;
 pub use evidence::Evidence;
 use frame_match::FrameMatch;
@@ -52,10 +61,10 @@ const LEFT_ALONE: ExposurePrior = ExposurePrior {
     chance: 0.9,
     deviation: 0.03,
 };
-/// Now and then somebody changed the exposure.
+/// Now and then somebody changed the exposure, by about half a stop.
 const CHANGED: ExposurePrior = ExposurePrior {
     chance: 0.1,
-    deviation: 0.3,
+    deviation: 0.4,
 };
 /// Mean and deviation of the weak prior on each exponent: video cameras are near 2.2.
 const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
@@ -92,6 +101,8 @@ pub struct GammaFit {
     /// Exposure and response in the other case.
     pub other_exposure: f32,
     pub other_response: DualGamma,
+    /// Both cases, the more probable one first.
+    pub cases: [Case; 2],
     /// The 1 % and the 99 % quantile of the compared values.
     pub extent: [f32; 2],
     /// Poses that a frame shows: pose and frame by their numbers in the project.
@@ -134,6 +145,14 @@ impl ChosenResponse {
                 },
             },
         }
+    }
+
+    /// Adds an error of both exponents that the fit does not know of. Only a fitted response has a deviation.
+    pub fn widen(&mut self, deviation: f32) {
+        for own in self.deviation.iter_mut().filter(|own| **own > 0.0) {
+            *own = own.hypot(deviation);
+        }
+        self.evidence.widen(deviation);
     }
 
     /// A response set by hand.
@@ -264,16 +283,32 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     if let Some(linear) = objective.linearize(best.0) {
         objective.weigh(&linear);
     }
-    let alone = Hypothesis::fit(&mut objective, LEFT_ALONE, best.0)?;
-    let changed = Hypothesis::fit(&mut objective, CHANGED, best.0)?;
-    let changed_exposure = 1.0 / (1.0 + (0.5 * (changed.cost - alone.cost)).exp());
-    let (found, other, doubt) = if changed_exposure > 0.5 {
-        (changed, alone, 1.0 - changed_exposure)
-    } else {
-        (alone, changed, changed_exposure)
-    };
-    objective.exposure = found.prior;
-    let response = found.response()?;
+    // Each case has its own best place, which the grid may show better than the search under the other.
+    let mut cases = Vec::new();
+    for prior in [LEFT_ALONE, CHANGED] {
+        progress.check("nothing was changed")?;
+        objective.exposure = prior;
+        let of = |gammas: [f64; 2], linear: &LinearPictures| {
+            objective.score(linear).cost + gamma_prior(gammas)
+        };
+        let mut start = (best.0, objective.total(best.0));
+        for (place, linear) in &grid {
+            let cost = of(*place, linear);
+            if cost < start.1 {
+                start = (*place, cost);
+            }
+        }
+        cases.push((prior, Posterior::find(&objective, start.0)?));
+    }
+    let odds = (0.5 * (cases[1].1.cost - cases[0].1.cost)).exp();
+    let changed_exposure = doubted(1.0 / (1.0 + odds));
+    if changed_exposure > 0.5 {
+        cases.swap(0, 1);
+    }
+    let [(prior, found), (other_prior, other)] = [cases[0], cases[1]];
+    let doubt = changed_exposure.min(1.0 - changed_exposure);
+    objective.exposure = prior;
+    let response = curve_of(&found)?;
     let score = objective.score(&objective.linearize_by(&response.into()));
     let fit = GammaFit {
         response,
@@ -285,10 +320,14 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         },
         residual: score.subject as f32,
         ball_residual: score.ball as f32,
-        deviation: found.deviation_beside(&other, doubt),
+        deviation: deviation_beside(&found, &other, doubt),
         changed_exposure: changed_exposure as f32,
         other_exposure: other.log_exposure.exp() as f32,
-        other_response: other.response()?,
+        other_response: curve_of(&other)?,
+        cases: [
+            case_of(&found, prior, 1.0 - doubt)?,
+            case_of(&other, other_prior, doubt)?,
+        ],
         extent: objective.extent(),
         same_poses: vec![],
         better_curve: None,
@@ -298,48 +337,37 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     Ok(fitted)
 }
 
-/// The best exponents under one assumption about the exposure.
-struct Hypothesis {
-    prior: ExposurePrior,
-    gammas: [f64; 2],
-    log_exposure: f64,
-    /// −2·ln of its probability, up to a constant; the chance of the assumption is included.
-    cost: f64,
-    deviation: [f32; 3],
+/// A probability of one of two cases, given that one time in fifty the model itself is wrong and tells nothing.
+fn doubted(probability: f64) -> f64 {
+    const WRONG: f64 = 0.02;
+    (1.0 - WRONG) * probability + 0.5 * WRONG
 }
 
-impl Hypothesis {
-    fn fit(objective: &mut Objective, prior: ExposurePrior, start: [f64; 2]) -> Result<Self> {
-        objective.exposure = prior;
-        let (gammas, cost) = minimise(|gammas| objective.total(gammas), start)?;
-        let linear = objective.linearize(gammas);
-        let log_exposure = linear.map_or(0.0, |linear| objective.score(&linear).log_exposure);
-        let deviation = confidence::deviation(objective, gammas, log_exposure);
-        // The probability of all exposures nearby, not of the best alone (Laplace's approximation).
-        let cost = cost - 2.0 * f64::from(deviation[2]).max(1e-6).ln();
-        Ok(Self {
-            prior,
-            gammas,
-            log_exposure,
-            cost,
-            deviation,
-        })
-    }
+/// The most probable curve.
+fn curve_of(posterior: &Posterior) -> Result<DualGamma> {
+    DualGamma::new(posterior.gammas[0] as f32, posterior.gammas[1] as f32)
+}
 
-    fn response(&self) -> Result<DualGamma> {
-        DualGamma::new(self.gammas[0] as f32, self.gammas[1] as f32)
-    }
+fn case_of(posterior: &Posterior, prior: ExposurePrior, probability: f64) -> Result<Case> {
+    let curve = curve_of(posterior)?;
+    Ok(Case {
+        changed: prior == CHANGED,
+        probability: probability as f32,
+        gamma1: curve.gamma1,
+        gamma2: curve.gamma2,
+        exposure: posterior.log_exposure.exp() as f32,
+        mean: posterior.mean.map(|v| v as f32),
+        deviation: posterior.deviation.map(|v| v as f32),
+    })
+}
 
-    /// Standard deviations about this hypothesis if another holds with probability `doubt`.
-    fn deviation_beside(&self, other: &Self, doubt: f64) -> [f32; 3] {
-        let unknowns = |h: &Self| [h.gammas[0], h.gammas[1], h.log_exposure];
-        let (here, there) = (unknowns(self), unknowns(other));
-        [0, 1, 2].map(|i| {
-            let square = |h: &Self| f64::from(h.deviation[i]).powi(2);
-            let other_square = square(other) + (there[i] - here[i]).powi(2);
-            ((1.0 - doubt) * square(self) + doubt * other_square).sqrt() as f32
-        })
-    }
+/// Standard deviations about one case if another holds with probability `doubt`.
+fn deviation_beside(found: &Posterior, other: &Posterior, doubt: f64) -> [f32; 3] {
+    let here = [found.gammas[0], found.gammas[1], found.log_exposure];
+    [0, 1, 2].map(|i| {
+        let square = |p: &Posterior| p.deviation[i].powi(2) + (p.mean[i] - here[i]).powi(2);
+        ((1.0 - doubt) * square(found) + doubt * square(other)).sqrt() as f32
+    })
 }
 
 impl Objective<'_> {

@@ -3,6 +3,7 @@
 
 use super::super::code_values::{ResponseTable, STEPS};
 use super::super::probe::{NeighbourDifferences, Probes, Profile};
+use super::covariance::Covariance;
 use super::frame_match::MatchedPixel;
 use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
 use super::{ExposurePrior, GAMMA_PRIOR, LEFT_ALONE};
@@ -17,6 +18,8 @@ pub(super) fn rounding() -> f64 {
 pub(super) struct LinearPictures {
     pub table: ResponseTable,
     pub weights: Vec<[f32; 3]>,
+    /// Of each lamp's weight, the share that the ball leaves open, see [`InterviewFit::unexplained`].
+    pub unexplained: Vec<[f32; 3]>,
     /// Pairs of the relit poses' light and the interview's encoded value: quantiles, channel by channel, or the
     /// channels of pixels.
     pub pairs: Vec<(f32, f32)>,
@@ -25,6 +28,18 @@ pub(super) struct LinearPictures {
 }
 
 impl LinearPictures {
+    /// The subject's encoded values at an exposure.
+    pub fn encoded(&self, log_exposure: f64) -> Vec<f64> {
+        encoded(&self.table, &self.pairs, log_exposure)
+    }
+
+    /// How far they are from the interview's.
+    fn errors(&self, log_exposure: f64) -> Vec<f64> {
+        (self.encoded(log_exposure).iter().zip(&self.pairs))
+            .map(|(found, (_, is))| found - f64::from(*is))
+            .collect()
+    }
+
     /// Mean squared distance of the encoded subject at an exposure.
     pub fn subject_square(&self, log_exposure: f64) -> f64 {
         let exposure = log_exposure.exp() as f32;
@@ -43,6 +58,8 @@ pub(super) struct Score {
     /// −2·ln of its probability, up to a constant and without the priors of the exponents.
     pub cost: f64,
     pub log_exposure: f64,
+    /// The standard deviation of ln exposure under this response.
+    pub exposure_deviation: f64,
     /// Root-mean-square distances in encoded values.
     pub subject: f64,
     pub ball: f64,
@@ -54,11 +71,13 @@ pub(super) struct Objective<'a> {
     pub probes: &'a Probes,
     /// Poses that are compared with their frames pixel by pixel; empty if distributions are compared.
     pub matched: Vec<&'a Pose>,
-    /// Distances below this cannot be told from those of the right response.
-    pub subject_floor: f64,
-    /// How many independent errors there are.
-    pub subject_count: f64,
-    pub ball_count: f64,
+    /// What is known of the errors of the pairs; `None` if pixels are compared.
+    errors: Option<Covariance>,
+    /// How many independent errors there are among the compared pixels, and on the balls.
+    pixel_count: f64,
+    ball_count: f64,
+    /// The variance of the light on the interview's ball that is no sum of lamps, see [`Probes::profile`].
+    pub remainder: f64,
     /// What is assumed of the exposure.
     pub exposure: ExposurePrior,
 }
@@ -70,10 +89,10 @@ impl<'a> Objective<'a> {
         let mut objective = Self {
             subject,
             probes,
-            subject_floor: rounding(),
-            // Neighbouring quantiles move together: three channels of twenty count as twenty.
-            subject_count: QUANTILES as f64,
+            errors: None,
+            pixel_count: BLOCKS as f64,
             ball_count: subject.lamps as f64,
+            remainder: 0.0,
             exposure: LEFT_ALONE,
             matched,
         };
@@ -84,35 +103,41 @@ impl<'a> Objective<'a> {
             };
             let table = ResponseTable::new(&middle);
             let weights = probes.fit(&table).weights;
-            objective.subject_floor = objective.scatter(&table, &weights).max(rounding());
+            let differences = objective.differences(&table, &weights, 1.0);
+            objective.errors = Covariance::new(3 * QUANTILES, &differences, MODEL_ERROR);
         }
         objective
     }
 
-    /// Sets the counts of independent errors from the best response so far. As far as noise explains the distance
-    /// on the balls, each pixel is an independent error; the rest, such as a ball that was moved, is one error for
-    /// each lamp. Likewise for the pixels of a pose and its frame, where the rest is one error for each of
-    /// [`BLOCKS`].
+    /// Learns from the best response so far which errors to expect. As far as noise explains the distance on the
+    /// balls, each pixel is an independent error. The rest, such as a ball that was moved, is one error for each
+    /// lamp; if the interview's light is no sum of the lamps, it says nothing about the response. Likewise for the
+    /// pixels of a pose and its frame, where the rest is one error for each of [`BLOCKS`].
     pub fn weigh(&mut self, best: &LinearPictures) {
-        let independent = |square: f64, noise: f64, pixels: usize, others: usize| {
+        let noise_share = |square: f64, noise: f64| {
             let noise = noise.max(rounding().powi(2));
-            let own = noise / square.max(noise);
-            own * pixels as f64 + (1.0 - own) * others.min(pixels) as f64
+            noise / square.max(noise)
         };
-        self.ball_count = independent(
-            self.ball_square(&best.ball),
-            best.ball.noise,
-            self.probes.profile_pixels(),
-            self.subject.lamps,
-        );
-        if !self.matched.is_empty() {
-            let x = self.score(best).log_exposure;
-            self.subject_count = independent(
-                best.subject_square(x),
-                self.matched_noise(best, x),
-                best.pairs.len() / 3,
-                BLOCKS,
-            );
+        self.remainder = best.ball.remainder();
+        let ball = self.probes.profile(&best.table, self.remainder);
+        let pixels = self.probes.profile_pixels() as f64;
+        let others = if self.remainder > 0.0 {
+            0.0
+        } else {
+            pixels.min(self.subject.lamps as f64)
+        };
+        // Part of the misfit looks like noise. With this power, measured on random shoots, intervals hold what they say.
+        let own = noise_share(self.ball_square(&ball), ball.noise).powf(1.5);
+        self.ball_count = own * pixels + (1.0 - own) * others;
+        let x = self.score(best).log_exposure;
+        if self.matched.is_empty() {
+            let mut differences = self.differences(&best.table, &best.weights, x.exp() as f32);
+            differences.extend(self.weight_errors(best, x));
+            self.errors = Covariance::new(3 * QUANTILES, &differences, MODEL_ERROR);
+        } else {
+            let own = noise_share(best.subject_square(x), self.matched_noise(best, x));
+            let pixels = (best.pairs.len() / 3) as f64;
+            self.pixel_count = own * pixels + (1.0 - own) * pixels.min(BLOCKS as f64);
         }
     }
 
@@ -187,10 +212,14 @@ impl<'a> Objective<'a> {
     /// The pictures under any response.
     pub fn linearize_by(&self, response: &Response) -> LinearPictures {
         let table = ResponseTable::of(response);
-        let (fit, ball) = rayon::join(|| self.probes.fit(&table), || self.probes.profile(&table));
+        let (fit, ball) = rayon::join(
+            || self.probes.fit(&table),
+            || self.probes.profile(&table, self.remainder),
+        );
         LinearPictures {
             pairs: self.pairs(&table, &fit.weights),
             weights: fit.weights,
+            unexplained: fit.unexplained,
             table,
             ball,
         }
@@ -234,15 +263,24 @@ impl<'a> Objective<'a> {
 
     /// Mean squared distance on the balls.
     pub fn ball_square(&self, ball: &Profile) -> f64 {
-        ball.squares.iter().sum::<f64>() / self.probes.profile_pixels().max(1) as f64
+        ball.square / self.probes.profile_pixels().max(1) as f64
     }
 
-    /// −2·ln of the probability at an exposure: independent errors of unknown size, n·ln(distance²) over
-    /// both comparisons, and the prior of the exposure.
-    fn cost(&self, prior: ExposurePrior, linear: &LinearPictures, log_exposure: f64) -> f64 {
-        let subject = linear.subject_square(log_exposure) + self.subject_floor.powi(2);
-        let ball = self.ball_square(&linear.ball) + rounding().powi(2);
-        self.subject_count * subject.ln() + self.ball_count * ball.ln() + prior.cost(log_exposure)
+    /// −2·ln of the probability of the subject's pictures at an exposure, up to a constant: of errors of known
+    /// covariance, or of independent errors of unknown size between pixels.
+    fn subject_cost(&self, linear: &LinearPictures, log_exposure: f64) -> f64 {
+        match &self.errors {
+            Some(errors) => errors.cost(&linear.errors(log_exposure)),
+            None => {
+                let square = linear.subject_square(log_exposure) + rounding().powi(2);
+                self.pixel_count * square.ln()
+            }
+        }
+    }
+
+    /// The same for the balls: independent errors of unknown size.
+    fn ball_cost(&self, linear: &LinearPictures) -> f64 {
+        self.ball_count * (self.ball_square(&linear.ball) + rounding().powi(2)).ln()
     }
 
     /// The score at the best exposure.
@@ -252,30 +290,23 @@ impl<'a> Objective<'a> {
 
     /// The same with another prior of the exposure.
     pub fn score_under(&self, prior: ExposurePrior, linear: &LinearPictures) -> Score {
-        let cost = |x: f64| self.cost(prior, linear, x);
+        let cost = |x: f64| self.subject_cost(linear, x) + prior.cost(x);
         let log_exposure = best_exposure(cost, |x| linear.subject_square(x));
+        let least = cost(log_exposure);
+        // The probability of all exposures nearby, not of the best alone (Laplace's approximation).
+        let step = 0.3 * prior.deviation.min(0.1);
+        let curvature =
+            (cost(log_exposure - step) + cost(log_exposure + step) - 2.0 * least) / step.powi(2);
+        let exposure_deviation = (2.0 / curvature.max(1e-12))
+            .sqrt()
+            .clamp(1e-4, prior.deviation);
         Score {
-            cost: cost(log_exposure),
+            cost: least - 2.0 * exposure_deviation.ln() + self.ball_cost(linear),
             log_exposure,
+            exposure_deviation,
             subject: linear.subject_square(log_exposure).sqrt(),
             ball: self.ball_square(&linear.ball).sqrt(),
         }
-    }
-
-    /// How far apart quantiles must be expected even under the right response, because poses and frames differ: the
-    /// standard error of both means, from the differences among poses and among frames. Root-mean-square, in
-    /// encoded values.
-    fn scatter(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> f64 {
-        let poses = self.pose_quantiles(table, weights, 1.0);
-        let frames = variance(&self.subject.frame_quantiles);
-        // A single pose is assumed to vary as much as a single frame does.
-        let poses_variance = if poses.len() > 1 {
-            variance(&poses)
-        } else {
-            frames
-        };
-        let frame_count = self.subject.frame_quantiles.len();
-        (poses_variance / poses.len() as f64 + frames / frame_count as f64).sqrt()
     }
 
     /// The encoded quantiles of each relit pose.
@@ -296,6 +327,8 @@ impl<'a> Objective<'a> {
     }
 }
 
+/// Independent errors of encoded quantiles that nothing else explains: a third of an 8-bit code.
+const MODEL_ERROR: f64 = 0.0015;
 /// Pixels by which all poses and their frames are compared.
 const MATCHED_PIXELS: usize = 2000;
 /// Parts of the compared pixels whose errors are taken to be independent.
@@ -356,18 +389,11 @@ fn valley(height: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], accuracy: 
     0.5 * (low + high)
 }
 
-/// Mean variance of the quantiles of several pictures; 0 for a single one.
-fn variance(pictures: &[Quantiles]) -> f64 {
-    let n = pictures.len() as f64;
-    let mut sum = 0.0;
-    for (c, q) in (0..3).flat_map(|c| (0..QUANTILES).map(move |q| (c, q))) {
-        let mean = pictures.iter().map(|p| f64::from(p[c][q])).sum::<f64>() / n;
-        sum += pictures
-            .iter()
-            .map(|p| (f64::from(p[c][q]) - mean).powi(2))
-            .sum::<f64>();
-    }
-    sum / (n - 1.0).max(1.0) / (3 * QUANTILES) as f64
+/// The encoded values of pairs of light and something at an exposure.
+pub(super) fn encoded(table: &ResponseTable, pairs: &[(f32, f32)], log_exposure: f64) -> Vec<f64> {
+    let exposure = log_exposure.exp() as f32;
+    let encode = |(light, _): &(f32, f32)| f64::from(table.encode(exposure * light));
+    pairs.iter().map(encode).collect()
 }
 
 #[cfg(test)]

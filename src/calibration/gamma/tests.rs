@@ -23,6 +23,10 @@ struct SmallShoot {
     ball: f32,
     /// Whether a lamp's image on the ball is a disc of one level.
     flat: bool,
+    /// How bright a warm window is that lights the interview beside the lamps, relative to all of them.
+    window: f32,
+    /// What the subject reflects of red, green and blue.
+    skin: [f32; 3],
     /// Noise of the sensor beside that of the virtual stage's.
     noise: f32,
     seed: u32,
@@ -43,6 +47,8 @@ impl Default for SmallShoot {
             subject: 0.25,
             ball: 0.8,
             flat: false,
+            window: 0.0,
+            skin: [0.9, 0.8, 0.8],
             noise: 1.0,
             seed: 1,
         }
@@ -86,6 +92,7 @@ impl SmallShoot {
                     other_lamps: vec![],
                     frames: names("frame_", 4),
                     ball,
+                    second_ball: None,
                     dome_radius_m: None,
                     environments: vec![],
                     lamp_layout: vec![],
@@ -143,7 +150,29 @@ impl SmallShoot {
                 picture
             })
             .collect();
-        write(project.interview_probe_path(), &sum(&probes, 1.0));
+        // What the window adds to the interview: an even bright patch on the ball, and on the subject the light of
+        // many directions within it.
+        const WARM: [f32; 3] = [1.3, 1.0, 0.6];
+        let (to_window, reach) = (Vec3::new(-0.6, 0.35, 0.72).normalize(), 0.12f32);
+        let all: f32 = lamps.iter().map(|(_, weight)| weight).sum();
+        let panes: Vec<Vec3> = (0..40)
+            .map(|i| {
+                let (away, turn) = (reach * (i as f32 + 0.5) / 40.0, i as f32 * 2.399_963);
+                let (side, up) = to_window.any_orthonormal_pair();
+                let across = (1.0 - (1.0 - away).powi(2)).sqrt();
+                (1.0 - away) * to_window + across * (turn.cos() * side + turn.sin() * up)
+            })
+            .collect();
+        let mut interview = sum(&probes, 1.0);
+        for pixel in &geometry.pixels {
+            if 1.0 - pixel.direction.dot(to_window) < reach {
+                // A lamp's image has the energy of a disc of its peak with 1 − cos = 0.01.
+                let level = self.window * all * self.ball * 0.01 / reach;
+                let light = &mut interview.pixels[pixel.index];
+                *light = [0, 1, 2].map(|c| light[c] + level * WARM[c] * [1.0, 0.9, 0.7][c]);
+            }
+        }
+        write(project.interview_probe_path(), &interview);
         for (i, probe) in probes.iter().enumerate() {
             write(project.lamp_probe_path(i), probe);
         }
@@ -153,7 +182,13 @@ impl SmallShoot {
                 let n = Vec3::new(dx, dy, (1.0 - dx * dx - dy * dy).max(0.0).sqrt());
                 let spots = 0.5 + 0.5 * (9.0 * (n.x + turn)).sin() * (7.0 * n.y).cos();
                 let light = self.subject * n.dot(direction).max(0.0) + self.fill;
-                [0.9, 0.6 + 0.2 * spots, 0.3 + 0.5 * spots].map(|albedo| {
+                let [red, green, blue] = self.skin;
+                [
+                    red,
+                    green * (0.75 + 0.25 * spots),
+                    blue * (0.375 + 0.625 * spots),
+                ]
+                .map(|albedo| {
                     albedo * (self.darkest_spot + (1.0 - self.darkest_spot) * spots) * light
                 })
             })
@@ -170,10 +205,15 @@ impl SmallShoot {
                 write(project.olat_path(pose, i), olat);
             }
             file::write_mask_png(&project.exemplar_mask_path(pose), &mask).unwrap();
-            write(
-                project.frame_path(pose),
-                &sum(&olats(turn + self.turn), self.exposure),
-            );
+            let mut frame = sum(&olats(turn + self.turn), self.exposure);
+            for pane in panes.iter().filter(|_| self.window > 0.0) {
+                let lit = subject(turn + self.turn, *pane);
+                let share = self.exposure * self.window * all / panes.len() as f32;
+                for (sum, light) in frame.pixels.iter_mut().zip(&lit.pixels) {
+                    *sum = [0, 1, 2].map(|c| sum[c] + share * WARM[c] * light[c]);
+                }
+            }
+            write(project.frame_path(pose), &frame);
             file::write_mask_png(&project.frame_mask_path(pose), &mask).unwrap();
         }
         project
@@ -309,6 +349,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
         size: 64,
         seed: 5,
         lamps: 10,
+        ..virtual_stage::StageSettings::default()
     };
     let shoot = folder.path().join("shoot");
     virtual_stage::write_shoot(&shoot, &settings, &Progress::silent()).unwrap();
@@ -349,6 +390,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                     radius_m: number(&ball["ball_radius_m"]),
                     camera_distance_m: number(&manifest["camera"]["position"][2]),
                 },
+                second_ball: None,
                 dome_radius_m: Some(number(&manifest["dome_radius_m"])),
                 environments: vec![],
                 lamp_layout: vec![],
@@ -422,6 +464,49 @@ fn a_much_changed_exposure_raises_doubt_even_on_small_balls() {
             fit.other_exposure
         };
         assert!((found > 1.0) == (exposure > 1.0));
+    }
+}
+
+#[test]
+fn light_that_is_no_sum_of_lamps_is_not_taken_for_a_changed_exposure() {
+    let fit = fitted(
+        &SmallShoot {
+            response: dual(2.9, 1.9),
+            window: 1.0,
+            skin: [0.45, 0.27, 0.22],
+            subject: 0.15,
+            seed: 21,
+            ..SmallShoot::default()
+        },
+        None,
+    );
+    let off = off(&fit, [2.9, 1.9]);
+    assert!(off[0].abs() < 0.15);
+    assert!(fit.changed_exposure < 0.5 && (fit.exposure - 1.0).abs() < 0.08);
+    // So dark a subject says little about the bright tones; the intervals know.
+    let [_, wide, widest] = &Interval::of(&fit.cases)[..] else {
+        panic!("three intervals");
+    };
+    for (truth, [low, high]) in [(2.9, wide.gamma1), (1.9, wide.gamma2)] {
+        assert!((low..=high).contains(&truth), "{truth}: {low} to {high}");
+    }
+    assert!(widest.gamma1[0] < wide.gamma1[0] && wide.gamma1[1] < widest.gamma1[1]);
+}
+
+#[test]
+fn no_case_is_ever_certain() {
+    for exposure in [1.0, 0.5] {
+        let fit = fitted(
+            &SmallShoot {
+                exposure,
+                ..SmallShoot::default()
+            },
+            None,
+        );
+        let [first, second] = fit.cases;
+        assert!(first.probability >= second.probability && second.probability > 0.005);
+        assert!((first.probability + second.probability - 1.0).abs() < 1e-6);
+        assert!(first.changed != second.changed);
     }
 }
 

@@ -11,6 +11,8 @@ use rayon::prelude::*;
 pub struct InterviewFit {
     /// Per lamp and channel, its share.
     pub weights: Vec<[f32; 3]>,
+    /// Per lamp and channel, the root-mean-square of what no lamp explains near it, relative to the light there.
+    pub unexplained: Vec<[f32; 3]>,
     /// Relative root-mean-square residual of the blurred ball.
     pub residual: f32,
     /// Share of the ball's luminance energy that no lamp explains.
@@ -87,7 +89,15 @@ impl Probes {
             .map(|footprint| self.lamp_cells(footprint, table))
             .collect();
         let mut weights = vec![[0.0f32; 3]; lamps.len()];
+        let mut unexplained = vec![[0.0f32; 3]; lamps.len()];
         let (mut error, mut power) = (0.0f64, 0.0f64);
+        let share = |part: f64, whole: f64| {
+            if whole > 0.0 {
+                (part / whole) as f32
+            } else {
+                0.0
+            }
+        };
         let mut missing = [0.0f32; 3];
         let mut all = [0.0f32; 3];
         for c in 0..3 {
@@ -105,6 +115,7 @@ impl Probes {
             for (weight, x) in weights.iter_mut().zip(&solution) {
                 weight[c] = *x as f32;
             }
+            let mut near = vec![[0.0f64; 2]; lamps.len()];
             for (cell, light) in interview.iter().enumerate() {
                 let explained: f32 = lamps
                     .iter()
@@ -112,21 +123,22 @@ impl Probes {
                     .map(|(lamp, w)| w[c] * lamp[cell][c])
                     .sum();
                 let left = light[c] - explained;
+                for (near, lamp) in near.iter_mut().zip(&lamps) {
+                    near[0] += f64::from(lamp[cell][c] * left * left);
+                    near[1] += f64::from(lamp[cell][c] * light[c] * light[c]);
+                }
                 error += f64::from(left).powi(2);
                 power += f64::from(light[c]).powi(2);
                 missing[c] += left.max(0.0);
                 all[c] += light[c];
             }
-        }
-        let share = |part: f64, whole: f64| {
-            if whole > 0.0 {
-                (part / whole) as f32
-            } else {
-                0.0
+            for (unexplained, [left, whole]) in unexplained.iter_mut().zip(near) {
+                unexplained[c] = share(left, whole).sqrt();
             }
-        };
+        }
         InterviewFit {
             weights,
+            unexplained,
             residual: share(error, power).sqrt(),
             uncovered: share(f64::from(luminance(missing)), f64::from(luminance(all))).min(1.0),
         }
@@ -172,7 +184,7 @@ impl Probes {
         self.blurred(&energy)
     }
 
-    fn cells(&self) -> usize {
+    pub(super) fn cells(&self) -> usize {
         self.blur.len().isqrt()
     }
 

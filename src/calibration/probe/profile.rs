@@ -9,37 +9,126 @@ use rayon::prelude::*;
 pub(super) struct ProfilePixel {
     interview: CodeValues,
     lamps: Vec<(usize, CodeValues)>,
-    /// The brightest of these lamps here.
-    strongest: usize,
     /// Its place in the photograph.
     index: usize,
+    /// The part of the sphere that it shows, see [`Probes::cell_of_pixel`].
+    cell: usize,
 }
 
 /// The interview's ball compared with the lamps' pixel by pixel.
 pub(crate) struct Profile {
-    /// For each lamp, the sum of squared encoded distances where it is the strongest.
-    pub squares: Vec<f64>,
+    /// The sum of squared encoded distances, with the penalty of the remainder.
+    pub square: f64,
     /// Mean square of the part of these distances that changes from pixel to pixel: the noise. The rest is a misfit
     /// that neighbours share.
     pub noise: f64,
     /// The weights that explain the pixels best. [`Probes::fit`], which uses the lamps' whole light, finds others;
     /// under the right response both agree.
     pub weights: Vec<[f32; 3]>,
+    /// What each channel of each part of the sphere says about the remainder.
+    cells: Vec<CellSums>,
 }
+
+/// Sums over a cell's pixels of a channel for the fit of its remainder. Light is divided by the slope of the response,
+/// so that errors are alike in the code.
+#[derive(Clone, Copy, Default)]
+struct CellSums {
+    pixels: f64,
+    /// Of the squared encoded value, to compare changes of light with.
+    encoded: f64,
+    /// Products of the lamps' light (a), of an even light (h), and of what the lamps leave (r).
+    aa: f64,
+    ah: f64,
+    hh: f64,
+    ar: f64,
+    hr: f64,
+    rr: f64,
+}
+
+impl CellSums {
+    /// The penalties of the cell's two unknowns under a remainder of variance `power` times the noise's.
+    fn penalties(&self, power: f64) -> [f64; 2] {
+        [self.aa, self.hh].map(|square| square / (power * self.encoded).max(1e-300))
+    }
+
+    /// The change of the lamps' light and the even light that explain what the lamps leave, and their penalty.
+    fn remainder(&self, power: f64) -> ([f64; 2], f64) {
+        let [of_a, of_h] = self.penalties(power);
+        let (a, h) = (self.aa + of_a, self.hh + of_h);
+        let determinant = a * h - self.ah * self.ah;
+        if power <= 0.0 || !(determinant > 1e-12 * a * h) {
+            return ([0.0; 2], 0.0);
+        }
+        let change = (h * self.ar - self.ah * self.hr) / determinant;
+        let even = (a * self.hr - self.ah * self.ar) / determinant;
+        ([change, even], of_a * change * change + of_h * even * even)
+    }
+
+    /// The squared distance that is left, with its penalty, and ln of how much room the remainder had.
+    fn left(&self, power: f64) -> [f64; 2] {
+        let ([change, even], _) = self.remainder(power);
+        let left = self.rr - change * self.ar - even * self.hr;
+        let along = 1.0 + power * self.encoded;
+        let shared = if self.aa > 0.0 && self.hh > 0.0 {
+            power * self.encoded * self.ah / (self.aa * self.hh).sqrt()
+        } else {
+            0.0
+        };
+        [
+            left.max(0.0),
+            (along * along - shared * shared).max(1.0).ln(),
+        ]
+    }
+}
+
+impl Profile {
+    /// The variance of the remainder, relative to that of the noise, under which the ball is most probable; 0 if the
+    /// lamps explain all of it.
+    pub fn remainder(&self) -> f64 {
+        let pixels: f64 = self.cells.iter().map(|cell| cell.pixels).sum();
+        let cost = |power: f64| {
+            let [left, room] = (self.cells.iter().map(|cell| cell.left(power)))
+                .fold([0.0; 2], |sum, cell| [sum[0] + cell[0], sum[1] + cell[1]]);
+            pixels * (left + pixels * ROUNDING).max(1e-300).ln() + room
+        };
+        let powers = (0..=12).map(|i| {
+            if i == 0 {
+                0.0
+            } else {
+                10f64.powf(0.5 * f64::from(i))
+            }
+        });
+        powers
+            .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
+            .unwrap_or(0.0)
+    }
+}
+
+/// Mean square that rounding to 8 bits leaves.
+const ROUNDING: f64 = 1.0 / (255.0 * 255.0 * 12.0);
 
 impl Probes {
     /// Squared distance in encoded values between the interview's ball and the best sum of the lamps' balls, pixel
-    /// for pixel, as the mean over channels: one sum for the pixels in which each lamp is the strongest, and the
-    /// weights of that sum. A lamp's image has bright and dim pixels, and each lamp has its own weight: only the
-    /// right shape of the response makes all of them proportional. A power of the response cannot be told this way:
-    /// it fits as well, with powers of the weights.
-    pub(crate) fn profile(&self, table: &ResponseTable) -> Profile {
+    /// for pixel, as the mean over channels. A lamp's image has bright and dim pixels, and each lamp has its own
+    /// weight: only the right shape of the response makes all of them proportional. A power of the response cannot be
+    /// told this way: it fits as well, with powers of the weights.
+    ///
+    /// The interview's light need not be a sum of lamps. In each part of the sphere the lamps' light may change by a
+    /// factor, and an even light may be added; `remainder` is the variance of both relative to the noise, 0 for
+    /// none. What varies within a part, from the middle of a lamp's image to its edge, still shows the response.
+    pub(crate) fn profile(&self, table: &ResponseTable, remainder: f64) -> Profile {
         let backgrounds: Vec<[f32; 3]> = self
             .footprints
             .iter()
             .map(|f| f.background(table))
             .collect();
-        let channels: Vec<(Vec<f64>, f64, Vec<f64>)> = (0..3usize)
+        struct Channel {
+            square: f64,
+            off: Vec<f64>,
+            weights: Vec<f64>,
+            cells: Vec<CellSums>,
+        }
+        let channels: Vec<Channel> = (0..3usize)
             .into_par_iter()
             .map(|c| {
                 let light = |&(lamp, code): &(usize, CodeValues)| {
@@ -70,32 +159,66 @@ impl Probes {
                     );
                 }
                 let x = equations.solve();
-                let mut squares = vec![0.0; constant];
-                let mut differences = NeighbourDifferences::default();
-                for pixel in &self.profile {
-                    let sum: f64 = pixel
-                        .lamps
-                        .iter()
-                        .map(light)
-                        .map(|(lamp, l)| x[lamp] * l)
-                        .sum();
-                    let code = f32::from(pixel.interview[c]) / f32::from(STEPS);
-                    let off = f64::from(table.encode((sum + x[constant]) as f32) - code);
-                    squares[pixel.strongest] += off.powi(2) / 3.0;
-                    differences.add(pixel.index, off);
+                let sum = |pixel: &ProfilePixel| -> f64 {
+                    let lamps = pixel.lamps.iter().map(light);
+                    lamps.map(|(lamp, l)| x[lamp] * l).sum()
+                };
+                let sums: Vec<f64> = self.profile.iter().map(sum).collect();
+                let mut cells = vec![CellSums::default(); self.cells()];
+                for (pixel, sum) in self.profile.iter().zip(&sums) {
+                    let code = pixel.interview[c];
+                    let h = 1.0 / f64::from(table.slope(code));
+                    let (a, r) = (
+                        sum * h,
+                        (f64::from(table.light(code)) - sum - x[constant]) * h,
+                    );
+                    let cell = &mut cells[pixel.cell];
+                    cell.pixels += 1.0;
+                    cell.encoded += (f64::from(code) / f64::from(STEPS)).powi(2);
+                    cell.aa += a * a;
+                    cell.ah += a * h;
+                    cell.hh += h * h;
+                    cell.ar += a * r;
+                    cell.hr += h * r;
+                    cell.rr += r * r;
                 }
-                (squares, differences.noise(), x)
+                let found: Vec<([f64; 2], f64)> =
+                    cells.iter().map(|cell| cell.remainder(remainder)).collect();
+                let mut square: f64 = found.iter().map(|(_, penalty)| penalty).sum();
+                let off = self.profile.iter().zip(&sums).map(|(pixel, sum)| {
+                    let [change, even] = found[pixel.cell].0;
+                    let light = (1.0 + change) * sum + x[constant] + even;
+                    let code = f32::from(pixel.interview[c]) / f32::from(STEPS);
+                    f64::from(table.encode(light as f32) - code)
+                });
+                let off: Vec<f64> = off.collect();
+                square += off.iter().map(|off| off * off).sum::<f64>();
+                Channel {
+                    square,
+                    off,
+                    weights: x,
+                    cells,
+                }
             })
             .collect();
+        // Light that is no sum of lamps shows in all channels, noise in each by itself.
+        let noise = |a: &Channel, b: &Channel| {
+            let mut differences = NeighbourDifferences::default();
+            for (i, pixel) in self.profile.iter().enumerate() {
+                differences.add(pixel.index, a.off[i] - b.off[i]);
+            }
+            0.5 * differences.noise()
+        };
         let lamps = 0..self.footprints.len();
         Profile {
-            squares: lamps
-                .clone()
-                .map(|lamp| channels.iter().map(|(squares, ..)| squares[lamp]).sum())
-                .collect(),
-            noise: channels.iter().map(|(_, noise, _)| noise).sum::<f64>() / 3.0,
+            square: channels.iter().map(|channel| channel.square).sum::<f64>() / 3.0,
+            noise: 0.5 * (noise(&channels[0], &channels[1]) + noise(&channels[1], &channels[2])),
             weights: lamps
-                .map(|lamp| [0, 1, 2].map(|c| channels[c].2[lamp] as f32))
+                .map(|lamp| [0, 1, 2].map(|c: usize| channels[c].weights[lamp] as f32))
+                .collect(),
+            cells: channels
+                .into_iter()
+                .flat_map(|channel| channel.cells)
                 .collect(),
         }
     }
@@ -134,20 +257,15 @@ impl Probes {
             .zip(lamps)
             .zip(&self.comparable)
             .zip(&self.ball.pixels)
-            .filter(|(((code, lamps), comparable), _)| {
+            .zip(&self.cell_of_pixel)
+            .filter(|((((code, lamps), comparable), _), _)| {
                 !lamps.is_empty() && lit(code) && **comparable
             })
-            .map(|(((code, lamps), _), place)| {
-                let level = |codes: &CodeValues| provisional.rgb(*codes).into_iter().sum::<f32>();
-                let brighter = |a: &&(usize, CodeValues), b: &&(usize, CodeValues)| {
-                    level(&a.1).total_cmp(&level(&b.1))
-                };
-                ProfilePixel {
-                    interview: *code,
-                    index: place.index,
-                    strongest: lamps.iter().max_by(brighter).map_or(0, |(lamp, _)| *lamp),
-                    lamps,
-                }
+            .map(|((((code, lamps), _), place), cell)| ProfilePixel {
+                interview: *code,
+                index: place.index,
+                cell: usize::from(*cell),
+                lamps,
             })
             .collect();
         let stride = profile.len().div_ceil(ENOUGH).max(1);

@@ -99,6 +99,7 @@ fn small_project(root: &Path) -> Project {
             radius_m: 0.05,
             camera_distance_m: 2.0,
         },
+        second_ball: None,
         dome_radius_m: None,
         environments: vec![],
         lamp_layout: vec![],
@@ -135,6 +136,7 @@ fn small_calibration() -> Calibration {
         filled_energy: 0.0,
         clipped_pixels: 0,
         rig_findings: vec![],
+        two_balls: None,
         gamma_evidence: gamma::Evidence::default(),
         rig: Rig {
             lamps: vec![Lamp {

@@ -39,6 +39,7 @@ pub(crate) fn shared_shoot(
                 radius_m: number(&probe["ball_radius_m"]),
                 camera_distance_m: number(&manifest["camera"]["position"][2]),
             },
+            second_ball: None,
             dome_radius_m: Some(number(&manifest["dome_radius_m"])),
             environments: vec![],
             lamp_layout: vec![],

@@ -3,6 +3,7 @@
 use crate::background::Backdrop;
 use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContext};
 use crate::facts::{Grain, Screen, Spill};
+use crate::passes::{DisplayTexture, Readback, Unread};
 use crate::reuse::{Cache, Reuse};
 use base::error::Result;
 use imaging::{Encoded, Image};
@@ -94,22 +95,48 @@ pub(crate) trait Backend {
     /// The grain that the picture has of itself.
     fn grain_of(&mut self, codes: &Self::Codes) -> Result<Grain>;
 
-    /// Ends the picture: its codes if there are any, and its light if that is needed.
+    /// Ends the picture: its codes if there are any, and its light if that is needed. What is on a GPU stays there if
+    /// it `may_stay` and a window can show it.
     fn finish(
         self,
         picture: Self::Light,
         codes: Option<Self::Codes>,
         needs_light: bool,
-    ) -> Result<FinishedPicture<Self::Own>>;
+        may_stay: bool,
+    ) -> Result<(FinishedPicture, Self::Own)>;
 }
 
 /// What a backend leaves.
-pub(crate) struct FinishedPicture<Own> {
+pub(crate) enum FinishedPicture {
+    InMemory(ReadPicture),
+    OnGpu(DisplayTexture, Unread),
+}
+
+/// A picture in memory.
+pub(crate) struct ReadPicture {
     pub linear: Option<Image>,
     pub display: Option<Encoded>,
     /// How many of the subject's pixels were NaN or infinite.
     pub mended: usize,
     /// Milliseconds of each pass, by its place in [`Pass::ALL`]; None if nothing tells the time.
     pub ms: Option<[f64; Pass::ALL.len()]>,
-    pub own: Own,
+}
+
+impl ReadPicture {
+    /// Of the light and the codes, as far as they were asked for, in this order.
+    pub fn of(mut read: Readback, has_codes: bool) -> Self {
+        let display = has_codes.then(|| read.pictures.pop()).flatten();
+        Self {
+            display: display.map(Encoded),
+            linear: read.pictures.pop(),
+            mended: read.mended,
+            ms: read.times.map(|times| {
+                let mut ms = [0.0; Pass::ALL.len()];
+                times
+                    .iter()
+                    .for_each(|(pass, span)| ms[*pass as usize] += span);
+                ms
+            }),
+        }
+    }
 }

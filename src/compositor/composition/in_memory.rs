@@ -1,6 +1,6 @@
 //! The passes on the CPU, on pictures in memory.
 
-use super::backend::{Backend, FinishedPicture};
+use super::backend::{Backend, FinishedPicture, ReadPicture};
 use crate::background::{Backdrop, draw_background};
 use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContext};
 use crate::despill::{self, despill};
@@ -199,14 +199,15 @@ impl Backend for InMemory<'_> {
         picture: Arc<Image>,
         codes: Option<Encoded>,
         _needs_light: bool,
-    ) -> Result<FinishedPicture<Rim>> {
+        _may_stay: bool,
+    ) -> Result<(FinishedPicture, Rim)> {
         self.stop();
-        Ok(FinishedPicture {
+        let made = ReadPicture {
             linear: Some(Arc::unwrap_or_clone(picture)),
             display: codes,
             mended: self.mended,
             ms: Some(self.ms),
-            own: self.rim,
-        })
+        };
+        Ok((FinishedPicture::InMemory(made), self.rim))
     }
 }

@@ -1,6 +1,6 @@
 //! The passes on a GPU. Pictures stay there; in the end the one that was asked for is read.
 
-use super::backend::{Backend, FinishedPicture};
+use super::backend::{Backend, FinishedPicture, ReadPicture};
 use crate::background::{Backdrop, draw_background};
 use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContext};
 use crate::facts::{Grain, Inputs, Screen, Spill, key};
@@ -9,7 +9,7 @@ use crate::picture::Ingredients;
 use crate::reuse::{Cache, Reuse, Uploads};
 use crate::smoothing::{self, even_light};
 use base::error::Result;
-use imaging::{Encoded, Image, Mask};
+use imaging::{Image, Mask};
 use reflectance::FieldBuffer;
 use scene::Pass;
 
@@ -207,24 +207,21 @@ impl Backend for OnGpu<'_> {
         picture: GpuPicture,
         codes: Option<GpuPicture>,
         needs_light: bool,
-    ) -> Result<FinishedPicture<Uploads>> {
+        may_stay: bool,
+    ) -> Result<(FinishedPicture, Uploads)> {
         let light = needs_light.then_some(&picture);
         let wanted: Vec<&GpuPicture> = light.into_iter().chain(&codes).collect();
-        let mut finished = self.recording.finish(&wanted)?;
-        let display = codes.and_then(|_| finished.pictures.pop()).map(Encoded);
-        let ms = finished.times.map(|times| {
-            let mut ms = [0.0; Pass::ALL.len()];
-            times
-                .iter()
-                .for_each(|(pass, span)| ms[*pass as usize] += span);
-            ms
-        });
-        Ok(FinishedPicture {
-            linear: finished.pictures.pop(),
-            display,
-            mended: finished.mended,
-            ms,
-            own: self.uploads,
-        })
+        let shown = codes.as_ref().filter(|_| may_stay);
+        let finished = match shown.filter(|codes| self.passes.has_texture(codes.size())) {
+            Some(codes) => {
+                let (texture, unread) = self.recording.show(codes, &wanted)?;
+                FinishedPicture::OnGpu(texture, unread)
+            }
+            None => {
+                let read = self.recording.finish(&wanted)?;
+                FinishedPicture::InMemory(ReadPicture::of(read, codes.is_some()))
+            }
+        };
+        Ok((finished, self.uploads))
     }
 }

@@ -6,6 +6,7 @@ use crate::Pass;
 const SPANS: u32 = 512;
 
 /// Where a GPU writes when each dispatch began and ended.
+#[derive(Debug)]
 pub(super) struct Clock {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
@@ -57,16 +58,20 @@ impl Clock {
         })
     }
 
-    /// Asks for the times in a buffer, once all spans are recorded.
-    pub fn resolve(&self, commands: &mut wgpu::CommandEncoder) -> &wgpu::Buffer {
+    /// Asks for the times in [`Self::resolved`], once all spans are recorded.
+    pub fn resolve(&self, commands: &mut wgpu::CommandEncoder) {
         if !self.spans.is_empty() {
             let written = 0..2 * self.spans.len() as u32;
             commands.resolve_query_set(&self.set, written, &self.resolved, 0);
         }
+    }
+
+    /// Where the times are once the GPU has done what was recorded.
+    pub fn resolved(&self) -> &wgpu::Buffer {
         &self.resolved
     }
 
-    /// Milliseconds of each span, from what [`Self::resolve`]'s buffer held; None if some have no time.
+    /// Milliseconds of each span, from what [`Self::resolved`] held; None if some have no time.
     pub fn times(&self, ticks: &[u8]) -> Option<Vec<(Pass, f64)>> {
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(ticks);
         let pairs = ticks.as_chunks::<2>().0;

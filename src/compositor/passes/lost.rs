@@ -17,6 +17,15 @@ pub fn is_lost(device: &wgpu::Device) -> bool {
     buffer.get_mapped_range_mut(..).is_err()
 }
 
+/// Does `work` on a device, see [`PicturePasses::guarded`].
+pub(super) fn guarded<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>) -> Result<T> {
+    let done = catch_unwind(AssertUnwindSafe(work));
+    if is_lost(device) {
+        return Err(Error::GpuLost);
+    }
+    done.unwrap_or_else(|panic| resume_unwind(panic))
+}
+
 impl PicturePasses {
     /// Whether their GPU is lost.
     pub fn is_lost(&self) -> bool {
@@ -29,11 +38,7 @@ impl PicturePasses {
     /// When `work` fails; [`Error::GpuLost`] if the GPU is lost in the meantime, whatever `work` made of that: another
     /// error, a panic, or values that nothing computed.
     pub fn guarded<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
-        let done = catch_unwind(AssertUnwindSafe(work));
-        if self.is_lost() {
-            return Err(Error::GpuLost);
-        }
-        done.unwrap_or_else(|panic| resume_unwind(panic))
+        guarded(&self.device, work)
     }
 }
 

@@ -1,6 +1,7 @@
 //! What makes pictures on the GPU: recordings of shaders. The host of a pass is in the pass's own file.
 
 mod clock;
+mod display_texture;
 mod lost;
 mod measures;
 mod pictures;
@@ -11,16 +12,18 @@ pub(crate) mod relight;
 mod shader;
 mod subject;
 
+pub use display_texture::DisplayTexture;
 pub use lost::is_lost;
 pub(crate) use pictures::extent;
 pub use pictures::{GpuPicture, PicturePasses};
-pub use recording::{Readback, Recording};
+pub use recording::{Readback, Recording, Unread};
 pub use relight::RelightPass;
 pub use shader::Shader;
 pub use subject::GpuMatte;
 
 /// The shaders that several passes stand on.
-pub(crate) const SHARED: [&Shader; 4] = [
+pub(crate) const SHARED: [&Shader; 5] = [
+    &display_texture::DISPLAY_TEXTURE,
     &measures::MEASURE,
     &pyramid::PYRAMID,
     &relight::RELIGHT,

@@ -1,18 +1,20 @@
 //! Passes of one picture as they are recorded for the GPU, and what is read of them in the end.
 
 use super::clock::Clock;
+use super::display_texture::DisplayTexture;
+use super::lost::guarded;
 use super::pictures::{GpuPicture, PicturePasses, WORKGROUP, extent};
 use super::read::{image, read_back};
 use super::shader::Shader;
 use crate::Pass;
 use crate::pyramid::Rgba;
-use base::error::Result;
+use base::error::{Error, Result};
 use bytemuck::{Pod, Zeroable, bytes_of};
 use imaging::Image;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Passes that are recorded, in order. The GPU begins when something is read: [`Self::read`], [`Self::pixel`] or
-/// [`Self::finish`].
+/// [`Self::finish`], or shown: [`Self::show`].
 pub struct Recording<'a> {
     passes: &'a PicturePasses,
     commands: wgpu::CommandEncoder,
@@ -41,6 +43,16 @@ pub struct Readback {
     pub times: Option<Vec<(Pass, f64)>>,
 }
 
+/// What a recording left on the GPU, to be read later or never.
+#[derive(Debug)]
+pub struct Unread {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    pictures: Vec<GpuPicture>,
+    tally: wgpu::Buffer,
+    clock: Option<Clock>,
+}
+
 impl PicturePasses {
     /// Begins a picture.
     pub fn begin(&self) -> Recording<'_> {
@@ -63,6 +75,10 @@ impl<'a> Recording<'a> {
             }),
             pass: Pass::Relight,
         }
+    }
+
+    pub(super) fn commands(&mut self) -> &mut wgpu::CommandEncoder {
+        &mut self.commands
     }
 
     /// Those of the GPU that this is for.
@@ -220,17 +236,73 @@ impl<'a> Recording<'a> {
     ///
     /// # Errors
     /// When the device fails.
-    pub fn finish(mut self, pictures: &[&GpuPicture]) -> Result<Readback> {
-        let mut sources: Vec<&wgpu::Buffer> = pictures.iter().map(|p| &p.buffer).collect();
-        sources.push(&self.tally);
+    pub fn finish(self, pictures: &[&GpuPicture]) -> Result<Readback> {
+        let (commands, unread) = self.end(pictures);
+        unread.read_after(commands)
+    }
+
+    /// Has the GPU do all that was recorded and make a texture of `codes`, and waits for it. Nothing is read: that
+    /// can be done later, of `pictures`.
+    ///
+    /// # Errors
+    /// When the device fails, or has no texture of that size.
+    pub fn show(
+        mut self,
+        codes: &GpuPicture,
+        pictures: &[&GpuPicture],
+    ) -> Result<(DisplayTexture, Unread)> {
+        let texture = self.display_texture(codes)?;
+        let (commands, unread) = self.end(pictures);
+        let submission = unread.queue.submit([commands.finish()]);
+        let wait = wgpu::PollType::Wait {
+            submission_index: Some(submission),
+            timeout: None,
+        };
+        unread.device.poll(wait).map_err(|e| {
+            Error::device(
+                format!("the GPU did not finish the relit picture: {e}"),
+                "Relight on the CPU with --device cpu",
+            )
+        })?;
+        Ok((texture, unread))
+    }
+
+    /// All commands, and what will be on the GPU once they are done.
+    fn end(mut self, pictures: &[&GpuPicture]) -> (wgpu::CommandEncoder, Unread) {
         if let Some(clock) = &self.clock {
-            sources.push(clock.resolve(&mut self.commands));
+            clock.resolve(&mut self.commands);
         }
-        let target = (&self.passes.device, &self.passes.queue);
-        read_back(target, self.commands, &sources, |parts| {
-            let (images, rest) = parts.split_at(pictures.len());
+        let unread = Unread {
+            device: self.passes.device.clone(),
+            queue: self.passes.queue.clone(),
+            pictures: pictures.iter().map(|&picture| picture.clone()).collect(),
+            tally: self.tally,
+            clock: self.clock,
+        };
+        (self.commands, unread)
+    }
+}
+
+impl Unread {
+    /// Reads the pictures, what was counted and how long it took, in one copy.
+    ///
+    /// # Errors
+    /// When the device fails; [`Error::GpuLost`] if it is lost.
+    pub fn read(&self) -> Result<Readback> {
+        guarded(&self.device, || {
+            self.read_after(self.device.create_command_encoder(&Default::default()))
+        })
+    }
+
+    fn read_after(&self, commands: wgpu::CommandEncoder) -> Result<Readback> {
+        let mut sources: Vec<&wgpu::Buffer> = self.pictures.iter().map(|p| &p.buffer).collect();
+        sources.push(&self.tally);
+        sources.extend(self.clock.as_ref().map(Clock::resolved));
+        read_back((&self.device, &self.queue), commands, &sources, |parts| {
+            let (images, rest) = parts.split_at(self.pictures.len());
             Readback {
-                pictures: pictures
+                pictures: self
+                    .pictures
                     .iter()
                     .zip(images)
                     .map(|(p, bytes)| image(p.size(), bytes))

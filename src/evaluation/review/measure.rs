@@ -3,7 +3,7 @@
 use super::super::Truth;
 use super::report::{WORST, write_report};
 use super::reviewer::Reviewer;
-use super::{CaseScores, Fingerprint, Marks, Metric, OlatScore, Review};
+use super::{Fingerprint, Marks, Means, Metric, OlatScore, Review};
 use base::error::Result;
 use base::progress::Progress;
 use gpu::DeviceChoice;
@@ -43,14 +43,6 @@ pub struct ReviewReport {
     pub report: Option<PathBuf>,
 }
 
-/// Mean scores over several cases under every lamp.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Means {
-    pub cases: usize,
-    #[serde(flatten)]
-    pub over_cells: OlatScore,
-}
-
 /// A lamp in a frame or pose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstOlat {
@@ -58,20 +50,6 @@ pub struct WorstOlat {
     pub lamp: String,
     #[serde(flatten)]
     pub cell: OlatScore,
-}
-
-impl Means {
-    /// The means over all OLATs of `cases`. None if there is no case.
-    pub fn of(cases: &[&CaseScores]) -> Option<Self> {
-        Some(Self {
-            cases: cases.len(),
-            over_cells: OlatScore {
-                psnr_db: Review::mean(Metric::Psnr, cases)?,
-                ssim: Review::mean(Metric::Ssim, cases)?,
-                flip: Review::mean(Metric::Flip, cases)?,
-            },
-        })
-    }
 }
 
 /// The truth that came with a shoot.

@@ -15,7 +15,7 @@ pub use fingerprint::Fingerprint;
 pub use heat::{badness, heat};
 pub use layout::{SheetLayout, place_by_direction};
 pub use marks::{Mark, MarkedOlat, Marks};
-pub use measure::{Means, ReviewReport, ReviewSettings, own_truth, review};
+pub use measure::{ReviewReport, ReviewSettings, own_truth, review};
 
 use super::metrics::pooled;
 use base::error::{Error, Result};
@@ -62,6 +62,28 @@ pub struct CaseScores {
     pub scale: f64,
     /// One for each lamp that the network learns.
     pub cells: Vec<OlatScore>,
+}
+
+/// Mean scores over several cases under every lamp.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Means {
+    pub cases: usize,
+    #[serde(flatten)]
+    pub over_cells: OlatScore,
+}
+
+impl Means {
+    /// The means over all OLATs of `cases`. None if there is no case.
+    pub fn of(cases: &[&CaseScores]) -> Option<Self> {
+        Some(Self {
+            cases: cases.len(),
+            over_cells: OlatScore {
+                psnr_db: Review::mean(Metric::Psnr, cases)?,
+                ssim: Review::mean(Metric::Ssim, cases)?,
+                flip: Review::mean(Metric::Flip, cases)?,
+            },
+        })
+    }
 }
 
 /// Everything that was measured, as in `measured.json`.

@@ -1,7 +1,6 @@
 //! The HTML of a review's page. It reads no files; everything that people wrote is escaped.
 
-use super::measure::Means;
-use super::{Marks, Metric, Review, badness, heat, place_by_direction};
+use super::{Marks, Means, Metric, Review, badness, heat, place_by_direction};
 use glam::Vec3;
 use imaging::color::byte_from_unit;
 use std::fmt::Write;

@@ -6,8 +6,7 @@
 //! matrix product whose right factor is read at shifted places, over all pixels of the band at once.
 //! What comes out between rows is thrown away.
 
-use super::amx;
-use super::convolution::Shape;
+use super::shape::Shape;
 use super::tile::{self, Factor, MAX_POSITIONS, ROWS, Tile};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -206,9 +205,6 @@ pub fn convolve(
     row: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
     finish: impl Fn(&mut [f32]) + Sync,
 ) {
-    if let Some(precision) = shape.tiles {
-        return amx::convolve(precision, shape, weights, bias, out, row, finish);
-    }
     let rows = shape.band_rows();
     let bands = shape.height.div_ceil(rows);
     // Channels are shared out too where there are fewer bands than threads could take.

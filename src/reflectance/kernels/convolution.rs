@@ -2,82 +2,13 @@
 
 use super::Precision;
 use super::amx;
-use super::band::{Weights, convolve};
-use super::chunks::vectorized;
+use super::band::{self, Weights};
 use super::correlation::correlate;
-use super::pointwise;
+use super::pointwise::Activation;
+use super::shape::{Shape, Sources};
 use super::tile::MAX_POSITIONS;
 use super::unfolded;
 use rayon::prelude::*;
-
-/// The shape of a convolution with an odd square kernel, stride 1 and zeros around the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
-    pub batch: usize,
-    pub inputs: usize,
-    pub outputs: usize,
-    pub height: usize,
-    pub width: usize,
-    /// Width and height of the kernel.
-    pub kernel: usize,
-    /// Whether the processor's tile registers compute it, and how exactly.
-    pub tiles: Option<amx::Precision>,
-}
-
-/// What is applied to a convolution's sums.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Activation {
-    None,
-    /// max(x, 0) + slope · min(x, 0); ReLU has slope 0.
-    LeakyRelu(f32),
-    /// 1 / (1 + exp(−x)).
-    Sigmoid,
-}
-
-impl Activation {
-    /// Applies it in place.
-    pub(super) fn apply(self, values: &mut [f32]) {
-        vectorized(
-            #[inline(always)]
-            || match self {
-                Self::None => {}
-                Self::LeakyRelu(slope) => {
-                    for v in &mut *values {
-                        *v = if *v > 0.0 { *v } else { slope * *v };
-                    }
-                }
-                Self::Sigmoid => {
-                    for v in &mut *values {
-                        *v = pointwise::sigmoid(*v);
-                    }
-                }
-            },
-        );
-    }
-
-    /// into = gradient · derivative, from the activation's output.
-    fn pull_back(self, gradient: &[f32], output: &[f32], into: &mut [f32]) {
-        vectorized(
-            #[inline(always)]
-            || {
-                let terms = into.iter_mut().zip(gradient).zip(output);
-                match self {
-                    Self::None => into.copy_from_slice(gradient),
-                    Self::LeakyRelu(slope) => {
-                        for ((into, g), y) in terms {
-                            *into = if *y > 0.0 { *g } else { slope * g };
-                        }
-                    }
-                    Self::Sigmoid => {
-                        for ((into, g), y) in terms {
-                            *into = g * y * (1.0 - y);
-                        }
-                    }
-                }
-            },
-        );
-    }
-}
 
 /// The gradients of a convolution.
 pub struct Gradients {
@@ -87,10 +18,6 @@ pub struct Gradients {
     /// were asked for.
     pub parameters: Option<(Vec<f32>, Vec<f32>)>,
 }
-
-/// Inputs whose channels follow one another: `[batch, c1, h, w]` and `[batch, c2, h, w]`, c1 + c2 the
-/// convolution's inputs. The second may be empty.
-pub type Sources<'a> = [&'a [f32]; 2];
 
 /// Pixels of a picture up to which unfolding is faster than bands: for the products that read weights …
 const TINY: usize = 16;
@@ -114,72 +41,6 @@ impl Shape {
     /// Whether pictures are unfolded, where that is faster up to so many pixels.
     fn unfolds(&self, most: usize) -> bool {
         self.tiles.is_none() && self.plane() <= most && self.columns() >= MAX_POSITIONS
-    }
-
-    pub(super) fn radius(&self) -> usize {
-        self.kernel / 2
-    }
-
-    pub(super) fn taps(&self) -> usize {
-        self.kernel * self.kernel
-    }
-
-    /// Weights of an output channel.
-    pub(super) fn columns(&self) -> usize {
-        self.inputs * self.taps()
-    }
-
-    pub(super) fn plane(&self) -> usize {
-        self.height * self.width
-    }
-
-    /// One row of a plane of `values`, `[batch, channels, height, width]`.
-    fn row<'a>(
-        &self,
-        values: &'a [f32],
-        channels: usize,
-        picture: usize,
-        channel: usize,
-        y: usize,
-    ) -> &'a [f32] {
-        let start = ((picture * channels + channel) * self.height + y) * self.width;
-        &values[start..start + self.width]
-    }
-
-    /// One row of an input whose channels are those of two sources, one after the other.
-    pub(super) fn input_row<'a>(
-        &self,
-        sources: Sources<'a>,
-        picture: usize,
-        channel: usize,
-        y: usize,
-    ) -> &'a [f32] {
-        let first = sources[0].len() / (self.batch * self.plane()).max(1);
-        match channel.checked_sub(first) {
-            None => self.row(sources[0], first, picture, channel, y),
-            Some(channel) => self.row(sources[1], self.inputs - first, picture, channel, y),
-        }
-    }
-
-    /// The same convolution seen from its output.
-    fn reversed(&self) -> Self {
-        Self {
-            inputs: self.outputs,
-            outputs: self.inputs,
-            ..*self
-        }
-    }
-
-    /// Rows of a band, by the shape alone so that no result depends on the number of threads: few
-    /// enough that both factors stay in the second-level cache.
-    pub(super) fn band_rows(&self) -> usize {
-        const CACHED: usize = 256 * 1024;
-        let channels = self.inputs.max(self.outputs);
-        let rows = CACHED / (channels * (self.width + self.radius())).max(1);
-        let most = (self.height.div_ceil(16)).max(8);
-        rows.saturating_sub(2 * self.radius())
-            .clamp(2, most)
-            .min(self.height)
     }
 }
 
@@ -231,12 +92,10 @@ pub fn backward(
         by_input(shape, weight, before, &mut input);
         input
     });
-    let parameters = weight_gradient.then(|| {
-        if shape.unfolds(SMALL) {
-            unfolded::by_weights(shape, x, before)
-        } else {
-            correlate(shape, x, before)
-        }
+    let parameters = weight_gradient.then(|| match shape.tiles {
+        Some(precision) => amx::correlate(precision, shape, x, before),
+        None if shape.unfolds(SMALL) => unfolded::by_weights(shape, x, before),
+        None => correlate(shape, x, before),
     });
     Gradients { input, parameters }
 }
@@ -272,6 +131,21 @@ fn by_input(
         };
     }
     convolve(&shape.reversed(), &weights, None, out, before, |_| {});
+}
+
+/// The sums of a convolution, on tile registers or by vectors: see [`band::convolve`].
+fn convolve(
+    shape: &Shape,
+    weights: &Weights,
+    bias: Option<&[f32]>,
+    out: &mut [f32],
+    row: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
+    finish: impl Fn(&mut [f32]) + Sync,
+) {
+    match shape.tiles {
+        Some(precision) => amx::convolve(precision, shape, weights, bias, out, row, finish),
+        None => band::convolve(shape, weights, bias, out, row, finish),
+    }
 }
 
 /// `[outputs, inputs, taps]` → `[inputs, outputs, taps]`.

@@ -1,8 +1,7 @@
 //! Gradients by weights and biases of large pictures.
 
-use super::amx;
 use super::band::{Band, SCRATCH};
-use super::convolution::{Shape, Sources};
+use super::shape::{Shape, Sources};
 use super::tile::{self, ROWS};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -15,9 +14,6 @@ pub fn correlate(
     x: Sources,
     before: impl Fn(usize, usize, usize, &mut [f32]) + Sync,
 ) -> (Vec<f32>, Vec<f32>) {
-    if let Some(precision) = shape.tiles {
-        return amx::correlate(precision, shape, x, before);
-    }
     let rows = shape.band_rows();
     let bands: Vec<(usize, usize)> = (0..shape.batch)
         .flat_map(|picture| {

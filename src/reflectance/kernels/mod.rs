@@ -17,14 +17,15 @@ mod normalize;
 mod operations;
 mod pointwise;
 mod resample;
+mod shape;
 mod sums;
 #[cfg(test)]
 mod tests;
 mod tile;
 mod unfolded;
 
-pub use convolution::Activation;
 pub use losses::Settings as LossSettings;
+pub use pointwise::Activation;
 
 use self::adam::AdamStep;
 use self::operations::{Kernels, Updates};

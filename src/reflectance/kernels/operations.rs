@@ -2,9 +2,11 @@
 
 use super::Precision;
 use super::adam::AdamStep;
-use super::convolution::{self, Activation};
+use super::convolution;
 use super::losses::{Losses, Settings};
 use super::normalize::{GroupNorm, Moments};
+use super::pointwise::Activation;
+use super::shape;
 use super::{adam, resample};
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
@@ -174,7 +176,7 @@ fn convolution_shape(
     second: &FlexTensor,
     weight: &FlexTensor,
     precision: Precision,
-) -> convolution::Shape {
+) -> shape::Shape {
     let ([batch, c1, height, width], [_, c2, ..]) = (dims(first), dims(second));
     let [outputs, inputs, kernel, _] = dims(weight);
     assert_eq!(
@@ -182,7 +184,7 @@ fn convolution_shape(
         c1 + c2,
         "the weights' input channels are those of the sources"
     );
-    let shape = convolution::Shape {
+    let shape = shape::Shape {
         batch,
         inputs,
         outputs,

@@ -1,4 +1,6 @@
-//! Functions of single values: the display-like encoding and the sigmoid, with their gradients.
+//! Functions of single values: the display-like encoding, the sigmoid and the other activations, with their gradients.
+
+use super::chunks::vectorized;
 
 /// o in [`encode`]. It keeps the slope at black finite: 8.9, where a pure power has none.
 const OFFSET: f32 = 0.01;
@@ -31,6 +33,61 @@ pub fn sigmoid(x: f32) -> f32 {
     let power = exp2(whole, log2 - whole);
     let power = if x.abs() > 87.0 { 0.0 } else { power };
     (if x < 0.0 { power } else { 1.0 }) / (1.0 + power)
+}
+
+/// What is applied to a convolution's sums.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Activation {
+    None,
+    /// max(x, 0) + slope · min(x, 0); ReLU has slope 0.
+    LeakyRelu(f32),
+    /// 1 / (1 + exp(−x)).
+    Sigmoid,
+}
+
+impl Activation {
+    /// Applies it in place.
+    pub(super) fn apply(self, values: &mut [f32]) {
+        vectorized(
+            #[inline(always)]
+            || match self {
+                Self::None => {}
+                Self::LeakyRelu(slope) => {
+                    for v in &mut *values {
+                        *v = if *v > 0.0 { *v } else { slope * *v };
+                    }
+                }
+                Self::Sigmoid => {
+                    for v in &mut *values {
+                        *v = sigmoid(*v);
+                    }
+                }
+            },
+        );
+    }
+
+    /// into = gradient · derivative, from the activation's output.
+    pub(super) fn pull_back(self, gradient: &[f32], output: &[f32], into: &mut [f32]) {
+        vectorized(
+            #[inline(always)]
+            || {
+                let terms = into.iter_mut().zip(gradient).zip(output);
+                match self {
+                    Self::None => into.copy_from_slice(gradient),
+                    Self::LeakyRelu(slope) => {
+                        for ((into, g), y) in terms {
+                            *into = if *y > 0.0 { *g } else { slope * g };
+                        }
+                    }
+                    Self::Sigmoid => {
+                        for ((into, g), y) in terms {
+                            *into = g * y * (1.0 - y);
+                        }
+                    }
+                }
+            },
+        );
+    }
 }
 
 /// max(x, 0) + o, where NaN stays NaN.

@@ -4,8 +4,9 @@
 
 use super::band::Band;
 use super::chunks::WORTH_A_THREAD;
-use super::convolution::{Activation, Shape, Sources};
 use super::correlation::add;
+use super::pointwise::Activation;
+use super::shape::{Shape, Sources};
 use super::tile::{self, Factor, MAX_POSITIONS, ROWS, Tile};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;

@@ -11,10 +11,12 @@ use rfd::FileDialog;
 use std::path::PathBuf;
 use std::sync::Arc;
 use worker::Latest;
+use worker::background::catch_panic;
 
-/// The dialogs. They run on threads of their own, so that the window does not wait.
+/// The dialogs. Each runs on a thread of its own, so that the window does not wait.
 pub struct Dialogs {
-    chosen: Arc<Latest<Command>>,
+    /// What the last dialog gave, or why it failed.
+    chosen: Arc<Latest<Result<Command, String>>>,
 }
 
 impl Dialogs {
@@ -24,18 +26,13 @@ impl Dialogs {
         }
     }
 
-    /// What was chosen since the last call.
-    pub fn chosen(&self) -> Option<Command> {
-        self.chosen.take()
-    }
-
     /// Shows a dialog; what it gives is applied when it closes.
     fn show(&self, ask: impl FnOnce() -> Option<Command> + Send + 'static) {
         let chosen = self.chosen.clone();
-        std::thread::spawn(move || {
-            if let Some(command) = ask() {
-                chosen.put(command);
-            }
+        std::thread::spawn(move || match catch_panic(|| Ok(ask())) {
+            Ok(None) => {}
+            Ok(Some(command)) => chosen.put(Ok(command)),
+            Err(e) => chosen.put(Err(e.to_string())),
         });
     }
 
@@ -45,6 +42,12 @@ impl Dialogs {
 }
 
 impl StudioApp {
+    /// The command for what was chosen in a dialog since the last call. A dialog that failed is said.
+    pub(super) fn chosen(&mut self) -> Option<Command> {
+        let chosen = self.dialogs.chosen.take()?;
+        chosen.map_err(|failure| self.status.refuse(failure)).ok()
+    }
+
     pub(super) fn open_dialog(&self, dialog: Dialog) {
         let dialogs = &self.dialogs;
         match dialog {
@@ -110,5 +113,26 @@ impl StudioApp {
             let file = dialog.save_file()?;
             Some(Command::Export(ExportCommand::Destination(file)))
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn a_dialog_that_panics_is_said_and_the_next_gives_its_command() {
+        let (wake, woken) = channel();
+        let dialogs = Dialogs::new(move || wake.send(()).unwrap());
+        dialogs.show(|| panic!("on purpose"));
+        woken.recv().unwrap();
+        let failure = dialogs.chosen.take().unwrap().unwrap_err();
+        assert!(failure.contains("on purpose"), "{failure}");
+        let open = Command::Dialog(Dialog::Project);
+        let chosen = open.clone();
+        dialogs.show(move || Some(chosen));
+        woken.recv().unwrap();
+        assert_eq!(dialogs.chosen.take(), Some(Ok(open)));
     }
 }

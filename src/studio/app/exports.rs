@@ -18,7 +18,7 @@ pub struct Exports {
 }
 
 impl Exports {
-    pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+    pub fn new(wake: impl Fn() + Send + 'static) -> Self {
         Self {
             queue: Vec::new(),
             destination: DestinationCheck::new(wake),

@@ -1,6 +1,7 @@
 //! The picture in the viewport: what is asked for, and when the next frame is due.
 
 use crate::environment_library::EnvironmentLibrary;
+use crate::layout::Pane;
 use crate::state::State;
 use crate::status::Status;
 use egui::Context;
@@ -13,8 +14,9 @@ use worker::{Comparison, Origin, PreviewPicture, PreviewRequest, Worker};
 #[derive(Default)]
 pub struct Preview {
     pub relit: Option<Arc<PreviewPicture>>,
-    /// And whether a setting was being dragged: then a smaller picture will do.
-    asked: Option<(PictureRequest, bool)>,
+    asked: Option<(PictureRequest, Haste)>,
+    /// The window draws textures of the GPU that the network computes on.
+    shares_gpu: bool,
     /// When the next frame is due while playing, in the window's seconds.
     due: f64,
 }
@@ -28,7 +30,24 @@ struct PictureRequest {
     solo: Vec<usize>,
 }
 
+/// What will do while the picture changes.
+#[derive(Clone, Copy, PartialEq)]
+struct Haste {
+    /// A setting is being dragged: a smaller picture.
+    dragged: bool,
+    /// Nothing that is visible reads the picture: one that stays on the GPU.
+    texture: bool,
+}
+
 impl Preview {
+    /// One whose pictures are drawn by a window that shares its GPU with the network, or not.
+    pub fn drawn_by(shares_gpu: bool) -> Self {
+        Self {
+            shares_gpu,
+            ..Self::default()
+        }
+    }
+
     /// Forgets the picture and what was asked for.
     pub fn clear(&mut self) {
         (self.relit, self.asked) = (None, None);
@@ -44,10 +63,12 @@ impl Preview {
         self.relit.as_ref().map_or(0, |relit| relit.rig.lamps.len())
     }
 
-    /// Asks for the picture that the state calls for, if it changed and its environment is loaded.
+    /// Asks for the picture that the state calls for, if it changed and its environment is loaded. `shown` are the
+    /// visible panes.
     pub fn ask(
         &mut self,
         worker: &Worker,
+        shown: &[Pane],
         library: &EnvironmentLibrary,
         state: &State,
         status: &mut Status,
@@ -65,14 +86,20 @@ impl Preview {
             solo: state.solo.clone(),
         };
         let dragged = state.is_dragged();
-        let (same, same_size) = match &self.asked {
-            Some((asked, was_dragged)) => (*asked == request, *was_dragged == dragged),
+        let haste = Haste {
+            dragged,
+            texture: self.shares_gpu
+                && (dragged || state.playing)
+                && !shown.contains(&Pane::Scopes),
+        };
+        let (same, same_haste) = match &self.asked {
+            Some((asked, before)) => (*asked == request, *before == haste),
             None => (false, false),
         };
         if !same {
             status.failure = None;
         }
-        if !same || !same_size {
+        if !same || !same_haste {
             let [first, second] = request.compared.clone();
             worker.show(PreviewRequest {
                 scene: request.scene.clone(),
@@ -81,8 +108,9 @@ impl Preview {
                 second,
                 solo: request.solo.clone(),
                 dragged,
+                texture: haste.texture,
             });
-            self.asked = Some((request, dragged));
+            self.asked = Some((request, haste));
         }
     }
 

@@ -1,7 +1,6 @@
 //! Which project is open: opening, planning, making, moving, framing.
 
 use super::readers::Readers;
-use super::session::BUSY;
 use super::{StudioApp, title};
 use crate::command::{ProjectCommand, WindowCommand};
 use crate::layout::{Pane, Workspace};
@@ -61,7 +60,11 @@ impl StudioApp {
         }
     }
 
+    /// Opens the project in a folder, unless a job runs: it would be stopped.
     fn open_folder(&mut self, folder: &Path) {
+        if let Err(sentence) = self.session.can_leave() {
+            return self.status.refuse(sentence);
+        }
         match self.library.written(|| Project::open(folder)) {
             Ok(project) => {
                 let title = title(Some(&project));
@@ -115,14 +118,15 @@ impl StudioApp {
             made.put(project);
             Ok(outcome.sentence())
         });
-        if !begun {
-            self.status.refuse(BUSY.to_owned());
+        if let Err(e) = begun {
+            self.status.refuse(e.to_string());
         }
     }
 
     /// Opens what a job has made, once the job is over.
     pub(super) fn open_made(&mut self) {
         if self.status.job.is_none()
+            && self.session.can_leave().is_ok()
             && let Some(project) = self.picker.made.take()
         {
             self.open_folder(&project);
@@ -132,11 +136,8 @@ impl StudioApp {
     /// Changes the open project on the disk; None if that cannot be done, and says why.
     fn change_project<T>(&mut self, change: impl FnOnce(&mut Project) -> Result<T>) -> Option<T> {
         let root = self.session.project.as_ref()?.root.clone();
-        let idle = match &self.status.job {
-            Some(_) => Err(BUSY.to_owned()),
-            None => Ok(()),
-        };
-        let changed = self.session.writable().and(idle).and_then(|()| {
+        let free = self.session.writable().and_then(|()| self.session.idle());
+        let changed = free.and_then(|()| {
             let changed = self.library.written(|| Project::change(&root, change));
             changed.map_err(|e| e.to_string())
         });

@@ -1,11 +1,9 @@
 //! The open project, the threads behind it, and the right to write into it.
 
+use base::error::Error;
 use project::{Lock, Project};
 use std::path::Path;
 use worker::{Job, Worker};
-
-/// Why a job does not start while another one runs.
-pub const BUSY: &str = "Another job is running. Wait until it ends, or stop it";
 
 /// What is open.
 #[derive(Default)]
@@ -53,8 +51,27 @@ impl Session {
     /// # Errors
     /// Why not.
     pub fn writable(&self) -> Result<(), String> {
-        match &self.read_only {
-            Some(why) => Err(format!("Nothing can be written here. {why}")),
+        said(self.worker.as_ref().map_or(Ok(()), Worker::writable))
+    }
+
+    /// Whether no job or export runs.
+    ///
+    /// # Errors
+    /// Why it has to be waited for.
+    pub fn idle(&self) -> Result<(), String> {
+        said(self.worker.as_ref().map_or(Ok(()), Worker::idle))
+    }
+
+    /// Whether another project can take the place of this one: that would stop the running job.
+    ///
+    /// # Errors
+    /// Which job runs, and how to stop it.
+    pub fn can_leave(&self) -> Result<(), String> {
+        match self.worker.as_ref().and_then(Worker::running_job) {
+            Some(job) => Err(format!(
+                "Opening a project would stop the running job: {job}. Wait until it ends, or stop it first: Stop beside its \
+                 progress, or \"Stop the job\" in the list of commands"
+            )),
             None => Ok(()),
         }
     }
@@ -67,13 +84,11 @@ impl Session {
         let (Some(project), Some(worker)) = (&self.project, &self.worker) else {
             return Err("Open a project first".to_owned());
         };
-        let job = job(project);
-        if job.writes().is_some() {
-            self.writable()?;
-        }
-        match worker.run(job) {
-            true => Ok(()),
-            false => Err(BUSY.to_owned()),
-        }
+        said(worker.run(job(project)))
     }
+}
+
+/// The error as the sentence that the window shows.
+fn said(done: Result<(), Error>) -> Result<(), String> {
+    done.map_err(|e| e.to_string())
 }

@@ -8,6 +8,7 @@ use crate::panel_context::PanelContext;
 use crate::panels::{JobPanel, StatusPanel, TabsPanel, refusal_ui};
 use crate::theme;
 use crate::workspace_view::{Panels, WorkspaceView};
+use eframe::egui_wgpu::RenderState;
 use egui::{CentralPanel, Frame, Margin, Panel, Ui};
 
 /// What only the drawing needs.
@@ -25,6 +26,11 @@ pub struct Drawn {
 }
 
 impl WindowView {
+    /// Has the picture drawn from this GPU if it was made there.
+    pub fn draw_with(&mut self, window: RenderState) {
+        self.panels.draw_with(window);
+    }
+
     /// Points that a pixel of the fitted picture takes; 0 before there was one.
     pub fn fit(&self) -> f32 {
         self.panels.fit()

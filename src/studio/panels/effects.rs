@@ -2,6 +2,7 @@
 
 use crate::command::{Command, LookCommand};
 use crate::panel_context::PanelContext;
+use crate::panels::missing::no_picture_ui;
 use crate::theme::{self, GAP};
 use compositor::{Pass, PassReport};
 use egui::{Align, ComboBox, Label, Layout, RichText, Role, Sense, Ui, WidgetInfo, vec2};
@@ -30,11 +31,8 @@ pub struct EffectsPanel;
 impl EffectsPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let Some(relit) = context.relit else {
-            ui.label(
-                RichText::new("The passes are listed once a picture has been made")
-                    .color(theme::QUIET),
-            );
-            return;
+            let sentence = "The passes are listed once a picture has been made";
+            return no_picture_ui(ui, context, sentence, out);
         };
         // The bar to scroll by covers nothing.
         ui.set_max_width(ui.available_width() - GAP);

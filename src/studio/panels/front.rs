@@ -1,8 +1,7 @@
 //! "Which way is front?": asks it for a panorama file, and lets the answer be changed later.
 
-use super::panorama::{place, share};
 use super::rows::choice_ui;
-use super::sphere::{MARK_RADIUS, Mark, clicked, in_order, mark_ui};
+use super::sphere::{MARK_RADIUS, Mark, clicked, in_order, mark_ui, place, share};
 use crate::command::{Command, LookCommand};
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};

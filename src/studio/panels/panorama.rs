@@ -2,6 +2,7 @@
 
 use super::environments::panorama_ui;
 use super::front;
+use super::sphere::{place, share};
 use crate::command::{Command, LookCommand};
 use crate::environment_library::{EnvironmentEntry, PanoramaState};
 use crate::keys;
@@ -13,7 +14,7 @@ use egui::{
 };
 use glam::Quat;
 use light::brightest::Area;
-use light::{Environment, PlacedLight, latlong};
+use light::{Environment, PlacedLight};
 use std::sync::Arc;
 
 /// Radius of a light's dot on the panorama in points.
@@ -209,16 +210,4 @@ fn arrows(ui: &Ui, id: egui::Id) -> Option<Vec2> {
         )
     });
     (by != Vec2::ZERO).then_some(by)
-}
-
-/// The point of a direction on the panorama in `rect`.
-pub fn place(rect: Rect, direction: glam::Vec3) -> Pos2 {
-    let (u, v) = latlong::uv_from_direction(direction);
-    rect.min + vec2(u.rem_euclid(1.0), v) * rect.size()
-}
-
-/// The panorama's coordinates u and v, from 0 to 1, at a point; outside, those of the nearest edge.
-pub fn share(rect: Rect, at: Pos2) -> (f32, f32) {
-    let share = (at - rect.min) / rect.size();
-    (share.x.clamp(0.0, 1.0), share.y.clamp(0.0, 1.0))
 }

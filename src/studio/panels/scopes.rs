@@ -32,7 +32,8 @@ impl ScopesPanel {
             return no_picture_ui(ui, context, "No picture yet", out);
         };
         let known = (self.found.as_ref()).is_some_and(|(of, ..)| Arc::ptr_eq(of, relit));
-        if !known {
+        // A picture that is on the GPU alone was asked for before this pane was visible; its codes follow.
+        if !known && !relit.rgb.is_empty() {
             let waveform = ui.ctx().load_texture(
                 "waveform",
                 waveform(&relit.rgb, relit.width),

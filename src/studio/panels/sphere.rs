@@ -63,14 +63,23 @@ pub fn mark_ui(painter: &Painter, at: Pos2, mark: &Mark, faint: bool) {
     );
 }
 
+/// The point of a direction on the lat-long panorama in `rect`.
+pub fn place(rect: Rect, direction: Vec3) -> Pos2 {
+    let (u, v) = uv_from_direction(direction);
+    rect.min + vec2(u.rem_euclid(1.0), v) * rect.size()
+}
+
+/// The panorama's coordinates u and v, from 0 to 1, at a point; outside, those of the nearest edge.
+pub fn share(rect: Rect, at: Pos2) -> (f32, f32) {
+    let share = (at - rect.min) / rect.size();
+    (share.x.clamp(0.0, 1.0), share.y.clamp(0.0, 1.0))
+}
+
 /// Marks on a lat-long panorama drawn in `rect`. Returns the clicked one's number.
 pub fn latlong_ui(ui: &Ui, rect: Rect, response: &Response, marks: &[Mark]) -> Option<usize> {
     let places: Vec<Pos2> = marks
         .iter()
-        .map(|mark| {
-            let (u, v) = uv_from_direction(mark.direction);
-            rect.min + vec2(u, v) * rect.size()
-        })
+        .map(|mark| place(rect, mark.direction))
         .collect();
     let painter = ui.painter().with_clip_rect(rect);
     for (mark, at) in in_order(marks, &places) {

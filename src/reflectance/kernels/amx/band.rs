@@ -2,10 +2,10 @@
 //! to 16 pairs of channels × 16 pixels begins at any pixel.
 
 use super::Precision;
+use super::layout::{Blocking, SIDE};
 use super::pack;
-use super::tiles::{Blocking, SIDE};
 use crate::kernels::chunks::vectorized;
-use crate::kernels::convolution::Shape;
+use crate::kernels::shape::Shape;
 
 /// How the channels of the input are divided into steps of a sum.
 #[derive(Clone, Copy)]

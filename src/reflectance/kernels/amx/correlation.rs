@@ -2,10 +2,11 @@
 //! gradient with its channels side by side. Sums run over the pixels of a band.
 
 use super::Precision;
+use super::layout::{Blocking, Factor, SIDE, Sums, TILE};
 use super::pack::{self, Buffer};
-use super::tiles::{Blocking, Factor, SIDE, Steps, Sums, TILE, Tiles, with_tiles};
+use super::tiles::{Steps, Tiles, with_tiles};
 use crate::kernels::chunks::vectorized;
-use crate::kernels::convolution::{Shape, Sources};
+use crate::kernels::shape::{Shape, Sources};
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
 

@@ -4,7 +4,7 @@
 #![allow(unsafe_code)]
 
 use super::Precision;
-use super::tiles::{Blocking, Blocks, Factor, ROW_BYTES, SIDE};
+use super::layout::{Blocking, Blocks, Factor, ROW_BYTES, SIDE};
 use std::arch::asm;
 use std::arch::x86_64::{__cpuid, __cpuid_count};
 use std::sync::LazyLock;

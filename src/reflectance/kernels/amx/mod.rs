@@ -5,6 +5,7 @@
 
 mod band;
 mod correlation;
+mod layout;
 #[cfg_attr(
     not(all(target_arch = "x86_64", target_os = "linux")),
     path = "no_machine.rs"

@@ -1,7 +1,7 @@
 //! Stands in for AMX on other processors.
 
 use super::Precision;
-use super::tiles::{Blocking, Blocks, Factor};
+use super::layout::{Blocking, Blocks, Factor};
 
 pub fn available() -> bool {
     false

@@ -3,7 +3,7 @@
 #![allow(unsafe_code)]
 
 use super::Precision;
-use super::tiles::SIDE;
+use super::layout::SIDE;
 
 /// bf16 that is nearest to `x`, ties to even, as the upper half of a word. NaN stays NaN.
 #[inline(always)]

@@ -2,12 +2,13 @@
 
 use super::Precision;
 use super::band::{Band, Chunks, Cover, Run};
+use super::layout::{Factor, SIDE, Sums, TILE};
 use super::pack::{self, Buffer};
-use super::tiles::{Factor, SIDE, Steps, Sums, TILE, Tiles, with_tiles};
+use super::tiles::{Steps, Tiles, with_tiles};
 use super::weights;
 use crate::kernels::band::{Share, Weights, shares, split_bands};
 use crate::kernels::chunks::vectorized;
-use crate::kernels::convolution::Shape;
+use crate::kernels::shape::Shape;
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
 

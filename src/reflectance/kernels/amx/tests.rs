@@ -2,7 +2,9 @@
 
 use super::*;
 use crate::kernels::chunks::tests::noise;
-use crate::kernels::convolution::{self, Activation, Shape};
+use crate::kernels::convolution;
+use crate::kernels::pointwise::Activation;
+use crate::kernels::shape::Shape;
 use proptest::prelude::*;
 use test_support::{Need, require};
 

@@ -2,11 +2,11 @@
 
 use super::Precision;
 use super::band::Chunks;
+use super::layout::{SIDE, TILE};
 use super::pack;
-use super::tiles::{SIDE, TILE};
 use crate::kernels::band::Weights;
 use crate::kernels::chunks::vectorized;
-use crate::kernels::convolution::Shape;
+use crate::kernels::shape::Shape;
 use rayon::prelude::*;
 
 /// The weights as tiles: for each block of output channels and each step of its sums, its tiles' high

@@ -1,6 +1,7 @@
 //! The camera's response: the interview beside an exemplar relit with the interview's light, the curve, the
 //! loss surface and the histograms, with sliders that act at once.
 
+mod cases;
 mod plots;
 
 use crate::command::{CalibrationCommand, Command, LookCommand, ViewCommand};
@@ -22,6 +23,8 @@ struct GammaTextures {
     interview: TextureHandle,
     relit: TextureHandle,
     surface: TextureHandle,
+    /// The exemplar relit under each case that is open.
+    cases: Vec<TextureHandle>,
 }
 
 /// Holds the view's textures.
@@ -123,12 +126,14 @@ impl GammaPanel {
         let side = 0.5 * (width - GAP);
         let mut wanted = trial;
         ui.horizontal_top(|ui| {
-            plots::curve_ui(ui, side, &trial, Some(&view.calibrated));
+            let cases = cases::trials(&view);
+            plots::curve_ui(ui, side, &trial, Some(&view.calibrated), &cases);
             if let Some([gamma1, gamma2]) = plots::surface_ui(ui, side, &view, shown.surface.id()) {
                 wanted.response = DualGamma { gamma1, gamma2 }.into();
             }
         });
         ui.add_space(2.0);
+        cases::ui(ui, context, &view, &shown.cases, out);
         choices_ui(ui, context, &view, &mut wanted, out);
         sliders_ui(ui, &mut wanted, out);
         if wanted != trial {
@@ -175,6 +180,9 @@ impl GammaPanel {
             interview: texture("interview", &view.interview),
             relit: texture("relit exemplar", &view.relit),
             surface,
+            cases: (view.cases.iter())
+                .map(|(_, relit)| texture("relit under a case", relit))
+                .collect(),
         });
     }
 }

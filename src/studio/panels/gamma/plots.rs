@@ -18,7 +18,14 @@ const QUIET_LINE: Color32 = Color32::from_gray(110);
 const STEPS: usize = 96;
 
 /// The curve of a trial, with I^γ1 and I^γ2: encoded values to the right, linear upward.
-pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial>) {
+/// `cases` are the curves of the accounts of the pictures that are open.
+pub fn curve_ui(
+    ui: &mut Ui,
+    side: f32,
+    trial: &Trial,
+    calibrated: Option<&Trial>,
+    cases: &[Trial],
+) {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Response curve"));
     let painter = ui.painter();
@@ -48,6 +55,10 @@ pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial
             3.0,
         ));
     }
+    for case in cases {
+        let points = curve(&|x| case.response.decode_value(x));
+        painter.line(points, Stroke::new(1.0, BLUE));
+    }
     if let Some(calibrated) = calibrated.filter(|c| *c != trial) {
         let points = curve(&|x| calibrated.response.decode_value(x));
         painter.line(points, Stroke::new(1.0, theme::TEXT));
@@ -62,8 +73,12 @@ pub fn curve_ui(ui: &mut Ui, side: f32, trial: &Trial, calibrated: Option<&Trial
         ),
         None => format!("Response: {}.", trial.response),
     };
+    let open = match cases {
+        [] => "",
+        _ => " Blue: the curves of both accounts of the pictures.",
+    };
     response.on_hover_text(format!(
-        "{what} White: the calibrated curve, if another is tried."
+        "{what} White: the calibrated curve, if another is tried.{open}"
     ));
 }
 

@@ -2,6 +2,7 @@
 
 mod gizmo;
 mod instead;
+mod native_texture;
 mod toolbar;
 
 use crate::command::{Command, LookCommand, ViewCommand};
@@ -11,10 +12,12 @@ use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::panels::{TEXT_WIDTH, dismiss_ui, notice_ui};
 use crate::theme::{self, GAP};
+use eframe::egui_wgpu::RenderState;
 use egui::{
-    Align2, Color32, CursorIcon, FontId, PointerButton, Rect, Sense, TextureHandle, Ui, Vec2, pos2,
-    vec2,
+    Align2, Color32, CursorIcon, FontId, PointerButton, Rect, Sense, TextureHandle, TextureId, Ui,
+    Vec2, pos2, vec2,
 };
+use native_texture::{NativeTexture, ShownTexture};
 use std::sync::Arc;
 use worker::PreviewPicture;
 
@@ -29,15 +32,24 @@ pub struct ViewportPanel {
     shown: Option<ViewportTextures>,
     /// Points per pixel of the fitted picture.
     fit: f32,
+    native: NativeTexture,
 }
 
 struct ViewportTextures {
     relit: Arc<PreviewPicture>,
-    first: TextureHandle,
+    first: ShownTexture,
     second: Option<TextureHandle>,
 }
 
 impl ViewportPanel {
+    /// One that draws textures of this GPU.
+    pub fn drawn_with(window: RenderState) -> Self {
+        Self {
+            native: NativeTexture::of(window),
+            ..Self::default()
+        }
+    }
+
     /// Points per pixel of the fitted picture; 0 before the first picture.
     pub fn fit(&self) -> f32 {
         self.fit
@@ -73,29 +85,28 @@ impl ViewportPanel {
             self.shown = None;
             return;
         };
-        let old = self.shown.take();
-        if let Some(old) = old.as_ref().filter(|old| Arc::ptr_eq(&old.relit, relit)) {
-            self.shown = Some(ViewportTextures {
-                relit: relit.clone(),
-                first: old.first.clone(),
-                second: old.second.clone(),
-            });
+        if let Some(shown) = &self.shown
+            && Arc::ptr_eq(&shown.relit, relit)
+        {
             return;
         }
-        let (first, second) = match old {
-            Some(old) => (Some(old.first), old.second),
+        let (first, second) = match self.shown.take() {
+            Some(old) => (old.first.in_memory(), old.second),
             None => (None, None),
         };
         let size = [relit.width, relit.height];
-        let codes = relit.second.as_ref().map(|(_, codes)| codes);
-        let first_rgb = relit
-            .first
-            .as_ref()
-            .map_or(&relit.rgb, |(_, codes)| &codes.rgb);
+        let in_memory = |old, rgb: &[u8]| texture(ctx, "relit", old, size, rgb);
+        let first = match (&relit.first, &relit.texture) {
+            (Some((_, codes)), _) => ShownTexture::InMemory(in_memory(first, &codes.rgb)),
+            (None, Some(there)) if let Some(id) = self.native.show(there) => {
+                ShownTexture::OnGpu(id, first)
+            }
+            _ => ShownTexture::InMemory(in_memory(first, &relit.rgb)),
+        };
         self.shown = Some(ViewportTextures {
             relit: relit.clone(),
-            first: texture(ctx, "relit", first, size, first_rgb),
-            second: codes.map(|codes| {
+            first,
+            second: relit.second.as_ref().map(|(_, codes)| {
                 let size = [codes.width, codes.height];
                 texture(ctx, "second", second, size, &codes.rgb)
             }),
@@ -141,7 +152,8 @@ fn pictures_ui(
     let relit = &shown.relit;
     let size = vec2(relit.width as f32, relit.height as f32);
     let compare = &context.state.compare;
-    let second = shown.second.as_ref().filter(|_| compare.on);
+    let first_texture = shown.first.id();
+    let second = (shown.second.as_ref().filter(|_| compare.on)).map(TextureHandle::id);
     let peeks = ui.input(|i| i.modifiers.shift_only() && !i.pointer.any_down());
     let name = || toolbar::name(&compare.reference, context);
     let first = || match (&compare.first, &relit.first) {
@@ -153,7 +165,7 @@ fn pictures_ui(
             let (left, right) = rect.split_left_right_at_fraction(0.5);
             let (place, fit) = placed(left, size, context);
             let (other, _) = placed(right, size, context);
-            paint(ui, left, &shown.first, place, (0.0, 1.0));
+            paint(ui, left, first_texture, place, (0.0, 1.0));
             paint(ui, right, second, other, (0.0, 1.0));
             label(ui, left, Align2::LEFT_TOP, &first());
             label(ui, right, Align2::LEFT_TOP, &name());
@@ -168,7 +180,7 @@ fn pictures_ui(
         (Some(second), CompareMode::Wipe) => {
             let (place, fit) = placed(rect, size, context);
             let wipe = context.state.wipe.clamp(0.0, 1.0);
-            paint(ui, rect, &shown.first, place, (0.0, wipe));
+            paint(ui, rect, first_texture, place, (0.0, wipe));
             paint(ui, rect, second, place, (wipe, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &first());
             label(ui, rect, Align2::RIGHT_TOP, &name());
@@ -180,7 +192,7 @@ fn pictures_ui(
             let (texture, name) = if compare.second {
                 (second, name())
             } else {
-                (&shown.first, first())
+                (first_texture, first())
             };
             paint(ui, rect, texture, place, (0.0, 1.0));
             label(ui, rect, Align2::LEFT_TOP, &name);
@@ -188,7 +200,7 @@ fn pictures_ui(
         }
         (second, _) => {
             let (place, fit) = placed(rect, size, context);
-            paint(ui, rect, &shown.first, place, (0.0, 1.0));
+            paint(ui, rect, first_texture, place, (0.0, 1.0));
             if second.is_some() {
                 let gain = crate::state::GAIN;
                 let text = format!("difference of {} and {}, × {gain}", first(), name());
@@ -202,12 +214,12 @@ fn pictures_ui(
 }
 
 /// Draws the part of a texture between two shares of its width, where it belongs in `place`.
-fn paint(ui: &Ui, clip: Rect, texture: &TextureHandle, place: Rect, (from, to): (f32, f32)) {
+fn paint(ui: &Ui, clip: Rect, texture: TextureId, place: Rect, (from, to): (f32, f32)) {
     let x = |share: f32| place.left() + share * place.width();
     let part = Rect::from_min_max(pos2(x(from), place.top()), pos2(x(to), place.bottom()));
     let uv = Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0));
     let painter = ui.painter().with_clip_rect(clip);
-    painter.image(texture.id(), part, uv, Color32::WHITE);
+    painter.image(texture, part, uv, Color32::WHITE);
 }
 
 /// A name over a corner of the picture.

@@ -6,7 +6,8 @@ use super::motion::{Pose, exemplar_poses};
 use super::picture::{Request, take};
 use super::subject::Subject;
 use super::transport::Effort;
-use super::{StageSettings, write_shoot};
+use super::trouble::Look;
+use super::{StageSettings, TroubleSettings, write_shoot};
 use base::progress::{Control, Progress};
 use glam::Vec3;
 use imaging::Image;
@@ -14,11 +15,14 @@ use imaging::color::luminance;
 use imaging::file::{read_encoded, read_linear, read_mask};
 use std::path::Path;
 
+mod trouble;
+
 const SMALL: StageSettings = StageSettings {
     frames: 2,
     size: 32,
     seed: 7,
     lamps: 6,
+    trouble: TroubleSettings::NONE,
 };
 
 /// Names and contents of all files below a folder.
@@ -188,6 +192,7 @@ fn what_is_left_out_would_not_have_changed_the_picture() {
     let request = Request {
         banks: true,
         sums: &[&weights],
+        ..Request::default()
     };
     let pose = exemplar_poses()[3];
     let thrifty = take(&dome, &pose, 40, &request, Effort::Needed);
@@ -221,7 +226,7 @@ fn a_lamp_in_front_lights_the_face_and_one_behind_leaves_it_dark() {
         48,
         &Request {
             banks: true,
-            sums: &[],
+            ..Request::default()
         },
         Effort::Needed,
     );
@@ -257,6 +262,7 @@ fn nothing_of_the_subject_reflects_more_than_it_receives() {
     let request = Request {
         banks: false,
         sums: &[&weights],
+        ..Request::default()
     };
     let pictures = take(&dome, &Pose::default(), 48, &request, Effort::Needed);
     let brightest = pictures.sums[0]
@@ -272,7 +278,7 @@ fn nothing_of_the_subject_reflects_more_than_it_receives() {
 #[test]
 fn the_mouth_opens_and_the_lids_close() {
     let front = |pose: &Pose, x: f32, y: f32| {
-        let subject = Subject::new(pose);
+        let subject = Subject::new(pose, &Look::default());
         let grid = Grid::bake(&subject);
         grid.approach(Vec3::new(x, y, 1.0), Vec3::NEG_Z, 0.0, 1e-4)
             .map(|t| 1.0 - t)
@@ -282,7 +288,7 @@ fn the_mouth_opens_and_the_lids_close() {
     let lips = 0.024 - 0.0765;
     assert!(front(&open, 0.0, lips).unwrap() < front(&shut, 0.0, lips).unwrap() - 0.004);
     let part = |pose: &Pose| {
-        let subject = Subject::new(pose);
+        let subject = Subject::new(pose, &Look::default());
         let mut z = 0.12;
         while subject.distance(Vec3::new(0.0315, 0.024, z)) > 2e-4 {
             z -= 1e-4;
@@ -304,12 +310,14 @@ fn every_size_and_number_within_the_bounds_works() {
             size: 16,
             seed: 0,
             lamps: 4,
+            ..StageSettings::default()
         },
         StageSettings {
             frames: 3,
             size: 17,
             seed: u64::MAX,
             lamps: 12,
+            ..StageSettings::default()
         },
     ] {
         let folder = write(&settings);

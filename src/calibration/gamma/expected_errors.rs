@@ -1,0 +1,113 @@
+//! How far the quantiles of the relit poses and of the interview must be expected to be apart even under the right
+//! response: poses are not frames, and the weights that the poses are relit with are not exact.
+
+use super::objective::{LinearPictures, Objective, encoded};
+use super::subject::{QUANTILES, Quantiles};
+use crate::code_values::ResponseTable;
+use std::ops::Range;
+
+/// The smallest relative error of a lamp's weight: what 8 bits and the blur of the comparison leave where the truth
+/// is known.
+const WEIGHT_ERROR: f32 = 0.005;
+/// By how much the spread of a handful of poses and frames underestimates that of all: the deviation of Student's
+/// distribution of five degrees of freedom, to which the covariance is widened.
+const FEW_PICTURES: f64 = 1.3;
+/// Differences between poses and frames that those at hand do not show, relative to those that they show.
+const UNSEEN_DIFFERENCE: f64 = 0.4;
+/// How far encoded quantiles of one pose and one frame are apart, where no others tell: heads that are turned by 20°.
+const ONE_POSE_AND_FRAME: f64 = 0.02;
+
+impl Objective<'_> {
+    /// How far quantiles must be expected to be apart even under the right response, because poses and frames
+    /// differ: the differences of each from their mean, as parts of the error of that mean.
+    pub fn differences(
+        &self,
+        table: &ResponseTable,
+        weights: &[[f32; 3]],
+        exposure: f32,
+    ) -> Vec<Vec<f64>> {
+        let frames = &self.subject.frame_quantiles;
+        let poses = self.pose_quantiles(table, weights, exposure);
+        // A single picture is assumed to vary as much as a single one of the others does.
+        let of = |pictures: &[Quantiles], others: &[Quantiles]| match pictures.len() {
+            0 | 1 => from_mean(others, (others.len() as f64).sqrt()),
+            _ => from_mean(pictures, 1.0),
+        };
+        let mut differences = of(frames, &poses);
+        differences.extend(of(&poses, frames));
+        let square: f64 = differences.iter().flatten().map(|d| d * d).sum();
+        let typical = match differences.len() {
+            0 => ONE_POSE_AND_FRAME,
+            _ => (square / (3 * QUANTILES) as f64).sqrt(),
+        };
+        for difference in differences.iter_mut().flatten() {
+            *difference *= FEW_PICTURES;
+        }
+        differences.extend(waves(UNSEEN_DIFFERENCE * typical));
+        differences
+    }
+
+    /// How far the subject's encoded values move by one deviation of each lamp's weight, an error that all pixels
+    /// share. The deviation is the difference between the weight from a lamp's whole light and the weight from its
+    /// pixels one by one, and what the lamps leave unexplained near it on the ball.
+    pub fn weight_errors(&self, linear: &LinearPictures, log_exposure: f64) -> Vec<Vec<f64>> {
+        let here = linear.encoded(log_exposure);
+        let moved = |weights: &[[f32; 3]]| -> Vec<f64> {
+            let pairs = self.pairs(&linear.table, weights);
+            let there = encoded(&linear.table, &pairs, log_exposure);
+            there.iter().zip(&here).map(|(a, b)| a - b).collect()
+        };
+        (linear.ball.weights.iter().enumerate())
+            .map(|(lamp, other)| {
+                let mut weights = linear.weights.clone();
+                let pairs = other.iter().zip(linear.unexplained[lamp]);
+                for (weight, (other, unexplained)) in weights[lamp].iter_mut().zip(pairs) {
+                    // A lamp without pixels of its own has no weight there.
+                    let is_known = *weight > 0.0 && *other > 0.0;
+                    let difference = if is_known { other / *weight - 1.0 } else { 0.0 };
+                    *weight *= 1.0 + difference.hypot(unexplained).clamp(WEIGHT_ERROR, 1.0);
+                }
+                moved(&weights)
+            })
+            .collect()
+    }
+}
+
+/// The differences of several pictures' quantiles from their mean, such that the sum of their squares is the
+/// variance of the mean times `factor`²; nothing for a single picture.
+fn from_mean(pictures: &[Quantiles], factor: f64) -> Vec<Vec<f64>> {
+    let n = pictures.len() as f64;
+    if n < 2.0 {
+        return vec![];
+    }
+    let scale = factor / (n * (n - 1.0)).sqrt();
+    let values = |picture: &Quantiles| -> Vec<f64> {
+        picture.iter().flatten().map(|q| f64::from(*q)).collect()
+    };
+    let pictures: Vec<Vec<f64>> = pictures.iter().map(values).collect();
+    let mean = |i: usize| pictures.iter().map(|p| p[i]).sum::<f64>() / n;
+    let means: Vec<f64> = (0..3 * QUANTILES).map(mean).collect();
+    let from = |picture: &Vec<f64>| {
+        let pairs = picture.iter().zip(&means);
+        pairs.map(|(value, mean)| scale * (value - mean)).collect()
+    };
+    pictures.iter().map(from).collect()
+}
+
+/// Smooth errors along the quantiles, of all channels together and of each: so few pictures do not show all ways in
+/// which they can differ. Together they have about this deviation everywhere, twice.
+fn waves(deviation: f64) -> Vec<Vec<f64>> {
+    const WAVES: usize = 6;
+    let part = |wave: usize, channels: Range<usize>| {
+        let value = move |i: usize| {
+            let at = ((i % QUANTILES) as f64 + 0.5) / QUANTILES as f64;
+            let height = (std::f64::consts::PI * wave as f64 * at).cos();
+            let is_in = channels.contains(&(i / QUANTILES));
+            f64::from(u8::from(is_in)) * height * deviation / (WAVES as f64).sqrt()
+        };
+        (0..3 * QUANTILES).map(value).collect()
+    };
+    (0..WAVES)
+        .flat_map(|wave| [0..3, 0..1, 1..2, 2..3].map(|channels| part(wave, channels)))
+        .collect()
+}

@@ -1,0 +1,369 @@
+//! Lamps on mirror balls in a series of photographs: where each is, and how far that can be trusted.
+//!
+//! What all photographs of a series share is the room; what one has more than the others is its lamp, and what the
+//! lamp lights. Of that, the lamp is the part with the most light among those as bright as the brightest: what
+//! reflects a lamp is never brighter than the lamp. A bank of lamps shows several such parts beside each other. Thin
+//! streaks, from scratches and dust, are cut off, so that a clipped lamp is found by its outline.
+
+mod grid;
+mod shape;
+#[cfg(test)]
+mod tests;
+mod trust;
+
+#[cfg(test)]
+pub(super) use tests::{apart_from_published, real_balls};
+
+pub(super) use grid::{Grid, Levels};
+
+use super::footprint::Footprint;
+use glam::Vec3;
+use rayon::prelude::*;
+use shape::{inner_radius, opened, parts, widened};
+
+/// A lamp as one photograph shows it.
+#[derive(Clone, Debug)]
+pub(super) struct Highlight {
+    /// Unit direction of the middle of its outline: right even if the lamp is clipped.
+    pub outline: Vec3,
+    /// The cells of the grid that show the lamp, ascending, without streaks and other reflections.
+    pub body: Vec<u32>,
+    /// Standard deviation of the direction in degrees, if this is the lamp.
+    pub deviation_deg: f32,
+    /// Root-mean-square angle of the body's light about its middle, in degrees.
+    pub spread_deg: f32,
+    /// Light of the body: ∫ L dω over what the photograph has more than the others.
+    pub energy: f32,
+    /// The highest radiance of the body; clipping keeps it below 1.
+    pub peak: f32,
+    /// Light of the strongest other part of the photograph that could be the lamp, over the lamp's.
+    pub rival: f32,
+    /// Share of what this photograph has more than the others that is not within the body.
+    pub elsewhere: f32,
+}
+
+/// A part of a photograph counts as bright from this share of the highest radiance on.
+const BRIGHT: f32 = 0.5;
+/// The body reaches down to this share of the highest radiance: the dimmer end of a soft box.
+const FAINT: f32 = 0.2;
+/// The same for a bank, some of whose lamps the ball may nearly hide.
+const FAINT_IN_BANK: f32 = 0.01;
+/// Lamps of a bank have at least this share of the main one's inner radius. By their light they cannot be told from
+/// reflections, because near the rim some of them melt together.
+const SAME_BANK: f32 = 0.45;
+/// Lamps of a bank are at most this far apart, edge to edge.
+const BANK_GAP_DEG: f32 = 15.0;
+/// Parts that show in more than this share of the other photographs belong to the room.
+const SHARED: f32 = 0.5;
+/// The same part in another photograph has at most this many times as much light, or as little.
+const SAME_LIGHT: f32 = 8.0;
+/// Share of the largest inner disc's radius by which an outline is opened: streaks are up to this much narrower.
+const STREAK: f32 = 0.8;
+/// From this many parts on a lamp is a bank, whose parts are not opened: their joints are wider than they are.
+const BANK: usize = 3;
+
+/// Says of each footprint of a series which part of it is the lamp. `series` holds the same photographs.
+pub(super) fn aim(footprints: &mut [Footprint], series: &[Levels], grid: &Grid) {
+    let highlights = find(grid, series);
+    let trust = trust::weigh(&highlights, grid);
+    for ((footprint, highlight), trust) in footprints.iter_mut().zip(&highlights).zip(trust) {
+        footprint.aim(highlight.as_ref(), grid, trust);
+    }
+}
+
+/// The lamps of a series of photographs; `None` for a photograph that shows no more than the room and noise.
+fn find(grid: &Grid, series: &[Levels]) -> Vec<Option<Highlight>> {
+    let room = grid.room(series);
+    let photographs: Vec<Option<Photograph>> = series
+        .par_iter()
+        .map(|levels| Photograph::new(grid, levels, &room))
+        .collect();
+    let is_shared = |number: usize, part: &Part| {
+        let others = || photographs.iter().enumerate().filter(|(i, _)| *i != number);
+        let count = others()
+            .filter(|(_, other)| other.as_ref().is_some_and(|other| other.shows(part)))
+            .count();
+        count as f32 > SHARED * others().count() as f32
+    };
+    photographs
+        .par_iter()
+        .enumerate()
+        .map(|(i, photograph)| photograph.as_ref()?.highlight(|part| is_shared(i, part)))
+        .collect()
+}
+
+/// One photograph of a series, without the room.
+struct Photograph<'a> {
+    grid: &'a Grid,
+    levels: &'a Levels,
+    /// Light beyond the room's and this photograph's own dark, per cell; not negative.
+    more: Vec<f32>,
+    /// Below this, `more` is noise.
+    noise: f32,
+    /// The highest radiance.
+    peak: f32,
+    /// The bright parts, from the one with the most light on.
+    bright: Vec<Part>,
+}
+
+/// A connected bright part.
+struct Part {
+    cells: Vec<u32>,
+    energy: f32,
+    direction: Vec3,
+    /// Radius in degrees of an even disc with this root-mean-square angle.
+    radius_deg: f32,
+    /// Radius in cells of the largest disc within it.
+    inner_radius: f32,
+    /// Middle and radius in degrees without streaks.
+    core: Vec3,
+    core_radius_deg: f32,
+}
+
+impl Part {
+    /// Whether a part of the given middle and radius is so near that both can be lamps of one bank.
+    fn is_near(&self, direction: Vec3, radius_deg: f32) -> bool {
+        let apart = self.direction.angle_between(direction).to_degrees();
+        apart - self.radius_deg - radius_deg < BANK_GAP_DEG
+    }
+}
+
+impl<'a> Photograph<'a> {
+    /// `None` if nothing stands out from the noise.
+    fn new(grid: &'a Grid, levels: &'a Levels, room: &[f32]) -> Option<Self> {
+        let cells: Vec<usize> = (0..room.len()).filter(|&c| grid.is_ball(c)).collect();
+        let mut sorted: Vec<f32> = cells.iter().map(|&c| levels.light(c) - room[c]).collect();
+        let mut quantile = |q: f32| {
+            let rank = (q * (sorted.len() - 1) as f32) as usize;
+            *sorted.select_nth_unstable_by(rank, f32::total_cmp).1
+        };
+        // As in `Footprint::find`: most of the ball shows no lamp.
+        let (dark, low) = (quantile(0.4), quantile(0.1));
+        let raw = |c: usize| (levels.light(c) - room[c] - dark - flicker(room[c])).max(0.0);
+        let mut more = vec![0.0f32; room.len()];
+        for &cell in &cells {
+            // A single pixel that sticks out is the sensor's: the lens spreads a lamp over several.
+            let around = grid.around(cell).map(&raw).fold(0.0, f32::max);
+            more[cell] = raw(cell).min(around);
+        }
+        let peak = more.iter().copied().fold(0.0, f32::max);
+        // A hundredth of an 8-bit code near black is less than any photograph holds.
+        let noise = (6.0 * (dark - low)).max(1e-5);
+        let mut photograph = Self {
+            grid,
+            levels,
+            more,
+            noise,
+            peak,
+            bright: vec![],
+        };
+        if peak > 2.0 * noise {
+            photograph.bright = photograph.find_bright();
+        }
+        (!photograph.bright.is_empty()).then_some(photograph)
+    }
+
+    fn find_bright(&self) -> Vec<Part> {
+        let mut parts: Vec<(f32, Vec<u32>)> = (self.parts(BRIGHT).into_iter())
+            .map(|cells| (cells.iter().map(|&cell| self.light(cell)).sum(), cells))
+            .collect();
+        parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // Parts with less light are not the lamp, and there can be thousands.
+        let least = 0.02 * parts.first().map_or(0.0, |(energy, _)| *energy);
+        parts.retain(|(energy, _)| *energy >= least);
+        let part = |(_, cells): (f32, Vec<u32>)| {
+            let (energy, direction, spread_deg) = self.moments(&cells);
+            let opened = opened(&cells, self.grid, STREAK);
+            let (_, core, core_deg) = self.moments(&opened);
+            Part {
+                energy,
+                direction,
+                radius_deg: std::f32::consts::SQRT_2 * spread_deg,
+                inner_radius: inner_radius(&cells, self.grid),
+                core,
+                core_radius_deg: std::f32::consts::SQRT_2 * core_deg,
+                cells,
+            }
+        };
+        parts.into_iter().map(part).collect()
+    }
+
+    /// Whether this photograph shows a part of another one too, at the same place or just beside it, as it shows the
+    /// glint of a ball that hardly moves with the lamps.
+    fn shows(&self, part: &Part) -> bool {
+        let reach = 1.0 + 0.5 * part.core_radius_deg;
+        self.bright.iter().any(|own| {
+            let ratio = own.energy / part.energy;
+            own.core.angle_between(part.core).to_degrees() < reach
+                && ratio < SAME_LIGHT
+                && ratio * SAME_LIGHT > 1.0
+        })
+    }
+
+    /// The cells' light on the sphere.
+    fn light(&self, cell: u32) -> f32 {
+        self.more[cell as usize] * self.grid.solid_angle[cell as usize]
+    }
+
+    /// Energy, direction, and root-mean-square angle in degrees of some cells.
+    fn moments(&self, cells: &[u32]) -> (f32, Vec3, f32) {
+        let (mut energy, mut moment) = (0.0f64, glam::DVec3::ZERO);
+        let part = |&cell: &u32| {
+            let direction = self.grid.direction[cell as usize].as_dvec3();
+            (f64::from(self.light(cell)), direction)
+        };
+        for (light, direction) in cells.iter().map(part) {
+            energy += light;
+            moment += light * direction;
+        }
+        let middle = moment.normalize_or(glam::DVec3::Z);
+        let square: f64 = (cells.iter().map(part))
+            .map(|(light, direction)| light * direction.angle_between(middle).powi(2))
+            .sum();
+        let spread = (square / energy.max(f64::MIN_POSITIVE)).sqrt().to_degrees();
+        (energy as f32, middle.as_vec3(), spread as f32)
+    }
+
+    /// The connected parts above a share of the peak.
+    fn parts(&self, share: f32) -> Vec<Vec<u32>> {
+        let least = (share * self.peak).max(self.noise);
+        parts(self.grid, |cell| self.more[cell] >= least)
+    }
+
+    /// The lamp among the bright parts, given which of them belong to the room.
+    fn highlight(&self, is_shared: impl Fn(&Part) -> bool) -> Option<Highlight> {
+        let (mut own, shared): (Vec<&Part>, Vec<&Part>) =
+            self.bright.iter().partition(|part| !is_shared(part));
+        // If all of it is shared, the lamp may stand where the room is bright, or be off.
+        let only_shared = own.is_empty();
+        if only_shared {
+            own = shared;
+        }
+        let (bank, others) = bank(own);
+        let energy: f32 = bank.iter().map(|part| part.energy).sum();
+        let rival = others
+            .iter()
+            .map(|part| part.energy / energy)
+            .fold(0.0, f32::max);
+        let is_bank = bank.len() >= BANK;
+        let faint = if is_bank { FAINT_IN_BANK } else { FAINT };
+        let levels = self.without_streaks(&bank, [faint, BRIGHT, 0.7, 0.9]);
+        let (outline, drift) = self.outline(&levels[1..]);
+        // The body is the fall-off too, but not the streaks that are left of it.
+        let reach = (0.5 * inner_radius(&levels[0], self.grid)).max(2.0);
+        let body = widened(&levels[..2].concat(), self.grid, reach);
+        let clipped = |cell: &&u32| self.levels.is_clipped(**cell as usize);
+        let clipped: f32 = body.iter().filter(clipped).map(|&c| self.light(c)).sum();
+        let (energy, middle, spread_deg) = self.moments(&body);
+        let clipped = clipped_weight(clipped / energy.max(f32::MIN_POSITIVE));
+        let all: f32 = (0..self.more.len() as u32)
+            .filter(|&c| self.more[c as usize] > self.noise)
+            .map(|c| self.light(c))
+            .sum();
+        // An outline's middle is known to about an eighth of its radius: streaks leave it as wide. The light, where it is
+        // clipped, only tells how far the outline may be off. A bank's lamps err by themselves.
+        let radius = (bank.iter().map(|part| part.core_radius_deg)).fold(0.0, f32::max);
+        let alone = 1.0 / (bank.len() as f32).sqrt();
+        let apart = alone * middle.angle_between(outline).to_degrees();
+        let by_outline = drift.hypot(0.125 * alone * radius).hypot(0.4 * apart);
+        let by_light = 0.5 * apart;
+        // Clipping takes about as much from each lamp of a bank, which hardly moves the centroid.
+        let outline = if is_bank { middle } else { outline };
+        Some(Highlight {
+            outline,
+            deviation_deg: clipped * by_outline + (1.0 - clipped) * by_light,
+            spread_deg,
+            energy,
+            peak: self.peak,
+            rival: if only_shared { rival.max(1.0) } else { rival },
+            elsewhere: (1.0 - energy / all.max(energy)).max(0.0),
+            body,
+        })
+    }
+
+    /// The parts of the bank at each of some levels, as shares of the peak, without streaks.
+    fn without_streaks<const N: usize>(&self, bank: &[&Part], levels: [f32; N]) -> [Vec<u32>; N] {
+        let mut is_bank = vec![false; self.more.len()];
+        for &cell in bank.iter().flat_map(|part| &part.cells) {
+            is_bank[cell as usize] = true;
+        }
+        let belongs = |cells: &[u32]| {
+            cells.iter().any(|&cell| is_bank[cell as usize])
+                || bank.len() >= BANK && {
+                    let (_, direction, spread_deg) = self.moments(cells);
+                    let radius_deg = std::f32::consts::SQRT_2 * spread_deg;
+                    bank.iter().any(|part| part.is_near(direction, radius_deg))
+                }
+        };
+        let parts = levels.map(|share| {
+            let mut parts: Vec<(f32, Vec<u32>)> = (self.parts(share).into_iter())
+                .filter(|cells| belongs(cells))
+                .map(|cells| (inner_radius(&cells, self.grid), cells))
+                .collect();
+            if bank.len() < BANK {
+                let largest = parts.iter().map(|(radius, _)| *radius).fold(0.0, f32::max);
+                parts.retain(|(radius, _)| *radius >= SAME_BANK * largest);
+            }
+            parts
+        });
+        let most = parts.iter().map(Vec::len).max().unwrap_or(0);
+        parts.map(|parts| {
+            let cells = parts.into_iter().map(|(_, cells)| cells);
+            if most < BANK {
+                let opened = cells.map(|cells| opened(&cells, self.grid, STREAK));
+                opened.flatten().collect()
+            } else {
+                cells.flatten().collect()
+            }
+        })
+    }
+
+    /// The middle of the bank's outline, as the mean over several levels, and how far they are apart in degrees.
+    fn outline(&self, levels: &[Vec<u32>]) -> (Vec3, f32) {
+        let middles: Vec<Vec3> = levels.iter().map(|cells| self.moments(cells).1).collect();
+        let middle = middles.iter().sum::<Vec3>().normalize_or(Vec3::Z);
+        let square: f32 = (middles.iter())
+            .map(|one| one.angle_between(middle).to_degrees().powi(2))
+            .sum();
+        (middle, (square / middles.len() as f32).sqrt())
+    }
+}
+
+/// How much the light of the room may seem to differ between two photographs: six 8-bit codes at γ 2.2, for noise and
+/// JPEG.
+fn flicker(room: f32) -> f32 {
+    2.2 * room.powf(1.0 - 1.0 / 2.2) * 6.0 / 255.0
+}
+
+/// How far a direction goes by the outline rather than by the light, if this share of the light is clipped.
+pub(super) fn clipped_weight(share: f32) -> f32 {
+    let t = ((share - 0.02) / 0.18).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// The strongest part with those that form a bank with it, and the others. Parts are sorted by their light.
+fn bank(parts: Vec<&Part>) -> (Vec<&Part>, Vec<&Part>) {
+    let least = SAME_BANK * parts[0].inner_radius;
+    let (alike, unlike): (Vec<&Part>, Vec<&Part>) =
+        (parts.into_iter()).partition(|part| part.inner_radius >= least);
+    let mut others = alike;
+    let mut bank = vec![others.remove(0)];
+    gather(&mut bank, &mut others);
+    others.extend(unlike);
+    // Near the rim lamps of a bank are thin, and what the ball hides of them makes them thinner.
+    if bank.len() >= BANK {
+        gather(&mut bank, &mut others);
+    }
+    (bank, others)
+}
+
+/// Moves those of the others that are near some of the bank to the bank.
+fn gather<'a>(bank: &mut Vec<&'a Part>, others: &mut Vec<&'a Part>) {
+    let mut next = 0;
+    while next < bank.len() {
+        let from = bank[next];
+        let near = others.extract_if(.., |part| from.is_near(part.direction, part.radius_deg));
+        bank.extend(near);
+        next += 1;
+    }
+}

@@ -1,0 +1,167 @@
+//! The ball in a series of photographs, reduced to a grid of cells that fits into memory for a whole series.
+
+use super::super::code_values::{CodeValues, ResponseTable};
+use super::super::footprint::Footprint;
+use super::super::mirror_ball::MirrorBall;
+use super::super::silhouette::{self, Circle, Photographs};
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// The ball's bounding box as cells of `bin × bin` pixels.
+pub(crate) struct Grid {
+    pub width: usize,
+    pub height: usize,
+    /// The ball's radius in pixels.
+    pub radius_px: f32,
+    /// How far in pixels the ball's circle may be off.
+    pub circle_error_px: f32,
+    /// Per cell, the part of the sphere that it shows in steradians; 0 beside the ball.
+    pub solid_angle: Vec<f32>,
+    /// Per cell, the unit direction that it shows; zero beside the ball.
+    pub direction: Vec<Vec3>,
+    /// The cell of each of the ball's pixels.
+    cell_of_pixel: Vec<u32>,
+}
+
+/// One photograph on a [`Grid`]: per cell the square root of its light (mean of the channels, 0 to 1) in 15 bits, and
+/// in the lowest bit whether any of its pixels is clipped.
+pub(crate) struct Levels(Vec<u16>);
+
+/// How far a circle may be off the ball's outline, as a share of its radius, if the photographs do not show: as far as
+/// circles differ that were drawn by hand and found in photographs out of focus.
+const UNSEEN_RIM: f32 = 0.005;
+/// A rim that was seen places the circle no better than this.
+const SEEN_RIM_PX: f32 = 0.1;
+/// It was seen if it was told from the background on this share of the circumference.
+const SEEN_RIM: f64 = 0.5;
+
+impl Grid {
+    /// More cells across the ball show a lamp no better.
+    const ACROSS: usize = 1024;
+    /// Cells of a whole series: six bytes each.
+    const TOTAL: usize = 1 << 25;
+
+    /// The grid for a series of photographs, each `frame_width` pixels wide.
+    pub fn new(ball: &MirrorBall, frame_width: usize, photographs: usize) -> Self {
+        let place = |index: usize| (index % frame_width, index / frame_width);
+        let (mut low, mut high) = ((usize::MAX, usize::MAX), (0, 0));
+        for pixel in &ball.pixels {
+            let (x, y) = place(pixel.index);
+            low = (low.0.min(x), low.1.min(y));
+            high = (high.0.max(x), high.1.max(y));
+        }
+        let (across, down) = (high.0 + 1 - low.0, high.1 + 1 - low.1);
+        let cells = |bin: usize| across.div_ceil(bin) * down.div_ceil(bin);
+        let mut bin = across.max(down).div_ceil(Self::ACROSS);
+        while cells(bin) * photographs > Self::TOTAL && bin < across {
+            bin += 1;
+        }
+        let (width, height) = (across.div_ceil(bin), down.div_ceil(bin));
+        let mut grid = Self {
+            width,
+            height,
+            radius_px: ball.radius_px,
+            circle_error_px: 0.3f32.hypot(UNSEEN_RIM * ball.radius_px),
+            solid_angle: vec![0.0; width * height],
+            direction: vec![Vec3::ZERO; width * height],
+            cell_of_pixel: Vec::with_capacity(ball.pixels.len()),
+        };
+        for pixel in &ball.pixels {
+            let (x, y) = place(pixel.index);
+            let cell = (y - low.1) / bin * width + (x - low.0) / bin;
+            grid.cell_of_pixel.push(cell as u32);
+            grid.solid_angle[cell] += pixel.solid_angle;
+            grid.direction[cell] += pixel.solid_angle * pixel.direction;
+        }
+        for direction in &mut grid.direction {
+            *direction = direction.normalize_or_zero();
+        }
+        grid
+    }
+
+    /// Takes over how far the ball's circle is off the rim that photographs show.
+    pub fn check_circle(&mut self, photographs: &Photographs, circle: &Circle) {
+        let rim = silhouette::measure(photographs, circle).ok();
+        if let Some(rim) = rim.filter(|rim| rim.rim_share >= SEEN_RIM) {
+            self.circle_error_px = (rim.residual_px as f32).max(SEEN_RIM_PX);
+        }
+    }
+
+    /// The cell that holds pixel `pixel` of [`MirrorBall::pixels`].
+    pub fn cell(&self, pixel: u32) -> usize {
+        self.cell_of_pixel[pixel as usize] as usize
+    }
+
+    /// Whether a cell shows the ball.
+    pub fn is_ball(&self, cell: usize) -> bool {
+        self.solid_angle[cell] > 0.0
+    }
+
+    /// A photograph's code values, one for each pixel of the ball, as light on the grid.
+    pub fn reduce(&self, photograph: &[CodeValues], table: &ResponseTable) -> Levels {
+        let mut sum = vec![(0.0f32, 0u32, false); self.solid_angle.len()];
+        for (code, cell) in photograph.iter().zip(&self.cell_of_pixel) {
+            let (light, count, clipped) = &mut sum[*cell as usize];
+            *light += table.rgb(*code).into_iter().sum::<f32>() / 3.0;
+            *count += 1;
+            *clipped |= Footprint::is_clipped(code);
+        }
+        let level = |(light, count, clipped): (f32, u32, bool)| {
+            let mean = light / count.max(1) as f32;
+            ((mean.clamp(0.0, 1.0).sqrt() * 32767.0 + 0.5) as u16) << 1 | u16::from(clipped)
+        };
+        Levels(sum.into_iter().map(level).collect())
+    }
+
+    /// The cells around a cell, without those beside the grid.
+    pub fn around(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
+        let (width, height) = (self.width as isize, self.height as isize);
+        let (x, y) = ((cell % self.width) as isize, (cell / self.width) as isize);
+        (-1..=1)
+            .flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy)))
+            .filter(move |&(u, v)| {
+                (u, v) != (x, y) && (0..width).contains(&u) && (0..height).contains(&v)
+            })
+            .map(move |(u, v)| (v * width + u) as usize)
+    }
+
+    /// What all photographs of a series share, per cell: the room, as their median. Of fewer than five the least,
+    /// because two lamps may light one place.
+    pub fn room(&self, series: &[Levels]) -> Vec<f32> {
+        if series.len() < 2 {
+            return vec![0.0; self.solid_angle.len()];
+        }
+        let rank = if series.len() < 5 {
+            0
+        } else {
+            series.len() / 2
+        };
+        (0..self.solid_angle.len())
+            .into_par_iter()
+            .map_init(Vec::new, |codes: &mut Vec<u16>, cell| {
+                if !self.is_ball(cell) {
+                    return 0.0;
+                }
+                codes.clear();
+                codes.extend(series.iter().map(|levels| levels.0[cell]));
+                light(*codes.select_nth_unstable(rank).1)
+            })
+            .collect()
+    }
+}
+
+impl Levels {
+    /// The light of a cell.
+    pub fn light(&self, cell: usize) -> f32 {
+        light(self.0[cell])
+    }
+
+    /// Whether a pixel of the cell is clipped.
+    pub fn is_clipped(&self, cell: usize) -> bool {
+        self.0[cell] & 1 == 1
+    }
+}
+
+fn light(code: u16) -> f32 {
+    (f32::from(code >> 1) / 32767.0).powi(2)
+}

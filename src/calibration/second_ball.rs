@@ -1,0 +1,293 @@
+//! Two mirror balls under the same lamps: one rig from both, and how far away near lamps are.
+//!
+//! Both balls show a far lamp in one direction. A near lamp is seen in two directions, which meet at the lamp if it is
+//! known where the balls were.
+
+use super::code_values::ResponseTable;
+use super::mirror_ball::MirrorBall;
+use super::probe::{footprints, measure};
+use super::silhouette;
+use base::error::Result;
+use base::progress::Progress;
+use glam::{DMat3, DQuat, DVec3, Vec3};
+use light::{Lamp, Rig};
+use project::{Project, SecondBall};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// What two balls say together.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TwoBalls {
+    /// Lamps that both balls show.
+    pub lamps: usize,
+    /// Median angle in degrees between what the balls show of a lamp: between its two directions, or half of the angle
+    /// by which they miss each other, if the position of the balls is known.
+    pub median_deg: f32,
+    /// The largest of these angles.
+    pub worst_deg: f32,
+    /// Lamps so near that the two balls tell their distance.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub near: Vec<NearLamp>,
+}
+
+/// Where a near lamp is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NearLamp {
+    /// The name of its OLAT.
+    pub name: String,
+    /// Its position in metres from the subject: right, up, towards the camera.
+    pub position_m: Vec3,
+    /// Standard deviation of its distance in metres.
+    pub deviation_m: f32,
+}
+
+impl TwoBalls {
+    /// What the two balls say, as a sentence.
+    pub fn sentence(&self) -> String {
+        let near = match self.near.len() {
+            0 => String::new(),
+            near => format!(". They tell the distance of {near}"),
+        };
+        format!(
+            "Two mirror balls show {} of the lamps and agree within {:.1}° (median; {:.1}° at most){near}",
+            self.lamps, self.median_deg, self.worst_deg
+        )
+    }
+}
+
+/// Beyond this many degrees the balls do not show the same lamp.
+const SAME_DEG: f32 = 5.0;
+/// A distance counts as told from this many standard deviations of the parallax on.
+const TOLD: f64 = 3.0;
+
+/// The lamps that the second ball of a project shows, by a response.
+///
+/// # Errors
+/// As [`super::probe::Probes::load`].
+pub(super) fn lamps(
+    project: &Project,
+    second: &SecondBall,
+    table: &ResponseTable,
+    progress: &Progress,
+) -> Result<Vec<Lamp>> {
+    let shoot = &project.settings.shoot;
+    let paths = paths(project, second);
+    let size = imaging::file::dimensions(&paths[0])?;
+    let dome = shoot.dome_radius_m.filter(|_| second.positions_m.is_none());
+    let ball = MirrorBall::new(&second.ball, dome, size)?;
+    let footprints = footprints(
+        &paths,
+        ("its first photograph", size),
+        (&ball, silhouette::Circle::of(&second.ball)),
+        progress,
+    )?;
+    let rig = measure(&footprints, &ball, shoot.all_lamps(), table).0;
+    Ok(rig.lamps)
+}
+
+/// The photographs of the second ball.
+pub(super) fn paths(project: &Project, second: &SecondBall) -> Vec<PathBuf> {
+    let lamps = 0..project.settings.shoot.all_lamps().len();
+    lamps
+        .map(|lamp| project.second_probe_path(second, lamp))
+        .collect()
+}
+
+/// Joins the second ball's lamps to the first's, in place: directions and confidences are those of both; energies stay
+/// the first ball's. `camera_distance_m` is that of the camera from the subject.
+pub(super) fn join(
+    rig: &mut Rig,
+    second: &[Lamp],
+    setup: &SecondBall,
+    camera_distance_m: f32,
+) -> TwoBalls {
+    let geometry = setup
+        .positions_m
+        .filter(|_| !setup.ball.is_far())
+        .map(|positions| Geometry::new(positions, camera_distance_m));
+    let pairs: Vec<Option<Pair>> = (rig.lamps.iter().zip(second))
+        .map(|(first, second)| Pair::new(first, second, geometry.as_ref()))
+        .collect();
+    let mut apart: Vec<f32> = pairs.iter().flatten().map(|pair| pair.apart_deg).collect();
+    apart.sort_by(f32::total_cmp);
+    let median_deg = apart.get(apart.len() / 2).copied().unwrap_or(0.0);
+    let mut near = Vec::new();
+    for ((lamp, second), pair) in rig.lamps.iter_mut().zip(second).zip(&pairs) {
+        let turned = |direction: Vec3, ball: usize| match &geometry {
+            Some(geometry) => geometry.turned(direction, ball).as_vec3(),
+            None => direction,
+        };
+        let Some(pair) = pair else {
+            // One ball alone shows it, or none.
+            if second.confidence > lamp.confidence {
+                lamp.direction = turned(second.direction, 1);
+                lamp.confidence = second.confidence;
+            } else {
+                lamp.direction = turned(lamp.direction, 0);
+            }
+            continue;
+        };
+        let agreement = 1.0 / (1.0 + (pair.apart_deg / SAME_DEG).powi(4));
+        if pair.apart_deg < SAME_DEG {
+            lamp.direction = pair.direction.as_vec3();
+            let wrong = (1.0 - lamp.confidence) * (1.0 - second.confidence);
+            lamp.confidence = agreement * (1.0 - wrong);
+        } else {
+            let better = usize::from(second.confidence > lamp.confidence);
+            let (direction, confidence) = [
+                (lamp.direction, lamp.confidence),
+                (second.direction, second.confidence),
+            ][better];
+            lamp.direction = turned(direction, better);
+            // Two good views of different things: one is wrong, and nobody knows which.
+            lamp.confidence = agreement * confidence;
+            continue;
+        }
+        if let Some((position, deviation)) = pair.position(median_deg) {
+            lamp.direction = position.normalize().as_vec3();
+            near.push(NearLamp {
+                name: lamp.name.clone(),
+                position_m: position.as_vec3(),
+                deviation_m: deviation as f32,
+            });
+        }
+    }
+    TwoBalls {
+        lamps: apart.len(),
+        median_deg,
+        worst_deg: apart.last().copied().unwrap_or(0.0),
+        near,
+    }
+}
+
+/// Where the balls are and how their cameras' axes are turned.
+struct Geometry {
+    positions: [DVec3; 2],
+    /// From each ball's own frame, whose +Z points to the camera, to the subject's.
+    turns: [DQuat; 2],
+}
+
+impl Geometry {
+    fn new(positions_m: [Vec3; 2], camera_distance_m: f32) -> Self {
+        let positions = positions_m.map(Vec3::as_dvec3);
+        let camera = f64::from(camera_distance_m) * DVec3::Z;
+        Self {
+            positions,
+            turns: positions.map(|ball| {
+                DQuat::from_rotation_arc(DVec3::Z, (camera - ball).normalize_or(DVec3::Z))
+            }),
+        }
+    }
+
+    fn turned(&self, direction: Vec3, ball: usize) -> DVec3 {
+        self.turns[ball] * direction.as_dvec3()
+    }
+}
+
+/// A lamp that both balls show.
+struct Pair {
+    /// Mean direction.
+    direction: DVec3,
+    /// How far in degrees the balls disagree.
+    apart_deg: f32,
+    /// Where the two lines of sight meet, and the angle between them in radians; `None` if the balls' positions are
+    /// unknown or the lines do not meet before the balls.
+    meeting: Option<(DVec3, f64)>,
+}
+
+impl Pair {
+    /// `None` if either ball does not show the lamp.
+    fn new(first: &Lamp, second: &Lamp, geometry: Option<&Geometry>) -> Option<Self> {
+        if !(first.is_usable() && second.is_usable()) {
+            return None;
+        }
+        // A chance of 1 − e^(−12.5/σ²) for an error below five degrees: 1/σ² up to a factor.
+        let weight = |lamp: &Lamp| -f64::from(1.0 - lamp.confidence.clamp(0.01, 0.999)).ln();
+        let weights = [weight(first), weight(second)];
+        let directions = [(first, 0), (second, 1)].map(|(lamp, ball)| match geometry {
+            Some(geometry) => geometry.turned(lamp.direction, ball),
+            None => lamp.direction.as_dvec3(),
+        });
+        let mean = weights[0] * directions[0] + weights[1] * directions[1];
+        let plain = Self {
+            direction: mean.try_normalize()?,
+            apart_deg: directions[0].angle_between(directions[1]).to_degrees() as f32,
+            meeting: None,
+        };
+        let Some(geometry) = geometry else {
+            return Some(plain);
+        };
+        let Some(position) = meeting(geometry.positions, directions) else {
+            return Some(plain);
+        };
+        let to = geometry.positions.map(|ball| (position - ball).normalize());
+        let missed = (to[0].angle_between(directions[0])).max(to[1].angle_between(directions[1]));
+        Some(Self {
+            apart_deg: missed.to_degrees() as f32,
+            meeting: Some((position, to[0].angle_between(to[1]))),
+            ..plain
+        })
+    }
+
+    /// The lamp's position and the standard deviation of its distance in metres, if the balls tell it. `typical_deg` is
+    /// how far the balls disagree in the median: what their directions are good for.
+    fn position(&self, typical_deg: f32) -> Option<(DVec3, f64)> {
+        /// No two directions agree better than this: a quarter of a degree.
+        const FINEST_DEG: f32 = 0.25;
+        let (position, parallax) = self.meeting?;
+        let deviation = f64::from(typical_deg.max(self.apart_deg).max(FINEST_DEG)).to_radians();
+        // Both directions err.
+        let relative = std::f64::consts::SQRT_2 * deviation / parallax.max(1e-9);
+        (relative < 1.0 / TOLD).then(|| (position, relative * position.length()))
+    }
+}
+
+/// The point that is nearest to two lines of sight; `None` if they are parallel or it lies behind a ball.
+fn meeting(from: [DVec3; 2], along: [DVec3; 2]) -> Option<DVec3> {
+    let (mut square, mut target) = (DMat3::ZERO, DVec3::ZERO);
+    for (from, along) in from.into_iter().zip(along) {
+        let across =
+            DMat3::IDENTITY - DMat3::from_cols(along * along.x, along * along.y, along * along.z);
+        square += across;
+        target += across * from;
+    }
+    if square.determinant() < 1e-9 {
+        return None;
+    }
+    let point = square.inverse() * target;
+    let before = |i: usize| (point - from[i]).dot(along[i]) > 0.0;
+    (before(0) && before(1)).then_some(point)
+}
+
+/// Finds the second ball's circle in its photographs if it is not known.
+///
+/// # Errors
+/// When there is no ball in them, or they show both balls and which is the second was not said.
+pub(super) fn find_circle(project: &mut Project, again: bool, progress: &Progress) -> Result<()> {
+    let Some(second) = project.settings.shoot.second_ball.clone() else {
+        return Ok(());
+    };
+    let shared = second.folder.as_path() == std::path::Path::new("probes");
+    if second.ball.has_circle() && (!again || shared) {
+        return Ok(());
+    }
+    if shared {
+        return Err(base::error::Error::invalid(
+            "the photographs show two mirror balls, and where the second is was not said",
+            "Give `ball_center_px` and `ball_radius_px` of `second_probes` in the manifest and import again",
+        ));
+    }
+    let photographs = silhouette::Photographs::read(&paths(project, &second), progress)?;
+    let found = silhouette::find(&photographs)?;
+    progress.say(format!(
+        "Second mirror ball found: centre {:.1}, {:.1}, radius {:.1} pixels",
+        found.circle.center_px[0], found.circle.center_px[1], found.circle.radius_px
+    ));
+    if let Some(second) = &mut project.settings.shoot.second_ball {
+        found.circle.apply_to(&mut second.ball);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,78 @@
+//! A picture for a window, which may stay on the GPU.
+
+use super::composition::{FinishedPicture, ReadPicture};
+use super::passes::{DisplayTexture, Unread};
+use super::picture::Picture;
+use base::error::Result;
+use scene::Pass;
+
+/// A picture for a window. If a GPU made it, it stays there: the window draws its texture, and its pixels come to
+/// memory when somebody reads them.
+#[derive(Debug)]
+pub struct ShownPicture {
+    /// Until it is read it has neither pixels nor the times of its passes.
+    pub picture: Picture,
+    /// What the window draws; None if the picture was made in memory.
+    pub texture: Option<DisplayTexture>,
+    unread: Option<Unread>,
+}
+
+impl ShownPicture {
+    /// A picture in memory.
+    pub fn in_memory(picture: Picture) -> Self {
+        Self {
+            picture,
+            texture: None,
+            unread: None,
+        }
+    }
+
+    pub(super) fn of(mut picture: Picture, finished: FinishedPicture) -> Self {
+        let (texture, unread) = match finished {
+            FinishedPicture::OnGpu(texture, unread) => (Some(texture), Some(unread)),
+            FinishedPicture::InMemory(read) => {
+                take(&mut picture, read);
+                (None, None)
+            }
+        };
+        Self {
+            picture,
+            texture,
+            unread,
+        }
+    }
+
+    /// Whether its pixels are in memory.
+    pub fn is_read(&self) -> bool {
+        self.unread.is_none()
+    }
+
+    /// Brings its pixels to memory, the times of its passes, and how many pixels were mended, unless they are there.
+    ///
+    /// # Errors
+    /// When the GPU fails or is lost.
+    pub fn read(&mut self) -> Result<()> {
+        if let Some(unread) = &self.unread {
+            // What stays has codes: it is shown.
+            take(&mut self.picture, ReadPicture::of(unread.read()?, true));
+            self.unread = None;
+        }
+        Ok(())
+    }
+}
+
+/// Gives a picture its pixels and its reports what was measured.
+fn take(picture: &mut Picture, read: ReadPicture) {
+    picture.linear = read.linear;
+    picture.display = read.display;
+    for (report, pass) in picture.passes.iter_mut().zip(Pass::ALL) {
+        if report.ms.is_none() {
+            report.ms = read.ms.map(|ms| ms[pass as usize]);
+        }
+        if pass == Pass::Relight && report.ran && read.mended > 0 {
+            let mended = read.mended;
+            report.reason +=
+                &format!("; {mended} pixels were NaN or infinite, filled from neighbours");
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! How sums and factors lie in tiles and in memory.
+
+use super::Precision;
+
+/// Rows of a tile, and the sums in each.
+pub const SIDE: usize = 16;
+/// Sums of a tile, or words of one.
+pub const TILE: usize = SIDE * SIDE;
+/// Bytes of a tile's row.
+pub const ROW_BYTES: usize = 64;
+
+/// Four blocks of sums, row by row.
+pub type Blocks = [[f32; SIDE * SIDE]; 4];
+
+/// Such blocks that share no line of the processor's cache with anything else.
+#[repr(C, align(64))]
+pub struct Sums(pub Blocks);
+
+/// Which four blocks of sums are kept, as tiles of the left factor × tiles of the right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blocking {
+    /// 2 × 2, in the order (0, 0), (0, 1), (1, 0), (1, 1).
+    Square,
+    /// 1 × 4.
+    Wide,
+    /// 4 × 1.
+    Tall,
+}
+
+impl Blocking {
+    /// Tiles of the left factor and of the right.
+    pub fn tiles(self) -> [usize; 2] {
+        match self {
+            Self::Square => [2, 2],
+            Self::Wide => [1, 4],
+            Self::Tall => [4, 1],
+        }
+    }
+}
+
+/// Where the tiles of a factor lie. All distances are in bytes.
+///
+/// A tile of the left factor has 16 rows of `2 · pairs` bf16, one of the right has `pairs` rows of 16
+/// pairs of bf16.
+#[derive(Clone, Copy)]
+pub struct Factor<'a> {
+    pub bytes: &'a [u8],
+    pub start: usize,
+    /// Distance between a tile's rows.
+    pub row: usize,
+    /// Distance between the tiles that are used together.
+    pub next: usize,
+    /// Distance of the low parts from the high parts.
+    pub low: usize,
+}
+
+impl Factor<'_> {
+    /// The end of what is read with `tiles` tiles of `rows` rows, `farthest` behind the start.
+    pub fn end(
+        &self,
+        precision: Precision,
+        tiles: usize,
+        rows: usize,
+        farthest: usize,
+    ) -> Option<usize> {
+        let low = match precision {
+            Precision::Half => 0,
+            Precision::Split => self.low,
+        };
+        let next = self.next.checked_mul(tiles - 1)?;
+        let row = self.row.checked_mul(rows - 1)?;
+        [farthest, next, row, low, ROW_BYTES]
+            .into_iter()
+            .try_fold(self.start, usize::checked_add)
+    }
+}

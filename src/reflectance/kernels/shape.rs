@@ -1,0 +1,89 @@
+//! The shape of a convolution, and where its inputs lie.
+
+use super::amx::Precision;
+
+/// The shape of a convolution with an odd square kernel, stride 1 and zeros around the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    pub batch: usize,
+    pub inputs: usize,
+    pub outputs: usize,
+    pub height: usize,
+    pub width: usize,
+    /// Width and height of the kernel.
+    pub kernel: usize,
+    /// Whether the processor's tile registers compute it, and how exactly.
+    pub tiles: Option<Precision>,
+}
+
+/// Inputs whose channels follow one another: `[batch, c1, h, w]` and `[batch, c2, h, w]`, c1 + c2 the
+/// convolution's inputs. The second may be empty.
+pub type Sources<'a> = [&'a [f32]; 2];
+
+impl Shape {
+    pub(super) fn radius(&self) -> usize {
+        self.kernel / 2
+    }
+
+    pub(super) fn taps(&self) -> usize {
+        self.kernel * self.kernel
+    }
+
+    /// Weights of an output channel.
+    pub(super) fn columns(&self) -> usize {
+        self.inputs * self.taps()
+    }
+
+    pub(super) fn plane(&self) -> usize {
+        self.height * self.width
+    }
+
+    /// One row of a plane of `values`, `[batch, channels, height, width]`.
+    pub(super) fn row<'a>(
+        &self,
+        values: &'a [f32],
+        channels: usize,
+        picture: usize,
+        channel: usize,
+        y: usize,
+    ) -> &'a [f32] {
+        let start = ((picture * channels + channel) * self.height + y) * self.width;
+        &values[start..start + self.width]
+    }
+
+    /// One row of an input whose channels are those of two sources, one after the other.
+    pub(super) fn input_row<'a>(
+        &self,
+        sources: Sources<'a>,
+        picture: usize,
+        channel: usize,
+        y: usize,
+    ) -> &'a [f32] {
+        let first = sources[0].len() / (self.batch * self.plane()).max(1);
+        match channel.checked_sub(first) {
+            None => self.row(sources[0], first, picture, channel, y),
+            Some(channel) => self.row(sources[1], self.inputs - first, picture, channel, y),
+        }
+    }
+
+    /// The same convolution seen from its output.
+    pub(super) fn reversed(&self) -> Self {
+        Self {
+            inputs: self.outputs,
+            outputs: self.inputs,
+            ..*self
+        }
+    }
+
+    /// Rows of a band, by the shape alone so that no result depends on the number of threads: few
+    /// enough that both factors stay in the second-level cache.
+    pub(super) fn band_rows(&self) -> usize {
+        const CACHED: usize = 256 * 1024;
+        let channels = self.inputs.max(self.outputs);
+        let rows = CACHED / (channels * (self.width + self.radius())).max(1);
+        let most = (self.height.div_ceil(16)).max(8);
+        rows.saturating_sub(2 * self.radius())
+            .clamp(2, most)
+            .min(self.height)
+    }
+}

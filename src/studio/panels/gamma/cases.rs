@@ -1,0 +1,85 @@
+//! The accounts of the pictures that the calibration leaves open: each with the exemplar relit under it, and a button
+//! that decides for it.
+
+use crate::command::{CalibrationCommand, Command, LookCommand};
+use crate::panel_context::PanelContext;
+use crate::theme::{self, GAP};
+use calibration::Trial;
+use calibration::gamma::Case;
+use egui::{Button, RichText, TextureHandle, Ui, vec2};
+use worker::GammaView;
+
+/// The responses and exposures of the cases that are open.
+pub fn trials(view: &GammaView) -> Vec<Trial> {
+    view.cases.iter().map(|(case, _)| trial(case)).collect()
+}
+
+fn trial(case: &Case) -> Trial {
+    Trial {
+        response: case.response(),
+        exposure: case.exposure,
+    }
+    .nudged([0.0; 3])
+}
+
+/// Both cases side by side; nothing if only one is plausible.
+pub fn ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    view: &GammaView,
+    pictures: &[TextureHandle],
+    out: &mut Vec<Command>,
+) {
+    if view.cases.is_empty() {
+        return;
+    }
+    let quiet = |text: String| RichText::new(text).size(13.0).color(theme::QUIET);
+    ui.label("Two accounts fit the pictures. Choose the one you know to be true:");
+    let width = 0.5 * (ui.available_width() - GAP);
+    ui.horizontal_top(|ui| {
+        for ((case, _), picture) in view.cases.iter().zip(pictures) {
+            ui.vertical(|ui| {
+                ui.set_width(width);
+                let height = 120.0f32.min(width);
+                let image = egui::Image::new((picture.id(), picture.size_vec2()));
+                ui.add(image.max_size(vec2(width, height)));
+                ui.label(sentence(case));
+                ui.label(quiet(format!(
+                    "γ1 {:.2} ± {:.2}, γ2 {:.2} ± {:.2}",
+                    case.gamma1, case.deviation[0], case.gamma2, case.deviation[1]
+                )));
+                let idle = context.status.job.is_none();
+                let name = if case.changed {
+                    "It was changed"
+                } else {
+                    "It was left alone"
+                };
+                let button = ui.add_enabled(idle, Button::new(name)).on_hover_text(
+                    "Saves this response as the project's calibration and recomputes lamps and weights",
+                );
+                if button.clicked() {
+                    out.push(Command::Look(LookCommand::Trial(Some(trial(case)))));
+                    out.push(Command::Calibration(CalibrationCommand::Start));
+                }
+            });
+        }
+    });
+    ui.add_space(GAP);
+}
+
+fn sentence(case: &Case) -> String {
+    let percent = 100.0 * case.probability;
+    if case.changed {
+        let than = if case.exposure > 1.0 {
+            "brighter"
+        } else {
+            "darker"
+        };
+        format!(
+            "{percent:.0} %: exposure changed after the balls, {:.0} % {than}",
+            100.0 * (case.exposure - 1.0).abs()
+        )
+    } else {
+        format!("{percent:.0} %: exposure as on the balls")
+    }
+}

@@ -1,0 +1,126 @@
+//! People move: how the subject sits from pose to pose, raises a hand, and sways while the lamps go round.
+
+use super::camera::FRAME_HEIGHT_M;
+use super::motion::{FRAME_RATE, Pose, Seat};
+use super::trouble::Trouble;
+use chacha20::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use std::f32::consts::TAU;
+
+/// How far the face is in front of the joint that the head turns about, in metres.
+const FACE_M: f32 = 0.11;
+/// The face's way during a pose, in steps from first to last lamp.
+const STEPS: usize = 128;
+
+/// Changes poses and frames as the trouble of `seed` says: another seat for each pose and for the interview, and hands.
+pub fn reseat(poses: &mut [Pose], frames: &mut [Pose], trouble: &Trouble, seed: u64) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_6174);
+    let mut draw = || random.random_range(-1.0..1.0f32);
+    let mut seat = || {
+        let far = trouble.reseated;
+        let [x, y, z, yaw] = [(); 4].map(|()| draw());
+        Seat {
+            x: far * x,
+            y: 0.5 * far * y,
+            z: far * z,
+            // Four centimetres go with up to ten degrees.
+            yaw: 10.0 * far / 0.04 * yaw,
+        }
+    };
+    poses.iter_mut().for_each(|pose| pose.seat = seat());
+    let filmed = seat();
+    let phase = draw();
+    frames.iter_mut().for_each(|frame| frame.seat = filmed);
+    if trouble.look.hands {
+        for pose in poses {
+            pose.hand = (0.5 + draw()).clamp(0.0, 1.0);
+        }
+        for (i, frame) in frames.iter_mut().enumerate() {
+            // Up and down within three seconds, out of the picture for a third of them.
+            let time = i as f32 / FRAME_RATE as f32;
+            frame.hand = (0.4 + 0.8 * (TAU * (time / 3.0 + phase)).sin()).clamp(0.0, 1.0);
+        }
+    }
+}
+
+/// The sway of one pose.
+pub struct Sway {
+    /// Where the face is at each of [`STEPS`] times, in metres to camera-right and up; the mean is 0.
+    path: Vec<[f32; 2]>,
+}
+
+impl Sway {
+    /// A smooth way whose farthest point is `pixels` pixels of a picture of 256 from the middle.
+    pub fn draw(pixels: f32, seed: u64, pose: usize) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7377_6179 ^ ((pose as u64) << 32));
+        // A slow drift, and sways of one to four periods that are smaller the faster they are.
+        let waves: [[[f32; 2]; 4]; 2] = [(); 2].map(|()| {
+            [0, 1, 2, 3].map(|i| {
+                let size = random.random_range(-1.0..1.0f32) / (1.0 + i as f32);
+                [size, random.random_range(0.0..TAU)]
+            })
+        });
+        let at = |i: usize, axis: usize| -> f32 {
+            let time = i as f32 / (STEPS - 1) as f32;
+            let [drift, rest @ ..] = waves[axis];
+            let sways = rest.iter().enumerate();
+            2.0 * drift[0] * time
+                + sways
+                    .map(|(k, [size, phase])| size * (TAU * (k as f32 + 0.7) * time + phase).sin())
+                    .sum::<f32>()
+        };
+        let mut path: Vec<[f32; 2]> = (0..STEPS).map(|i| [at(i, 0), 0.6 * at(i, 1)]).collect();
+        let mean =
+            [0, 1].map(|axis: usize| path.iter().map(|p| p[axis]).sum::<f32>() / STEPS as f32);
+        let mut farthest = 0.0f32;
+        for place in &mut path {
+            *place = [place[0] - mean[0], place[1] - mean[1]];
+            farthest = farthest.max(place[0].hypot(place[1]));
+        }
+        let scale = pixels * FRAME_HEIGHT_M / 256.0 / farthest.max(1e-6);
+        for place in path.iter_mut().flatten() {
+            *place *= scale;
+        }
+        Self { path }
+    }
+
+    /// How far the face is from its middle at `time`, from 0 (before the first lamp) to 1 (after the last), in metres.
+    pub fn face_m(&self, time: f32) -> [f32; 2] {
+        let at = time.clamp(0.0, 1.0) * (STEPS - 1) as f32;
+        let i = (at as usize).min(STEPS - 2);
+        let (part, [a, b]) = (at - i as f32, [self.path[i], self.path[i + 1]]);
+        [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * part)
+    }
+
+    /// `pose` at `time`: half of the face's way is the whole body's, the rest is the head turning on its neck.
+    pub fn pose(&self, pose: &Pose, time: f32) -> Pose {
+        let [x, y] = self.face_m(time);
+        let mut moved = *pose;
+        moved.seat.x += 0.5 * x;
+        moved.seat.y += 0.5 * y;
+        moved.yaw += (0.5 * x / FACE_M).atan().to_degrees();
+        moved.pitch -= (0.5 * y / FACE_M).atan().to_degrees();
+        moved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_face_goes_as_far_as_asked_and_no_step_is_a_jump() {
+        for (pose, pixels) in [(0, 3.0), (4, 0.5)] {
+            let sway = Sway::draw(pixels, 9, pose);
+            let metres = pixels * FRAME_HEIGHT_M / 256.0;
+            let far: Vec<f32> = (0..=200)
+                .map(|i| sway.face_m(i as f32 / 200.0))
+                .map(|[x, y]| x.hypot(y))
+                .collect();
+            let farthest = far.iter().copied().fold(0.0, f32::max);
+            assert!((farthest / metres - 1.0).abs() < 0.02, "{farthest}");
+            assert!(far.windows(2).all(|w| (w[0] - w[1]).abs() < 0.15 * metres));
+        }
+        assert_ne!(Sway::draw(1.0, 9, 0).path, Sway::draw(1.0, 9, 1).path);
+    }
+}

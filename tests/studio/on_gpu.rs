@@ -1,0 +1,140 @@
+//! A window on the GPU that makes its pictures.
+
+use super::{MIDDLE, Window, clay, until, until_shown};
+use afterlight::compositor::Field;
+use afterlight::gpu::{ComputeDevice, DeviceChoice, Gpu, WgpuSetup, device_descriptor};
+use afterlight::reflectance::FieldBuffer;
+use afterlight::studio::StudioApp;
+use afterlight::worker::{Blocked, Source};
+use eframe::egui_wgpu::{self, WgpuSetupExisting};
+use egui::{Event, Modifiers, PointerButton, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use std::path::Path;
+use test_support::{Need, found};
+
+/// The clay, whose frames lie on this process's GPU.
+fn on_gpu() -> Result<Source, Blocked> {
+    let gpu = ComputeDevice::choose(DeviceChoice::Gpu).gpu;
+    let gpu = gpu.expect("the window shares its GPU");
+    let source = clay::source()?;
+    let mut predict = source.predict;
+    Ok(Source {
+        predict: Box::new(move |index| {
+            let (frame, field) = predict(index)?;
+            let Field::Memory(olats) = &field else {
+                unreachable!("clay is made in memory")
+            };
+            let there = FieldBuffer::upload(olats, &gpu.device);
+            Ok((frame, Field::Gpu(there, gpu.passes.clone())))
+        }),
+        ..source
+    })
+}
+
+/// A window that draws with the GPU that makes its pictures; None without a GPU.
+fn sharing_window(folder: &Path) -> Option<Window> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+    let adapter = adapters.into_iter().next();
+    let adapter = found(Need::Gpu, adapter.ok_or("no Vulkan adapter to draw with"))?;
+    let (device, queue) =
+        pollster::block_on(adapter.request_device(&device_descriptor(&adapter))).unwrap();
+    Gpu::share(WgpuSetup {
+        instance: instance.clone(),
+        backend: adapter.get_info().backend,
+        adapter: adapter.clone(),
+        device: device.clone(),
+        queue: queue.clone(),
+    });
+    let setup = egui_wgpu::WgpuSetup::Existing(WgpuSetupExisting {
+        instance,
+        adapter,
+        device,
+        queue,
+    });
+    let project = clay::project(folder, clay::environments(folder));
+    let window = Harness::builder()
+        .with_size(vec2(1280.0, 720.0))
+        .with_step_dt(0.25)
+        .with_max_steps(60)
+        .wgpu_setup(setup)
+        .build_eframe(|cc| {
+            let app = StudioApp::over(&cc.egui_ctx, project, on_gpu);
+            app.drawn_with(cc.wgpu_render_state.clone().unwrap())
+        });
+    Some(window)
+}
+
+fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
+    let pos = MIDDLE + vec2(x, 0.0);
+    window.event(match pressed {
+        None => Event::PointerMoved(pos),
+        Some(pressed) => Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        },
+    });
+}
+
+/// The part of the window around the middle of the picture.
+fn middle(window: &mut Window) -> image::RgbaImage {
+    let drawn = window.render().unwrap();
+    let [x, y] = [MIDDLE.x, MIDDLE.y].map(|at| at as u32 - 100);
+    image::imageops::crop_imm(&drawn, x, y, 200, 200).to_image()
+}
+
+/// Turns the light to `to` points from the middle, with the pointer down. Waits for the picture of where it came to.
+fn turn(window: &mut Window, to: f32) {
+    pointer(window, to, None);
+    window.step();
+    until(window, "the turned picture", |app| {
+        let relit = app.relit();
+        relit.is_some_and(|relit| relit.scene.yaw_deg == app.state().look.yaw_deg)
+    });
+}
+
+#[test]
+fn a_drag_is_drawn_from_the_gpu_and_what_rests_has_its_codes_too() {
+    let folder = crate::temporary();
+    let Some(mut window) = sharing_window(folder.path()) else {
+        return;
+    };
+    until(&mut window, "the first picture", |app| {
+        app.relit().is_some() && app.environments().iter().all(|e| e.panorama.is_done())
+    });
+    until_shown(&mut window);
+    let still = window.state().relit().unwrap();
+    assert!(still.texture.is_some() && !still.rgb.is_empty());
+    let before = middle(&mut window);
+
+    pointer(&window, 0.0, None);
+    window.step();
+    pointer(&window, 0.0, Some(true));
+    window.run_steps(2);
+    turn(&mut window, 200.0);
+    let turned = middle(&mut window);
+    assert_ne!(turned, before, "the turned light is seen");
+
+    // At rest its codes come, and nothing that is seen changes.
+    pointer(&window, 200.0, Some(false));
+    until(&mut window, "the codes", |app| {
+        app.relit().is_some_and(|relit| !relit.rgb.is_empty())
+    });
+    window.run_steps(4);
+    let relit = window.state().relit().unwrap();
+    assert!(relit.passes.iter().all(|pass| !pass.reason.is_empty()));
+    assert_eq!(middle(&mut window), turned);
+
+    // Who looks at the scopes sees them move with the light.
+    window.get_by_label("Scopes").click();
+    window.run_steps(3);
+    pointer(&window, 0.0, Some(true));
+    window.run_steps(2);
+    for to in [-40.0, -80.0] {
+        turn(&mut window, to);
+        assert!(!window.state().relit().unwrap().rgb.is_empty());
+    }
+}
