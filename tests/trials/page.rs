@@ -147,8 +147,11 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
     ]
 }
 
+/// Whether a shoot belongs to a group.
+type Belongs = fn(&Row) -> bool;
+
 /// Groups of shoots that have something in common, the first being all.
-const GROUPS: &[(&str, fn(&Row) -> bool)] = &[
+const GROUPS: &[(&str, Belongs)] = &[
     ("all", |_| true),
     ("a sum of the lamps", |r| {
         r.light == "banks" && r.ambient == 0.0
