@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test lint doc peers bench bench-relight bench-passes starter screenshots clean-demo
+.PHONY: run build setup test lint doc peers bench bench-relight bench-passes weights trials starter screenshots clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -64,6 +64,16 @@ bench-relight:
 # Every pass beside what memory allows. BENCH="--software" includes a GPU that is none.
 bench-passes:
 	$(CARGO) bench --locked --profile dev --bench passes -- $(BENCH)
+
+# How near the kinds of weights come to the truth: writes docs/weights.md in some minutes.
+weights:
+	$(CARGO) test --locked -p afterlight-light --test weights -- --ignored --nocapture
+
+# Calibrates shoots drawn at random and writes docs/robustness.md with how right, and how honest, that was. A run that was
+# stopped goes on; FRESH=1 begins again. Half a minute for each of the TRIALS.
+TRIALS ?= 200
+trials:
+	$(CARGO) run --locked -p afterlight-trials -- --trials $(TRIALS) $(if $(FRESH),--fresh)
 
 # Trains the small network that the demo starts from, on the virtual stage alone: ten minutes.
 starter: build

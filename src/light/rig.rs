@@ -15,8 +15,8 @@ pub struct Lamp {
     pub energy: [f32; 3],
     /// Root-mean-square angle of the footprint about the centroid, in degrees.
     pub spread_deg: f32,
-    /// How far the direction can be trusted: 0 (not seen) to 1. Above a half it is right within five degrees, unless a
-    /// photograph is odder than any that was tried. Clipping lowers it a little.
+    /// How far the direction can be trusted: 0 (not seen) to 1. Above a half it is nearly always right within five
+    /// degrees. Clipping lowers it a little.
     pub confidence: f32,
     /// Share of the energy, 0 to 1, from pixels with a clipped channel: there the lamp is brighter than
     /// measured.

@@ -8,16 +8,19 @@
 //! |---|---|---|---|
 //! | [`Partition::cells`] | kept | jumps from lamp to lamp | linear |
 //! | [`Partition::smooth`] | kept | moves over all the way | linear |
-//! | [`Partition::fit`] | kept | moves over all the way | not linear: a bound decides who is dark |
+//! | [`Partition::fit`] | kept | moves over all the way | not linear: what a viewer sees depends on the rest |
 
 mod fit;
+mod heat;
 mod hull;
+mod least_squares;
 mod nodes;
+mod sitter;
 mod turned;
 
 use super::latlong::{texel_direction, texel_solid_angle};
 use super::{Environment, Rig};
-use fit::Fit;
+use fit::{Fit, POINTS, Reach};
 use glam::DVec3;
 use hull::Hull;
 use nodes::Nodes;
@@ -36,8 +39,8 @@ pub enum Weighting {
     Cells,
     /// Light from a direction to the three lamps around it.
     Smooth,
-    /// The sum of lamps that is nearest to the environment. Projects and scripts of older versions may ask for
-    /// `soft`, which was removed: they get this.
+    /// The sum of lamps under which a subject looks most as in the environment, where it is dim too. Projects and scripts
+    /// of older versions may ask for `soft`, which was removed: they get this.
     #[default]
     #[serde(alias = "soft")]
     #[value(alias = "soft")]
@@ -57,8 +60,8 @@ pub struct LightWeights {
 pub struct Partition {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// The nodes that share each texel's energy, texel after texel. Shares are not negative and, except in a fit,
-    /// add up to 1.
+    /// The nodes that share each texel's energy, texel after texel. Shares are not negative and add up to 1; in a fit
+    /// they are per steradian.
     shares: Vec<(u16, f32)>,
     /// Where each texel's part of `shares` ends.
     ends: Vec<u32>,
@@ -67,14 +70,17 @@ pub struct Partition {
     pub(super) division: Arc<LampDivision>,
 }
 
-/// Distributes the nodes' energies over the lamps.
+/// Distributes what the nodes get over the lamps.
 pub(super) struct LampDivision {
-    /// Per node, the lamps that get its energy; shares add up to 1.
-    nodes: Vec<Vec<(usize, f64)>>,
-    /// If present, a node's value is not its energy but how well its footprint agrees with the environment, and the
-    /// energies are solved for.
-    fit: Option<Fit>,
+    rule: Rule,
     lamp_energy: Vec<[f32; 3]>,
+}
+
+enum Rule {
+    /// Per node, the lamps that get its energy; shares add up to 1.
+    Shares(Vec<Vec<(usize, f64)>>),
+    /// A node is a point of the sphere and its value the blurred radiance there.
+    Fit(Box<Fit>),
 }
 
 /// What the nodes of a partition get from a panorama.
@@ -127,15 +133,16 @@ impl Partition {
         })
     }
 
-    /// The default. A non-negative least-squares fit of the lamps' footprints to the environment, per channel, both
-    /// blurred to the rig's spacing. The environment's energy is kept, so a light in a gap of the rig is not lost.
-    /// A footprint is a round blur with the lamp's spread around its direction. Unlike the other kinds it is not
-    /// linear in the environment, only in its brightness.
+    /// The default: the lamps' energies under which simple subjects look to a viewer most as they do under the
+    /// environment, per channel. The environment's energy is kept, so a light in a gap of the rig is not lost. A lamp is
+    /// a round blur with its spread around its direction. Unlike the other kinds it is not linear in the environment,
+    /// only in its brightness.
     pub fn fit(rig: &Rig, width: usize) -> Self {
         let nodes = Nodes::of(rig);
+        let reach = Reach::new();
         let fit = Fit::of(rig, &nodes);
-        Self::build(rig, width, &nodes, Some(&fit), |_, direction, _, _| {
-            fit.agreement(direction)
+        Self::build(rig, width, &nodes, Some(fit), |_, direction, _, _| {
+            reach.of(direction)
         })
     }
 
@@ -143,14 +150,14 @@ impl Partition {
         rig: &Rig,
         width: usize,
         nodes: &Nodes,
-        fit: Option<&Fit>,
+        fit: Option<Fit>,
         share: impl Fn(&Nodes, DVec3, [usize; 3], [f64; 3]) -> Vec<(u16, f32)> + Sync,
     ) -> Self {
         let width = width.max(1);
         let height = (width / 2).max(1);
         let lamp_energy = rig.lamps.iter().map(|lamp| lamp.energy).collect();
-        let (shares, ends, covered, nodes) = if nodes.lamps.is_empty() {
-            (vec![], vec![], vec![], vec![])
+        let (shares, ends, covered, rule) = if nodes.lamps.is_empty() {
+            (vec![], vec![], vec![], Rule::Shares(vec![]))
         } else {
             let hull = Hull::of(&nodes.directions);
             let (texels, covered): (Vec<_>, Vec<_>) = (0..width * height)
@@ -169,12 +176,11 @@ impl Partition {
                 *end += shares.len() as u32;
                 Some(*end)
             });
-            let mut lamps = nodes.lamp_shares(&hull);
-            if fit.is_some() {
-                // Fillers have no footprint.
-                lamps.truncate(nodes.lamps.len());
-            }
-            (texels.concat(), ends.collect(), covered, lamps)
+            let rule = match fit {
+                Some(fit) => Rule::Fit(Box::new(fit)),
+                None => Rule::Shares(nodes.lamp_shares(&hull)),
+            };
+            (texels.concat(), ends.collect(), covered, rule)
         };
         Self {
             width,
@@ -182,11 +188,7 @@ impl Partition {
             shares,
             ends,
             covered,
-            division: Arc::new(LampDivision {
-                nodes,
-                fit: fit.cloned(),
-                lamp_energy,
-            }),
+            division: Arc::new(LampDivision { rule, lamp_energy }),
         }
     }
 
@@ -218,7 +220,7 @@ impl Partition {
     /// What the nodes get when `row` writes the energies of each row's texels.
     fn gather(&self, mut row: impl FnMut(usize, &mut [[f64; 3]])) -> NodeEnergies {
         let mut gathered = NodeEnergies {
-            nodes: vec![[0.0f64; 3]; self.division.nodes.len()],
+            nodes: vec![[0.0f64; 3]; self.division.nodes()],
             uncovered: [0.0; 3],
             total: [0.0; 3],
         };
@@ -261,21 +263,29 @@ impl Partition {
 impl LampDivision {
     /// How many nodes there are.
     pub fn nodes(&self) -> usize {
-        self.nodes.len()
+        match &self.rule {
+            Rule::Shares(nodes) => nodes.len(),
+            Rule::Fit(_) => POINTS,
+        }
     }
 
-    /// The lamps' weights for the nodes' energies.
+    /// The lamps' weights for what the nodes got.
     pub fn weights(&self, gathered: &NodeEnergies) -> LightWeights {
-        let solved = self
-            .fit
-            .as_ref()
-            .map(|fit| fit.energies(&gathered.nodes, gathered.total));
-        let node_energy = solved.as_ref().unwrap_or(&gathered.nodes);
         let mut energy = vec![[0.0f64; 3]; self.lamp_energy.len()];
-        for (node, from) in self.nodes.iter().zip(node_energy) {
-            for &(lamp, share) in node {
-                for c in 0..3 {
-                    energy[lamp][c] += share * from[c];
+        match &self.rule {
+            Rule::Shares(nodes) => {
+                for (node, from) in nodes.iter().zip(&gathered.nodes) {
+                    for &(lamp, share) in node {
+                        add(&mut energy[lamp], share, from);
+                    }
+                }
+            }
+            Rule::Fit(fit) => {
+                let solved = fit.energies(&gathered.nodes, gathered.total);
+                for (lamps, from) in fit.lamps().iter().zip(&solved) {
+                    for &lamp in lamps {
+                        add(&mut energy[lamp], 1.0 / lamps.len() as f64, from);
+                    }
                 }
             }
         }

@@ -59,7 +59,7 @@ mod tests {
     fn a_good_file_changes_little_and_a_small_one_more() {
         let picture = Encoded(Raster::from_fn(37, 21, |x, y| {
             let wave = |k: f32| 0.5 + 0.4 * (k * x as f32 + 0.3 * y as f32).sin();
-            [wave(0.07), wave(0.08), wave(0.06)]
+            [1.0, 0.9, 0.7].map(|c| c * wave(0.2))
         }));
         let (good, small) = (
             off(&picture, &through_jpeg(&picture, 98).unwrap()),

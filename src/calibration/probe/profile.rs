@@ -56,7 +56,7 @@ impl CellSums {
         let [of_a, of_h] = self.penalties(power);
         let (a, h) = (self.aa + of_a, self.hh + of_h);
         let determinant = a * h - self.ah * self.ah;
-        if power <= 0.0 || !(determinant > 1e-12 * a * h) {
+        if power <= 0.0 || determinant.is_nan() || determinant <= 1e-12 * a * h {
             return ([0.0; 2], 0.0);
         }
         let change = (h * self.ar - self.ah * self.hr) / determinant;

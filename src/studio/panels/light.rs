@@ -148,7 +148,7 @@ fn turn_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) -> bool 
             ];
             let mut weighting = look.lighting.weighting;
             choice_ui(ui, "Lamp weights", &kinds, &mut weighting).on_hover_text(
-                "How the environment is split among the lamps. Best fit is the most accurate.",
+                "How the environment is split among the lamps. Best fit looks most like the environment, in dim light too; under a small sun, cells can come closer, but they jump as it turns.",
             );
             if weighting != look.lighting.weighting {
                 out.push(command(Lighting {

@@ -106,6 +106,21 @@ proptest! {
     }
 
     #[test]
+    fn a_fit_moves_little_light_in_a_little_turn(
+        rig in any_rig(), environment in any_environment(), yaw in -360.0f32..360.0,
+    ) {
+        let partition = Partition::fit(&rig, 32);
+        let [here, there] = [yaw, yaw + 0.01].map(|yaw| partition.weights(&environment, yaw));
+        for c in 0..3 {
+            let pairs = here.per_lamp.iter().zip(&there.per_lamp).zip(&rig.lamps);
+            let moved = pairs.map(|((a, b), lamp)| f64::from((a[c] - b[c]).abs() * lamp.energy[c]));
+            let moved = moved.sum::<f64>() / 2.0 / environment.energy()[c];
+            // The turn itself moves a thousandth of each texel's light to the next column.
+            prop_assert!(moved < 0.02, "{} of the light moved in 0.01°", moved);
+        }
+    }
+
+    #[test]
     fn a_free_turn_about_the_vertical_is_a_yaw(
         rig in any_rig(), environment in any_environment(), yaw in -360.0f32..360.0,
     ) {
@@ -376,6 +391,29 @@ fn a_fit_of_lamps_gives_the_lamps_back() {
             "{} is not {wanted}",
             given / scale
         );
+    }
+}
+
+/// What lights a backlit face: a thousandth of the light, from in front.
+#[test]
+fn a_fit_keeps_dim_light_beside_a_bright_one() {
+    let rig = rig(&lattice(41));
+    for (x, y) in [(128, 60), (100, 40), (140, 90)] {
+        let mut image = Image::filled(256, 128, [1.0; 3]);
+        let sun = 1e3 * 4.0 * std::f64::consts::PI / texel_solid_angle(y, 256, 128);
+        image.pixels[y * 256 + x] = [sun as f32; 3];
+        let backlit = Environment::from_radiance("backlit", image);
+        let weights = Partition::fit(&rig, 256).weights(&backlit, 0.0).per_lamp;
+        let (mut given, mut true_share) = (0.0, 0.0);
+        for (weight, lamp) in weights.iter().zip(&rig.lamps) {
+            if lamp.direction.z > 0.4 {
+                given += weight[1] * lamp.energy[1];
+                true_share += 4.0 * std::f32::consts::PI / 41.0;
+            }
+        }
+        let ratio = given / true_share;
+        println!("a sun at {x}, {y}: lamps in front get {ratio:.2} of the light from there");
+        assert!(ratio > 0.4, "{ratio}");
     }
 }
 

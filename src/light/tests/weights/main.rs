@@ -1,0 +1,188 @@
+//! How near the kinds of weights come to the truth: true OLATs of the virtual stage, summed with each kind, beside the
+//! same subject under all lamps of the dome.
+//!
+//! `make weights` runs [`the_table`], which writes docs/weights.md; a small part of it runs with the other tests.
+
+mod stage;
+
+use afterlight_light::weights::{Partition, Weighting};
+use afterlight_light::{Environment, built_in, panorama};
+use rayon::prelude::*;
+use stage::{Shoot, Subject};
+use std::fmt::Write;
+use std::path::Path;
+
+const KINDS: [Weighting; 3] = [Weighting::Cells, Weighting::Smooth, Weighting::Fit];
+
+/// What each kind reaches in one picture, in decibels.
+struct Case {
+    environment: usize,
+    subject: usize,
+    decibels: [f64; 3],
+    /// Share of the subject's pixels that are exactly black by `fit`.
+    black: f64,
+}
+
+impl Case {
+    /// How much better `fit` is than the best of the others.
+    fn gain(&self) -> f64 {
+        self.decibels[2] - self.decibels[0].max(self.decibels[1])
+    }
+}
+
+/// All subjects under all environments at `yaws` turns, a whole number of columns each.
+fn cases(
+    shoot: &Shoot,
+    subjects: &[Subject],
+    environments: &[Environment],
+    yaws: usize,
+) -> Vec<Case> {
+    let partitions = KINDS.map(|kind| Partition::of(kind, &shoot.rig));
+    let turns = environments.len() * yaws;
+    (0..turns)
+        .into_par_iter()
+        .flat_map_iter(|turn| {
+            let (environment, columns) = (turn / yaws, turn % yaws * Partition::WIDTH / yaws);
+            let panorama = environments[environment].reduced(stage::COLUMNS);
+            let yaw_deg = 360.0 * columns as f32 / Partition::WIDTH as f32;
+            let kinds = partitions
+                .each_ref()
+                .map(|partition| partition.weights(&panorama, yaw_deg).per_lamp);
+            let lamps = shoot.lamps_under(&panorama, columns * stage::COLUMNS / Partition::WIDTH);
+            let cases = subjects.iter().enumerate().map(|(subject, pixels)| {
+                let truth = pixels.under_lamps(&lamps);
+                let pictures = kinds.each_ref().map(|weights| pixels.under_banks(weights));
+                let black = pictures[2].iter().filter(|pixel| **pixel == [0.0; 3]);
+                Case {
+                    environment,
+                    subject,
+                    decibels: pictures.each_ref().map(|p| stage::psnr(p, &truth)),
+                    black: black.count() as f64 / truth.len() as f64,
+                }
+            });
+            cases.collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// The built-in environments, then those of the shared data, by name.
+fn environments() -> Vec<Environment> {
+    let mut found: Vec<Environment> = (built_in::all().iter())
+        .map(|own| (*own.environment()).clone())
+        .collect();
+    let Some(folder) = test_support::shared("data/hdri") else {
+        return found;
+    };
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|file| file.unwrap().path())
+        .filter(|file| file.extension().is_some_and(|e| e == "hdr" || e == "exr"))
+        .collect();
+    files.sort();
+    found.extend(files.iter().map(|file| panorama::load(file).unwrap()));
+    found
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+fn fit_shows_a_backlit_face_and_is_nearest_to_the_truth() {
+    let shoot = Shoot::new(41);
+    let subjects = stage::subjects(&shoot, 32, &[(21, 0)], 1);
+    let named = ["side-light", "low-sun", "nave", "overcast"];
+    let environments: Vec<Environment> = (named.iter())
+        .map(|name| (*built_in::named(name).unwrap().environment()).clone())
+        .collect();
+    let cases = cases(&shoot, &subjects, &environments, 4);
+    for case in &cases {
+        println!("{}: {:.2?}", named[case.environment], case.decibels);
+        assert_eq!(case.black, 0.0);
+    }
+    for (environment, name) in named.iter().enumerate() {
+        let own = cases.iter().filter(|case| case.environment == environment);
+        let gains: Vec<f64> = own.map(Case::gain).collect();
+        let mean = gains.iter().sum::<f64>() / gains.len() as f64;
+        assert!(mean > -0.3, "{name}: {mean}");
+    }
+    assert!(median(cases.iter().map(Case::gain)) > 0.5);
+}
+
+#[test]
+fn no_part_of_a_face_is_black_before_a_bright_window() {
+    let Some(folder) = test_support::shared("data/hdri") else {
+        return;
+    };
+    let files = ["probulator_ennis.hdr", "polyhaven_sunny_vondelpark_1k.hdr"];
+    let environments = files.map(|file| panorama::load(&folder.join(file)).unwrap());
+    let shoot = Shoot::new(41);
+    let subjects = stage::subjects(&shoot, 32, &[(22, 0)], 1);
+    for case in cases(&shoot, &subjects, &environments, 6) {
+        println!("{}: {:.2?}", files[case.environment], case.decibels);
+        assert_eq!(case.black, 0.0, "{}", files[case.environment]);
+    }
+}
+
+#[test]
+#[ignore = "takes minutes; make weights"]
+fn the_table() {
+    let environments = environments();
+    let shoot = Shoot::new(41);
+    let looks: Vec<(u64, usize)> = (0..stage::LOOKS.len())
+        .map(|look| (31 + look as u64, look))
+        .collect();
+    let subjects = stage::subjects(&shoot, 48, &looks, 2);
+    let cases = cases(&shoot, &subjects, &environments, 12);
+    let text = table(&environments, &subjects, &cases);
+    println!("{text}");
+    let file =
+        Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../docs/weights.md");
+    std::fs::write(file, text).unwrap();
+}
+
+/// docs/weights.md.
+fn table(environments: &[Environment], subjects: &[Subject], cases: &[Case]) -> String {
+    let mut text = String::from(include_str!("head.md"));
+    let row = |text: &mut String, name: &str, rows: &[&Case]| {
+        let kind = |k: usize| median(rows.iter().map(|case| case.decibels[k]));
+        let gains: Vec<f64> = rows.iter().map(|case| case.gain()).collect();
+        let least = gains.iter().copied().fold(f64::MAX, f64::min);
+        let below = gains.iter().filter(|gain| **gain < -0.3).count();
+        let black = rows.iter().map(|case| case.black).fold(0.0, f64::max);
+        writeln!(
+            text,
+            "| {name} | {:.1} | {:.1} | {:.1} | {:+.1} | {:+.1} | {} of {} | {:.1} % |",
+            kind(0),
+            kind(1),
+            kind(2),
+            median(gains.iter().copied()),
+            least,
+            below,
+            gains.len(),
+            100.0 * black
+        )
+        .unwrap();
+    };
+    const HEAD: &str = "| `cells` | `smooth` | `fit` | gain, median | gain, least | worse by 0.3 dB | black, most |\n\
+                        |---|---:|---:|---:|---:|---:|---:|---:|\n";
+    for title in ["pictures", "environment", "subject"] {
+        write!(text, "\n| {title} {HEAD}").unwrap();
+        if title == "pictures" {
+            row(&mut text, "all", &cases.iter().collect::<Vec<_>>());
+        } else if title == "environment" {
+            for (i, environment) in environments.iter().enumerate() {
+                let own: Vec<&Case> = cases.iter().filter(|case| case.environment == i).collect();
+                row(&mut text, &environment.name, &own);
+            }
+        } else {
+            for (i, subject) in subjects.iter().enumerate() {
+                let own: Vec<&Case> = cases.iter().filter(|case| case.subject == i).collect();
+                row(&mut text, &subject.name, &own);
+            }
+        }
+    }
+    text
+}

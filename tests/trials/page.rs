@@ -1,0 +1,303 @@
+//! The page with what the trials found, and its plots.
+
+use crate::plot::{Axis, Plot};
+use crate::results::{Results, Row};
+use crate::summary::{Estimate, LEVELS, coverage, exposure, gammas, normal_deviations, quantile};
+use base::Result;
+use imaging::file::write_beside;
+use std::io::Write;
+use std::path::Path;
+
+const BLUE: &str = "#1f6fb4";
+const ORANGE: &str = "#c8641e";
+const GREEN: &str = "#3a8a3a";
+const GREY: &str = "#999";
+
+/// Writes the page to `path`, and its plots into the folder of the same name beside it.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write(path: &Path, results: &Results) -> Result<()> {
+    let folder = path.with_extension("");
+    let name = folder
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let rows: Vec<&Row> = results
+        .rows
+        .iter()
+        .filter(|row| row.refused.is_empty())
+        .collect();
+    for (plot, svg) in plots(&rows) {
+        write_beside(&folder.join(format!("{plot}.svg")), |out| {
+            out.write_all(svg.as_bytes())
+        })?;
+    }
+    let text = text(&name, results, &rows);
+    write_beside(path, |out| out.write_all(text.as_bytes()))
+}
+
+fn all_gammas(rows: &[&Row]) -> Vec<Estimate> {
+    rows.iter().flat_map(|row| gammas(row)).collect()
+}
+
+fn exposures(rows: &[&Row]) -> Vec<Estimate> {
+    rows.iter().map(|row| exposure(row)).collect()
+}
+
+/// The plots by the names of their files.
+fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
+    let gamma_axis = |name| Axis {
+        name,
+        from: 1.0,
+        to: 4.0,
+        tick: 0.5,
+    };
+    let share = |name| Axis {
+        name,
+        from: 0.0,
+        to: 1.0,
+        tick: 0.25,
+    };
+    let mut gamma = Plot::new(
+        "γ found and true",
+        gamma_axis("true"),
+        gamma_axis("found ± σ"),
+    );
+    gamma.line([(1.0, 1.0), (4.0, 4.0)], GREY, true);
+    for row in rows {
+        gamma.point(row.gamma1, row.found1, row.deviation1, BLUE);
+        gamma.point(row.gamma2, row.found2, row.deviation2, ORANGE);
+    }
+    gamma.name("γ1", BLUE);
+    gamma.name("γ2", ORANGE);
+
+    let mut covered = Plot::new(
+        "How often the truth is inside",
+        share("what is stated"),
+        share("what holds"),
+    );
+    covered.line([(0.0, 0.0), (1.0, 1.0)], GREY, true);
+    let both = [0, 1].map(|i| rows.iter().map(|row| gammas(row)[i]).collect::<Vec<_>>());
+    for (estimates, name, colour) in [
+        (&both[0], "γ1", BLUE),
+        (&both[1], "γ2", ORANGE),
+        (&exposures(rows), "exposure", GREEN),
+    ] {
+        let levels = (0..=50).map(|i| f64::from(i) / 50.0);
+        covered.line(
+            levels.map(|level| (level, coverage(estimates, normal_deviations(level)))),
+            colour,
+            false,
+        );
+        covered.name(name, colour);
+    }
+
+    let mut errors = Plot::new(
+        "Error of γ and of ln exposure",
+        Axis {
+            name: "error",
+            from: 0.0,
+            to: 0.5,
+            tick: 0.1,
+        },
+        share("share of values below"),
+    );
+    errors.distribution(all_gammas(rows).iter().map(|e| e.off.abs()), BLUE);
+    errors.distribution(exposures(rows).iter().map(|e| e.off.abs()), GREEN);
+    errors.name("γ", BLUE);
+    errors.name("ln exposure", GREEN);
+
+    let mut light = Plot::new(
+        "Error of the interview's light on the subject",
+        Axis {
+            name: "relative error",
+            from: 0.0,
+            to: 0.5,
+            tick: 0.1,
+        },
+        share("share of shoots below"),
+    );
+    light.distribution(rows.iter().map(|row| row.light_error), BLUE);
+    light.distribution(rows.iter().map(|row| row.off_span), GREY);
+    light.name("found", BLUE);
+    light.name("best that the lamps can be", GREY);
+
+    let mut directions = Plot::new(
+        "Error of the lamps' directions",
+        Axis {
+            name: "degrees",
+            from: 0.0,
+            to: 20.0,
+            tick: 5.0,
+        },
+        share("share of shoots below"),
+    );
+    directions.distribution(rows.iter().map(|row| row.direction_median), BLUE);
+    directions.distribution(rows.iter().map(|row| row.direction_worst), ORANGE);
+    directions.name("median lamp", BLUE);
+    directions.name("worst trusted lamp", ORANGE);
+    vec![
+        ("gamma", gamma.svg()),
+        ("coverage", covered.svg()),
+        ("errors", errors.svg()),
+        ("light", light.svg()),
+        ("directions", directions.svg()),
+    ]
+}
+
+/// Whether a shoot belongs to a group.
+type Belongs = fn(&Row) -> bool;
+
+/// Groups of shoots that have something in common, the first being all.
+const GROUPS: &[(&str, Belongs)] = &[
+    ("all", |_| true),
+    ("a sum of the lamps", |r| {
+        r.light == "banks" && r.ambient == 0.0
+    }),
+    ("lamps and the room", |r| {
+        r.light == "banks" && r.ambient > 0.0
+    }),
+    ("bare lamps elsewhere", |r| r.light == "lamps"),
+    ("a window", |r| r.light == "window"),
+    ("softboxes", |r| r.light == "softboxes"),
+    ("exposure as it was", |r| r.exposure_change == 1.0),
+    ("exposure changed", |r| r.exposure_change != 1.0),
+    ("dual gamma", |r| r.response == "dual"),
+    ("sRGB", |r| r.response == "srgb"),
+    ("log-like", |r| r.response == "log"),
+    ("balls not clipped", |r| r.ball_exposure <= 1.0),
+    ("balls clipped", |r| r.ball_exposure > 1.0),
+    ("clean ball in a dark room", |r| {
+        r.dust == 0.0 && r.room == 0.0
+    }),
+    ("dust or a bright room", |r| r.dust > 0.0 || r.room > 0.0),
+    ("the subject sways", |r| r.sway > 0.0),
+    ("light skin", |r| r.skin < 1.0 / 3.0),
+    ("dark skin", |r| r.skin > 2.0 / 3.0),
+];
+
+fn text(name: &str, results: &Results, rows: &[&Row]) -> String {
+    let (gammas, exposures) = (all_gammas(rows), exposures(rows));
+    let off =
+        |estimates: &[Estimate], share: f64| quantile(estimates.iter().map(|e| e.off.abs()), share);
+    let sure = |estimates: &[Estimate]| estimates.iter().filter(|e| e.is_sure_and_wrong()).count();
+    let is_sure = |row: &&&Row| {
+        crate::summary::gammas(row)
+            .iter()
+            .any(Estimate::is_sure_and_wrong)
+    };
+    let size = results.rows.first().map_or(0, |row| row.size);
+    let refused = results.rows.len() - rows.len();
+    let of =
+        |value: fn(&Row) -> f64, share: f64| quantile(rows.iter().map(|row| value(row)), share);
+    let seconds: f64 = results
+        .rows
+        .iter()
+        .map(|row| row.seconds + row.shoot_seconds)
+        .sum();
+    let mut page = format!(
+        "# Robustness: calibration on shoots drawn at random
+
+`make trials` writes this page. It makes shoots of the [virtual stage](method.md) of the seeds 1 to {last}, draws light,
+camera, subject and mirror ball of each at random (`afterlight stage DIR --trouble --seed N` makes the like), calibrates
+each with the default settings, and compares with the truth. `make trials TRIALS=50` is shorter, a run that was stopped
+goes on where it was, and `FRESH=1` begins again.
+
+{count} shoots of {size} × {size} pixels, 9 to 24 lamps, 4 frames; {refused} were refused. Together {minutes:.0} minutes.
+
+What is drawn: the interview's light (a sum of the lamps, bare lamps elsewhere, a window, softboxes; a tint; a bright room),
+whether the exposure was changed after the balls (one in five, up to a stop), the response (γ from 1.2 to 3.2, sRGB,
+log-like), noise, JPEG, skin, hair, glasses, hands, where the subject sits and how it sways, dust on the ball, a room and a
+photographer in it, balls that clip. For responses that are no dual gamma the true γ is that of the nearest one.
+
+| | aim | found |
+|---|---:|---:|
+| median error of γ | ≤ 0.05 | {g50:.3} |
+| error of γ that 90 % stay below | ≤ 0.15 | {g90:.3} |
+| γ: truth within the stated 50 / 90 / 99 % | 45–55 / 85–95 / 94–100 % | {gc} |
+| ln exposure: truth within the stated 50 / 90 / 99 % | the same | {ec} |
+| values of γ (of {values}) beyond five stated deviations | 0 | {gs} |
+| exposures beyond five stated deviations | 0 | {es} |
+| error of ln exposure, median / 90 % | | {e50:.3} / {e90:.3} |
+| the interview's light on the subject, median / 90 % | | {l50:.1} / {l90:.1} % |
+| the same for the best sum of the lamps | | {b50:.1} / {b90:.1} % |
+| lamps' directions, median of the shoots' medians / worst | | {d50:.2}° / {dw:.2}° |
+| lamps off by more than 5° with a confidence above ½ | 0 | {misled} |
+
+![γ found and true]({name}/gamma.svg) ![coverage]({name}/coverage.svg)
+![errors]({name}/errors.svg) ![light]({name}/light.svg) ![directions]({name}/directions.svg)
+
+## What makes it hard
+
+| shoots | number | error of γ, median / 90 % | γ within the stated 50 / 90 / 99 % | sure and wrong | light, median |
+|---|---:|---:|---:|---:|---:|
+",
+        last = results.rows.iter().map(|row| row.seed).max().unwrap_or(0),
+        count = results.rows.len(),
+        minutes = seconds / 60.0,
+        g50 = off(&gammas, 0.5),
+        g90 = off(&gammas, 0.9),
+        gc = percentages(&gammas),
+        ec = percentages(&exposures),
+        values = gammas.len(),
+        gs = sure(&gammas),
+        es = sure(&exposures),
+        e50 = off(&exposures, 0.5),
+        e90 = off(&exposures, 0.9),
+        l50 = 100.0 * of(|r| r.light_error, 0.5),
+        l90 = 100.0 * of(|r| r.light_error, 0.9),
+        b50 = 100.0 * of(|r| r.off_span, 0.5),
+        b90 = 100.0 * of(|r| r.off_span, 0.9),
+        d50 = of(|r| r.direction_median, 0.5),
+        dw = of(|r| r.direction_median, 1.0),
+        misled = rows.iter().map(|row| row.misled).sum::<usize>(),
+    );
+    for (what, belongs) in GROUPS {
+        let group: Vec<&Row> = rows.iter().copied().filter(|row| belongs(row)).collect();
+        if group.is_empty() {
+            continue;
+        }
+        let gammas = all_gammas(&group);
+        page += &format!(
+            "| {what} | {} | {:.3} / {:.3} | {} | {} | {:.1} % |\n",
+            group.len(),
+            off(&gammas, 0.5),
+            off(&gammas, 0.9),
+            percentages(&gammas),
+            sure(&gammas),
+            100.0 * quantile(group.iter().map(|row| row.light_error), 0.5)
+        );
+    }
+    let wrong: Vec<&&Row> = rows.iter().filter(is_sure).collect();
+    if !wrong.is_empty() {
+        page += "\n## Sure and wrong\n\nSeeds whose γ1 or γ2 was off by more than five stated deviations:\n\n\
+                 | seed | light | response | γ true | found | exposure true | found |\n|---:|---|---|---|---|---:|---:|\n";
+        for row in wrong {
+            page += &format!(
+                "| {} | {} | {} | {:.2}, {:.2} | {:.2} ± {:.2}, {:.2} ± {:.2} | {:.2} | {:.2} ± {:.0} % |\n",
+                row.seed,
+                row.light,
+                row.response,
+                row.gamma1,
+                row.gamma2,
+                row.found1,
+                row.deviation1,
+                row.found2,
+                row.deviation2,
+                row.exposure_change,
+                row.found_exposure,
+                100.0 * row.exposure_deviation
+            );
+        }
+    }
+    page
+}
+
+/// Coverage at each of [`LEVELS`].
+fn percentages(estimates: &[Estimate]) -> String {
+    let shares =
+        LEVELS.map(|(_, deviations)| format!("{:.0}", 100.0 * coverage(estimates, deviations)));
+    format!("{} %", shares.join(" / "))
+}

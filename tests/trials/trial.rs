@@ -1,0 +1,235 @@
+//! One trial: a shoot of a seed, made, imported and calibrated as anyone would, and compared with its truth.
+
+use crate::results::Row;
+use base::progress::Progress;
+use base::{Error, Result};
+use calibration::{CalibrateSettings, Calibration};
+use footage::ImportSettings;
+use glam::Vec3;
+use imaging::Image;
+use imaging::file::{read_linear, read_mask};
+use serde_json::Value;
+use std::path::Path;
+use std::time::Instant;
+use virtual_stage::{Curve, StageSettings, TroubleSettings, write_shoot};
+
+/// Width and height of the pictures if nothing else is asked for.
+pub const SIZE: usize = 64;
+/// A direction that is off by more than this many degrees must not be trusted.
+const MISLEADING_DEG: f64 = 5.0;
+
+/// The shoot of a seed: everything that can be drawn is.
+pub fn settings(seed: u64, size: usize) -> StageSettings {
+    StageSettings {
+        frames: 4,
+        size,
+        seed,
+        // From 9 to 24, in an order without a pattern (a multiplicative hash after Knuth).
+        lamps: 9 + (seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 60) as usize,
+        trouble: TroubleSettings {
+            trouble: true,
+            ..TroubleSettings::NONE
+        },
+    }
+}
+
+/// Makes and judges the trial of a seed.
+///
+/// # Errors
+/// When the shoot cannot be written or read. A calibration that refuses is a result.
+pub fn run(seed: u64, size: usize) -> Result<Row> {
+    judge(&settings(seed, size))
+}
+
+/// Makes a shoot, calibrates it and compares that with its truth.
+///
+/// # Errors
+/// When the shoot cannot be written or read. A calibration that refuses is a result.
+pub fn judge(settings: &StageSettings) -> Result<Row> {
+    let folder = tempfile::tempdir().map_err(|e| {
+        Error::io(
+            "make",
+            Path::new("a temporary folder"),
+            e,
+            "Make room on the disk",
+        )
+    })?;
+    let (shoot, project) = (folder.path().join("shoot"), folder.path().join("project"));
+    let start = Instant::now();
+    write_shoot(&shoot, settings, &Progress::silent())?;
+    let shoot_seconds = start.elapsed().as_secs_f64();
+    let truth = Truth::read(&shoot, settings.size)?;
+    let row = Row {
+        seed: settings.seed,
+        size: settings.size,
+        lamps: settings.lamps,
+        shoot_seconds,
+        ..truth.row()
+    };
+    let import = ImportSettings {
+        size: settings.size,
+        seed: settings.seed,
+    };
+    let start = Instant::now();
+    let silent = Progress::silent();
+    let calibrated = footage::import(&project, &shoot, &import, &silent).and_then(|mut project| {
+        calibration::calibrate(&mut project, &CalibrateSettings::default(), &silent)
+    });
+    let seconds = start.elapsed().as_secs_f64();
+    Ok(match calibrated {
+        Ok(found) => truth.compare(&found, Row { seconds, ..row }),
+        Err(error) => Row {
+            refused: error.to_string(),
+            seconds,
+            ..row
+        },
+    })
+}
+
+/// What is true of a shoot.
+struct Truth {
+    facts: Value,
+    directions: Vec<Vec3>,
+    /// Of one frame: the OLATs, the picture under the interview's light, both in the camera's linear units, and the
+    /// pixels that the subject covers.
+    olats: Vec<Image>,
+    interview: Image,
+    covered: Vec<usize>,
+}
+
+impl Truth {
+    fn read(shoot: &Path, size: usize) -> Result<Self> {
+        let json = |name: &str| -> Result<Value> {
+            const REMEDY: &str = "Run the trial again";
+            let path = shoot.join(name);
+            let bytes = std::fs::read(&path).map_err(|e| Error::io("read", &path, e, REMEDY))?;
+            serde_json::from_slice(&bytes).map_err(|e| Error::codec("read", &path, e, REMEDY))
+        };
+        let (facts, manifest) = (json("truth.json")?, json("manifest.json")?);
+        let directions: Vec<Vec3> = list(&manifest["bank_directions"])
+            .map(|d| Vec3::from(numbers(d).map(|v| v as f32)))
+            .collect();
+        let frame = facts["truth_frames"][0].as_u64().unwrap_or(0);
+        let truth = shoot.join("truth");
+        let scaled = |image: Image, exposure: &str| {
+            let exposure = facts[exposure].as_f64().unwrap_or(0.0) as f32;
+            image.map(|pixel| pixel.map(|v| v * exposure))
+        };
+        let olats = (0..directions.len())
+            .map(|lamp| {
+                let path = truth.join(format!("frame_{frame:03}_olat/olat_{lamp:02}.exr"));
+                Ok(scaled(read_linear(&path)?, "exposure_olat"))
+            })
+            .collect::<Result<_>>()?;
+        let interview = read_linear(&truth.join(format!("frame_{frame:03}_interview.exr")))?;
+        let mask = read_mask(&shoot.join(format!("interview_masks/frame_{frame:03}.png")))?;
+        Ok(Self {
+            directions,
+            olats,
+            interview: scaled(interview, "exposure_interview"),
+            covered: (0..size * size)
+                .filter(|&i| mask.pixels[i] > 0.98)
+                .collect(),
+            facts,
+        })
+    }
+
+    /// A row with what is known without a calibration.
+    fn row(&self) -> Row {
+        let trouble = &self.facts["trouble"];
+        let number = |key: &str| trouble[key].as_f64().unwrap_or(0.0);
+        let response = &trouble["response"];
+        let kind = match (&response["curve"], &response["log"]) {
+            (Value::String(name), _) => name.as_str(),
+            (_, Value::Number(_)) => "log",
+            _ => "dual",
+        };
+        Row {
+            light: trouble["interview_light"]
+                .as_str()
+                .unwrap_or_default()
+                .to_owned(),
+            response: kind.to_owned(),
+            ambient: number("ambient"),
+            off_span: number("off_span"),
+            exposure_change: number("exposure_change"),
+            ball_exposure: number("ball_exposure"),
+            dust: number("dust"),
+            room: number("room"),
+            sway: number("sway"),
+            skin: number("skin"),
+            gamma1: self.facts["g1"].as_f64().unwrap_or(0.0),
+            gamma2: self.facts["g2"].as_f64().unwrap_or(0.0),
+            ..Row::default()
+        }
+    }
+
+    /// The row with what a calibration found.
+    fn compare(&self, found: &Calibration, row: Row) -> Row {
+        let (curve, _) = Curve::Known(found.response).nearest_dual_gamma();
+        let light: Vec<[f64; 3]> = found
+            .interview_light()
+            .iter()
+            .map(|w| w.map(f64::from))
+            .collect();
+        let is: Vec<[f64; 3]> = list(&self.facts["weights_linear_interview_per_olat"])
+            .map(numbers)
+            .collect();
+        let (mut off, mut sum) = (0.0, 0.0);
+        for (light, is) in light.iter().flatten().zip(is.iter().flatten()) {
+            off += (light - is).abs();
+            sum += is;
+        }
+        let (mut angles, mut trusted) = (Vec::new(), Vec::new());
+        for (lamp, &direction) in found.rig.lamps.iter().zip(&self.directions) {
+            if lamp.is_usable() {
+                let angle = f64::from(lamp.direction.angle_between(direction).to_degrees());
+                angles.push(angle);
+                if lamp.confidence > 0.5 {
+                    trusted.push(angle);
+                }
+            }
+        }
+        angles.sort_by(f64::total_cmp);
+        Row {
+            found1: f64::from(curve.gamma1),
+            found2: f64::from(curve.gamma2),
+            deviation1: f64::from(found.gamma_deviation[0]),
+            deviation2: f64::from(found.gamma_deviation[1]),
+            found_exposure: f64::from(found.exposure),
+            exposure_deviation: f64::from(found.gamma_evidence.exposure_deviation),
+            said_changed: f64::from(found.gamma_evidence.changed_exposure),
+            weights_error: off / sum,
+            light_error: self.light_error(&light),
+            direction_median: angles.get(angles.len() / 2).copied().unwrap_or(180.0),
+            direction_worst: trusted.iter().copied().fold(0.0, f64::max),
+            misled: trusted.iter().filter(|a| **a > MISLEADING_DEG).count(),
+            ..row
+        }
+    }
+
+    /// Relative root-mean-square difference of the sum of the true OLATs under `light` and the true picture.
+    fn light_error(&self, light: &[[f64; 3]]) -> f64 {
+        let (mut error, mut power) = (0.0, 0.0);
+        for &i in &self.covered {
+            for c in 0..3 {
+                let lamps = self.olats.iter().zip(light);
+                let sum: f64 = lamps
+                    .map(|(olat, w)| w[c] * f64::from(olat.pixels[i][c]))
+                    .sum();
+                let is = f64::from(self.interview.pixels[i][c]);
+                error += (sum - is).powi(2);
+                power += is.powi(2);
+            }
+        }
+        (error / power).sqrt()
+    }
+}
+
+fn list(value: &Value) -> impl Iterator<Item = &Value> {
+    value.as_array().into_iter().flatten()
+}
+
+fn numbers(value: &Value) -> [f64; 3] {
+    [0, 1, 2].map(|i: usize| value[i].as_f64().unwrap_or(f64::NAN))
+}
