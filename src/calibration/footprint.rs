@@ -23,11 +23,22 @@ struct Aim {
     /// See [`Highlight::outline`].
     outline: Vec3,
     confidence: f32,
+    /// The ball is too small to show shapes: every bright pixel counts, and what is brightest only says how far that
+    /// can be trusted.
+    coarse: bool,
+}
+
+/// How far a direction can be trusted that two ways to find it, which fail in different ways, agree on: by the angle
+/// between both, `apart`, in degrees.
+fn agreement(apart: f32) -> f32 {
+    (-(apart / 5.0).powi(2)).exp()
 }
 
 impl Footprint {
     /// Pixels below this share of the brightest do not count as the lamp: 8 bits hold no more.
     const FAINTEST: f32 = 0.002;
+    /// On a ball of a smaller radius a lamp is a pixel or two wide, and has no outline.
+    const COARSE_PX: f32 = 40.0;
 
     /// Finds the lamp in a ball's photograph, given as one code per pixel of the ball. `provisional` is a plausible
     /// response: what is far above black is so under any other.
@@ -75,10 +86,12 @@ impl Footprint {
         for &cell in highlight.iter().flat_map(|highlight| &highlight.body) {
             is_body[cell as usize] = true;
         }
+        let coarse = highlight.is_some() && grid.radius_px < Self::COARSE_PX;
         self.aim = Some(Aim {
             is_lamp: (self.pixels.iter())
-                .map(|(pixel, _)| is_body[grid.cell(*pixel)])
+                .map(|(pixel, _)| coarse || is_body[grid.cell(*pixel)])
                 .collect(),
+            coarse,
             outline: highlight.map_or(Vec3::Z, |highlight| highlight.outline),
             confidence,
         });
@@ -146,10 +159,18 @@ impl Footprint {
             };
         }
         let clipped = clipped / all;
-        if let Some(aim) = &self.aim {
-            let weight = f64::from(clipped_weight(clipped as f32));
-            direction = direction.lerp(aim.outline.as_dvec3(), weight).normalize();
-        }
+        let confidence = match &self.aim {
+            None => 1.0,
+            Some(aim) if aim.coarse => {
+                let apart = aim.outline.angle_between(direction.as_vec3()).to_degrees();
+                aim.confidence.max(agreement(apart))
+            }
+            Some(aim) => {
+                let weight = f64::from(clipped_weight(clipped as f32));
+                direction = direction.lerp(aim.outline.as_dvec3(), weight).normalize();
+                aim.confidence
+            }
+        };
         let square: f64 = parts
             .iter()
             .map(|(d, part)| part * d.angle_between(direction).powi(2))
@@ -160,7 +181,7 @@ impl Footprint {
             direction: direction.as_vec3(),
             energy: energy.map(|e| e as f32),
             spread_deg: spread_deg as f32,
-            confidence: self.aim.as_ref().map_or(1.0, |aim| aim.confidence),
+            confidence,
             clipped: clipped as f32,
         }
     }

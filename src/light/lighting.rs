@@ -145,7 +145,7 @@ impl EnvironmentWeights {
 
     /// The lamps' weights from the turned and graded environment and from the placed lights. One unit of a placed
     /// light is `unit` in the environment. A yaw alone is a look-up; with pitch or roll the environment is
-    /// resampled, in about two milliseconds.
+    /// resampled, in about ten milliseconds.
     pub fn weights(&mut self, lighting: &Lighting, yaw_deg: f32, unit: f32) -> LightWeights {
         if lighting.weighting != self.weighting {
             *self = Self::new(&self.reduced, &self.rig, lighting.weighting);
