@@ -67,7 +67,7 @@ bench-passes:
 
 # How near the kinds of weights come to the truth: writes docs/weights.md in some minutes.
 weights:
-	$(CARGO) test --locked -p afterlight-light --test weights -- --ignored --nocapture
+	$(CARGO) run --locked -p afterlight-weights
 
 # Calibrates shoots drawn at random and writes docs/robustness.md with how right, and how honest, that was. A run that was
 # stopped goes on; FRESH=1 begins again. Half a minute for each of the TRIALS.

@@ -133,6 +133,20 @@ fn picture(window: &Window) -> Vec<u8> {
     window.state().relit().unwrap().rgb.clone()
 }
 
+/// Moves the pointer to `x` points right of the middle of the picture, or presses or lets go its button there.
+fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
+    let pos = MIDDLE + vec2(x, 0.0);
+    window.event(match pressed {
+        None => Event::PointerMoved(pos),
+        Some(pressed) => Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        },
+    });
+}
+
 fn drag(window: &mut Window, from: Pos2, to: Pos2, button: PointerButton, modifiers: Modifiers) {
     let press = |pos, pressed| Event::PointerButton {
         pos,

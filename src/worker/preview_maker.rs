@@ -13,7 +13,7 @@ use compositor::{
 use imaging::Encoded;
 use imaging::resample::resize;
 use light::Rig;
-use scene::{Background, Inspection};
+use scene::{Background, Inspection, Scene};
 use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Instant;
@@ -117,48 +117,25 @@ impl PreviewMaker {
             scene.background = Background::None;
         }
         let weights = solo.as_ref().unwrap_or(light.weights());
-        let upstream = Upstream {
-            predict_ms,
-            weights_ms,
-        };
-        let extra = Extra {
-            second: second.as_ref(),
-            identity: self.identity,
-            ..Extra::default()
-        };
-        let plate = (&predicted.frame.plate, &predicted.frame.mask);
-        let reduced = match inputs.coarse {
-            1 => None,
-            factor => self.resolution.reduced(predicted, factor),
+        let of = Ingredients {
+            weights,
+            upstream: Upstream {
+                predict_ms,
+                weights_ms,
+            },
+            extra: Extra {
+                second: second.as_ref(),
+                identity: self.identity,
+                ..Extra::default()
+            },
+            ..light.on(&predicted.field, &predicted.frame.mask)
         };
         let composed = Instant::now();
-        let (coarse, mut shown) = match reduced {
-            Some(ReducedFrame {
-                field, mask, reuse, ..
-            }) => {
-                let of = Ingredients {
-                    weights,
-                    upstream,
-                    extra,
-                    ..light.on(field, mask)
-                };
-                let mut stand_in = self.series.compose_stand_in(&scene, plate, &of, reuse)?;
-                let (width, height) = plate.1.size();
-                let full = |codes: Encoded| Encoded(resize(&codes.0, width, height));
-                stand_in.display = stand_in.display.map(full);
-                stand_in.linear = None;
-                (inputs.coarse, ShownPicture::in_memory(stand_in))
-            }
-            None => {
-                let of = Ingredients {
-                    weights,
-                    upstream,
-                    extra,
-                    ..light.on(&predicted.field, plate.1)
-                };
-                (1, self.series.show(&scene, plate, &of)?)
-            }
-        };
+        let (coarse, mut shown) = compose(
+            (&mut self.series, &mut self.resolution),
+            (&scene, &of),
+            (predicted, inputs.coarse),
+        )?;
         if inputs.in_memory {
             shown.read()?;
         }
@@ -169,7 +146,7 @@ impl PreviewMaker {
         {
             difference(first, second, gain)?;
         }
-        let (width, height) = plate.1.size();
+        let (width, height) = predicted.frame.mask.size();
         let codes = |picture: Option<Encoded>| picture.as_ref().map(SrgbPicture::of);
         let subject = light.levels().subject;
         let mut preview = PreviewPicture {
@@ -221,6 +198,30 @@ impl PreviewMaker {
             self.identity.second += 1;
         }
     }
+}
+
+/// Makes a frame's picture, and says how many pixels along each axis were lit as one: up to `coarse`, if the field is in
+/// memory.
+fn compose(
+    (series, resolution): (&mut Series, &mut AdaptiveResolution),
+    (scene, of): (&Scene, &Ingredients),
+    (predicted, coarse): (&Arc<PredictedFrame>, usize),
+) -> Result<(usize, ShownPicture)> {
+    let plate = (&predicted.frame.plate, &predicted.frame.mask);
+    let reduced = (coarse > 1).then(|| resolution.reduced(predicted, coarse));
+    let Some(ReducedFrame {
+        field, mask, reuse, ..
+    }) = reduced.flatten()
+    else {
+        return Ok((1, series.show(scene, plate, of)?));
+    };
+    let of = Ingredients { field, mask, ..*of };
+    let mut stand_in = series.compose_stand_in(scene, plate, &of, reuse)?;
+    let (width, height) = plate.1.size();
+    let full = |codes: Encoded| Encoded(resize(&codes.0, width, height));
+    stand_in.display = stand_in.display.map(full);
+    stand_in.linear = None;
+    Ok((coarse, ShownPicture::in_memory(stand_in)))
 }
 
 /// The two pictures that are compared, as far as all that they are made of is in memory.

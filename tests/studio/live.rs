@@ -1,18 +1,19 @@
 //! A window that keeps up: drags, playing, idling, a GPU that is lost, a disk that is full.
 
+use super::on_gpu::own_gpu;
 use super::{
-    MIDDLE, Window, clay, clay_window, export, snapshot, told_job, until, until_shown, window,
+    Window, clay, clay_window, export, pointer, snapshot, told_job, until, until_shown, window,
 };
 use afterlight::Error;
 use afterlight::studio::{Pane, ProjectHandover, StudioApp, Workspace};
 use afterlight::worker::Latest;
-use eframe::egui_wgpu::{WgpuSetup, WgpuSetupExisting};
+use eframe::egui_wgpu::WgpuSetup;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, PointerButton, ViewportCommand, ViewportId, vec2};
+use egui::{Event, Key, Modifiers, ViewportCommand, ViewportId, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::time::{Duration, Instant};
-use test_support::{Need, PATIENCE, found};
+use test_support::PATIENCE;
 
 /// Lets the relighter make the picture that it was asked for, as it does between two frames of a window.
 fn between_frames(window: &Window) {
@@ -21,19 +22,6 @@ fn between_frames(window: &Window) {
         assert!(started.elapsed() < PATIENCE, "no picture");
         std::thread::sleep(Duration::from_millis(1));
     }
-}
-
-fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
-    let pos = MIDDLE + vec2(x, 0.0);
-    window.event(match pressed {
-        None => Event::PointerMoved(pos),
-        Some(pressed) => Event::PointerButton {
-            pos,
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::NONE,
-        },
-    });
 }
 
 /// However long a picture takes: what it takes is measured elsewhere.
@@ -261,18 +249,8 @@ fn a_job_that_waits_for_room_says_what_to_do_and_is_let_go_on() {
 
 #[test]
 fn a_window_whose_gpu_is_lost_draws_nothing_closes_and_leaves_its_project() {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
-    let adapter = adapters.into_iter().next();
-    let adapter = found(Need::Gpu, adapter.ok_or("no Vulkan adapter to draw with"));
-    let Some(adapter) = adapter else { return };
-    let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).unwrap();
-    let setup = WgpuSetup::Existing(WgpuSetupExisting {
-        instance,
-        adapter,
-        device: device.clone(),
-        queue,
-    });
+    let Some(gpu) = own_gpu() else { return };
+    let (device, setup) = (gpu.device.clone(), WgpuSetup::Existing(gpu));
     let folder = crate::temporary();
     let project = clay::project(folder.path(), clay::environments(folder.path()));
     let left = ProjectHandover::new(Latest::new(|| {}));

@@ -1,13 +1,13 @@
 //! A window on the GPU that makes its pictures.
 
-use super::{MIDDLE, Window, clay, until, until_shown};
+use super::{MIDDLE, Window, clay, pointer, until, until_shown};
 use afterlight::compositor::Field;
 use afterlight::gpu::{ComputeDevice, DeviceChoice, Gpu, WgpuSetup, device_descriptor};
 use afterlight::reflectance::FieldBuffer;
 use afterlight::studio::StudioApp;
 use afterlight::worker::{Blocked, Source};
 use eframe::egui_wgpu::{self, WgpuSetupExisting};
-use egui::{Event, Modifiers, PointerButton, vec2};
+use egui::vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
@@ -32,27 +32,33 @@ fn on_gpu() -> Result<Source, Blocked> {
     })
 }
 
-/// A window that draws with the GPU that makes its pictures; None without a GPU.
-fn sharing_window(folder: &Path) -> Option<Window> {
+/// A GPU of the test's own, to draw a window with; None without one.
+pub fn own_gpu() -> Option<WgpuSetupExisting> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
     let adapter = adapters.into_iter().next();
     let adapter = found(Need::Gpu, adapter.ok_or("no Vulkan adapter to draw with"))?;
     let (device, queue) =
         pollster::block_on(adapter.request_device(&device_descriptor(&adapter))).unwrap();
-    Gpu::share(WgpuSetup {
-        instance: instance.clone(),
-        backend: adapter.get_info().backend,
-        adapter: adapter.clone(),
-        device: device.clone(),
-        queue: queue.clone(),
-    });
-    let setup = egui_wgpu::WgpuSetup::Existing(WgpuSetupExisting {
+    Some(WgpuSetupExisting {
         instance,
         adapter,
         device,
         queue,
+    })
+}
+
+/// A window that draws with the GPU that makes its pictures; None without a GPU.
+fn sharing_window(folder: &Path) -> Option<Window> {
+    let gpu = own_gpu()?;
+    Gpu::share(WgpuSetup {
+        instance: gpu.instance.clone(),
+        backend: gpu.adapter.get_info().backend,
+        adapter: gpu.adapter.clone(),
+        device: gpu.device.clone(),
+        queue: gpu.queue.clone(),
     });
+    let setup = egui_wgpu::WgpuSetup::Existing(gpu);
     let project = clay::project(folder, clay::environments(folder));
     let window = Harness::builder()
         .with_size(vec2(1280.0, 720.0))
@@ -64,19 +70,6 @@ fn sharing_window(folder: &Path) -> Option<Window> {
             app.drawn_with(cc.wgpu_render_state.clone().unwrap())
         });
     Some(window)
-}
-
-fn pointer(window: &Window, x: f32, pressed: Option<bool>) {
-    let pos = MIDDLE + vec2(x, 0.0);
-    window.event(match pressed {
-        None => Event::PointerMoved(pos),
-        Some(pressed) => Event::PointerButton {
-            pos,
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::NONE,
-        },
-    });
 }
 
 /// The part of the window around the middle of the picture.

@@ -46,6 +46,27 @@ fn exposures(rows: &[&Row]) -> Vec<Estimate> {
     rows.iter().map(|row| exposure(row)).collect()
 }
 
+fn share(name: &str) -> Axis<'_> {
+    Axis {
+        name,
+        from: 0.0,
+        to: 1.0,
+        tick: 0.25,
+    }
+}
+
+/// An empty plot of which share of values lies below each; the values' axis by its name, its end and its ticks.
+fn shares_below<'a>(title: &'a str, values: (&'a str, f64, f64), shares: &'a str) -> Plot<'a> {
+    let (name, to, tick) = values;
+    let values = Axis {
+        name,
+        from: 0.0,
+        to,
+        tick,
+    };
+    Plot::new(title, values, share(shares))
+}
+
 /// The plots by the names of their files.
 fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
     let gamma_axis = |name| Axis {
@@ -53,12 +74,6 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
         from: 1.0,
         to: 4.0,
         tick: 0.5,
-    };
-    let share = |name| Axis {
-        name,
-        from: 0.0,
-        to: 1.0,
-        tick: 0.25,
     };
     let mut gamma = Plot::new(
         "γ found and true",
@@ -94,45 +109,30 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
         covered.name(name, colour);
     }
 
-    let mut errors = Plot::new(
+    let mut errors = shares_below(
         "Error of γ and of ln exposure",
-        Axis {
-            name: "error",
-            from: 0.0,
-            to: 0.5,
-            tick: 0.1,
-        },
-        share("share of values below"),
+        ("error", 0.5, 0.1),
+        "share of values below",
     );
     errors.distribution(all_gammas(rows).iter().map(|e| e.off.abs()), BLUE);
     errors.distribution(exposures(rows).iter().map(|e| e.off.abs()), GREEN);
     errors.name("γ", BLUE);
     errors.name("ln exposure", GREEN);
 
-    let mut light = Plot::new(
+    let mut light = shares_below(
         "Error of the interview's light on the subject",
-        Axis {
-            name: "relative error",
-            from: 0.0,
-            to: 0.5,
-            tick: 0.1,
-        },
-        share("share of shoots below"),
+        ("relative error", 0.5, 0.1),
+        "share of shoots below",
     );
     light.distribution(rows.iter().map(|row| row.light_error), BLUE);
     light.distribution(rows.iter().map(|row| row.off_span), GREY);
     light.name("found", BLUE);
     light.name("best that the lamps can be", GREY);
 
-    let mut directions = Plot::new(
+    let mut directions = shares_below(
         "Error of the lamps' directions",
-        Axis {
-            name: "degrees",
-            from: 0.0,
-            to: 20.0,
-            tick: 5.0,
-        },
-        share("share of shoots below"),
+        ("degrees", 20.0, 5.0),
+        "share of shoots below",
     );
     directions.distribution(rows.iter().map(|row| row.direction_median), BLUE);
     directions.distribution(rows.iter().map(|row| row.direction_worst), ORANGE);

@@ -14,7 +14,7 @@ use worker::{Comparison, Origin, PreviewPicture, PreviewRequest, Worker};
 #[derive(Default)]
 pub struct Preview {
     pub relit: Option<Arc<PreviewPicture>>,
-    asked: Option<(PictureRequest, Haste)>,
+    asked: Option<(PictureRequest, Shortcuts)>,
     /// The window draws textures of the GPU that the network computes on.
     shares_gpu: bool,
     /// When the next frame is due while playing, in the window's seconds.
@@ -30,12 +30,12 @@ struct PictureRequest {
     solo: Vec<usize>,
 }
 
-/// What will do while the picture changes.
+/// What may be left out while the picture changes.
 #[derive(Clone, Copy, PartialEq)]
-struct Haste {
-    /// A setting is being dragged: a smaller picture.
+struct Shortcuts {
+    /// The full size, because a setting is being dragged.
     dragged: bool,
-    /// Nothing that is visible reads the picture: one that stays on the GPU.
+    /// The copy to memory, because nothing that is visible reads it.
     texture: bool,
 }
 
@@ -86,20 +86,20 @@ impl Preview {
             solo: state.solo.clone(),
         };
         let dragged = state.is_dragged();
-        let haste = Haste {
+        let shortcuts = Shortcuts {
             dragged,
             texture: self.shares_gpu
                 && (dragged || state.playing)
                 && !shown.contains(&Pane::Scopes),
         };
-        let (same, same_haste) = match &self.asked {
-            Some((asked, before)) => (*asked == request, *before == haste),
+        let (same, same_shortcuts) = match &self.asked {
+            Some((asked, before)) => (*asked == request, *before == shortcuts),
             None => (false, false),
         };
         if !same {
             status.failure = None;
         }
-        if !same || !same_haste {
+        if !same || !same_shortcuts {
             let [first, second] = request.compared.clone();
             worker.show(PreviewRequest {
                 scene: request.scene.clone(),
@@ -108,9 +108,9 @@ impl Preview {
                 second,
                 solo: request.solo.clone(),
                 dragged,
-                texture: haste.texture,
+                texture: shortcuts.texture,
             });
-            self.asked = Some((request, haste));
+            self.asked = Some((request, shortcuts));
         }
     }
 

@@ -1,12 +1,12 @@
 //! Subjects of the virtual stage with every lamp of the dome, and a rig of banks of these lamps.
 
-use afterlight_light::latlong::{texel_direction, texel_solid_angle};
-use afterlight_light::weights::Partition;
-use afterlight_light::{Environment, Lamp, Rig};
 use base::progress::Progress;
 use glam::Vec3;
 use imaging::color::luminance;
 use imaging::file::{read_linear, read_mask};
+use light::latlong::{texel_direction, texel_solid_angle};
+use light::weights::Partition;
+use light::{Environment, Lamp, Rig};
 use rayon::prelude::*;
 use std::path::Path;
 use virtual_stage::dome::Dome;

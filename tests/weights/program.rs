@@ -1,16 +1,17 @@
 //! How near the kinds of weights come to the truth: true OLATs of the virtual stage, summed with each kind, beside the
 //! same subject under all lamps of the dome.
 //!
-//! `make weights` runs [`the_table`], which writes docs/weights.md; a small part of it runs with the other tests.
+//! `make weights` writes docs/weights.md; a small part runs with the tests.
 
 mod stage;
+#[cfg(test)]
+mod tests;
 
-use afterlight_light::weights::{Partition, Weighting};
-use afterlight_light::{Environment, built_in, panorama};
+use light::weights::{Partition, Weighting};
+use light::{Environment, built_in, panorama};
 use rayon::prelude::*;
 use stage::{Shoot, Subject};
 use std::fmt::Write;
-use std::path::Path;
 
 const KINDS: [Weighting; 3] = [Weighting::Cells, Weighting::Smooth, Weighting::Fit];
 
@@ -89,46 +90,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     values[values.len() / 2]
 }
 
-#[test]
-fn fit_shows_a_backlit_face_and_is_nearest_to_the_truth() {
-    let shoot = Shoot::new(41);
-    let subjects = stage::subjects(&shoot, 32, &[(21, 0)], 1);
-    let named = ["side-light", "low-sun", "nave", "overcast"];
-    let environments: Vec<Environment> = (named.iter())
-        .map(|name| (*built_in::named(name).unwrap().environment()).clone())
-        .collect();
-    let cases = cases(&shoot, &subjects, &environments, 4);
-    for case in &cases {
-        println!("{}: {:.2?}", named[case.environment], case.decibels);
-        assert_eq!(case.black, 0.0);
-    }
-    for (environment, name) in named.iter().enumerate() {
-        let own = cases.iter().filter(|case| case.environment == environment);
-        let gains: Vec<f64> = own.map(Case::gain).collect();
-        let mean = gains.iter().sum::<f64>() / gains.len() as f64;
-        assert!(mean > -0.3, "{name}: {mean}");
-    }
-    assert!(median(cases.iter().map(Case::gain)) > 0.5);
-}
-
-#[test]
-fn no_part_of_a_face_is_black_before_a_bright_window() {
-    let Some(folder) = test_support::shared("data/hdri") else {
-        return;
-    };
-    let files = ["probulator_ennis.hdr", "polyhaven_sunny_vondelpark_1k.hdr"];
-    let environments = files.map(|file| panorama::load(&folder.join(file)).unwrap());
-    let shoot = Shoot::new(41);
-    let subjects = stage::subjects(&shoot, 32, &[(22, 0)], 1);
-    for case in cases(&shoot, &subjects, &environments, 6) {
-        println!("{}: {:.2?}", files[case.environment], case.decibels);
-        assert_eq!(case.black, 0.0, "{}", files[case.environment]);
-    }
-}
-
-#[test]
-#[ignore = "takes minutes; make weights"]
-fn the_table() {
+fn main() -> std::io::Result<()> {
     let environments = environments();
     let shoot = Shoot::new(41);
     let looks: Vec<(u64, usize)> = (0..stage::LOOKS.len())
@@ -138,9 +100,7 @@ fn the_table() {
     let cases = cases(&shoot, &subjects, &environments, 12);
     let text = table(&environments, &subjects, &cases);
     println!("{text}");
-    let file =
-        Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../docs/weights.md");
-    std::fs::write(file, text).unwrap();
+    std::fs::write(test_support::repository("docs/weights.md"), text)
 }
 
 /// docs/weights.md.
