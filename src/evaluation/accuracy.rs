@@ -384,6 +384,7 @@ mod tests {
             gamma_evidence: Default::default(),
             rig_findings: vec![],
             two_balls: None,
+            motion: None,
             filled_energy: 0.0,
             rig: Rig::default(),
         };

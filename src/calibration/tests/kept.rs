@@ -137,6 +137,7 @@ fn small_calibration() -> Calibration {
         clipped_pixels: 0,
         rig_findings: vec![],
         two_balls: None,
+        motion: None,
         gamma_evidence: gamma::Evidence::default(),
         rig: Rig {
             lamps: vec![Lamp {
