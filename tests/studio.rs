@@ -2,6 +2,8 @@
 
 #[path = "studio/calibrating.rs"]
 mod calibrating;
+#[path = "studio/checking.rs"]
+mod checking;
 #[path = "studio/clay.rs"]
 mod clay;
 #[path = "studio/comparing.rs"]

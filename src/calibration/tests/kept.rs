@@ -136,6 +136,7 @@ fn small_calibration() -> Calibration {
         filled_energy: 0.0,
         clipped_pixels: 0,
         rig_findings: vec![],
+        rig_faults: vec![],
         two_balls: None,
         gamma_evidence: gamma::Evidence::default(),
         rig: Rig {
