@@ -124,7 +124,7 @@ fn contrast(lit: &LitEnvironment, weights: &mut EnvironmentWeights, rig: &Rig) -
         )
     });
     let sentence = format!(
-        "Simple shapes look under the lamps as they do there to {likeness:.0} dB{}",
+        "Simple shapes under the lamps match this light to {likeness:.0} dB{}",
         if level == Level::Good { "" } else { &hardest }
     );
     Check::new(Subject::Contrast, level, sentence).remedy(

@@ -51,9 +51,8 @@ pub(super) fn response(calibration: &Calibration) -> Check {
             return check(Level::Unknown, sentence.into()).remedy("Calibrate again");
         }
     };
-    let width = intervals.iter().map(|[low, high]| 0.5 * (high - low));
-    // NaN stays NaN.
-    let width = width.fold(0.0, |a: f32, b| if b.is_nan() { b } else { a.max(b) });
+    let [width1, width2] = intervals.map(|[low, high]| 0.5 * (high - low));
+    let width = larger(width1, width2);
     let [rough, undetermined] = [Evidence::ROUGH, Evidence::UNDETERMINED].map(|d| HALF_WIDTH * d);
     let mut level = Level::of(width, rough, undetermined);
     let [[low1, high1], [low2, high2]] = intervals;
@@ -103,16 +102,9 @@ pub(super) fn response(calibration: &Calibration) -> Check {
 /// How much of the interview's light is no sum of the lamps.
 pub(super) fn interview_light(calibration: &Calibration) -> Check {
     let (residual, uncovered) = (calibration.probe_residual, calibration.uncovered_energy);
-    let worst = |a: f32, b: f32| {
-        if a.is_nan() || b.is_nan() {
-            f32::NAN
-        } else {
-            a.max(b)
-        }
-    };
     let missed = calibration.stand_in.as_ref().map_or(0.0, |s| s.residual);
     let [doubtful, bad] = UNEXPLAINED;
-    let level = Level::of(worst(worst(residual, uncovered), missed), doubtful, bad);
+    let level = Level::of(larger(larger(residual, uncovered), missed), doubtful, bad);
     let mut sentence = format!(
         "On the interview's mirror ball {:.0} % of the light comes from where no lamp is, and the lamps miss what is \
          there by {:.0} %",
@@ -129,4 +121,13 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
         remedy = "Let the network learn more lamps";
     }
     Check::new(Subject::InterviewLight, level, sentence).remedy(remedy)
+}
+
+/// The larger value; NaN if one is NaN.
+fn larger(a: f32, b: f32) -> f32 {
+    if a.is_nan() || b.is_nan() {
+        f32::NAN
+    } else {
+        a.max(b)
+    }
 }

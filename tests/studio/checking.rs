@@ -21,7 +21,8 @@ fn opened(project: &Project) -> Window {
     let project = project.clone();
     let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
     until(&mut window, "report", |app| {
-        app.check().report.is_some() && !app.check().is_waiting()
+        let read = app.environments().iter().all(|e| e.panorama.is_done());
+        read && app.check().report.is_some() && !app.check().is_waiting()
     });
     window
 }

@@ -48,6 +48,8 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
     ui.horizontal_top(|ui| {
         ui.allocate_ui(vec2(92.0, 20.0), |ui| {
             ui.set_min_width(92.0);
+            // As high as the title beside it.
+            ui.spacing_mut().interact_size.y = 17.0;
             ui.horizontal(|ui| {
                 dot_ui(ui, check.level);
                 ui.label(RichText::new(check.level.word()).color(color(check.level)));
@@ -58,7 +60,7 @@ fn check_ui(ui: &mut Ui, check: &Check, out: &mut Vec<Command>) {
                 Some(name) => format!("{} – {name}", check.subject.title()),
                 None => check.subject.title().to_owned(),
             };
-            ui.label(RichText::new(title).strong());
+            ui.label(RichText::new(title).strong().color(Color32::WHITE));
             ui.add(egui::Label::new(&check.sentence).wrap().selectable(true));
             if let Some(remedy) = &check.remedy {
                 let remedy = RichText::new(remedy).color(theme::QUIET);
