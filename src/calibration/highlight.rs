@@ -133,8 +133,9 @@ impl<'a> Photograph<'a> {
     fn new(grid: &'a Grid, levels: &'a Levels, room: &[f32]) -> Option<Self> {
         let cells: Vec<usize> = (0..room.len()).filter(|&c| grid.is_ball(c)).collect();
         let mut sorted: Vec<f32> = cells.iter().map(|&c| levels.light(c) - room[c]).collect();
+        let last = sorted.len().checked_sub(1)?;
         let mut quantile = |q: f32| {
-            let rank = (q * (sorted.len() - 1) as f32) as usize;
+            let rank = (q * last as f32) as usize;
             *sorted.select_nth_unstable_by(rank, f32::total_cmp).1
         };
         // As in `Footprint::find`: most of the ball shows no lamp.

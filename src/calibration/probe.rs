@@ -45,9 +45,11 @@ impl Probes {
     /// Reads the shoot's balls.
     ///
     /// # Errors
-    /// When a photograph cannot be read, differs in size from the others, or does not show the ball; when the ball
-    /// is too small to tell lamps apart, or its photographs are black, clipped or show no lamp.
+    /// When the shoot lacks poses, lamps or frames; when a photograph cannot be read, differs in size from the others,
+    /// or does not show the ball; when the ball is too small to tell lamps apart, or its photographs are black, clipped
+    /// or show no lamp.
     pub fn load(project: &Project, progress: &Progress) -> Result<Self> {
+        project.check_parts()?;
         let shoot = &project.settings.shoot;
         let interview = file::read_encoded(&project.interview_probe_path())?;
         let size = interview.0.size();

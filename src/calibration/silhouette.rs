@@ -20,6 +20,7 @@ mod tests;
 pub use circle::Circle;
 pub use photographs::Photographs;
 
+use super::mirror_ball::LARGEST;
 use base::error::{Error, Result};
 use candidates::{anywhere, distinct, nearby, pyramid};
 use rim::Rim;
@@ -177,7 +178,7 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     let (width, height) = photographs.average().size();
     let outside = |at: f64, size: usize| (-at).max(at - size as f64).max(0.0);
     if outside(x, width).hypot(outside(y, height)) < radius_px
-        && radius_px <= 2.0 * width.max(height) as f64
+        && radius_px <= f64::from(LARGEST) * width.max(height) as f64
     {
         return Ok(());
     }

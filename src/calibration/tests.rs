@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 mod kept;
 mod real;
 mod shared;
+mod strange;
 
 pub(super) use shared::shared_shoot;
 
