@@ -307,9 +307,8 @@ mod tests {
                 ..BALL
             };
             let ball = MirrorBall::new(&ball, dome, (256, 256)).unwrap();
-            let sound = |p: &BallPixel| {
-                p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5
-            };
+            let sound =
+                |p: &BallPixel| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5;
             assert!(ball.pixels.iter().all(sound), "{radius_m}, {dome:?}");
         }
     }

@@ -19,6 +19,7 @@ mod tests;
 
 pub use circle::Circle;
 pub use photographs::Photographs;
+pub(super) use photographs::same_size;
 
 use super::mirror_ball::LARGEST;
 use base::error::{Error, Result};
@@ -192,7 +193,8 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     ))
 }
 
-fn large_enough(circle: &Circle, place: &str) -> Result<()> {
+/// Refuses a ball on which lamps cannot be told apart; `place` names its photographs.
+pub(super) fn large_enough(circle: &Circle, place: &str) -> Result<()> {
     if circle.radius_px >= MIN_RADIUS_PX {
         return Ok(());
     }
