@@ -19,7 +19,7 @@ pub(super) use grid::{Grid, Levels};
 use super::footprint::Footprint;
 use glam::Vec3;
 use rayon::prelude::*;
-use shape::{inner_radius, opened, parts, widened};
+use shape::{inner_radius, opened, widened};
 
 /// A lamp as one photograph shows it.
 #[derive(Clone, Debug)]
@@ -228,7 +228,7 @@ impl<'a> Photograph<'a> {
     /// The connected parts above a share of the peak.
     fn parts(&self, share: f32) -> Vec<Vec<u32>> {
         let least = (share * self.peak).max(self.noise);
-        parts(self.grid, |cell| self.more[cell] >= least)
+        self.grid.parts(|cell| self.more[cell] >= least)
     }
 
     /// The lamp among the bright parts, given which of them belong to the room.

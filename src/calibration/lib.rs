@@ -3,6 +3,7 @@
 
 mod blind_cone;
 mod code_values;
+mod connected;
 pub mod develop;
 mod footprint;
 pub mod gamma;
