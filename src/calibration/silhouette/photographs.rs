@@ -162,16 +162,9 @@ pub(crate) fn same_size(
     if size == expected {
         return Ok(());
     }
-    Err(Error::invalid(
-        format!(
-            "{} has {}×{} pixels, but {} has {}×{}",
-            path.display(),
-            size.0,
-            size.1,
-            first.display(),
-            expected.0,
-            expected.1
-        ),
+    Err(Error::other_size(
+        (path, size),
+        (first, expected),
         "Use uncropped photographs of the mirror ball from one camera",
     ))
 }
