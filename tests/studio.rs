@@ -728,6 +728,9 @@ fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
     if !test_support::require(need, vulkan_adapter(), "no Vulkan adapter to draw with") {
         return;
     }
+    if window.state().project().is_some() {
+        until(window, "checks", |app| !app.check().is_waiting());
+    }
     window.run();
     places.iter().for_each(|&place| window.mask(place));
     for timing in ["predicted in", "relit in"] {

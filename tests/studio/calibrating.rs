@@ -292,7 +292,6 @@ fn the_calibration_s_workspaces_look_as_they_did() {
     window.key_press(Key::PageDown);
     window.run_steps(2);
     until_studied(&mut window);
-    until(&mut window, "checks", |app| !app.check().is_waiting());
     snapshot(&mut window, "studio_probe");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     window.run_steps(2);
