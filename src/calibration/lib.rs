@@ -3,12 +3,14 @@
 
 mod blind_cone;
 mod code_values;
+mod connected;
 pub mod develop;
 mod footprint;
 pub mod gamma;
 mod highlight;
 mod least_squares;
 pub mod light_probe;
+mod median;
 mod minimizer;
 pub mod mirror_ball;
 pub mod probe;
@@ -170,15 +172,7 @@ fn calibrate_within(
     }
     let table = ResponseTable::of(&found.response);
     let interview = probes.fit(&table);
-    let (mut rig, filled_energy) = probes.rig(shoot.all_lamps(), &table);
-    let two_balls = match &shoot.second_ball {
-        None => None,
-        Some(second) => {
-            let lamps = second_ball::lamps(project, second, &table, progress)?;
-            let distance = shoot.ball.camera_distance_m;
-            Some(second_ball::join(&mut rig, &lamps, second, distance))
-        }
-    };
+    let (mut rig, filled_energy, two_balls) = second_ball::rig(project, &probes, &table, progress)?;
     if let Some(two) = &two_balls {
         progress.say(two.sentence());
     }
@@ -251,9 +245,9 @@ pub fn keep_lamps(project: &mut Project, count: usize, progress: &Progress) -> R
     let shoot = &mut project.settings.shoot;
     let (places, directions): (Vec<usize>, Vec<Vec3>) = if shoot.lamp_layout.is_empty() {
         let probes = Probes::load(project, progress)?;
-        let lamps = probes.lamps(project.settings.shoot.all_lamps(), &PROVISIONAL);
-        let usable = lamps
-            .iter()
+        let table = ResponseTable::of(&PROVISIONAL);
+        let (rig, ..) = second_ball::rig(project, &probes, &table, progress)?;
+        let usable = (rig.lamps.iter())
             .enumerate()
             .filter(|(_, lamp)| lamp.is_usable());
         usable.map(|(i, lamp)| (i, lamp.direction)).unzip()

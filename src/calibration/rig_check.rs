@@ -2,6 +2,7 @@
 
 mod layout;
 
+use super::median::median;
 use base::error::{Error, Result};
 use glam::Vec3;
 use imaging::color::luminance;
@@ -208,13 +209,6 @@ fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
 /// The median spread of the lamps in degrees: a lamp that the ball hides in part looks narrower.
 fn spread_deg(lamps: &[Lamp]) -> f32 {
     median(lamps.iter().filter(|l| l.is_usable()).map(|l| l.spread_deg))
-}
-
-/// The median of some values; 0 if there are none.
-fn median(values: impl Iterator<Item = f32>) -> f32 {
-    let mut values: Vec<f32> = values.collect();
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The names of lamps for a sentence: only the first few if there are many.

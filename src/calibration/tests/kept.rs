@@ -85,7 +85,7 @@ fn a_shoot_without_poses_says_so() {
     assert!(error.contains("names no poses"), "{error}");
 }
 
-fn small_project(root: &Path) -> Project {
+pub(super) fn small_project(root: &Path) -> Project {
     let shoot = Shoot {
         folder: PathBuf::from("shoot"),
         frame_rate: 25.0,
