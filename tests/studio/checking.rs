@@ -61,6 +61,13 @@ fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
     let (project, mut found) = doubtful(folder.path());
     let mut window = opened(&project);
     assert_eq!(window.state().check().level(), Some(Level::Bad));
+    // Another light is judged again.
+    window.get_by_label("Overcast sky").click();
+    until(&mut window, "report of the new light", |app| {
+        let report = app.check().report.as_ref().and_then(|r| r.as_ref().ok());
+        let names = report.map(|r| r.checks.iter().filter_map(|c| c.environment.as_ref()));
+        names.is_some_and(|mut names| names.any(|name| name == "Overcast sky"))
+    });
     window.get_by_label("Checks: red").click();
     window.run_steps(3);
     assert_eq!(window.state().state().active, Pane::Checks);
