@@ -55,7 +55,7 @@ impl Objective<'_> {
         let moved = |weights: &[[f32; 3]]| -> Vec<f64> {
             let pairs = self.pairs(&linear.table, weights);
             let there = encoded(&linear.table, &pairs, log_exposure);
-            there.iter().zip(&here).map(|(a, b)| a - b).collect()
+            there.zip(&here).map(|(a, b)| a - b).collect()
         };
         (linear.ball.weights.iter().enumerate())
             .map(|(lamp, other)| {
