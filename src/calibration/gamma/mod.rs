@@ -216,7 +216,7 @@ pub(super) fn fit<'a>(
     }
     // Whether a frame shows a pose can only be told under a response that is about right.
     let table = ResponseTable::new(&found.fit.response);
-    let nearest = subject.nearest(&table, &probes.fit(&table).weights);
+    let nearest = subject.nearest(&table, &probes.weights(&table));
     let same: Vec<_> = nearest
         .iter()
         .filter(|(.., mismatch)| *mismatch <= FrameMatch::MAX_MISMATCH)

@@ -18,8 +18,6 @@ pub(super) fn rounding() -> f64 {
 pub(super) struct LinearPictures {
     pub table: ResponseTable,
     pub weights: Vec<[f32; 3]>,
-    /// Of each lamp's weight, the share that the ball leaves open, see [`InterviewFit::unexplained`].
-    pub unexplained: Vec<[f32; 3]>,
     /// Pairs of the relit poses' light and the interview's encoded value: quantiles, channel by channel, or the
     /// channels of pixels.
     pub pairs: Vec<(f32, f32)>,
@@ -98,7 +96,7 @@ impl<'a> Objective<'a> {
                 gamma2: GAMMA_PRIOR.0 as f32,
             };
             let table = ResponseTable::new(&middle);
-            let weights = probes.fit(&table).weights;
+            let weights = probes.weights(&table);
             let differences = objective.differences(&table, &weights, 1.0);
             objective.errors = Covariance::new(3 * QUANTILES, &differences, MODEL_ERROR);
         }
@@ -207,14 +205,13 @@ impl<'a> Objective<'a> {
     /// The pictures under any response.
     pub fn linearize_by(&self, response: &Response) -> LinearPictures {
         let table = ResponseTable::of(response);
-        let (fit, ball) = rayon::join(
-            || self.probes.fit(&table),
+        let (weights, ball) = rayon::join(
+            || self.probes.weights(&table),
             || self.probes.profile(&table, self.remainder),
         );
         LinearPictures {
-            pairs: self.pairs(&table, &fit.weights),
-            weights: fit.weights,
-            unexplained: fit.unexplained,
+            pairs: self.pairs(&table, &weights),
+            weights,
             table,
             ball,
         }
