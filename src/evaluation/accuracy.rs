@@ -383,6 +383,7 @@ mod tests {
             clipped_pixels: 0,
             gamma_evidence: Default::default(),
             rig_findings: vec![],
+            rig_faults: vec![],
             two_balls: None,
             filled_energy: 0.0,
             rig: Rig::default(),

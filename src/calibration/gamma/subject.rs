@@ -359,16 +359,9 @@ fn read_codes(
 ) -> Result<Vec<CodeValues>> {
     let picture = footage::read_encoded(path, framing)?;
     if picture.0.size() != mask.size() {
-        return Err(Error::invalid(
-            format!(
-                "{} has {}×{} pixels, but {} has {}×{}",
-                path.display(),
-                picture.0.width,
-                picture.0.height,
-                mask_path.display(),
-                mask.width,
-                mask.height
-            ),
+        return Err(Error::other_size(
+            (path, picture.0.size()),
+            (mask_path, mask.size()),
             "Use the matte that belongs to the picture",
         ));
     }
