@@ -94,6 +94,24 @@ impl Error {
         }
     }
 
+    /// A picture whose columns and rows differ from those of another that it belongs to.
+    pub fn other_size(
+        (picture, size): (&Path, (usize, usize)),
+        (reference, expected): (&Path, (usize, usize)),
+        remedy: impl Into<String>,
+    ) -> Self {
+        let problem = format!(
+            "{} has {}×{} pixels, but {} has {}×{}",
+            picture.display(),
+            size.0,
+            size.1,
+            reference.display(),
+            expected.0,
+            expected.1
+        );
+        Self::invalid(problem, remedy)
+    }
+
     /// Something that is needed or was asked for does not exist.
     pub fn missing(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Missing {

@@ -19,7 +19,7 @@ pub(super) use grid::{Grid, Levels};
 use super::footprint::Footprint;
 use glam::Vec3;
 use rayon::prelude::*;
-use shape::{inner_radius, opened, parts, widened};
+use shape::{inner_radius, opened, widened};
 
 /// A lamp as one photograph shows it.
 #[derive(Clone, Debug)]
@@ -133,8 +133,9 @@ impl<'a> Photograph<'a> {
     fn new(grid: &'a Grid, levels: &'a Levels, room: &[f32]) -> Option<Self> {
         let cells: Vec<usize> = (0..room.len()).filter(|&c| grid.is_ball(c)).collect();
         let mut sorted: Vec<f32> = cells.iter().map(|&c| levels.light(c) - room[c]).collect();
+        let last = sorted.len().checked_sub(1)?;
         let mut quantile = |q: f32| {
-            let rank = (q * (sorted.len() - 1) as f32) as usize;
+            let rank = (q * last as f32) as usize;
             *sorted.select_nth_unstable_by(rank, f32::total_cmp).1
         };
         // As in `Footprint::find`: most of the ball shows no lamp.
@@ -227,7 +228,7 @@ impl<'a> Photograph<'a> {
     /// The connected parts above a share of the peak.
     fn parts(&self, share: f32) -> Vec<Vec<u32>> {
         let least = (share * self.peak).max(self.noise);
-        parts(self.grid, |cell| self.more[cell] >= least)
+        self.grid.parts(|cell| self.more[cell] >= least)
     }
 
     /// The lamp among the bright parts, given which of them belong to the room.

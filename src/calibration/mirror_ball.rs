@@ -32,6 +32,11 @@ pub struct BallPixel {
     pub solid_angle: f32,
 }
 
+/// The largest radius of a ball, in longer sides of its photograph: a larger one shows hardly any of the sphere.
+pub(super) const LARGEST: f32 = 2.0;
+/// From this many radii on a camera counts as so far away: rays are parallel within a millionth.
+const FARTHEST: f64 = 1e6;
+
 impl MirrorBall {
     /// The ball in a photograph of `width × height` pixels. Where the dome's radius in metres is known,
     /// directions are those from the subject to the dome; otherwise light comes from far away, which
@@ -44,25 +49,21 @@ impl MirrorBall {
         dome_radius_m: Option<f32>,
         (width, height): (usize, usize),
     ) -> Result<Self> {
-        let figures = [
-            ball.center_px[0],
-            ball.center_px[1],
-            ball.radius_px,
-            ball.radius_m,
-            ball.camera_distance_m,
-        ];
-        let possible = figures.iter().all(|f| f.is_finite())
+        let is_beyond = |metres: f32| metres.is_finite() && metres > ball.radius_m;
+        let possible = ball.center_px.iter().all(|at| at.is_finite())
             && ball.radius_px > 1.0
+            && ball.radius_px <= LARGEST * width.max(height) as f32
             && ball.radius_m > 0.0
-            && ball.camera_distance_m > ball.radius_m
-            && dome_radius_m.is_none_or(|dome| dome > ball.radius_m);
+            && is_beyond(ball.camera_distance_m)
+            && dome_radius_m.is_none_or(is_beyond);
         if !possible {
             return Err(Error::invalid(
                 format!(
                     "the mirror ball in project.toml is impossible ({ball:?}, dome {dome_radius_m:?}): its radius must \
-                     be more than one pixel, and the ball smaller than the dome and the camera's distance"
+                     be more than one pixel and at most {LARGEST} times the longer side of the photograph of \
+                     {width}×{height} pixels, and the ball smaller than the dome and the camera's distance"
                 ),
-                "Correct the ball's centre, radius and camera distance",
+                "Correct the ball's centre, radius and camera distance, and the dome's radius",
             ));
         }
         let reach = f64::from(ball.radius_px);
@@ -118,7 +119,8 @@ impl MirrorBall {
 /// The unit direction that the ball reflects at `rho` pixels from its centre, as (away from the
 /// axis, along +Z): the problem is the same in every plane through the axis.
 fn reflected(ball: &Ball, dome_radius_m: Option<f32>, rho: f64) -> DVec2 {
-    let (r, d) = (f64::from(ball.radius_m), f64::from(ball.camera_distance_m));
+    let r = f64::from(ball.radius_m);
+    let d = f64::from(ball.camera_distance_m).min(FARTHEST * r);
     let focal_px = f64::from(ball.radius_px) / (r / d).asin().tan();
     let ray = DVec2::new(rho, -focal_px).normalize();
     let camera = DVec2::new(0.0, d);
@@ -253,12 +255,61 @@ mod tests {
                 center_px: [900.0, 900.0],
                 ..BALL
             },
+            Ball {
+                radius_px: 513.0,
+                ..BALL
+            },
+            Ball {
+                radius_px: 1e10,
+                ..BALL
+            },
+            Ball {
+                radius_px: f32::INFINITY,
+                ..BALL
+            },
+            Ball {
+                center_px: [f32::NAN, 128.0],
+                ..BALL
+            },
+            Ball {
+                radius_m: -0.075,
+                ..BALL
+            },
+            Ball {
+                camera_distance_m: f32::INFINITY,
+                ..BALL
+            },
         ] {
             assert!(
                 MirrorBall::new(&ball, None, (256, 256)).is_err(),
                 "{ball:?}"
             );
         }
-        assert!(MirrorBall::new(&BALL, Some(0.01), (256, 256)).is_err());
+        for dome in [0.01, -4.0, f32::NAN, 1e39f64 as f32] {
+            assert!(
+                MirrorBall::new(&BALL, Some(dome), (256, 256)).is_err(),
+                "{dome}"
+            );
+        }
+    }
+
+    #[test]
+    fn lengths_of_any_size_give_directions() {
+        for (radius_m, camera_distance_m, dome) in [
+            (1e-30, 1e30, None),
+            (1e-30, 1e30, Some(1e30)),
+            (1e30, 2e30, Some(1.1e30)),
+            (1e-40, 2e-40, Some(f32::MAX)),
+        ] {
+            let ball = Ball {
+                radius_m,
+                camera_distance_m,
+                ..BALL
+            };
+            let ball = MirrorBall::new(&ball, dome, (256, 256)).unwrap();
+            let sound =
+                |p: &BallPixel| p.solid_angle > 0.0 && (p.direction.length() - 1.0).abs() < 1e-5;
+            assert!(ball.pixels.iter().all(sound), "{radius_m}, {dome:?}");
+        }
     }
 }

@@ -9,8 +9,9 @@ use super::blind_cone::uncover;
 use super::code_values::{CodeValues, ResponseTable, codes};
 use super::footprint::Footprint;
 use super::highlight::{self, Grid};
+use super::median::median;
 use super::mirror_ball::MirrorBall;
-use super::silhouette::{Circle, MIN_RADIUS_PX, Photographs};
+use super::silhouette::{self, Circle, Photographs};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
@@ -20,7 +21,7 @@ use profile::ProfilePixel;
 pub(super) use profile::{NeighbourDifferences, Profile};
 use project::Project;
 use rayon::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// All ball photographs as code values, so that any response can be tried in milliseconds.
 pub struct Probes {
@@ -33,6 +34,8 @@ pub struct Probes {
     cell_of_pixel: Vec<u16>,
     /// The blur of that comparison: weights between all pairs of cells.
     blur: Vec<f32>,
+    /// How what light from two cells does to a subject is correlated, see [`interview::kernel`].
+    kernel: Vec<f32>,
     /// Whether a pixel of the ball is clipped in no photograph. Only those are compared: a clipped lamp then misses
     /// the same part in both, and its weight stays right.
     comparable: Vec<bool>,
@@ -45,34 +48,20 @@ impl Probes {
     /// Reads the shoot's balls.
     ///
     /// # Errors
-    /// When a photograph cannot be read, differs in size from the others, or does not show the ball; when the ball
-    /// is too small to tell lamps apart, or its photographs are black, clipped or show no lamp.
+    /// When the shoot lacks poses, lamps or frames; when a photograph cannot be read, differs in size from the others,
+    /// or does not show the ball; when the ball is too small to tell lamps apart, or its photographs are black, clipped
+    /// or show no lamp.
     pub fn load(project: &Project, progress: &Progress) -> Result<Self> {
+        project.check_parts()?;
         let shoot = &project.settings.shoot;
         let interview = file::read_encoded(&project.interview_probe_path())?;
         let size = interview.0.size();
-        // Where it is known where two balls stood, what they show is joined later.
-        let joined = shoot
-            .second_ball
-            .as_ref()
-            .is_some_and(|second| second.positions_m.is_some());
-        let dome = shoot.dome_radius_m.filter(|_| !joined);
-        let ball = MirrorBall::new(&shoot.ball, dome, size)?;
+        let ball = MirrorBall::new(&shoot.ball, shoot.ball_dome_radius_m(), size)?;
         let provisional = ResponseTable::of(&PROVISIONAL);
-        if f64::from(shoot.ball.radius_px) < MIN_RADIUS_PX {
-            return Err(Error::invalid(
-                format!(
-                    "the mirror ball in {} has a radius of {:.1} pixels; {MIN_RADIUS_PX} or more are needed",
-                    project.interview_probe_path().display(),
-                    shoot.ball.radius_px
-                ),
-                "Give the ball's circle, or photograph the ball from closer or with a longer lens",
-            ));
-        }
         let paths = &project.probe_paths()[1..];
         let footprints = footprints(
             paths,
-            ("the interview's mirror ball", size),
+            (&project.interview_probe_path(), size),
             (&ball, Circle::of(&shoot.ball)),
             progress,
         )?;
@@ -147,6 +136,9 @@ impl Probes {
                     .map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp())
             })
             .collect();
+        let kernel = (cells.par_iter())
+            .flat_map_iter(|a| cells.iter().map(move |b| interview::kernel(a.dot(*b))))
+            .collect();
         let mut comparable: Vec<bool> = interview
             .iter()
             .map(|code| !Footprint::is_clipped(code))
@@ -160,6 +152,7 @@ impl Probes {
             interview,
             cell_of_pixel,
             blur,
+            kernel,
             comparable,
             interview_dark: [0; 3],
             profile: vec![],
@@ -212,13 +205,15 @@ const ENOUGH: usize = 8;
 /// The footprints in the lamps' photographs, which have the size of a reference.
 ///
 /// # Errors
-/// When one cannot be read or differs in size, or the job was stopped.
+/// When the ball is too small to tell lamps apart, a photograph cannot be read or differs in size, or the job was
+/// stopped.
 pub(super) fn footprints(
     paths: &[PathBuf],
-    (reference, size): (&str, (usize, usize)),
+    (reference, size): (&Path, (usize, usize)),
     (ball, circle): (&MirrorBall, Circle),
     progress: &Progress,
 ) -> Result<Vec<Footprint>> {
+    silhouette::large_enough(&circle, &reference.display().to_string())?;
     let provisional = ResponseTable::of(&PROVISIONAL);
     let mut grid = Grid::new(ball, size.0, paths.len());
     let some: Vec<PathBuf> = (paths.iter().step_by(paths.len().div_ceil(ENOUGH).max(1)))
@@ -232,20 +227,7 @@ pub(super) fn footprints(
         .map(|(lamp, path)| {
             progress.check("nothing was changed")?;
             let picture = file::read_encoded(path)?;
-            if picture.0.size() != size {
-                return Err(Error::invalid(
-                    format!(
-                        "{} has {}×{} pixels, but {} has {}×{}",
-                        path.display(),
-                        picture.0.width,
-                        picture.0.height,
-                        reference,
-                        size.0,
-                        size.1
-                    ),
-                    "Use uncropped photographs of the mirror ball from one camera",
-                ));
-            }
+            silhouette::same_size((path, picture.0.size()), (reference, size))?;
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             progress.step("mirror balls", lamp as u64 + 1, paths.len() as u64, name);
             let photograph = on_ball(ball, &codes(&picture));
@@ -317,13 +299,6 @@ pub(super) fn measure<'a>(
         all += luminance(lamp.energy);
     }
     (Rig { lamps }, if all > 0.0 { filled / all } else { 0.0 })
-}
-
-/// The median of some values; 0 if there are none.
-fn median(values: impl Iterator<Item = f32>) -> f32 {
-    let mut values: Vec<f32> = values.collect();
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// `n` directions spread evenly over the sphere: a Fibonacci lattice.

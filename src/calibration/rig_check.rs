@@ -2,14 +2,17 @@
 
 mod layout;
 
+use super::median::median;
 use base::error::{Error, Result};
 use glam::Vec3;
 use imaging::color::luminance;
 use light::{Lamp, Rig};
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// What can be wrong with lamps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Fault {
     /// The mirror ball does not show the lamp, or not in every channel: no relighting can use it.
     NotSeen,
@@ -21,6 +24,8 @@ pub enum Fault {
     BehindBall,
     /// Several OLATs show one lamp.
     SameLamp,
+    /// Several mirror balls, or OLATs of a pose, are copies of one picture: see [`same_pictures`].
+    SamePicture,
     /// An OLAT shows the lamp that the layout gives to another OLAT.
     Swapped,
     /// The lamp is where the layout has no lamp.
@@ -208,13 +213,6 @@ fn same_lamps(lamps: &[Lamp]) -> Vec<Vec<usize>> {
 /// The median spread of the lamps in degrees: a lamp that the ball hides in part looks narrower.
 fn spread_deg(lamps: &[Lamp]) -> f32 {
     median(lamps.iter().filter(|l| l.is_usable()).map(|l| l.spread_deg))
-}
-
-/// The median of some values; 0 if there are none.
-fn median(values: impl Iterator<Item = f32>) -> f32 {
-    let mut values: Vec<f32> = values.collect();
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The names of lamps for a sentence: only the first few if there are many.

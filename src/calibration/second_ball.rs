@@ -4,10 +4,11 @@
 //! known where the balls were.
 
 use super::code_values::ResponseTable;
+use super::median::median;
 use super::mirror_ball::MirrorBall;
-use super::probe::{footprints, measure};
+use super::probe::{Probes, footprints, measure};
 use super::silhouette;
-use base::error::Result;
+use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use light::{Lamp, Rig};
@@ -64,7 +65,7 @@ const TOLD: f64 = 3.0;
 ///
 /// # Errors
 /// As [`super::probe::Probes::load`].
-pub(super) fn lamps(
+fn lamps(
     project: &Project,
     second: &SecondBall,
     table: &ResponseTable,
@@ -72,12 +73,17 @@ pub(super) fn lamps(
 ) -> Result<Vec<Lamp>> {
     let shoot = &project.settings.shoot;
     let paths = paths(project, second);
-    let size = imaging::file::dimensions(&paths[0])?;
-    let dome = shoot.dome_radius_m.filter(|_| second.positions_m.is_none());
-    let ball = MirrorBall::new(&second.ball, dome, size)?;
+    let first = paths.first().ok_or_else(|| {
+        Error::missing(
+            "the second mirror ball has no photographs",
+            "Import the shoot again",
+        )
+    })?;
+    let size = imaging::file::dimensions(first)?;
+    let ball = MirrorBall::new(&second.ball, shoot.ball_dome_radius_m(), size)?;
     let footprints = footprints(
         &paths,
-        ("its first photograph", size),
+        (first, size),
         (&ball, silhouette::Circle::of(&second.ball)),
         progress,
     )?;
@@ -85,8 +91,30 @@ pub(super) fn lamps(
     Ok(rig.lamps)
 }
 
+/// Measures the lamps from all of a project's balls, by a response. Also returns the share of their energy that the
+/// first ball hides, which was filled in, and what two balls say; `None` if there is one.
+///
+/// # Errors
+/// As [`super::probe::Probes::load`], for the second ball.
+pub(super) fn rig(
+    project: &Project,
+    probes: &Probes,
+    table: &ResponseTable,
+    progress: &Progress,
+) -> Result<(Rig, f32, Option<TwoBalls>)> {
+    let shoot = &project.settings.shoot;
+    let (mut rig, filled_energy) = probes.rig(shoot.all_lamps(), table);
+    let Some(second) = &shoot.second_ball else {
+        return Ok((rig, filled_energy, None));
+    };
+    let lamps = lamps(project, second, table, progress)?;
+    let distance = shoot.ball.camera_distance_m;
+    let two = join(&mut rig, &lamps, shoot.ball_positions_m(), distance);
+    Ok((rig, filled_energy, Some(two)))
+}
+
 /// The photographs of the second ball.
-pub(super) fn paths(project: &Project, second: &SecondBall) -> Vec<PathBuf> {
+fn paths(project: &Project, second: &SecondBall) -> Vec<PathBuf> {
     let lamps = 0..project.settings.shoot.all_lamps().len();
     lamps
         .map(|lamp| project.second_probe_path(second, lamp))
@@ -94,22 +122,25 @@ pub(super) fn paths(project: &Project, second: &SecondBall) -> Vec<PathBuf> {
 }
 
 /// Joins the second ball's lamps to the first's, in place: directions and confidences are those of both; energies stay
-/// the first ball's. `camera_distance_m` is that of the camera from the subject.
-pub(super) fn join(
+/// the first ball's, but for lamps that it does not show. `positions_m` says where the balls were, `camera_distance_m` how far the camera was from the
+/// subject.
+fn join(
     rig: &mut Rig,
     second: &[Lamp],
-    setup: &SecondBall,
+    positions_m: Option<[Vec3; 2]>,
     camera_distance_m: f32,
 ) -> TwoBalls {
-    let geometry = setup
-        .positions_m
-        .filter(|_| !setup.ball.is_far())
-        .map(|positions| Geometry::new(positions, camera_distance_m));
+    let geometry = positions_m.map(|positions| Geometry::new(positions, camera_distance_m));
     let pairs: Vec<Option<Pair>> = (rig.lamps.iter().zip(second))
         .map(|(first, second)| Pair::new(first, second, geometry.as_ref()))
         .collect();
     let mut apart: Vec<f32> = pairs.iter().flatten().map(|pair| pair.apart_deg).collect();
     apart.sort_by(f32::total_cmp);
+    let brighter = [0, 1, 2].map(|c| {
+        let both = pairs.iter().zip(rig.lamps.iter().zip(second));
+        let both = both.filter(|(pair, _)| pair.is_some());
+        median(both.map(|(_, (first, second))| first.energy[c] / second.energy[c]))
+    });
     let median_deg = apart.get(apart.len() / 2).copied().unwrap_or(0.0);
     let mut near = Vec::new();
     for ((lamp, second), pair) in rig.lamps.iter_mut().zip(second).zip(&pairs) {
@@ -122,6 +153,9 @@ pub(super) fn join(
             if second.confidence > lamp.confidence {
                 lamp.direction = turned(second.direction, 1);
                 lamp.confidence = second.confidence;
+                lamp.spread_deg = second.spread_deg;
+                lamp.clipped = second.clipped;
+                lamp.energy = [0, 1, 2].map(|c| brighter[c] * second.energy[c]);
             } else {
                 lamp.direction = turned(lamp.direction, 0);
             }
@@ -272,7 +306,7 @@ pub(super) fn find_circle(project: &mut Project, again: bool, progress: &Progres
         return Ok(());
     }
     if shared {
-        return Err(base::error::Error::invalid(
+        return Err(Error::invalid(
             "the photographs show two mirror balls, and where the second is was not said",
             "Give `ball_center_px` and `ball_radius_px` of `second_probes` in the manifest and import again",
         ));

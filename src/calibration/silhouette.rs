@@ -19,7 +19,9 @@ mod tests;
 
 pub use circle::Circle;
 pub use photographs::Photographs;
+pub(super) use photographs::same_size;
 
+use super::mirror_ball::LARGEST;
 use base::error::{Error, Result};
 use candidates::{anywhere, distinct, nearby, pyramid};
 use rim::Rim;
@@ -177,7 +179,7 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     let (width, height) = photographs.average().size();
     let outside = |at: f64, size: usize| (-at).max(at - size as f64).max(0.0);
     if outside(x, width).hypot(outside(y, height)) < radius_px
-        && radius_px <= 2.0 * width.max(height) as f64
+        && radius_px <= f64::from(LARGEST) * width.max(height) as f64
     {
         return Ok(());
     }
@@ -191,7 +193,8 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     ))
 }
 
-fn large_enough(circle: &Circle, place: &str) -> Result<()> {
+/// Refuses a ball on which lamps cannot be told apart; `place` names its photographs.
+pub(super) fn large_enough(circle: &Circle, place: &str) -> Result<()> {
     if circle.radius_px >= MIN_RADIUS_PX {
         return Ok(());
     }

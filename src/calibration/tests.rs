@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 mod kept;
 mod real;
 mod shared;
+mod strange;
 
 pub(super) use shared::shared_shoot;
 
@@ -29,7 +30,7 @@ fn dome() -> Vec<(Vec3, f32)> {
 }
 
 /// Writes a shoot of a white ball with coloured spots that turns between poses, under [`dome`].
-fn small_shoot(root: &Path, response: &DualGamma) -> Project {
+pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
     const SIZE: usize = 96;
     let ball = Ball {
         center_px: [48.0, 48.0],

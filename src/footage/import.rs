@@ -233,16 +233,9 @@ fn same_size(a: &Path, a_size: (usize, usize), b: &Path, b_size: (usize, usize))
 }
 
 fn differs(path: &Path, size: (usize, usize), reference: &Path, expected: (usize, usize)) -> Error {
-    Error::invalid(
-        format!(
-            "{} has {} × {} pixels, but {} has {} × {}",
-            path.display(),
-            size.0,
-            size.1,
-            reference.display(),
-            expected.0,
-            expected.1
-        ),
+    Error::other_size(
+        (path, size),
+        (reference, expected),
         "Resize the pictures of the shoot to one size",
     )
 }

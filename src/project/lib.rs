@@ -153,6 +153,20 @@ impl Ball {
 }
 
 impl Shoot {
+    /// Where the centres of two mirror balls stood, in metres from the subject; `None` if there is one ball, or
+    /// positions or sizes are unknown.
+    pub fn ball_positions_m(&self) -> Option<[Vec3; 2]> {
+        let second = self.second_ball.as_ref()?;
+        let sized = !self.ball.is_far() && !second.ball.is_far();
+        second.positions_m.filter(|_| sized)
+    }
+
+    /// Radius in metres of the dome on which the directions that one ball shows end; `None` if it is unknown, or if
+    /// the positions of two balls are known: then each shows directions from itself, and both are joined.
+    pub fn ball_dome_radius_m(&self) -> Option<f32> {
+        (self.dome_radius_m).filter(|_| self.ball_positions_m().is_none())
+    }
+
     /// The names of all lamps: those that the network learns, then the others.
     pub fn all_lamps(&self) -> impl ExactSizeIterator<Item = &String> + Clone {
         let count = self.lamps.len() + self.other_lamps.len();

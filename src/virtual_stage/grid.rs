@@ -98,6 +98,31 @@ impl Grid {
         }
     }
 
+    /// Σ weight · distance of several grids. Weights that sum to 1 interpolate between moments of one movement.
+    pub fn blend(grids: &[(&Self, f32)]) -> Self {
+        let nodes = |of: fn(&Self) -> &Nodes| {
+            let first = of(grids[0].0);
+            let at = |i: usize| {
+                let terms = grids.iter();
+                terms
+                    .map(|(grid, weight)| weight * f32::from(of(grid).distance[i]))
+                    .sum::<f32>()
+            };
+            Nodes {
+                count: first.count,
+                distance: (0..first.distance.len())
+                    .into_par_iter()
+                    .map(|i| at(i).round() as i16)
+                    .collect(),
+                cells_per_m: first.cells_per_m,
+            }
+        };
+        Self {
+            fine: nodes(|grid| &grid.fine),
+            coarse: nodes(|grid| &grid.coarse),
+        }
+    }
+
     /// Signed distance at a place inside the box.
     pub fn distance(&self, p: Vec3) -> f32 {
         self.fine.at(p - BOX_LOW)

@@ -52,10 +52,16 @@ const SILHOUETTE: usize = 4;
 const SMOOTH_COSINE: f32 = 0.94;
 const SMOOTH_DEPTH_M: f32 = 0.006;
 
-/// The pictures of the subject in `pose`, `size × size`.
-pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort) -> Pictures {
+/// The pictures of the subject in `pose`, `size × size`; `grid` holds the subject's distances.
+pub fn take(
+    dome: &Dome,
+    pose: &Pose,
+    grid: &Grid,
+    size: usize,
+    request: &Request,
+    effort: Effort,
+) -> Pictures {
     let subject = Subject::new(pose, &request.look);
-    let grid = Grid::bake(&subject);
     let seat = &pose.seat;
     let mut sources: Vec<Source> = Source::lamps(dome)
         .chain(request.others.iter().copied())
@@ -76,7 +82,7 @@ pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Ef
     let transport = Transport {
         sources: &sources,
         subject: &subject,
-        grid: &grid,
+        grid,
         effort,
     };
     let is_summed = |source: usize| {
@@ -94,7 +100,7 @@ pub fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Ef
             let mut row = Row::new(size, layers);
             let mut lamps = vec![Vec3::ZERO; sources.len()];
             for x in 0..size {
-                let points = visible_points(&subject, &grid, &camera, x, y, &mut row.tally);
+                let points = visible_points(&subject, grid, &camera, x, y, &mut row.tally);
                 if points.is_empty() {
                     continue;
                 }

@@ -6,10 +6,12 @@ use super::camera::{FRAME_HEIGHT_M, Sensor};
 use super::dome::Dome;
 use super::effects::Tally;
 use super::environments;
+use super::grid::Grid;
 use super::interview_light::InterviewLight;
 use super::motion::{Pose, exemplar_poses, interview};
 use super::picture::{Pictures, Request, take};
 use super::room::Room;
+use super::subject::Subject;
 use super::sway::{Sway, reseat};
 use super::transport::Effort;
 use super::trouble::Trouble;
@@ -93,11 +95,17 @@ impl<'a> Session<'a> {
         }
     }
 
+    /// The subject's distances in a pose.
+    pub fn bake(&self, pose: &Pose) -> Grid {
+        Grid::bake(&Subject::new(pose, &self.trouble.look))
+    }
+
     /// Traces one pose: the interview's light first, then, where asked for, the environments and the
     /// banks.
     pub fn take(
         &self,
         pose: &Pose,
+        grid: &Grid,
         environments: bool,
         banks: bool,
         note: &str,
@@ -115,7 +123,7 @@ impl<'a> Session<'a> {
             _ => vec![],
         };
         sums.extend(bounced.iter().map(Vec::as_slice));
-        let mut pictures = self.trace(pose, banks && bounced.is_empty(), &sums)?;
+        let mut pictures = self.trace(pose, grid, banks && bounced.is_empty(), &sums)?;
         if !bounced.is_empty() {
             pictures.banks = pictures.sums.split_off(own);
         }
@@ -129,7 +137,13 @@ impl<'a> Session<'a> {
         Ok(pictures)
     }
 
-    pub fn trace(&self, pose: &Pose, banks: bool, sums: &[&[[f32; 3]]]) -> Result<Pictures> {
+    pub fn trace(
+        &self,
+        pose: &Pose,
+        grid: &Grid,
+        banks: bool,
+        sums: &[&[[f32; 3]]],
+    ) -> Result<Pictures> {
         self.progress.check("the pictures written so far")?;
         let request = Request {
             banks,
@@ -140,6 +154,7 @@ impl<'a> Session<'a> {
         let pictures = take(
             &self.dome,
             pose,
+            grid,
             self.settings.size,
             &request,
             Effort::Needed,

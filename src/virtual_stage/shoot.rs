@@ -5,7 +5,6 @@ use super::ball_view::Surroundings;
 use super::camera::green_screen;
 use super::effects::Tally;
 use super::manifest::{Manifest, Tracking};
-use super::motion::Pose;
 use super::picture::Pictures;
 use super::probe::{BallLight, Probe};
 use super::session::{Session, lamp_time};
@@ -96,7 +95,8 @@ impl Session<'_> {
         for (i, pose) in self.poses.iter().enumerate() {
             // A pose that sways is taken again under each lamp; its own pictures are only truth.
             let banks = i == 0 || self.sways.is_empty();
-            let pictures = self.take(pose, i == 0, banks, &format!("pose {i}"))?;
+            let grid = self.bake(pose);
+            let pictures = self.take(pose, &grid, i == 0, banks, &format!("pose {i}"))?;
             let exposures = exposures.get_or_insert_with(|| Exposures {
                 olat: exposure(OLAT_PEAK, &pictures.banks, &pictures.coverage),
                 interview: exposure(INTERVIEW_PEAK, &pictures.sums[..1], &pictures.coverage),
@@ -110,19 +110,28 @@ impl Session<'_> {
                 let name = format!("exemplars/pose{i:02}/{}.png", self.olat_name(bank));
                 self.photograph(&name, &scaled(light, exposures.olat))
             };
+            let lit = self.all_banks();
             match self.sways.get(i) {
-                None => (pictures.banks.par_iter().enumerate())
-                    .try_for_each(|(bank, light)| olat(bank, light))?,
-                Some(sway) => (0..self.dome.banks.len()).try_for_each(|bank| {
-                    let time = lamp_time(bank, self.dome.banks.len());
-                    let lit = self.lit_bank(bank);
-                    olat(
-                        bank,
-                        &self.trace(&sway.pose(pose, time), false, &[&lit])?.sums[0],
-                    )
-                })?,
+                None => {
+                    (pictures.banks.par_iter().enumerate())
+                        .try_for_each(|(bank, light)| olat(bank, light))?;
+                    self.write_tracking(i, exposures.tracking, |_| {
+                        self.trace(pose, &grid, false, &[&lit])
+                    })?;
+                }
+                Some(sway) => {
+                    let grids = sway.grids(pose, &self.trouble.look, grid);
+                    let at = |time: f32, lit: &[[f32; 3]]| {
+                        let grid = grids.at(sway.face_m(time));
+                        self.trace(&sway.pose(pose, time), &grid, false, &[lit])
+                    };
+                    for bank in 0..self.dome.banks.len() {
+                        let time = lamp_time(bank, self.dome.banks.len());
+                        olat(bank, &at(time, &self.lit_bank(bank))?.sums[0])?;
+                    }
+                    self.write_tracking(i, exposures.tracking, |time| at(time, &lit))?;
+                }
             }
-            self.write_tracking(i, pose, exposures.tracking)?;
             self.photograph(
                 &format!("truth/pose{i:02}_under_interview_light_black_bg.png"),
                 &scaled(&pictures.sums[0], exposures.interview),
@@ -134,19 +143,27 @@ impl Session<'_> {
         exposures.ok_or_else(|| Error::bug("the virtual stage has no pose"))
     }
 
-    /// The subject of a pose under all banks, between the lamps.
-    fn write_tracking(&self, i: usize, pose: &Pose, exposure: f32) -> Result<()> {
-        let lamps = self.dome.banks.len();
+    /// Radiances of all lamps when all banks shine.
+    fn all_banks(&self) -> Vec<[f32; 3]> {
         let mut lit = vec![[0.0f32; 3]; self.dome.lamps.len()];
-        for bank in 0..lamps {
+        for bank in 0..self.dome.banks.len() {
             for (sum, light) in lit.iter_mut().zip(self.lit_bank(bank)) {
                 *sum = [0, 1, 2].map(|c| sum[c] + light[c]);
             }
         }
+        lit
+    }
+
+    /// Pose `i` under all banks, as `taken` at moments between the lamps (from 0 to 1).
+    fn write_tracking(
+        &self,
+        i: usize,
+        exposure: f32,
+        taken: impl Fn(f32) -> Result<Pictures>,
+    ) -> Result<()> {
+        let lamps = self.dome.banks.len();
         for (k, before) in self.tracking_times().into_iter().flatten().enumerate() {
-            let time = before as f32 / lamps as f32;
-            let pose = (self.sways.get(i)).map_or(*pose, |sway| sway.pose(pose, time));
-            let pictures = self.trace(&pose, false, &[&lit])?;
+            let pictures = taken(before as f32 / lamps as f32)?;
             self.photograph(
                 &format!("tracking/pose{i:02}/frame_{k:02}.png"),
                 &scaled(&pictures.sums[0], exposure),
@@ -163,7 +180,9 @@ impl Session<'_> {
             let place = self.truth_frames.iter().position(|&t| t == i);
             // The last truth frame is only used to judge pictures under environments.
             let banks = place.is_some_and(|p| p < 3);
-            let pictures = self.take(pose, place.is_some(), banks, &format!("frame {i}"))?;
+            let grid = self.bake(pose);
+            let note = format!("frame {i}");
+            let pictures = self.take(pose, &grid, place.is_some(), banks, &note)?;
             if banks && nearest.is_none() && self.trouble != Trouble::default() {
                 nearest = Some(NearestSum::fit(
                     &pictures.banks,

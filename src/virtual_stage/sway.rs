@@ -1,8 +1,10 @@
 //! People move: how the subject sits from pose to pose, raises a hand, and sways while the lamps go round.
 
 use super::camera::FRAME_HEIGHT_M;
+use super::grid::Grid;
 use super::motion::{FRAME_RATE, Pose, Seat};
-use super::trouble::Trouble;
+use super::subject::Subject;
+use super::trouble::{Look, Trouble};
 use chacha20::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::f32::consts::TAU;
@@ -92,15 +94,52 @@ impl Sway {
         [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * part)
     }
 
-    /// `pose` at `time`: half of the face's way is the whole body's, the rest is the head turning on its neck.
+    /// `pose` at `time`.
     pub fn pose(&self, pose: &Pose, time: f32) -> Pose {
-        let [x, y] = self.face_m(time);
-        let mut moved = *pose;
-        moved.seat.x += 0.5 * x;
-        moved.seat.y += 0.5 * y;
-        moved.yaw += (0.5 * x / FACE_M).atan().to_degrees();
-        moved.pitch -= (0.5 * y / FACE_M).atan().to_degrees();
-        moved
+        moved(pose, self.face_m(time))
+    }
+
+    /// What [`SwayingGrid`] needs for all moments of the sway; `still` is the grid of `pose` itself.
+    pub fn grids(&self, pose: &Pose, look: &Look, still: Grid) -> SwayingGrid {
+        let far = |axis: usize| self.path.iter().map(|p| p[axis].abs()).fold(1e-6, f32::max);
+        let farthest_m = [far(0), far(1)];
+        let bake = |face_m: [f32; 2]| Grid::bake(&Subject::new(&moved(pose, face_m), look));
+        let [x, y] = farthest_m;
+        SwayingGrid {
+            moved: [[[x, 0.0], [-x, 0.0]], [[0.0, y], [0.0, -y]]].map(|axis| axis.map(bake)),
+            farthest_m,
+            still,
+        }
+    }
+}
+
+/// `pose` with the face elsewhere: half of the face's way is the whole body's, the rest is the head turning on its neck.
+fn moved(pose: &Pose, [x, y]: [f32; 2]) -> Pose {
+    let mut moved = *pose;
+    moved.seat.x += 0.5 * x;
+    moved.seat.y += 0.5 * y;
+    moved.yaw += (0.5 * x / FACE_M).atan().to_degrees();
+    moved.pitch -= (0.5 * y / FACE_M).atan().to_degrees();
+    moved
+}
+
+/// The distances of a swaying subject, baked five times and not for every moment. The body's part of the sway moves the
+/// whole grid and is exact. The head's turn, at most half of the face's way, is interpolated: linearly between the still
+/// grid and those at the farthest turns, and added for both axes.
+pub struct SwayingGrid {
+    still: Grid,
+    /// Farthest to camera-right and left, up and down.
+    moved: [[Grid; 2]; 2],
+    farthest_m: [f32; 2],
+}
+
+impl SwayingGrid {
+    /// The grid with the face `face_m` from its middle.
+    pub fn at(&self, face_m: [f32; 2]) -> Grid {
+        let part = |axis: usize| face_m[axis] / self.farthest_m[axis];
+        let end = |axis: usize| &self.moved[axis][usize::from(face_m[axis] < 0.0)];
+        let (x, y) = (part(0).abs(), part(1).abs());
+        Grid::blend(&[(&self.still, 1.0 - x - y), (end(0), x), (end(1), y)])
     }
 }
 

@@ -2,7 +2,7 @@
 //! look under a response.
 
 use super::srgb_picture::SrgbPicture;
-use base::error::Result;
+use base::error::{Error, Result};
 use base::progress::{Control, Progress};
 use calibration::gamma::{Case, CurveFit, GammaStudy, Histogram, Surface};
 use calibration::light_probe::{BallView, ClippedLight, Photograph, light_probe};
@@ -91,16 +91,19 @@ pub struct GammaView {
     pub curves: Arc<Vec<CurveFit>>,
 }
 
+type FoundCircle = std::result::Result<Silhouette, String>;
+
 /// What was read of a calibration and need not be read again.
 pub(super) struct CalibrationStudy {
     root: PathBuf,
     stop: Control,
     calibrations: Option<u64>,
-    found: Option<std::result::Result<(Photographs, Silhouette), String>>,
+    /// The average of the ball's photographs, and the circle that it shows; sentences if there is none.
+    found: Option<std::result::Result<(Photographs, FoundCircle), String>>,
     /// The photograph that was read last.
     photograph: Option<(Option<usize>, Encoded)>,
-    /// The lamps within the circle that was asked for last.
-    lamps: Option<(Circle, Vec<Lamp>)>,
+    /// The lamps within the circle that was asked for last, or why it shows none.
+    lamps: Option<(Circle, std::result::Result<Vec<Lamp>, String>)>,
     exemplars: Option<Exemplars>,
     /// The interview's frame that was read last.
     frame: Option<(usize, SrgbPicture)>,
@@ -160,13 +163,28 @@ impl CalibrationStudy {
         let silent = |_| {};
         let progress = Progress::new(&silent, self.stop.clone());
         let mut project = Project::open(&self.root)?;
-        // A shoot that does not say where its ball is starts with what is found.
+        let found = match self.found.take() {
+            Some(found) => found,
+            None => find_circle(&project, &progress)?,
+        };
+        let (photographs, found) = match &*self.found.insert(found) {
+            Ok((photographs, found)) => (Some(photographs), found.clone()),
+            Err(sentence) => (None, Err(sentence.clone())),
+        };
+        let mut findings = Vec::new();
+        // A shoot that does not say where its ball is starts with what is found, or with a circle to drag.
         if !project.settings.shoot.ball.has_circle() {
-            let find = || find_circle(&project, &progress).map_err(|e| e.to_string());
-            let found = self.found.get_or_insert_with(find).as_ref();
-            if let Some(circle) = found.ok().map(|(_, found)| found.circle) {
-                circle.apply_to(&mut project.settings.shoot.ball);
-            }
+            let circle = match &found {
+                Ok(found) => found.circle,
+                Err(sentence) => {
+                    findings.push(format!(
+                        "It is not known where the mirror ball is: {sentence}. Drag the circle in the middle of the \
+                         photograph onto the ball's outline, then calibrate"
+                    ));
+                    in_the_middle(file::dimensions(&project.interview_probe_path())?)
+                }
+            };
+            circle.apply_to(&mut project.settings.shoot.ball);
         }
         let kept = Circle::of(&project.settings.shoot.ball);
         let circle = circle.unwrap_or(kept);
@@ -186,13 +204,18 @@ impl CalibrationStudy {
             }
         };
         let (_, encoded) = &*self.photograph.insert((photograph, encoded));
-        let find = || find_circle(&project, &progress).map_err(|e| e.to_string());
-        let found = &*self.found.get_or_insert_with(find);
         let lamps = match self.lamps.take() {
             Some((within, lamps)) if within == circle => lamps,
-            _ => Probes::load(&project, &progress)?.lamps(shoot.all_lamps(), &response),
+            _ => match Probes::load(&project, &progress) {
+                Ok(probes) => Ok(probes.lamps(shoot.all_lamps(), &response)),
+                // While the circle is being dragged it may show no ball.
+                Err(refusal @ Error::Invalid { .. }) => Err(refusal.to_string()),
+                Err(refusal) => return Err(refusal),
+            },
         };
         let (_, lamps) = &*self.lamps.insert((circle, lamps));
+        findings.extend(lamps.as_ref().err().cloned());
+        findings.extend(calibration.map_or_else(Vec::new, |c| c.rig_findings));
         let size = encoded.0.size();
         let view = BallView::of(&shoot.ball, shoot.dome_radius_m);
         let light = Photograph::from_encoded(encoded, &response);
@@ -210,23 +233,20 @@ impl CalibrationStudy {
             size,
             circle,
             kept,
-            rim: match found {
-                Ok((photographs, _)) => {
+            rim: match (photographs, &found) {
+                (Some(photographs), _) => {
                     silhouette::measure(photographs, &circle).map_err(|e| e.to_string())
                 }
-                Err(sentence) => Err(sentence.clone()),
+                (None, found) => found.clone(),
             },
-            found: found
-                .as_ref()
-                .map(|(_, found)| *found)
-                .map_err(Clone::clone),
-            findings: calibration.map_or_else(Vec::new, |c| c.rig_findings),
+            found,
+            findings,
             panorama: SrgbPicture::as_exposed(&probe.panorama),
             clipped_pixels: probe.clipped_pixels,
             clipped_at,
             blind_share: probe.blind_share,
             filled_share: probe.filled_share,
-            lamps: (lamps.iter())
+            lamps: (lamps.iter().flatten())
                 .map(|lamp| SeenLamp {
                     on_ball: on_ball(lamp),
                     lamp: lamp.clone(),
@@ -333,9 +353,9 @@ impl Exemplars {
         let (study, cases) = (&self.study, &self.cases);
         let relit = self.relit_cases.get_or_insert_with(|| {
             let picture = |case: &Case| {
-                let response = case.response();
+                let Trial { response, exposure } = case.trial();
                 let weights = study.weights(&response);
-                let relit = study.relit(&response, case.exposure, &weights);
+                let relit = study.relit(&response, exposure, &weights);
                 (*case, SrgbPicture::reduced(&relit, PICTURE_PX))
             };
             Arc::new(cases.iter().map(picture).collect())
@@ -344,9 +364,89 @@ impl Exemplars {
     }
 }
 
-/// The circle that all of the project's balls show together.
-fn find_circle(project: &Project, progress: &Progress) -> Result<(Photographs, Silhouette)> {
-    let photographs = Photographs::read(&project.probe_paths(), progress)?;
-    let found = silhouette::find(&photographs)?;
-    Ok((photographs, found))
+/// The average of all of the project's balls, and the circle that they show together; sentences if there is none.
+///
+/// # Errors
+/// When a stop was asked for.
+fn find_circle(
+    project: &Project,
+    progress: &Progress,
+) -> Result<std::result::Result<(Photographs, FoundCircle), String>> {
+    let photographs = match Photographs::read(&project.probe_paths(), progress) {
+        Ok(photographs) => photographs,
+        Err(stop @ Error::Cancelled { .. }) => return Err(stop),
+        Err(refusal) => return Ok(Err(refusal.to_string())),
+    };
+    let found = silhouette::find(&photographs).map_err(|e| e.to_string());
+    Ok(Ok((photographs, found)))
+}
+
+/// A circle to drag onto the ball, in a photograph of `width × height` pixels.
+fn in_the_middle((width, height): (usize, usize)) -> Circle {
+    Circle {
+        center_px: [width, height].map(|side| 0.5 * side as f64),
+        radius_px: (0.35 * width.min(height) as f64).max(silhouette::MIN_RADIUS_PX),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use imaging::Raster;
+    use project::{Ball, FORMAT, Settings, Shoot};
+
+    #[test]
+    fn a_ball_that_is_not_found_can_be_outlined_by_hand() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = |name: &str| vec![name.to_owned()];
+        let project = Project {
+            root: folder.path().to_path_buf(),
+            settings: Settings {
+                format: FORMAT,
+                name: "small".into(),
+                size: 32,
+                seed: 1,
+                shoot: Shoot {
+                    folder: "shoot".into(),
+                    frame_rate: 25.0,
+                    poses: names("pose00"),
+                    lamps: names("olat_00"),
+                    other_lamps: vec![],
+                    frames: names("frame_000"),
+                    ball: Ball::unknown(),
+                    second_ball: None,
+                    dome_radius_m: None,
+                    environments: vec![],
+                    lamp_layout: vec![],
+                },
+                environments: vec![],
+                framing: Default::default(),
+            },
+        };
+        project.save().unwrap();
+        // A lamp in front of a wall as bright as what the ball reflects: no rim is seen.
+        for path in project.probe_paths() {
+            let picture = Raster::from_fn(96, 80, |x, y| {
+                let lamp = x.abs_diff(40) < 3 && y.abs_diff(36) < 3;
+                [if lamp { 0.9 } else { 0.1 }; 3]
+            });
+            file::write_png(&path, &Encoded(picture)).unwrap();
+        }
+        let mut study = CalibrationStudy::new(project.root.clone(), Control::default());
+        let view = study.probe(None, None).unwrap();
+        assert!(view.found.is_err());
+        assert_eq!(view.circle.center_px, [48.0, 40.0]);
+        assert!(
+            view.findings[0].contains("Drag the circle"),
+            "{:?}",
+            view.findings
+        );
+        let by_hand = Circle::new([47.0, 41.0], 36.0).unwrap();
+        let view = study.probe(None, Some(by_hand)).unwrap();
+        assert_eq!((view.circle, view.lamps.len()), (by_hand, 1));
+        // A circle beside the photograph says so, and can be dragged back.
+        let beside = Circle::new([90.0, 41.0], 12.0).unwrap();
+        assert!(study.probe(None, Some(beside)).is_ok());
+        assert!(study.probe(None, Some(by_hand)).is_ok());
+    }
 }

@@ -60,7 +60,7 @@ impl Subject {
             gamma1: GAMMA_PRIOR.0 as f32,
             gamma2: GAMMA_PRIOR.0 as f32,
         });
-        let weights = &probes.fit(provisional).weights;
+        let weights = &probes.weights(provisional);
         let (mut poses, samples) = load_poses(project, provisional, weights, progress)?;
         let (frames, matched) = load_frames(project, &samples, provisional, progress)?;
         check_light(project, &poses, &frames)?;
@@ -359,16 +359,9 @@ fn read_codes(
 ) -> Result<Vec<CodeValues>> {
     let picture = footage::read_encoded(path, framing)?;
     if picture.0.size() != mask.size() {
-        return Err(Error::invalid(
-            format!(
-                "{} has {}×{} pixels, but {} has {}×{}",
-                path.display(),
-                picture.0.width,
-                picture.0.height,
-                mask_path.display(),
-                mask.width,
-                mask.height
-            ),
+        return Err(Error::other_size(
+            (path, picture.0.size()),
+            (mask_path, mask.size()),
             "Use the matte that belongs to the picture",
         ));
     }

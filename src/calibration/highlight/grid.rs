@@ -1,6 +1,7 @@
 //! The ball in a series of photographs, reduced to a grid of cells that fits into memory for a whole series.
 
 use super::super::code_values::{CodeValues, ResponseTable};
+use super::super::connected;
 use super::super::footprint::Footprint;
 use super::super::mirror_ball::MirrorBall;
 use super::super::silhouette::{self, Circle, Photographs};
@@ -115,14 +116,13 @@ impl Grid {
 
     /// The cells around a cell, without those beside the grid.
     pub fn around(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
-        let (width, height) = (self.width as isize, self.height as isize);
-        let (x, y) = ((cell % self.width) as isize, (cell / self.width) as isize);
-        (-1..=1)
-            .flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy)))
-            .filter(move |&(u, v)| {
-                (u, v) != (x, y) && (0..width).contains(&u) && (0..height).contains(&v)
-            })
-            .map(move |(u, v)| (v * width + u) as usize)
+        connected::around(cell, (self.width, self.height), 1).filter(move |&other| other != cell)
+    }
+
+    /// The connected parts of the ball's cells for which `inside` holds.
+    pub fn parts(&self, inside: impl Fn(usize) -> bool) -> Vec<Vec<u32>> {
+        let size = (self.width, self.height);
+        connected::parts(size, |cell| self.is_ball(cell) && inside(cell))
     }
 
     /// What all photographs of a series share, per cell: the room, as their median. Of fewer than five the least,

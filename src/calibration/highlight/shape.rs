@@ -1,31 +1,6 @@
-//! Shapes on a grid: connected parts, and what is left of a part when thin streaks are cut off.
+//! Shapes on a grid: what is left of a part when thin streaks are cut off.
 
 use super::grid::Grid;
-
-/// The connected parts of the cells for which `inside` holds; diagonal neighbours are connected.
-pub(super) fn parts(grid: &Grid, inside: impl Fn(usize) -> bool) -> Vec<Vec<u32>> {
-    let mut todo: Vec<bool> = (0..grid.solid_angle.len())
-        .map(|cell| grid.is_ball(cell) && inside(cell))
-        .collect();
-    let mut parts = Vec::new();
-    for start in 0..todo.len() {
-        if !std::mem::take(&mut todo[start]) {
-            continue;
-        }
-        let mut part = vec![start as u32];
-        let mut next = 0;
-        while next < part.len() {
-            for cell in grid.around(part[next] as usize) {
-                if std::mem::take(&mut todo[cell]) {
-                    part.push(cell as u32);
-                }
-            }
-            next += 1;
-        }
-        parts.push(part);
-    }
-    parts
-}
 
 /// A part of the grid within its bounding box, with a margin.
 struct Patch {

@@ -6,6 +6,7 @@
 //! darker it does not fit, and the lamp stays as it is. The brightness of an even disc with a sharp edge cannot be
 //! estimated: it takes a shorter exposure ([`super::merge`]).
 
+use super::super::connected;
 use imaging::color::luminance;
 use imaging::{Image, Raster};
 
@@ -82,34 +83,10 @@ pub(super) fn estimate(
 /// Connected groups of the ball's pixels with a clipped channel.
 fn lamps(clipped: &Raster<[bool; 3]>, usable: &[f32]) -> Vec<Vec<usize>> {
     let is_hot = |i: usize| usable[i] > 0.0 && clipped.pixels[i].contains(&true);
-    let mut met = vec![false; usable.len()];
-    let mut lamps = Vec::new();
-    for start in 0..usable.len() {
-        if met[start] || !is_hot(start) {
-            continue;
-        }
-        met[start] = true;
-        let (mut lamp, mut next) = (vec![start], 0);
-        while next < lamp.len() {
-            for i in around(lamp[next], clipped.size(), 1) {
-                if !met[i] && is_hot(i) {
-                    met[i] = true;
-                    lamp.push(i);
-                }
-            }
-            next += 1;
-        }
-        lamps.push(lamp);
-    }
-    lamps
-}
-
-/// The pixels of the square of `reach` around one.
-fn around(i: usize, (width, height): (usize, usize), reach: usize) -> impl Iterator<Item = usize> {
-    let (x, y) = (i % width, i / width);
-    let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
-    (y.saturating_sub(reach)..(y + reach + 1).min(height))
-        .flat_map(move |row| columns.clone().map(move |column| row * width + column))
+    let parts = connected::parts(clipped.size(), is_hot).into_iter();
+    parts
+        .map(|part| part.into_iter().map(|i| i as usize).collect())
+        .collect()
 }
 
 /// The light of the `hot` pixels of a lamp in channel `c`; `None` if no lobe fits.
@@ -128,7 +105,7 @@ fn lobe(
     let radius = (lamp.len() as f64 / std::f64::consts::PI).sqrt();
     let reach = (radius.ceil() as usize + 2).min(64);
     let mut near: Vec<usize> = (lamp.iter())
-        .flat_map(|&i| around(i, light.size(), reach))
+        .flat_map(|&i| connected::around(i, light.size(), reach))
         .filter(|&i| usable[i] > 0.0 && !clipped.pixels[i][c])
         .collect();
     near.sort_unstable();

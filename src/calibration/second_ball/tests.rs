@@ -1,6 +1,5 @@
 use super::super::highlight::real_balls;
 use super::*;
-use project::Ball;
 
 fn lamp(direction: Vec3, confidence: f32) -> Lamp {
     Lamp {
@@ -10,19 +9,6 @@ fn lamp(direction: Vec3, confidence: f32) -> Lamp {
         spread_deg: 3.0,
         confidence,
         clipped: 0.0,
-    }
-}
-
-fn setup(positions_m: Option<[Vec3; 2]>) -> SecondBall {
-    SecondBall {
-        folder: "probes_2".into(),
-        ball: Ball {
-            center_px: [100.0; 2],
-            radius_px: 90.0,
-            radius_m: 0.075,
-            camera_distance_m: 4.0,
-        },
-        positions_m,
     }
 }
 
@@ -50,7 +36,7 @@ fn two_balls_tell_where_near_lamps_are() {
         Vec3::new(0.2, -0.5, 2.0),
     ];
     let (mut rig, second) = seen(&places, positions, 0.2);
-    let two = join(&mut rig, &second, &setup(Some(positions)), 4.0);
+    let two = join(&mut rig, &second, Some(positions), 4.0);
     assert_eq!(two.near.len(), 3, "{two:?}");
     for ((near, lamp), place) in two.near.iter().zip(&rig.lamps).zip(places) {
         let off = near.position_m.distance(place);
@@ -70,7 +56,7 @@ fn far_lamps_have_a_direction_and_no_distance() {
     let positions = [Vec3::new(-0.3, 0.0, 0.0), Vec3::new(0.3, 0.0, 0.0)];
     let places = [Vec3::new(30.0, 40.0, 20.0), Vec3::new(-20.0, 10.0, 60.0)];
     let (mut rig, second) = seen(&places, positions, 0.3);
-    let two = join(&mut rig, &second, &setup(Some(positions)), 4.0);
+    let two = join(&mut rig, &second, Some(positions), 4.0);
     assert!(two.near.is_empty(), "{two:?}");
     for (lamp, place) in rig.lamps.iter().zip(places) {
         assert!(lamp.direction.angle_between(place).to_degrees() < 1.0);
@@ -95,7 +81,7 @@ fn balls_that_disagree_are_not_trusted_and_one_that_sees_is_enough() {
         lamp(up, 0.8),
         lamp(Vec3::Z, 0.0),
     ];
-    let two = join(&mut rig, &second, &setup(None), 4.0);
+    let two = join(&mut rig, &second, None, 4.0);
     let [apart, together, second_only, first_only] = &rig.lamps[..] else {
         panic!("four lamps");
     };
@@ -113,11 +99,7 @@ fn two_real_balls_together_are_nearer_to_what_was_published() {
         return;
     };
     let mut rig = Rig { lamps: first.0 };
-    let setup = SecondBall {
-        ball: Ball::far([0.0; 2], 400.0),
-        ..setup(None)
-    };
-    let two = join(&mut rig, &second.0, &setup, 1e5);
+    let two = join(&mut rig, &second.0, None, 1e5);
     println!("{}", two.sentence());
     assert!(two.lamps == 12 && two.near.is_empty());
     let mut worst = 0.0f32;
@@ -134,4 +116,53 @@ fn two_real_balls_together_are_nearer_to_what_was_published() {
     }
     println!("worst {worst:.2}°");
     assert!(worst <= 1.0);
+}
+
+/// A small project with a second ball whose photographs are copies of the first's.
+fn two_equal_balls(folder: &std::path::Path) -> Project {
+    let response = imaging::DualGamma::new(2.2, 2.2).unwrap();
+    let mut project = crate::tests::small_shoot(folder, &response);
+    let second = SecondBall {
+        folder: "probes_2".into(),
+        ball: project.settings.shoot.ball,
+        positions_m: None,
+    };
+    std::fs::create_dir(project.shoot_path("probes_2")).unwrap();
+    for lamp in 0..project.settings.shoot.lamps.len() {
+        let copy = project.second_probe_path(&second, lamp);
+        std::fs::copy(project.lamp_probe_path(lamp), copy).unwrap();
+    }
+    project.settings.shoot.second_ball = Some(second);
+    project
+}
+
+#[test]
+fn a_lamp_that_one_of_two_balls_shows_can_be_learnt() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut project = two_equal_balls(folder.path());
+    let count = project.settings.shoot.lamps.len();
+    // The first ball's photograph under one lamp is that under no lamp.
+    let black = imaging::Encoded(imaging::Raster::filled(96, 96, [0.0; 3]));
+    imaging::file::write_png(&project.lamp_probe_path(3), &black).unwrap();
+    let silent = Progress::silent();
+    let mut alone = project.clone();
+    alone.settings.shoot.second_ball = None;
+    assert!(crate::keep_lamps(&mut alone, count, &silent).is_err());
+    let kept = crate::keep_lamps(&mut project, count, &silent).unwrap();
+    assert_eq!(kept.indices.len(), count);
+}
+
+#[test]
+fn a_second_ball_that_is_too_small_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut project = two_equal_balls(folder.path());
+    if let Some(second) = &mut project.settings.shoot.second_ball {
+        second.ball.radius_px = 6.0;
+    }
+    let refusal = crate::keep_lamps(&mut project, 4, &Progress::silent()).unwrap_err();
+    let sentence = refusal.to_string();
+    assert!(
+        sentence.contains("probes_2") && sentence.contains("radius of 10 pixels"),
+        "{sentence}"
+    );
 }

@@ -16,7 +16,7 @@ pub struct Photographs {
     average: Raster<[f32; 3]>,
     count: usize,
     /// Name of the first photograph, for messages.
-    first: String,
+    first: PathBuf,
 }
 
 /// Photographs that are decoded at once: each takes twelve bytes per pixel.
@@ -32,18 +32,21 @@ impl Photographs {
     /// # Errors
     /// When the picture is too small to show a ball.
     pub fn one(name: impl AsRef<Path>, picture: &Encoded) -> Result<Self> {
-        let name = name.as_ref().display().to_string();
+        let name = name.as_ref();
         let (width, height) = picture.0.size();
         if width < 16 || height < 16 || picture.0.pixels.len() != width * height {
             return Err(Error::invalid(
-                format!("{name} has {width}×{height} pixels, fewer than 16×16"),
+                format!(
+                    "{} has {width}×{height} pixels, fewer than 16×16",
+                    name.display()
+                ),
                 "Use the mirror ball's photographs at their full size",
             ));
         }
         Ok(Self {
             average: picture.0.map(|pixel| pixel.map(unit)),
             count: 1,
-            first: name,
+            first: name.to_path_buf(),
         })
     }
 
@@ -52,20 +55,8 @@ impl Photographs {
     /// # Errors
     /// When its size differs from the others'.
     pub fn add(&mut self, name: impl AsRef<Path>, picture: &Encoded) -> Result<()> {
-        if picture.0.size() != self.average.size() {
-            return Err(Error::invalid(
-                format!(
-                    "{} has {}×{} pixels, but {} has {}×{}",
-                    name.as_ref().display(),
-                    picture.0.width,
-                    picture.0.height,
-                    self.first,
-                    self.average.width,
-                    self.average.height
-                ),
-                "Use uncropped photographs of the mirror ball from one camera",
-            ));
-        }
+        let first = (self.first.as_path(), self.average.size());
+        same_size((name.as_ref(), picture.0.size()), first)?;
         self.count += 1;
         let share = 1.0 / self.count as f32;
         self.average
@@ -118,8 +109,12 @@ impl Photographs {
     /// The photographs' name in messages.
     pub(super) fn place(&self) -> String {
         match self.count {
-            1 => self.first.clone(),
-            more => format!("{} and {} other photographs", self.first, more - 1),
+            1 => self.first.display().to_string(),
+            more => format!(
+                "{} and {} other photographs",
+                self.first.display(),
+                more - 1
+            ),
         }
     }
 
@@ -154,4 +149,22 @@ impl Photographs {
             remedy,
         ))
     }
+}
+
+/// Refuses a photograph whose columns and rows differ from those of the `first` by the same camera.
+///
+/// # Errors
+/// Then.
+pub(crate) fn same_size(
+    (path, size): (&Path, (usize, usize)),
+    (first, expected): (&Path, (usize, usize)),
+) -> Result<()> {
+    if size == expected {
+        return Ok(());
+    }
+    Err(Error::other_size(
+        (path, size),
+        (first, expected),
+        "Use uncropped photographs of the mirror ball from one camera",
+    ))
 }

@@ -85,7 +85,7 @@ fn a_shoot_without_poses_says_so() {
     assert!(error.contains("names no poses"), "{error}");
 }
 
-fn small_project(root: &Path) -> Project {
+pub(super) fn small_project(root: &Path) -> Project {
     let shoot = Shoot {
         folder: PathBuf::from("shoot"),
         frame_rate: 25.0,
@@ -136,7 +136,9 @@ fn small_calibration() -> Calibration {
         filled_energy: 0.0,
         clipped_pixels: 0,
         rig_findings: vec![],
+        rig_faults: vec![],
         two_balls: None,
+        motion: None,
         gamma_evidence: gamma::Evidence::default(),
         rig: Rig {
             lamps: vec![Lamp {

@@ -3,7 +3,7 @@
 use super::dome::Dome;
 use super::grid::Grid;
 use super::motion::{Pose, exemplar_poses};
-use super::picture::{Request, take};
+use super::picture::{self, Pictures, Request};
 use super::subject::Subject;
 use super::transport::Effort;
 use super::trouble::Look;
@@ -24,6 +24,12 @@ const SMALL: StageSettings = StageSettings {
     lamps: 6,
     trouble: TroubleSettings::NONE,
 };
+
+/// The pictures of a pose.
+fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort) -> Pictures {
+    let grid = Grid::bake(&Subject::new(pose, &request.look));
+    picture::take(dome, pose, &grid, size, request, effort)
+}
 
 /// Names and contents of all files below a folder.
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {

@@ -356,6 +356,47 @@ fn a_subject_sways_while_the_lamps_go_round_and_tracking_frames_show_it() {
 }
 
 #[test]
+fn a_grid_between_baked_moments_makes_the_picture_of_a_baked_one() {
+    let dome = Dome::new(6);
+    let look = Look {
+        glasses: true,
+        hair: Some(Hair::Brown),
+        ..Look::default()
+    };
+    let request = Request {
+        banks: true,
+        look,
+        ..Request::default()
+    };
+    let still = crate::motion::exemplar_poses()[1];
+    let sway = crate::sway::Sway::draw(3.0, 5, 1);
+    let bake = |pose: &Pose| Grid::bake(&Subject::new(pose, &look));
+    let grids = sway.grids(&still, &look, bake(&still));
+    let taken = |pose: &Pose, grid: &Grid| {
+        picture::take(&dome, pose, grid, 96, &request, Effort::Needed).banks
+    };
+    let middle = taken(&still, &bake(&still));
+    let difference = |a: &[Image], b: &[Image]| {
+        let pixels = |images: &[Image]| -> Vec<[f32; 3]> {
+            images
+                .iter()
+                .flat_map(|image| image.pixels.clone())
+                .collect()
+        };
+        let (a, b) = (pixels(a), pixels(b));
+        let squares = a.iter().zip(&b).map(|(a, b)| (a[1] - b[1]).powi(2));
+        (squares.sum::<f32>() / a.len() as f32).sqrt()
+    };
+    for time in [0.0, 0.3, 0.55, 1.0] {
+        let pose = sway.pose(&still, time);
+        let baked = taken(&pose, &bake(&pose));
+        let between = taken(&pose, &grids.at(sway.face_m(time)));
+        let (off, moved) = (difference(&baked, &between), difference(&baked, &middle));
+        assert!(off < 0.05 * moved, "{time}: {off} of {moved}");
+    }
+}
+
+#[test]
 fn the_subject_sits_elsewhere_in_each_pose() {
     let dome = Dome::new(6);
     let weights = vec![[1.0; 3]; dome.lamps.len()];
