@@ -18,10 +18,11 @@ pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid) -> Vec<f32> {
         let variance = (2.0 * lamp.deviation_deg).powi(2) + (1.4 * geometry).powi(2);
         let near = 1.0 - (-0.5 * NEAR_DEG.powi(2) / variance.max(1e-6)).exp();
         // A part that has a third of the lamp's light may as well be the lamp.
-        let alone = odds(lamp.rival / 0.3);
+        let alone = plausibility(lamp.rival / 0.3);
         // A lamp that is out of sight or off leaves what others reflect of it: little light, dim and wide.
-        let as_strong = odds(0.05 * energy / lamp.energy) * odds(0.05 * peak / lamp.peak);
-        let as_small = odds((lamp.spread_deg - size).max(0.0) / 15.0);
+        let as_strong =
+            plausibility(0.05 * energy / lamp.energy) * plausibility(0.05 * peak / lamp.peak);
+        let as_small = plausibility((lamp.spread_deg - size).max(0.0) / 15.0);
         let together = 1.0 - 0.8 * lamp.elsewhere.powi(2);
         near * alone * as_strong * as_small * together
     };
@@ -47,7 +48,7 @@ pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid) -> Vec<f32> {
 const NEAR_DEG: f32 = 5.0;
 
 /// 1 for 0, a half for 1, little for much more.
-fn odds(ratio: f32) -> f32 {
+fn plausibility(ratio: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 
