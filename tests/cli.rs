@@ -403,6 +403,39 @@ fn a_shoot_with_a_hole_is_refused_by_the_files_name() {
 }
 
 #[test]
+fn a_project_is_checked_and_a_strict_check_stops_a_pipeline() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    test_shoot::TestShoot::default().import(at, "film");
+    let unknown = succeed(at, &["check", "film", "--environment", "nave", "--json"]);
+    assert_eq!(unknown["level"], "unknown");
+    let checks = unknown["checks"].as_array().unwrap();
+    has_keys(
+        &checks[0],
+        &["subject", "environment", "level", "sentence", "remedy"],
+    );
+    assert_eq!(checks.last().unwrap()["environment"], "nave");
+    let strict = ["check", "film", "--strict", "--json"];
+    assert!(fail(at, &strict).contains("not green"));
+    let printed = afterlight(at, &strict).stdout;
+    let figures: Value = serde_json::from_slice(&printed).expect("figures before the failure");
+    assert_eq!(figures["level"], "unknown");
+
+    succeed(at, &["calibrate", "film", "--json"]);
+    let known = succeed(at, &["check", "film", "--json"]);
+    assert_ne!(known["level"], "unknown");
+    let text = afterlight(at, &["check", "film"]).stdout;
+    let text = String::from_utf8(text).unwrap();
+    assert_eq!(
+        text.lines().count(),
+        known["checks"].as_array().unwrap().len()
+    );
+    assert!(text.contains("Camera response"), "{text}");
+    assert!(fail(at, &["check", "film", "--environment", "none.hdr"]).contains("none.hdr"));
+    assert!(fail(at, &["check", "nowhere"]).contains("nowhere"));
+}
+
+#[test]
 fn wrong_usage_exits_with_2_and_help_has_examples() {
     let folder = tempfile::tempdir().unwrap();
     for wrong in [
@@ -422,6 +455,7 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         "import",
         "environments",
         "calibrate",
+        "check",
         "train",
         "relight",
         "evaluate",

@@ -2,6 +2,8 @@
 
 #[path = "studio/calibrating.rs"]
 mod calibrating;
+#[path = "studio/checking.rs"]
+mod checking;
 #[path = "studio/clay.rs"]
 mod clay;
 #[path = "studio/comparing.rs"]
@@ -725,6 +727,9 @@ fn snapshot_without(window: &mut Window, name: &str, places: &[egui::Rect]) {
     let need = test_support::Need::Gpu;
     if !test_support::require(need, vulkan_adapter(), "no Vulkan adapter to draw with") {
         return;
+    }
+    if window.state().project().is_some() {
+        until(window, "checks", |app| !app.check().is_waiting());
     }
     window.run();
     places.iter().for_each(|&place| window.mask(place));

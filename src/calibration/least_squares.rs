@@ -21,6 +21,15 @@ impl NormalEquations {
         }
     }
 
+    /// A system by its matrix AᵀA, row by row, and AᵀY.
+    pub fn of(gram: Vec<f64>, target: Vec<f64>) -> Self {
+        Self {
+            unknowns: target.len(),
+            gram,
+            target,
+        }
+    }
+
     /// Adds the equation Σ coefficient·x = y, given by its terms that are not zero.
     pub fn add(&mut self, terms: &[(usize, f64)], y: f64) {
         for &(i, a) in terms {

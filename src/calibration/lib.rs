@@ -13,6 +13,7 @@ pub mod light_probe;
 mod median;
 mod minimizer;
 pub mod mirror_ball;
+mod motion;
 pub mod probe;
 pub mod rig_check;
 mod second_ball;
@@ -27,6 +28,7 @@ pub use silhouette::Circle;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use code_values::ResponseTable;
+use footage::Motion;
 use gamma::{ChosenResponse, Evidence, Subject};
 use glam::Vec3;
 use imaging::Response;
@@ -34,6 +36,7 @@ use light::Rig;
 use light::subset::{self, Subset};
 use probe::Probes;
 use project::{Project, save_toml};
+use rig_check::Fault;
 use serde::{Deserialize, Serialize};
 use silhouette::Photographs;
 use std::path::PathBuf;
@@ -80,9 +83,15 @@ pub struct Calibration {
     /// What is wrong with the lamps, one sentence for each fault.
     #[serde(default)]
     pub rig_findings: Vec<String>,
+    /// What kind of fault each of these sentences is about; empty in files of older versions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rig_faults: Vec<Fault>,
     /// How two mirror balls agree; `None` if there was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub two_balls: Option<TwoBalls>,
+    /// How the subject moved while the lamps went round; exemplars are freed of it. `None` if that was not looked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
     /// The lamps that the network learns.
     #[serde(flatten)]
     pub rig: Rig,
@@ -176,7 +185,17 @@ fn calibrate_within(
     if let Some(two) = &two_balls {
         progress.say(two.sentence());
     }
-    let rig_findings = rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?;
+    let motion = match settings.keep_motion {
+        true => None,
+        false => Some(motion::find(project, &found.response, progress)?),
+    };
+    if let Some(sentence) = motion.as_ref().and_then(Motion::sentence) {
+        progress.say(sentence);
+    }
+    let (rig_faults, rig_findings) =
+        rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?
+            .into_iter()
+            .unzip();
     rig.lamps.truncate(shoot.lamps.len());
     let has_others = !shoot.other_lamps.is_empty();
     Ok(Calibration {
@@ -194,16 +213,25 @@ fn calibrate_within(
         filled_energy,
         gamma_evidence: found.evidence,
         rig_findings,
+        rig_faults,
         two_balls,
+        motion,
         rig,
     })
 }
 
-/// What is wrong with the lamps, one sentence for each fault.
-fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Result<Vec<String>> {
+/// What is wrong with the lamps: each fault, and its sentence.
+fn rig_findings(
+    project: &Project,
+    rig: &Rig,
+    blind_half_angle_deg: f32,
+) -> Result<Vec<(Fault, String)>> {
     let layout = &project.settings.shoot.lamp_layout;
     let findings = rig_check::check(rig, blind_half_angle_deg, layout);
-    let mut sentences: Vec<String> = findings.into_iter().map(|f| f.sentence).collect();
+    let mut found: Vec<(Fault, String)> = findings
+        .into_iter()
+        .map(|f| (f.fault, f.sentence))
+        .collect();
     // The first is the interview's ball.
     let paths = &project.probe_paths()[1..];
     for same in rig_check::same_pictures(paths)? {
@@ -211,10 +239,11 @@ fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Resu
             .iter()
             .map(|&lamp| rig.lamps[lamp].name.as_str())
             .collect();
-        sentences.push(format!(
+        let sentence = format!(
             "the mirror balls of {} are copies of one picture. Give each lamp its own photograph",
             names.join(", ")
-        ));
+        );
+        found.push((Fault::SamePicture, sentence));
     }
     let shoot = &project.settings.shoot;
     let mut olats = std::collections::BTreeMap::<Vec<usize>, Vec<&str>>::new();
@@ -226,13 +255,17 @@ fn rig_findings(project: &Project, rig: &Rig, blind_half_angle_deg: f32) -> Resu
         }
     }
     for (same, poses) in olats {
-        sentences.push(format!(
+        let sentence = format!(
             "{} of {} are copies of one picture. Give each lamp its own OLAT, or leave these lamps out",
-            same.iter().map(|&lamp| shoot.lamp(lamp).as_str()).collect::<Vec<_>>().join(", "),
+            same.iter()
+                .map(|&lamp| shoot.lamp(lamp).as_str())
+                .collect::<Vec<_>>()
+                .join(", "),
             poses.join(", ")
-        ));
+        );
+        found.push((Fault::SamePicture, sentence));
     }
-    Ok(sentences)
+    Ok(found)
 }
 
 /// Chooses `count` of the project's lamps, evenly distributed, for the network to learn, in memory and on disk. The

@@ -34,6 +34,8 @@ pub struct Probes {
     cell_of_pixel: Vec<u16>,
     /// The blur of that comparison: weights between all pairs of cells.
     blur: Vec<f32>,
+    /// How what light from two cells does to a subject is correlated, see [`interview::kernel`].
+    kernel: Vec<f32>,
     /// Whether a pixel of the ball is clipped in no photograph. Only those are compared: a clipped lamp then misses
     /// the same part in both, and its weight stays right.
     comparable: Vec<bool>,
@@ -134,6 +136,9 @@ impl Probes {
                     .map(move |b| ((a.dot(*b) - 1.0) * sharpness).exp())
             })
             .collect();
+        let kernel = (cells.par_iter())
+            .flat_map_iter(|a| cells.iter().map(move |b| interview::kernel(a.dot(*b))))
+            .collect();
         let mut comparable: Vec<bool> = interview
             .iter()
             .map(|code| !Footprint::is_clipped(code))
@@ -147,6 +152,7 @@ impl Probes {
             interview,
             cell_of_pixel,
             blur,
+            kernel,
             comparable,
             interview_dark: [0; 3],
             profile: vec![],

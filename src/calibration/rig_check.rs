@@ -7,10 +7,12 @@ use base::error::{Error, Result};
 use glam::Vec3;
 use imaging::color::luminance;
 use light::{Lamp, Rig};
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// What can be wrong with lamps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Fault {
     /// The mirror ball does not show the lamp, or not in every channel: no relighting can use it.
     NotSeen,
@@ -22,6 +24,8 @@ pub enum Fault {
     BehindBall,
     /// Several OLATs show one lamp.
     SameLamp,
+    /// Several mirror balls, or OLATs of a pose, are copies of one picture: see [`same_pictures`].
+    SamePicture,
     /// An OLAT shows the lamp that the layout gives to another OLAT.
     Swapped,
     /// The lamp is where the layout has no lamp.

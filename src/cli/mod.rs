@@ -1,6 +1,7 @@
 //! The command line. Each command reads its arguments, runs one action of the library with a
 //! progress bar on stderr, and prints its figures: sentences, or with `--json` one object.
 
+mod check;
 mod checkpoints;
 mod console;
 mod environments;
@@ -13,6 +14,7 @@ mod train;
 
 use base::error::Result;
 use calibration::CalibrateSettings;
+use check::CheckArgs;
 use checkpoints::CheckpointsArgs;
 use clap::{Args, Parser, Subcommand};
 use console::Console;
@@ -53,6 +55,7 @@ enum Command {
     Environments(EnvironmentsArgs),
     Probe(Box<ProbeArgs>),
     Calibrate(CalibrateArgs),
+    Check(CheckArgs),
     Train(TrainArgs),
     Checkpoints(CheckpointsArgs),
     Frame(FrameArgs),
@@ -223,6 +226,7 @@ impl Cli {
                     settings: args.settings,
                 }),
             ),
+            Command::Check(args) => args.run(),
             Command::Train(args) => do_job(args.output, args.job()),
             Command::Checkpoints(args) => args.run(),
             Command::Frame(args) => do_job(args.output, Ok(args.job())),

@@ -383,7 +383,9 @@ mod tests {
             clipped_pixels: 0,
             gamma_evidence: Default::default(),
             rig_findings: vec![],
+            rig_faults: vec![],
             two_balls: None,
+            motion: None,
             filled_energy: 0.0,
             rig: Rig::default(),
         };

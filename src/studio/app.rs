@@ -26,6 +26,7 @@ use super::layout::Pane;
 use super::network_review::NetworkReview;
 use super::panel_context::PanelContext;
 use super::preferences::Preferences;
+use super::project_check::ProjectCheck;
 use super::state::State;
 use super::status::{Phase, Status};
 use super::training::Training;
@@ -174,6 +175,11 @@ impl StudioApp {
         &self.readers.review
     }
 
+    /// How far the project can be trusted.
+    pub fn check(&self) -> &ProjectCheck {
+        &self.readers.check
+    }
+
     /// What is known of the network's training.
     pub fn training(&self) -> &Training {
         &self.readers.training
@@ -264,6 +270,7 @@ impl StudioApp {
             probe: self.readers.analysis.probe.as_ref(),
             gamma: self.readers.analysis.gamma.as_ref(),
             review: &self.readers.review,
+            check: &self.readers.check,
             training: &self.readers.training,
             read_only: self.session.read_only.as_deref(),
             recents: self.picker.recents.list(),
@@ -292,7 +299,12 @@ impl StudioApp {
                 self.exports.ask(&self.state, &project.root);
             }
             let relit = self.preview.relit.as_ref();
-            (self.readers).ask(project, &self.state, &self.shown, relit, wake);
+            (self.readers).ask(project, &self.state, &self.shown, relit, wake.clone());
+            let still = !self.state.playing && !self.ctx.input(|i| i.pointer.any_down());
+            if still && self.status.phase != Phase::Opening {
+                let environments = self.library.entries();
+                (self.readers.check).ask(project, &self.state, environments, wake);
+            }
         }
     }
 

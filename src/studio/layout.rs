@@ -28,6 +28,7 @@ pub enum Pane {
     Lamps,
     Review,
     Export,
+    Checks,
     Log,
 }
 
@@ -49,7 +50,7 @@ pub enum Workspace {
 
 impl Pane {
     /// All of them, in the order of the menu.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Project,
         Self::Footage,
         Self::Probe,
@@ -64,6 +65,7 @@ impl Pane {
         Self::Lamps,
         Self::Review,
         Self::Export,
+        Self::Checks,
         Self::Log,
     ];
 
@@ -84,6 +86,7 @@ impl Pane {
             Self::Lamps => "Lamps",
             Self::Review => "Measurements",
             Self::Export => "Export",
+            Self::Checks => "Checks",
             Self::Log => "Log",
         }
     }

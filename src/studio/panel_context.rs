@@ -7,6 +7,7 @@ use super::environment_list::ListedEnvironment;
 use super::footage_reader::FootageReader;
 use super::layout::Pane;
 use super::network_review::NetworkReview;
+use super::project_check::ProjectCheck;
 use super::recents::Recent;
 use super::state::State;
 use super::status::{Phase, Status};
@@ -39,6 +40,8 @@ pub struct PanelContext<'a> {
     pub gamma: Option<&'a Result<Arc<GammaView>, String>>,
     /// The current frame under every lamp, and how close the network is to the truth.
     pub review: &'a NetworkReview,
+    /// How far the project can be trusted.
+    pub check: &'a ProjectCheck,
     /// The network's training.
     pub training: &'a Training,
     /// Why nothing can be written into the project: another process holds its lock.

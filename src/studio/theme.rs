@@ -15,6 +15,9 @@ pub const TEXT: Color32 = Color32::from_gray(222);
 pub const QUIET: Color32 = Color32::from_gray(160);
 /// What is chosen or being dragged: the one colour.
 pub const ACCENT: Color32 = Color32::from_rgb(232, 164, 80);
+/// Nothing to do, and something is wrong; a word always stands beside them.
+pub const GREEN: Color32 = Color32::from_rgb(112, 176, 112);
+pub const RED: Color32 = Color32::from_rgb(226, 98, 84);
 /// A main button, and what is done already.
 pub const ACCENT_DIM: Color32 = Color32::from_rgb(122, 92, 56);
 /// Distance between things in points.

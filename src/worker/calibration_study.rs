@@ -353,9 +353,9 @@ impl Exemplars {
         let (study, cases) = (&self.study, &self.cases);
         let relit = self.relit_cases.get_or_insert_with(|| {
             let picture = |case: &Case| {
-                let response = case.response();
+                let Trial { response, exposure } = case.trial();
                 let weights = study.weights(&response);
-                let relit = study.relit(&response, case.exposure, &weights);
+                let relit = study.relit(&response, exposure, &weights);
                 (*case, SrgbPicture::reduced(&relit, PICTURE_PX))
             };
             Arc::new(cases.iter().map(picture).collect())

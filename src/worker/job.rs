@@ -5,16 +5,19 @@ use base::error::Result;
 use base::progress::Progress;
 use calibration::develop::{DevelopReport, DevelopSettings, develop};
 use calibration::{self, CalibrateSettings, Calibration};
+use check::{CheckReport, Evidence, LitEnvironment};
 use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
-use export::relight::{RelightReport, RelightSettings, relight};
+use export::relight::{RelightReport, RelightSettings, find_environment, relight};
 use footage::{self, FrameReport, FrameSettings, ImportSettings};
 use gpu::DeviceChoice;
+use light::Lighting;
 use light::subset::Subset;
 use project::{EnvironmentChange, KnownEnvironment, Lock, Project};
 use reflectance::checkpoint::{self, CheckpointInfo};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use training::{self, TrainReport, TrainSettings, checkpoints};
 use virtual_stage::{self, StageReport, StageSettings};
 
@@ -47,6 +50,12 @@ pub enum Job {
     Calibrate {
         project: PathBuf,
         settings: CalibrateSettings,
+    },
+    /// Say how far the project in `project` can be trusted, under these environments: names or files; all of the
+    /// project's if there are none.
+    Check {
+        project: PathBuf,
+        environments: Vec<PathBuf>,
     },
     /// Train the network of the project in `project`.
     Train {
@@ -95,6 +104,7 @@ pub enum Outcome {
     Listed(EnvironmentsReport),
     Developed(DevelopReport),
     Calibrated(Calibration),
+    Checked(CheckReport),
     Trained(TrainReport),
     Relit(RelightReport),
     Evaluated(EvaluateReport),
@@ -149,6 +159,7 @@ impl Job {
             Self::Environments { .. } => "listing the environments",
             Self::Develop { .. } => "making a light probe",
             Self::Calibrate { .. } => "calibrating",
+            Self::Check { .. } => "checking the project",
             Self::Train { .. } => TRAINING,
             Self::GoBack { .. } => "going back to a checkpoint",
             Self::Relight { .. } => "relighting the interview",
@@ -174,6 +185,7 @@ impl Job {
             Self::Environments { .. }
             | Self::Stage { .. }
             | Self::Develop { .. }
+            | Self::Check { .. }
             | Self::Relight { .. }
             | Self::Evaluate { .. }
             | Self::Pack { .. } => None,
@@ -241,6 +253,15 @@ impl Job {
                     Ok(())
                 })?;
                 Ok(Outcome::Calibrated(found))
+            }
+            Self::Check {
+                project,
+                environments,
+            } => {
+                let project = Project::open(&project)?;
+                let lit = lit_by(&project, &environments, progress)?;
+                let evidence = Evidence::read(&project, progress)?;
+                Ok(Outcome::Checked(evidence.report(&lit)))
             }
             Self::Train { project, settings } => {
                 let project = Project::open(&project)?;
@@ -323,6 +344,7 @@ impl Outcome {
                 found.exposure,
                 100.0 * found.uncovered_energy
             ),
+            Self::Checked(report) => report.sentence(),
             Self::Trained(report) => format!(
                 "{} steps in {:.0} s on the {}. Error: OLATs {:.4}, relit {:.4}, measured by {}",
                 report.steps,
@@ -356,6 +378,31 @@ impl Outcome {
             }
         }
     }
+}
+
+/// The environments of these names or files, as they light the project; all of its own if there are none.
+fn lit_by(
+    project: &Project,
+    wanted: &[PathBuf],
+    progress: &Progress,
+) -> Result<Vec<LitEnvironment>> {
+    let lit = |name: &Path| {
+        let (environment, front) = find_environment(project, name, None, progress)?;
+        Ok(LitEnvironment {
+            name: name.display().to_string(),
+            environment: Arc::new(environment),
+            lighting: Lighting::default(),
+            yaw_deg: front.turned(0.0),
+        })
+    };
+    if !wanted.is_empty() {
+        return wanted.iter().map(|name| lit(name)).collect();
+    }
+    let known = project.environments();
+    known
+        .iter()
+        .map(|known| lit(Path::new(&known.name)))
+        .collect()
 }
 
 fn staged(report: &StageReport) -> String {

@@ -1,5 +1,5 @@
 //! The work behind a window: one thread owns the network, one relights, one runs jobs; others read panoramas, look
-//! at the calibration, review the network, write the list of environments and look things up on the disk. All are of
+//! at the calibration, check the project, review the network, write the list of environments and look things up on the disk. All are of
 //! one kind, [`background::Background`]. None of them is ever waited for; numbers and sentences come back as
 //! [`Event`]s, pictures through [`Latest`] slots.
 //!
@@ -18,6 +18,7 @@ pub mod background;
 mod cache;
 mod calibration_study;
 mod calibration_thread;
+mod check_thread;
 mod comparison;
 mod comparison_reader;
 pub mod demo;
@@ -41,6 +42,7 @@ mod srgb_picture;
 
 pub use calibration_study::{GammaView, ProbeView, SeenLamp};
 pub use calibration_thread::{CalibrationRequest, CalibrationThread};
+pub use check_thread::{CheckRequest, CheckThread};
 pub use comparison::{Comparison, ComparisonSource};
 pub use environment_list_writer::EnvironmentListWriter;
 pub use event::{Blocked, Event, Need};

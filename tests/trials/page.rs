@@ -1,8 +1,9 @@
 //! The page with what the trials found, and its plots.
 
+use crate::networks::Pair;
 use crate::plot::{Axis, Plot};
-use crate::results::{Results, Row};
-use crate::summary::{Estimate, LEVELS, coverage, exposure, gammas, normal_deviations, quantile};
+use crate::results::Row;
+use crate::summary::{Estimate, LEVELS, coverage, exposure, gammas, quantile};
 use base::Result;
 use imaging::file::write_beside;
 use std::io::Write;
@@ -17,24 +18,23 @@ const GREY: &str = "#999";
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn write(path: &Path, results: &Results) -> Result<()> {
+pub fn write(path: &Path, rows: &[Row], pairs: &[Pair]) -> Result<()> {
     let folder = path.with_extension("");
     let name = folder
         .file_name()
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    let rows: Vec<&Row> = results
-        .rows
-        .iter()
-        .filter(|row| row.refused.is_empty())
-        .collect();
-    for (plot, svg) in plots(&rows) {
+    let calibrated: Vec<&Row> = rows.iter().filter(|row| row.refused.is_empty()).collect();
+    for (plot, svg) in plots(&calibrated) {
         write_beside(&folder.join(format!("{plot}.svg")), |out| {
             out.write_all(svg.as_bytes())
         })?;
     }
-    let text = text(&name, results, &rows);
+    let text = text(&name, rows, &calibrated)
+        + &groups(&calibrated)
+        + &wrong(&calibrated)
+        + &networks(pairs);
     write_beside(path, |out| out.write_all(text.as_bytes()))
 }
 
@@ -100,12 +100,18 @@ fn plots(rows: &[&Row]) -> Vec<(&'static str, String)> {
         (&both[1], "γ2", ORANGE),
         (&exposures(rows), "exposure", GREEN),
     ] {
-        let levels = (0..=50).map(|i| f64::from(i) / 50.0);
+        if !estimates.iter().any(|e| e.within > 0.0) {
+            continue;
+        }
+        let levels = LEVELS.map(|level| (level, coverage(estimates, level)));
         covered.line(
-            levels.map(|level| (level, coverage(estimates, normal_deviations(level)))),
+            [(0.0, 0.0)].into_iter().chain(levels).chain([(1.0, 1.0)]),
             colour,
             false,
         );
+        for (level, share) in levels {
+            covered.point(level, share, 0.0, colour);
+        }
         covered.name(name, colour);
     }
 
@@ -178,26 +184,22 @@ const GROUPS: &[(&str, Belongs)] = &[
     ("dark skin", |r| r.skin > 2.0 / 3.0),
 ];
 
-fn text(name: &str, results: &Results, rows: &[&Row]) -> String {
+/// The page down to its plots, of all trials and of those that are calibrated.
+fn text(name: &str, trials: &[Row], rows: &[&Row]) -> String {
     let (gammas, exposures) = (all_gammas(rows), exposures(rows));
     let off =
         |estimates: &[Estimate], share: f64| quantile(estimates.iter().map(|e| e.off.abs()), share);
     let sure = |estimates: &[Estimate]| estimates.iter().filter(|e| e.is_sure_and_wrong()).count();
-    let is_sure = |row: &&&Row| {
-        crate::summary::gammas(row)
-            .iter()
-            .any(Estimate::is_sure_and_wrong)
-    };
-    let size = results.rows.first().map_or(0, |row| row.size);
-    let refused = results.rows.len() - rows.len();
+    let size = trials.first().map_or(0, |row| row.size);
+    let refused = trials.len() - rows.len();
+    let named = rows.iter().filter(|row| row.within1 == 0.0).count();
     let of =
         |value: fn(&Row) -> f64, share: f64| quantile(rows.iter().map(|row| value(row)), share);
-    let seconds: f64 = results
-        .rows
+    let seconds: f64 = trials
         .iter()
         .map(|row| row.seconds + row.shoot_seconds)
         .sum();
-    let mut page = format!(
+    format!(
         "# Robustness: calibration on shoots drawn at random
 
 `make trials` writes this page. It makes shoots of the [virtual stage](method.md) of the seeds 1 to {last}, draws light,
@@ -210,7 +212,8 @@ goes on where it was, and `FRESH=1` begins again.
 What is drawn: the interview's light (a sum of the lamps, bare lamps elsewhere, a window, softboxes; a tint; a bright room),
 whether the exposure was changed after the balls (one in five, up to a stop), the response (γ from 1.2 to 3.2, sRGB,
 log-like), noise, JPEG, skin, hair, glasses, hands, where the subject sits and how it sways, dust on the ball, a room and a
-photographer in it, balls that clip. For responses that are no dual gamma the true γ is that of the nearest one.
+photographer in it, balls that clip. For responses that are no dual gamma the true γ is that of the nearest one. In {named}
+shoots a standard curve was found, which states no interval.
 
 | | aim | found |
 |---|---:|---:|
@@ -228,14 +231,9 @@ photographer in it, balls that clip. For responses that are no dual gamma the tr
 
 ![γ found and true]({name}/gamma.svg) ![coverage]({name}/coverage.svg)
 ![errors]({name}/errors.svg) ![light]({name}/light.svg) ![directions]({name}/directions.svg)
-
-## What makes it hard
-
-| shoots | number | error of γ, median / 90 % | γ within the stated 50 / 90 / 99 % | sure and wrong | light, median |
-|---|---:|---:|---:|---:|---:|
 ",
-        last = results.rows.iter().map(|row| row.seed).max().unwrap_or(0),
-        count = results.rows.len(),
+        last = trials.iter().map(|row| row.seed).max().unwrap_or(0),
+        count = trials.len(),
         minutes = seconds / 60.0,
         g50 = off(&gammas, 0.5),
         g90 = off(&gammas, 0.9),
@@ -253,6 +251,17 @@ photographer in it, balls that clip. For responses that are no dual gamma the tr
         d50 = of(|r| r.direction_median, 0.5),
         dw = of(|r| r.direction_median, 1.0),
         misled = rows.iter().map(|row| row.misled).sum::<usize>(),
+    )
+}
+
+/// What makes it hard: the same by groups.
+fn groups(rows: &[&Row]) -> String {
+    let mut page = String::from(
+        "\n## What makes it hard
+
+| shoots | number | error of γ, median / 90 % | γ within the stated 50 / 90 / 99 % | sure and wrong | light, median |
+|---|---:|---:|---:|---:|---:|
+",
     );
     for (what, belongs) in GROUPS {
         let group: Vec<&Row> = rows.iter().copied().filter(|row| belongs(row)).collect();
@@ -260,44 +269,94 @@ photographer in it, balls that clip. For responses that are no dual gamma the tr
             continue;
         }
         let gammas = all_gammas(&group);
+        let off = |share| quantile(gammas.iter().map(|e| e.off.abs()), share);
         page += &format!(
             "| {what} | {} | {:.3} / {:.3} | {} | {} | {:.1} % |\n",
             group.len(),
-            off(&gammas, 0.5),
-            off(&gammas, 0.9),
+            off(0.5),
+            off(0.9),
             percentages(&gammas),
-            sure(&gammas),
+            gammas.iter().filter(|e| e.is_sure_and_wrong()).count(),
             100.0 * quantile(group.iter().map(|row| row.light_error), 0.5)
         );
-    }
-    let wrong: Vec<&&Row> = rows.iter().filter(is_sure).collect();
-    if !wrong.is_empty() {
-        page += "\n## Sure and wrong\n\nSeeds whose γ1 or γ2 was off by more than five stated deviations:\n\n\
-                 | seed | light | response | γ true | found | exposure true | found |\n|---:|---|---|---|---|---:|---:|\n";
-        for row in wrong {
-            page += &format!(
-                "| {} | {} | {} | {:.2}, {:.2} | {:.2} ± {:.2}, {:.2} ± {:.2} | {:.2} | {:.2} ± {:.0} % |\n",
-                row.seed,
-                row.light,
-                row.response,
-                row.gamma1,
-                row.gamma2,
-                row.found1,
-                row.deviation1,
-                row.found2,
-                row.deviation2,
-                row.exposure_change,
-                row.found_exposure,
-                100.0 * row.exposure_deviation
-            );
-        }
     }
     page
 }
 
-/// Coverage at each of [`LEVELS`].
+/// The shoots where γ was sure and wrong, if there are any.
+fn wrong(rows: &[&Row]) -> String {
+    let is_wrong = |row: &&&Row| gammas(row).iter().any(Estimate::is_sure_and_wrong);
+    let mut page = String::new();
+    for row in rows.iter().filter(is_wrong) {
+        if page.is_empty() {
+            page += "\n## Sure and wrong\n\nSeeds whose γ1 or γ2 was off by more than five stated deviations:\n\n\
+                     | seed | light | response | γ true | found | exposure true | found |\n|---:|---|---|---|---|---:|---:|\n";
+        }
+        page += &format!(
+            "| {} | {} | {} | {:.2}, {:.2} | {:.2} ± {:.2}, {:.2} ± {:.2} | {:.2} | {:.2} ± {:.0} % |\n",
+            row.seed,
+            row.light,
+            row.response,
+            row.gamma1,
+            row.gamma2,
+            row.found1,
+            row.deviation1,
+            row.found2,
+            row.deviation2,
+            row.exposure_change,
+            row.found_exposure,
+            100.0 * row.exposure_deviation
+        );
+    }
+    page
+}
+
+/// What the calibration costs in the picture, if networks were trained.
+fn networks(pairs: &[Pair]) -> String {
+    let Some(first) = pairs.first() else {
+        return String::new();
+    };
+    let losses = || pairs.iter().map(Pair::loss);
+    let mut page = format!(
+        "\n## What it costs in the picture
+
+`make trials NETWORKS=8` trains two networks on each of the first shoots, one with the response that was found and one with
+the true response and exposure (for log-like cameras the nearest dual gamma), with as many steps, and compares their
+relit frames with the truth (PSNR in dB as in [accuracy.md](accuracy.md)): {size} × {size} pixels, {epochs} epochs, 12
+frames, of which four are the truth. \"Limit\" is the sum of the true OLATs.
+
+The calibration costs {median:.2} dB in the median (aim: at most 0.5) and {worst:.2} dB in the worst picture (aim: at most
+1.5).
+
+| seed | environment | response found, dB | true response, dB | loss, dB | limit, dB | OLATs found / true, dB |
+|---:|---|---:|---:|---:|---:|---:|
+",
+        size = first.size,
+        epochs = first.epochs,
+        median = quantile(losses(), 0.5),
+        worst = quantile(losses(), 1.0),
+    );
+    for pair in pairs {
+        page += &format!(
+            "| {} | {} | {:.1} | {:.1} | {:+.2} | {:.1} | {:.1} / {:.1} |\n",
+            pair.seed,
+            pair.environment,
+            pair.found,
+            pair.exact,
+            pair.loss(),
+            pair.limit,
+            pair.olats_found,
+            pair.olats_exact
+        );
+    }
+    page
+}
+
+/// Coverage at each of [`LEVELS`], or a dash if no interval was stated.
 fn percentages(estimates: &[Estimate]) -> String {
-    let shares =
-        LEVELS.map(|(_, deviations)| format!("{:.0}", 100.0 * coverage(estimates, deviations)));
+    if !estimates.iter().any(|e| e.within > 0.0) {
+        return "–".into();
+    }
+    let shares = LEVELS.map(|level| format!("{:.0}", 100.0 * coverage(estimates, level)));
     format!("{} %", shares.join(" / "))
 }

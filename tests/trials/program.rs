@@ -4,33 +4,46 @@
 //! The idea is that of simulation-based calibration (Talts, Betancourt, Simpson, Vehtari and Gelman, "Validating Bayesian
 //! Inference Algorithms with Simulation-Based Calibration", 2018): what is stated must hold as often as it says.
 
+mod networks;
 mod page;
 mod plot;
 mod results;
 mod summary;
+mod table;
 #[cfg(test)]
 mod tests;
 mod trial;
 
 use base::Result;
 use clap::Parser;
-use results::Results;
-use std::path::PathBuf;
+use networks::{Pair, Training};
+use results::Row;
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Calibrates shoots drawn at random and writes what came out. Trials that the table holds are not made again.
+/// Calibrates shoots drawn at random and writes what came out. Trials that the tables hold are not made again.
 #[derive(Debug, Parser)]
 struct Options {
     /// How many shoots, of the seeds 1, 2, 3 and so on.
     #[arg(long, default_value_t = 200)]
     trials: u64,
+    /// With how many of them, from seed 1 on, networks are trained, to see what the calibration costs in the picture.
+    #[arg(long, default_value_t = 0)]
+    networks: u64,
     /// Width and height of every picture in pixels.
     #[arg(long, default_value_t = trial::SIZE)]
     size: usize,
-    /// The table that is continued.
-    #[arg(long, default_value = "target/trials/results.csv")]
-    table: PathBuf,
-    /// Forget the table and begin again: after a change of the calibration or the stage.
+    /// Epochs of each network's training. In ten minutes, two cores without a GPU make about as many at 128 × 128.
+    #[arg(long, default_value_t = 2300)]
+    epochs: u64,
+    /// The program that trains the networks.
+    #[arg(long, default_value = "target/debug/afterlight")]
+    program: PathBuf,
+    /// The folder of the tables, which are continued.
+    #[arg(long, default_value = "target/trials")]
+    tables: PathBuf,
+    /// Forget the tables and begin again: after a change of the calibration or the stage.
     #[arg(long)]
     fresh: bool,
     /// The page to write; its plots go into a folder of its name.
@@ -49,24 +62,61 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Options) -> Result<()> {
-    let mut results = if options.fresh {
-        Results::default()
-    } else {
-        Results::read(&options.table)?
-    };
-    let seeds: Vec<u64> = (1..=options.trials)
-        .filter(|s| !results.has(*s, options.size))
-        .collect();
-    for (i, &seed) in seeds.iter().enumerate() {
-        let outcome = trial::run(seed, options.size)?;
-        println!("{:3} of {}  {outcome}", i + 1, seeds.len());
-        results.rows.push(outcome);
-        results.write(&options.table)?;
-    }
-    results
-        .rows
-        .retain(|row| row.size == options.size && row.seed <= options.trials);
-    page::write(&options.page, &results)?;
+    let mut rows = calibrations(options)?;
+    let mut pairs = pairs(options)?;
+    rows.retain(|row| row.size == options.size && row.seed <= options.trials);
+    pairs.retain(|pair| pair.size == options.size);
+    page::write(&options.page, &rows, &pairs)?;
     println!("{} is written", options.page.display());
     Ok(())
+}
+
+/// The table of the calibrations, after those that it lacks are made.
+fn calibrations(options: &Options) -> Result<Vec<Row>> {
+    let path = options.tables.join("calibrations.csv");
+    let mut rows: Vec<Row> = kept(options, &path)?;
+    let is_made =
+        |rows: &[Row], seed| (rows.iter()).any(|r| (r.seed, r.size) == (seed, options.size));
+    for seed in 1..=options.trials {
+        if !is_made(&rows, seed) {
+            let row = trial::run(seed, options.size)?;
+            println!("{row}");
+            rows.push(row);
+            table::write(&path, &rows)?;
+        }
+    }
+    Ok(rows)
+}
+
+/// The table of the networks, after those that it lacks are trained.
+fn pairs(options: &Options) -> Result<Vec<Pair>> {
+    let path = options.tables.join("networks.csv");
+    let mut pairs: Vec<Pair> = kept(options, &path)?;
+    let training = Training {
+        program: &options.program,
+        size: options.size,
+        epochs: options.epochs,
+    };
+    let is_made = |pairs: &[Pair], seed| {
+        let wanted = (seed, training.size, training.epochs);
+        pairs.iter().any(|p| (p.seed, p.size, p.epochs) == wanted)
+    };
+    for seed in 1..=options.networks {
+        if !is_made(&pairs, seed) {
+            for pair in training.run(seed)? {
+                println!("{pair}");
+                pairs.push(pair);
+            }
+            table::write(&path, &pairs)?;
+        }
+    }
+    Ok(pairs)
+}
+
+/// What a table holds, unless it is to be forgotten.
+fn kept<R: DeserializeOwned>(options: &Options, path: &Path) -> Result<Vec<R>> {
+    if options.fresh {
+        return Ok(vec![]);
+    }
+    table::read(path)
 }

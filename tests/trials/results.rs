@@ -1,12 +1,10 @@
-//! The table of results: one row for each shoot, as a CSV file.
+//! What one trial found.
 
-use base::{Error, Result};
-use imaging::file::write_beside;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 use std::fmt;
-use std::io::Write;
-use std::path::Path;
+
+/// The truth is outside all stated intervals.
+pub const OUTSIDE: f64 = 1.0;
 
 /// What one shoot was, and what its calibration found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -37,6 +35,11 @@ pub struct Row {
     pub found_exposure: f64,
     /// Of ln exposure.
     pub exposure_deviation: f64,
+    /// The smallest of the stated intervals of 0.5, 0.9 and 0.99 that holds the truth; [`OUTSIDE`] if none does, and 0 if
+    /// none is stated, because a standard curve was found.
+    pub within1: f64,
+    pub within2: f64,
+    pub within_exposure: f64,
     /// Stated probability that the exposure was changed.
     pub said_changed: f64,
     /// Difference of the interview's weights, summed over lamps and relative to their sum.
@@ -83,80 +86,5 @@ impl fmt::Display for Row {
             self.shoot_seconds,
             self.seconds
         )
-    }
-}
-
-/// All rows, in the order in which they were made.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Results {
-    pub rows: Vec<Row>,
-}
-
-impl Results {
-    /// Reads a table; without one there are no results yet.
-    ///
-    /// # Errors
-    /// When the file cannot be read or is no such table.
-    pub fn read(path: &Path) -> Result<Self> {
-        const REMEDY: &str = "Begin again with --fresh (make trials FRESH=1)";
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
-            Err(e) => return Err(Error::io("read", path, e, REMEDY)),
-        };
-        let mut lines = text.lines();
-        let columns: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-        let rows = lines.map(|line| {
-            let value = |cell: &str| serde_json::from_str(cell).unwrap_or_else(|_| cell.into());
-            let cells = columns.iter().zip(line.split(','));
-            let row: Map<String, Value> = (cells.filter(|(_, cell)| !cell.is_empty()))
-                .map(|(name, cell)| ((*name).to_owned(), value(cell)))
-                .collect();
-            serde_json::from_value(Value::Object(row))
-                .map_err(|e| Error::codec("read", path, e, REMEDY))
-        });
-        Ok(Self {
-            rows: rows.collect::<Result<_>>()?,
-        })
-    }
-
-    /// Writes the table, whole or not at all.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        let mut text = String::new();
-        for (i, row) in self.rows.iter().enumerate() {
-            let Ok(Value::Object(cells)) = serde_json::to_value(row) else {
-                return Err(Error::bug("a row of the trials' table is no object"));
-            };
-            if i == 0 {
-                let names: Vec<&str> = cells.keys().map(String::as_str).collect();
-                text += &(names.join(",") + "\n");
-            }
-            let cells: Vec<String> = cells.values().map(cell).collect();
-            text += &(cells.join(",") + "\n");
-        }
-        write_beside(path, |out| out.write_all(text.as_bytes()))
-    }
-
-    /// Whether the trial of a seed at a size was made.
-    pub fn has(&self, seed: u64, size: usize) -> bool {
-        self.rows
-            .iter()
-            .any(|row| row.seed == seed && row.size == size)
-    }
-}
-
-/// A value as a cell: numbers to six digits after the point, words without commas.
-fn cell(value: &Value) -> String {
-    match value {
-        Value::String(text) => text.replace([',', '\n'], ";"),
-        Value::Number(number) if number.is_f64() => {
-            let number = number.as_f64().unwrap_or(f64::NAN);
-            format!("{:?}", (number * 1e6).round() / 1e6)
-        }
-        Value::Null => String::new(),
-        other => other.to_string(),
     }
 }

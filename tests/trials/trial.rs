@@ -1,8 +1,9 @@
 //! One trial: a shoot of a seed, made, imported and calibrated as anyone would, and compared with its truth.
 
-use crate::results::Row;
+use crate::results::{OUTSIDE, Row};
 use base::progress::Progress;
 use base::{Error, Result};
+use calibration::gamma::Interval;
 use calibration::{CalibrateSettings, Calibration};
 use footage::ImportSettings;
 use glam::Vec3;
@@ -11,6 +12,7 @@ use imaging::file::{read_linear, read_mask};
 use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
+use tempfile::TempDir;
 use virtual_stage::{Curve, StageSettings, TroubleSettings, write_shoot};
 
 /// Width and height of the pictures if nothing else is asked for.
@@ -46,14 +48,7 @@ pub fn run(seed: u64, size: usize) -> Result<Row> {
 /// # Errors
 /// When the shoot cannot be written or read. A calibration that refuses is a result.
 pub fn judge(settings: &StageSettings) -> Result<Row> {
-    let folder = tempfile::tempdir().map_err(|e| {
-        Error::io(
-            "make",
-            Path::new("a temporary folder"),
-            e,
-            "Make room on the disk",
-        )
-    })?;
+    let folder = temporary_folder()?;
     let (shoot, project) = (folder.path().join("shoot"), folder.path().join("project"));
     let start = Instant::now();
     write_shoot(&shoot, settings, &Progress::silent())?;
@@ -86,6 +81,31 @@ pub fn judge(settings: &StageSettings) -> Result<Row> {
     })
 }
 
+/// A folder that goes with the trial.
+///
+/// # Errors
+/// When it cannot be made.
+pub fn temporary_folder() -> Result<TempDir> {
+    tempfile::tempdir().map_err(|e| {
+        Error::io(
+            "make",
+            Path::new("a temporary folder"),
+            e,
+            "Make room on the disk",
+        )
+    })
+}
+
+/// Reads a file of JSON.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn json(path: &Path) -> Result<Value> {
+    const REMEDY: &str = "Run the trial again";
+    let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e, REMEDY))?;
+    serde_json::from_slice(&bytes).map_err(|e| Error::codec("read", path, e, REMEDY))
+}
+
 /// What is true of a shoot.
 struct Truth {
     facts: Value,
@@ -99,13 +119,10 @@ struct Truth {
 
 impl Truth {
     fn read(shoot: &Path, size: usize) -> Result<Self> {
-        let json = |name: &str| -> Result<Value> {
-            const REMEDY: &str = "Run the trial again";
-            let path = shoot.join(name);
-            let bytes = std::fs::read(&path).map_err(|e| Error::io("read", &path, e, REMEDY))?;
-            serde_json::from_slice(&bytes).map_err(|e| Error::codec("read", &path, e, REMEDY))
-        };
-        let (facts, manifest) = (json("truth.json")?, json("manifest.json")?);
+        let (facts, manifest) = (
+            json(&shoot.join("truth.json"))?,
+            json(&shoot.join("manifest.json"))?,
+        );
         let directions: Vec<Vec3> = list(&manifest["bank_directions"])
             .map(|d| Vec3::from(numbers(d).map(|v| v as f32)))
             .collect();
@@ -167,6 +184,7 @@ impl Truth {
     /// The row with what a calibration found.
     fn compare(&self, found: &Calibration, row: Row) -> Row {
         let (curve, _) = Curve::Known(found.response).nearest_dual_gamma();
+        let [within1, within2, within_exposure] = within(&found.gamma_evidence.intervals, &row);
         let light: Vec<[f64; 3]> = found
             .interview_light()
             .iter()
@@ -198,6 +216,9 @@ impl Truth {
             deviation2: f64::from(found.gamma_deviation[1]),
             found_exposure: f64::from(found.exposure),
             exposure_deviation: f64::from(found.gamma_evidence.exposure_deviation),
+            within1,
+            within2,
+            within_exposure,
             said_changed: f64::from(found.gamma_evidence.changed_exposure),
             weights_error: off / sum,
             light_error: self.light_error(&light),
@@ -224,6 +245,26 @@ impl Truth {
         }
         (error / power).sqrt()
     }
+}
+
+/// For γ1, γ2 and the exposure of a shoot the smallest interval that holds the truth, as in [`Row::within1`].
+fn within(intervals: &[Interval], truth: &Row) -> [f64; 3] {
+    if intervals.is_empty() {
+        return [0.0; 3];
+    }
+    let smallest = |range: fn(&Interval) -> [f32; 2], truth: f64| {
+        let holds = |interval: &&Interval| {
+            let [low, high] = range(interval).map(f64::from);
+            (low..=high).contains(&truth)
+        };
+        (intervals.iter().find(holds))
+            .map_or(OUTSIDE, |i| (f64::from(i.probability) * 1e4).round() / 1e4)
+    };
+    [
+        smallest(|i| i.gamma1, truth.gamma1),
+        smallest(|i| i.gamma2, truth.gamma2),
+        smallest(|i| i.exposure, truth.exposure_change),
+    ]
 }
 
 fn list(value: &Value) -> impl Iterator<Item = &Value> {

@@ -1,5 +1,6 @@
 //! The accounts of the pictures that are considered, and the intervals that follow from both.
 
+use crate::Trial;
 use imaging::{DualGamma, Response};
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +28,15 @@ impl Case {
             gamma1: self.gamma1,
             gamma2: self.gamma2,
         })
+    }
+
+    /// What is tried and saved if this account is chosen: its response and exposure, within the bounds of both.
+    pub fn trial(&self) -> Trial {
+        Trial {
+            response: self.response(),
+            exposure: self.exposure,
+        }
+        .nudged([0.0; 3])
     }
 }
 

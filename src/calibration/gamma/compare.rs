@@ -1,6 +1,6 @@
 //! How well other curves explain the pictures, compared with the dual gamma.
 
-use super::{CHANGED, InspectableFit, LEFT_ALONE, bounds};
+use super::{ExposurePrior, InspectableFit, bounds};
 use base::error::Result;
 use base::progress::Progress;
 use imaging::Response;
@@ -60,8 +60,8 @@ impl InspectableFit<'_> {
     /// case, which need not be that of the fit: a wrong curve makes the exposure look changed.
     fn curve(&self, response: Response, parameters: usize, least: f64) -> (CurveFit, f64) {
         let linear = self.objective.linearize_by(&response);
-        let [alone, changed] =
-            [LEFT_ALONE, CHANGED].map(|prior| self.objective.score_under(prior, &linear));
+        let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
+            .map(|prior| self.objective.score_under(prior, &linear));
         let score = if changed.cost < alone.cost {
             changed
         } else {

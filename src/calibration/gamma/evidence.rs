@@ -62,6 +62,7 @@ impl Evidence {
     /// The evidence of a fit to a shoot.
     pub(crate) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
         let name = |names: &[String], i: usize| names.get(i).cloned().unwrap_or_default();
+        let [_, other] = fit.cases;
         let cases = match fit.better_curve {
             None => fit.cases.to_vec(),
             Some(_) => vec![],
@@ -75,12 +76,8 @@ impl Evidence {
                 .map(|[pose, frame]| [name(&shoot.poses, *pose), name(&shoot.frames, *frame)])
                 .collect(),
             exposure_deviation: fit.deviation[2],
-            changed_exposure: fit.changed_exposure,
-            other_case: [
-                fit.other_exposure,
-                fit.other_response.gamma1,
-                fit.other_response.gamma2,
-            ],
+            changed_exposure: fit.changed_exposure(),
+            other_case: [other.exposure, other.gamma1, other.gamma2],
             darkest: fit.extent[0],
             brightest: fit.extent[1],
             ball_residual: fit.ball_residual,
@@ -186,19 +183,30 @@ impl Evidence {
             "Photograph the balls again at the interview's exposure, or film one of the poses";
         let [other_exposure, gamma1, gamma2] = self.other_case;
         if is_other(exposure) {
-            let alone = match self.open_cases() {
-                [_, alone] => format!(
-                    " If it was left alone after all (probability {:.0} %), γ1 = {:.2} and γ2 = {:.2}: the Gamma \
-                     workspace shows both.",
-                    100.0 * alone.probability,
-                    alone.gamma1,
-                    alone.gamma2
+            let is_alone = self.cases.first().is_some_and(|first| !first.changed);
+            let (account, otherwise) = if is_alone {
+                (
+                    "although the camera's exposure was probably left alone",
+                    "If it was changed",
+                )
+            } else {
+                (
+                    "the camera's exposure was probably changed between the balls and the filming",
+                    "If it was left alone after all",
+                )
+            };
+            let otherwise = match self.open_cases() {
+                [_, other] => format!(
+                    " {otherwise} (probability {:.0} %), γ1 = {:.2} and γ2 = {:.2}: the Gamma workspace shows both.",
+                    100.0 * other.probability,
+                    other.gamma1,
+                    other.gamma2
                 ),
                 _ => String::new(),
             };
             warnings.push(format!(
-                "the interview is {} than the mirror balls say (± {:.0} %): the camera's exposure was probably \
-                 changed between the balls and the filming, which makes the response less certain.{alone} {REMEDY}",
+                "the interview is {} than the mirror balls say (± {:.0} %): {account}, which makes the response less \
+                 certain.{otherwise} {REMEDY}",
                 words(exposure),
                 100.0 * self.exposure_deviation,
             ));
@@ -262,6 +270,17 @@ mod tests {
         };
         assert!(
             both.contains("50 % darker") && both.contains("40 %") && both.contains("γ1 = 2.81")
+        );
+        let left_alone = Evidence {
+            cases: vec![case(false, 0.6, 1.1), case(true, 0.4, 1.3)],
+            ..Evidence::default()
+        };
+        let [alone] = &left_alone.warnings([0.03; 2], 1.1)[..] else {
+            panic!("one doubt, one sentence");
+        };
+        assert!(
+            alone.contains("probably left alone")
+                && alone.contains("If it was changed (probability 40 %)")
         );
         let doubtful = Evidence {
             changed_exposure: 0.3,

@@ -9,6 +9,13 @@ use std::ops::Range;
 /// The smallest relative error of a lamp's weight: what 8 bits and the blur of the comparison leave where the truth
 /// is known.
 const WEIGHT_ERROR: f32 = 0.005;
+/// The largest where the light is no sum of lamps, so that pixels one by one say little about a weight.
+const WEIGHT_ERROR_BESIDE_REMAINDER: f32 = 0.02;
+/// Light between several lamps makes errors of all of them alike. They make the subject too bright or too dark by so many
+/// times as much as errors that are independent would, beside these: measured on random shoots at the true response.
+const SHARED_BRIGHTNESS: f64 = 1.5;
+/// A step of ln exposure.
+const BRIGHTER: f64 = 0.02;
 /// By how much the spread of a handful of poses and frames underestimates that of all: the deviation of Student's
 /// distribution of five degrees of freedom, to which the covariance is widened.
 const FEW_PICTURES: f64 = 1.3;
@@ -47,29 +54,52 @@ impl Objective<'_> {
         differences
     }
 
-    /// How far the subject's encoded values move by one deviation of each lamp's weight, an error that all pixels
-    /// share. The deviation is the difference between the weight from a lamp's whole light and the weight from its
-    /// pixels one by one, and what the lamps leave unexplained near it on the ball.
+    /// How far the subject's encoded values move by errors of the interview's light, which all pixels share: by what
+    /// the lamps leave unexplained on the ball (see [`Probes::weight_errors`]), and by each lamp's own error, the
+    /// difference between the weight from its whole light and the weight from its pixels one by one.
     pub fn weight_errors(&self, linear: &LinearPictures, log_exposure: f64) -> Vec<Vec<f64>> {
         let here = linear.encoded(log_exposure);
         let moved = |weights: &[[f32; 3]]| -> Vec<f64> {
             let pairs = self.pairs(&linear.table, weights);
             let there = encoded(&linear.table, &pairs, log_exposure);
-            there.iter().zip(&here).map(|(a, b)| a - b).collect()
+            there.zip(&here).map(|(a, b)| a - b).collect()
         };
-        (linear.ball.weights.iter().enumerate())
-            .map(|(lamp, other)| {
-                let mut weights = linear.weights.clone();
-                let pairs = other.iter().zip(linear.unexplained[lamp]);
-                for (weight, (other, unexplained)) in weights[lamp].iter_mut().zip(pairs) {
-                    // A lamp without pixels of its own has no weight there.
-                    let is_known = *weight > 0.0 && *other > 0.0;
-                    let difference = if is_known { other / *weight - 1.0 } else { 0.0 };
-                    *weight *= 1.0 + difference.hypot(unexplained).clamp(WEIGHT_ERROR, 1.0);
-                }
-                moved(&weights)
-            })
-            .collect()
+        let changes = self.probes.weight_errors(&linear.table);
+        let unexplained = changes.iter().map(|changes| {
+            let weights = linear.weights.iter().zip(changes);
+            let changed =
+                |(weight, change): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|c| weight[c] + change[c]);
+            moved(&weights.map(changed).collect::<Vec<_>>())
+        });
+        let is_sum = self.remainder <= 0.0;
+        let largest = if is_sum {
+            1.0
+        } else {
+            WEIGHT_ERROR_BESIDE_REMAINDER
+        };
+        let own = (linear.ball.weights.iter().enumerate()).map(|(lamp, other)| {
+            let mut weights = linear.weights.clone();
+            for (weight, other) in weights[lamp].iter_mut().zip(other) {
+                // A lamp without pixels of its own has no weight there.
+                let is_known = *weight > 0.0 && *other > 0.0;
+                let difference = if is_known { other / *weight - 1.0 } else { 0.0 };
+                *weight *= 1.0 + difference.abs().clamp(WEIGHT_ERROR, largest);
+            }
+            moved(&weights)
+        });
+        let mut errors: Vec<Vec<f64>> = unexplained.collect();
+        // A little more light on everything, and how much of it is in each error.
+        let there = linear.encoded(log_exposure + BRIGHTER);
+        let brighter: Vec<f64> = there.iter().zip(&here).map(|(a, b)| a - b).collect();
+        let product = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        let whole = product(&brighter, &brighter).max(f64::MIN_POSITIVE);
+        let square: f64 = (errors.iter())
+            .map(|error| (product(error, &brighter) / whole).powi(2))
+            .sum();
+        let shared = SHARED_BRIGHTNESS * square.sqrt();
+        errors.push(brighter.iter().map(|b| shared * b).collect());
+        errors.extend(own);
+        errors
     }
 }
 

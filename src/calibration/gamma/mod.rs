@@ -48,24 +48,37 @@ pub(super) use subject::Subject;
 pub use surface::Surface;
 
 /// An assumption about the exposure between the photographs of the balls and the filming.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct ExposurePrior {
-    /// How often it holds.
-    chance: f64,
-    /// The standard deviation of ln exposure if it holds.
-    deviation: f64,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ExposurePrior {
+    /// Nearly always nobody touched the cameras, and a few hundredths of a stop remain.
+    LeftAlone,
+    /// Now and then somebody changed the exposure, by about half a stop.
+    Changed,
 }
 
-/// Nearly always nobody touched the cameras, and a few hundredths of a stop remain.
-const LEFT_ALONE: ExposurePrior = ExposurePrior {
-    chance: 0.9,
-    deviation: 0.03,
-};
-/// Now and then somebody changed the exposure, by about half a stop.
-const CHANGED: ExposurePrior = ExposurePrior {
-    chance: 0.1,
-    deviation: 0.4,
-};
+impl ExposurePrior {
+    /// How often it holds.
+    const fn chance(self) -> f64 {
+        match self {
+            Self::LeftAlone => 0.9,
+            Self::Changed => 0.1,
+        }
+    }
+
+    /// The standard deviation of ln exposure if it holds.
+    const fn deviation(self) -> f64 {
+        match self {
+            Self::LeftAlone => 0.03,
+            Self::Changed => 0.4,
+        }
+    }
+
+    /// −2·ln of its probability density of ln exposure, up to a constant.
+    fn cost(self, log_exposure: f64) -> f64 {
+        let deviation = self.deviation();
+        (log_exposure / deviation).powi(2) + 2.0 * (deviation / self.chance()).ln()
+    }
+}
 /// Mean and deviation of the weak prior on each exponent: video cameras are near 2.2.
 const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
 
@@ -95,13 +108,7 @@ pub struct GammaFit {
     pub ball_residual: f32,
     /// Standard deviations of γ1, γ2 and ln exposure.
     pub deviation: [f32; 3],
-    /// The probability that the exposure was changed between the balls and the filming; the fit is that
-    /// of the more probable case.
-    pub changed_exposure: f32,
-    /// Exposure and response in the other case.
-    pub other_exposure: f32,
-    pub other_response: DualGamma,
-    /// Both cases, the more probable one first.
+    /// Both accounts of the exposure, the more probable one, which the fit is of, first.
     pub cases: [Case; 2],
     /// The 1 % and the 99 % quantile of the compared values.
     pub extent: [f32; 2],
@@ -109,6 +116,14 @@ pub struct GammaFit {
     pub same_poses: Vec<[usize; 2]>,
     /// A standard curve that explains the pictures better than any dual gamma.
     pub better_curve: Option<CurveFit>,
+}
+
+impl GammaFit {
+    /// The probability that the exposure was changed between the balls and the filming.
+    pub fn changed_exposure(&self) -> f32 {
+        let changed = self.cases.iter().find(|case| case.changed);
+        changed.map_or(0.0, |case| case.probability)
+    }
 }
 
 /// The response that a calibration uses: the fitted one, a standard curve that beats the fit, or one set by hand.
@@ -201,7 +216,7 @@ pub(super) fn fit<'a>(
     }
     // Whether a frame shows a pose can only be told under a response that is about right.
     let table = ResponseTable::new(&found.fit.response);
-    let nearest = subject.nearest(&table, &probes.fit(&table).weights);
+    let nearest = subject.nearest(&table, &probes.weights(&table));
     let same: Vec<_> = nearest
         .iter()
         .filter(|(.., mismatch)| *mismatch <= FrameMatch::MAX_MISMATCH)
@@ -258,13 +273,10 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
             .ball_square(&a.1.ball)
             .total_cmp(&objective.ball_square(&b.1.ball))
     };
-    if let Some(index) = grid
-        .iter()
-        .min_by(best_ball)
-        .and_then(|best| grid.iter().position(|g| g.0 == best.0))
-    {
-        objective.weigh(&grid[index].1);
+    if let Some((_, best)) = grid.iter().min_by(best_ball) {
+        objective.weigh(best);
     }
+    objective.profile_again(&mut grid);
     let mut starts: Vec<([f64; 2], f64)> = grid
         .iter()
         .map(|(place, linear)| (*place, objective.score(linear).cost + gamma_prior(*place)))
@@ -283,9 +295,10 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     if let Some(linear) = objective.linearize(best.0) {
         objective.weigh(&linear);
     }
+    objective.profile_again(&mut grid);
     // Each case has its own best place, which the grid may show better than the search under the other.
     let mut cases = Vec::new();
-    for prior in [LEFT_ALONE, CHANGED] {
+    for prior in [ExposurePrior::LeftAlone, ExposurePrior::Changed] {
         progress.check("nothing was changed")?;
         objective.exposure = prior;
         let of = |gammas: [f64; 2], linear: &LinearPictures| {
@@ -300,8 +313,8 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         }
         cases.push((prior, Posterior::find(&objective, start.0)?));
     }
-    let odds = (0.5 * (cases[1].1.cost - cases[0].1.cost)).exp();
-    let changed_exposure = doubted(1.0 / (1.0 + odds));
+    let odds_alone = (0.5 * (cases[1].1.cost - cases[0].1.cost)).exp();
+    let changed_exposure = doubted(1.0 / (1.0 + odds_alone));
     if changed_exposure > 0.5 {
         cases.swap(0, 1);
     }
@@ -321,9 +334,6 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         residual: score.subject as f32,
         ball_residual: score.ball as f32,
         deviation: deviation_beside(&found, &other, doubt),
-        changed_exposure: changed_exposure as f32,
-        other_exposure: other.log_exposure.exp() as f32,
-        other_response: curve_of(&other)?,
         cases: [
             case_of(&found, prior, 1.0 - doubt)?,
             case_of(&other, other_prior, doubt)?,
@@ -351,7 +361,7 @@ fn curve_of(posterior: &Posterior) -> Result<DualGamma> {
 fn case_of(posterior: &Posterior, prior: ExposurePrior, probability: f64) -> Result<Case> {
     let curve = curve_of(posterior)?;
     Ok(Case {
-        changed: prior == CHANGED,
+        changed: prior == ExposurePrior::Changed,
         probability: probability as f32,
         gamma1: curve.gamma1,
         gamma2: curve.gamma2,

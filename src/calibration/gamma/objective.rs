@@ -6,7 +6,7 @@ use super::super::probe::{NeighbourDifferences, Probes, Profile};
 use super::covariance::Covariance;
 use super::frame_match::MatchedPixel;
 use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
-use super::{ExposurePrior, GAMMA_PRIOR, LEFT_ALONE};
+use super::{ExposurePrior, GAMMA_PRIOR};
 use imaging::{DualGamma, Response};
 
 /// The root-mean-square distance that rounding to 8 bits leaves; nothing smaller can be measured.
@@ -18,8 +18,6 @@ pub(super) fn rounding() -> f64 {
 pub(super) struct LinearPictures {
     pub table: ResponseTable,
     pub weights: Vec<[f32; 3]>,
-    /// Of each lamp's weight, the share that the ball leaves open, see [`InterviewFit::unexplained`].
-    pub unexplained: Vec<[f32; 3]>,
     /// Pairs of the relit poses' light and the interview's encoded value: quantiles, channel by channel, or the
     /// channels of pixels.
     pub pairs: Vec<(f32, f32)>,
@@ -30,24 +28,20 @@ pub(super) struct LinearPictures {
 impl LinearPictures {
     /// The subject's encoded values at an exposure.
     pub fn encoded(&self, log_exposure: f64) -> Vec<f64> {
-        encoded(&self.table, &self.pairs, log_exposure)
+        encoded(&self.table, &self.pairs, log_exposure).collect()
     }
 
     /// How far they are from the interview's.
-    fn errors(&self, log_exposure: f64) -> Vec<f64> {
-        (self.encoded(log_exposure).iter().zip(&self.pairs))
-            .map(|(found, (_, is))| found - f64::from(*is))
-            .collect()
+    fn errors(&self, log_exposure: f64) -> impl Iterator<Item = f64> {
+        let is = self.pairs.iter().map(|(_, is)| f64::from(*is));
+        encoded(&self.table, &self.pairs, log_exposure)
+            .zip(is)
+            .map(|(found, is)| found - is)
     }
 
     /// Mean squared distance of the encoded subject at an exposure.
     pub fn subject_square(&self, log_exposure: f64) -> f64 {
-        let exposure = log_exposure.exp() as f32;
-        let square: f64 = self
-            .pairs
-            .iter()
-            .map(|(light, is)| f64::from(self.table.encode(exposure * light) - is).powi(2))
-            .sum();
+        let square: f64 = self.errors(log_exposure).map(|error| error * error).sum();
         square / self.pairs.len().max(1) as f64
     }
 }
@@ -93,7 +87,7 @@ impl<'a> Objective<'a> {
             pixel_count: BLOCKS as f64,
             ball_count: subject.lamps as f64,
             remainder: 0.0,
-            exposure: LEFT_ALONE,
+            exposure: ExposurePrior::LeftAlone,
             matched,
         };
         if objective.matched.is_empty() {
@@ -102,7 +96,7 @@ impl<'a> Objective<'a> {
                 gamma2: GAMMA_PRIOR.0 as f32,
             };
             let table = ResponseTable::new(&middle);
-            let weights = probes.fit(&table).weights;
+            let weights = probes.weights(&table);
             let differences = objective.differences(&table, &weights, 1.0);
             objective.errors = Covariance::new(3 * QUANTILES, &differences, MODEL_ERROR);
         }
@@ -143,16 +137,15 @@ impl<'a> Objective<'a> {
 
     /// Mean square of the noise between poses and their frames.
     fn matched_noise(&self, linear: &LinearPictures, log_exposure: f64) -> f64 {
-        let exposure = log_exposure.exp() as f32;
         let mut channels: [NeighbourDifferences; 3] = Default::default();
+        let errors: Vec<f64> = linear.errors(log_exposure).collect();
         let pixels = self
             .matched
             .iter()
             .flat_map(|pose| self.matched_pixels(pose));
-        for (pixel, pairs) in pixels.zip(linear.pairs.chunks_exact(3)) {
-            for (channel, (light, is)) in channels.iter_mut().zip(pairs) {
-                let off = f64::from(linear.table.encode(exposure * light) - is);
-                channel.add(pixel.place as usize, off);
+        for (pixel, errors) in pixels.zip(errors.chunks_exact(3)) {
+            for (channel, error) in channels.iter_mut().zip(errors) {
+                channel.add(pixel.place as usize, *error);
             }
         }
         channels
@@ -212,16 +205,22 @@ impl<'a> Objective<'a> {
     /// The pictures under any response.
     pub fn linearize_by(&self, response: &Response) -> LinearPictures {
         let table = ResponseTable::of(response);
-        let (fit, ball) = rayon::join(
-            || self.probes.fit(&table),
+        let (weights, ball) = rayon::join(
+            || self.probes.weights(&table),
             || self.probes.profile(&table, self.remainder),
         );
         LinearPictures {
-            pairs: self.pairs(&table, &fit.weights),
-            weights: fit.weights,
-            unexplained: fit.unexplained,
+            pairs: self.pairs(&table, &weights),
+            weights,
             table,
             ball,
+        }
+    }
+
+    /// Compares the balls of pictures again, under the remainder that was last found.
+    pub fn profile_again(&self, grid: &mut [([f64; 2], LinearPictures)]) {
+        for (_, linear) in grid {
+            linear.ball = self.probes.profile(&linear.table, self.remainder);
         }
     }
 
@@ -270,7 +269,7 @@ impl<'a> Objective<'a> {
     /// covariance, or of independent errors of unknown size between pixels.
     fn subject_cost(&self, linear: &LinearPictures, log_exposure: f64) -> f64 {
         match &self.errors {
-            Some(errors) => errors.cost(&linear.errors(log_exposure)),
+            Some(errors) => errors.cost(&linear.errors(log_exposure).collect::<Vec<_>>()),
             None => {
                 let square = linear.subject_square(log_exposure) + rounding().powi(2);
                 self.pixel_count * square.ln()
@@ -294,12 +293,12 @@ impl<'a> Objective<'a> {
         let log_exposure = best_exposure(cost, |x| linear.subject_square(x));
         let least = cost(log_exposure);
         // The probability of all exposures nearby, not of the best alone (Laplace's approximation).
-        let step = 0.3 * prior.deviation.min(0.1);
+        let step = 0.3 * prior.deviation().min(0.1);
         let curvature =
             (cost(log_exposure - step) + cost(log_exposure + step) - 2.0 * least) / step.powi(2);
         let exposure_deviation = (2.0 / curvature.max(1e-12))
             .sqrt()
-            .clamp(1e-4, prior.deviation);
+            .clamp(1e-4, prior.deviation());
         Score {
             cost: least - 2.0 * exposure_deviation.ln() + self.ball_cost(linear),
             log_exposure,
@@ -334,13 +333,6 @@ const MATCHED_PIXELS: usize = 2000;
 /// Parts of the compared pixels whose errors are taken to be independent.
 pub(super) const BLOCKS: usize = 20;
 
-impl ExposurePrior {
-    /// −2·ln of the prior of ln exposure, up to a constant.
-    pub fn cost(&self, log_exposure: f64) -> f64 {
-        (log_exposure / self.deviation).powi(2) + 2.0 * (self.deviation / self.chance).ln()
-    }
-}
-
 /// −2·ln of the weak prior of both exponents.
 pub(super) fn gamma_prior(gammas: [f64; 2]) -> f64 {
     let prior = |gamma: f64| ((gamma - GAMMA_PRIOR.0) / GAMMA_PRIOR.1).powi(2);
@@ -352,7 +344,7 @@ pub(super) fn gamma_prior(gammas: [f64; 2]) -> f64 {
 fn best_exposure(cost: impl Fn(f64) -> f64, distance: impl Fn(f64) -> f64) -> f64 {
     const WIDEST: f64 = 1.0;
     let free = valley(distance, [-WIDEST, WIDEST], 1e-2);
-    let reach = 4.0 * LEFT_ALONE.deviation;
+    let reach = 4.0 * ExposurePrior::LeftAlone.deviation();
     if free.abs() < 2.0 * reach {
         // Both minima lie in one valley.
         let range = [free.min(0.0) - reach, free.max(0.0) + reach];
@@ -390,10 +382,14 @@ fn valley(height: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], accuracy: 
 }
 
 /// The encoded values of pairs of light and something at an exposure.
-pub(super) fn encoded(table: &ResponseTable, pairs: &[(f32, f32)], log_exposure: f64) -> Vec<f64> {
+pub(super) fn encoded(
+    table: &ResponseTable,
+    pairs: &[(f32, f32)],
+    log_exposure: f64,
+) -> impl Iterator<Item = f64> {
     let exposure = log_exposure.exp() as f32;
-    let encode = |(light, _): &(f32, f32)| f64::from(table.encode(exposure * light));
-    pairs.iter().map(encode).collect()
+    let lights = pairs.iter().map(|(light, _)| light);
+    lights.map(move |light| f64::from(table.encode(exposure * light)))
 }
 
 #[cfg(test)]
@@ -410,7 +406,8 @@ mod tests {
     #[test]
     fn an_exposure_that_the_pictures_insist_on_is_taken() {
         let pictures = |strength: f64| move |x: f64| strength * (x - 0.2).powi(2);
-        let cost = |strength: f64| move |x: f64| pictures(strength)(x) + LEFT_ALONE.cost(x);
+        let cost =
+            |strength: f64| move |x: f64| pictures(strength)(x) + ExposurePrior::LeftAlone.cost(x);
         let found = |strength: f64| best_exposure(cost(strength), pictures(strength));
         assert!((found(1e6) - 0.2).abs() < 0.005 && found(10.0).abs() < 0.01);
     }

@@ -75,7 +75,7 @@ impl Posterior {
             gammas: found,
             log_exposure: 0.0,
             mean: [found[0], found[1], 0.0],
-            deviation: [prior, prior, objective.exposure.deviation],
+            deviation: [prior, prior, objective.exposure.deviation()],
             cost: f64::INFINITY,
         });
         posterior.gammas = found;

@@ -92,7 +92,7 @@ impl GammaStudy {
 
     /// The interview's weights under a response: for each lamp and channel, its share.
     pub fn weights(&self, response: &Response) -> Vec<[f32; 3]> {
-        self.probes.fit(&ResponseTable::of(response)).weights
+        self.probes.weights(&ResponseTable::of(response))
     }
 
     /// Root-mean-square encoded distances (0 to 1) of the subject's quantiles, and on the mirror balls,

@@ -60,7 +60,7 @@ impl Subject {
             gamma1: GAMMA_PRIOR.0 as f32,
             gamma2: GAMMA_PRIOR.0 as f32,
         });
-        let weights = &probes.fit(provisional).weights;
+        let weights = &probes.weights(provisional);
         let (mut poses, samples) = load_poses(project, provisional, weights, progress)?;
         let (frames, matched) = load_frames(project, &samples, provisional, progress)?;
         check_light(project, &poses, &frames)?;

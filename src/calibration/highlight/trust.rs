@@ -34,10 +34,11 @@ pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid, room: &[f32]) -> V
         let variance = (2.0 * lamp.deviation_deg).powi(2) + (1.4 * geometry).powi(2);
         let near = 1.0 - (-0.5 * NEAR_DEG.powi(2) / variance.max(1e-6)).exp();
         // A part that has a third of the lamp's light may as well be the lamp.
-        let alone = odds(lamp.rival / 0.3);
+        let alone = plausibility(lamp.rival / 0.3);
         // A lamp that is out of sight or off leaves what others reflect of it: little light, dim and wide.
-        let as_strong = odds(weak * energy / lamp.energy) * odds(WEAK * peak / lamp.peak);
-        let as_small = odds((lamp.spread_deg - size).max(0.0) / 15.0);
+        let as_strong =
+            plausibility(weak * energy / lamp.energy) * plausibility(WEAK * peak / lamp.peak);
+        let as_small = plausibility((lamp.spread_deg - size).max(0.0) / 15.0);
         let together = 1.0 - 0.8 * lamp.elsewhere.powi(2);
         near * alone * as_strong * as_small * together
     };
@@ -69,7 +70,7 @@ const WEAK: f32 = 0.05;
 const LEAST_WINDOW: f32 = 0.004;
 
 /// 1 for 0, a half for 1, little for much more.
-fn odds(ratio: f32) -> f32 {
+fn plausibility(ratio: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 

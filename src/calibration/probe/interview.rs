@@ -11,12 +11,63 @@ use rayon::prelude::*;
 pub struct InterviewFit {
     /// Per lamp and channel, its share.
     pub weights: Vec<[f32; 3]>,
-    /// Per lamp and channel, the root-mean-square of what no lamp explains near it, relative to the light there.
-    pub unexplained: Vec<[f32; 3]>,
     /// Relative root-mean-square residual of the blurred ball.
     pub residual: f32,
     /// Share of the ball's luminance energy that no lamp explains.
     pub uncovered: f32,
+}
+
+/// Energies of the cells of the interview's ball and of the lamps'.
+struct Sums {
+    interview: Vec<[f32; 3]>,
+    lamps: Vec<LampCells>,
+    /// For each channel, the expected products of what any two lamps do to the subject.
+    grams: [Vec<f64>; 3],
+    weights: Vec<[f32; 3]>,
+    /// What the sum of the lamps leaves of the interview's light.
+    left: Vec<[f32; 3]>,
+}
+
+struct LampCells {
+    /// The cells that the lamp lights, with their energy.
+    lit: Vec<(usize, [f32; 3])>,
+    /// For each cell, the expected product of what light from there and the lamp do to the subject.
+    spread: Vec<[f32; 3]>,
+}
+
+/// How what a surface does with light of two directions at an angle is correlated, 1 to 0, averaged over all
+/// surfaces: matte shading of any normal, times a shadow's edge of any direction. Both are arc-cosine kernels (Cho and
+/// Saul 2009, degrees 1 and 0).
+pub(super) fn kernel(cosine: f32) -> f32 {
+    use std::f32::consts::PI;
+    let angle = cosine.clamp(-1.0, 1.0).acos();
+    let shading = (angle.sin() + (PI - angle) * angle.cos()) / PI;
+    shading * (1.0 - angle / PI)
+}
+
+/// The inverse of a symmetric positive matrix of `n` × `n`, which is made positive if it is not quite.
+fn inverse(matrix: &[f64], n: usize) -> Vec<f64> {
+    let trace: f64 = (0..n).map(|i| matrix[i * n + i]).sum();
+    let ridge = (1e-6 * trace / n as f64).max(f64::MIN_POSITIVE);
+    let mut a = matrix.to_vec();
+    for i in 0..n {
+        a[i * n + i] += ridge;
+    }
+    // Gauss and Jordan, in place; such a matrix needs no exchange of rows.
+    for k in 0..n {
+        let pivot = a[k * n + k].max(1e-3 * ridge);
+        a[k * n + k] = 1.0;
+        for j in 0..n {
+            a[k * n + j] /= pivot;
+        }
+        for i in (0..n).filter(|i| *i != k) {
+            let factor = std::mem::replace(&mut a[i * n + k], 0.0);
+            for j in 0..n {
+                a[i * n + j] -= factor * a[k * n + j];
+            }
+        }
+    }
+    a
 }
 
 impl Probes {
@@ -79,18 +130,20 @@ impl Probes {
         })
     }
 
-    /// The interview's light as a sum of lamps under a response: a non-negative least-squares fit of the lamps' balls
-    /// to the interview's, per channel, both blurred to half the lamps' spacing.
+    /// The interview's light as a sum of lamps under a response, per channel, none below 0.
+    ///
+    /// The subject is to look under the sum as under the light itself, also where that comes from between the lamps.
+    /// How a subject answers light of two directions is taken to be correlated by [`kernel`]; the weights are then those
+    /// of least expected squared error (kriging, Matheron 1963). A sum of lamps is found exactly.
+    pub(crate) fn weights(&self, table: &ResponseTable) -> Vec<[f32; 3]> {
+        self.sums(table).weights
+    }
+
+    /// The same with what no lamp explains of the ball, blurred to half the lamps' spacing.
     pub(crate) fn fit(&self, table: &ResponseTable) -> InterviewFit {
-        let interview = self.interview_cells(table);
-        let lamps: Vec<Vec<[f32; 3]>> = self
-            .footprints
-            .par_iter()
-            .map(|footprint| self.lamp_cells(footprint, table))
-            .collect();
-        let mut weights = vec![[0.0f32; 3]; lamps.len()];
-        let mut unexplained = vec![[0.0f32; 3]; lamps.len()];
-        let (mut error, mut power) = (0.0f64, 0.0f64);
+        let sums = self.sums(table);
+        let left = self.spread(&self.blur, &sums.left);
+        let whole = self.spread(&self.blur, &sums.interview);
         let share = |part: f64, whole: f64| {
             if whole > 0.0 {
                 (part / whole) as f32
@@ -98,53 +151,115 @@ impl Probes {
                 0.0
             }
         };
-        let mut missing = [0.0f32; 3];
-        let mut all = [0.0f32; 3];
-        for c in 0..3 {
-            let mut equations = NormalEquations::new(lamps.len());
-            for (cell, light) in interview.iter().enumerate() {
-                let terms: Vec<(usize, f64)> = lamps
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, lamp)| lamp[cell][c] > 0.0)
-                    .map(|(i, lamp)| (i, f64::from(lamp[cell][c])))
-                    .collect();
-                equations.add(&terms, f64::from(light[c]));
-            }
-            let solution = equations.solve();
-            for (weight, x) in weights.iter_mut().zip(&solution) {
-                weight[c] = *x as f32;
-            }
-            let mut near = vec![[0.0f64; 2]; lamps.len()];
-            for (cell, light) in interview.iter().enumerate() {
-                let explained: f32 = lamps
-                    .iter()
-                    .zip(&weights)
-                    .map(|(lamp, w)| w[c] * lamp[cell][c])
-                    .sum();
-                let left = light[c] - explained;
-                for (near, lamp) in near.iter_mut().zip(&lamps) {
-                    near[0] += f64::from(lamp[cell][c] * left * left);
-                    near[1] += f64::from(lamp[cell][c] * light[c] * light[c]);
-                }
-                error += f64::from(left).powi(2);
-                power += f64::from(light[c]).powi(2);
-                missing[c] += left.max(0.0);
-                all[c] += light[c];
-            }
-            for (unexplained, [left, whole]) in unexplained.iter_mut().zip(near) {
-                unexplained[c] = share(left, whole).sqrt();
+        let (mut error, mut power) = (0.0f64, 0.0f64);
+        let (mut missing, mut all) = ([0.0f32; 3], [0.0f32; 3]);
+        for (left, whole) in left.iter().zip(&whole) {
+            for c in 0..3 {
+                error += f64::from(left[c]).powi(2);
+                power += f64::from(whole[c]).powi(2);
+                missing[c] += left[c].max(0.0);
+                all[c] += whole[c].max(0.0);
             }
         }
         InterviewFit {
-            weights,
-            unexplained,
+            weights: sums.weights,
             residual: share(error, power).sqrt(),
             uncovered: share(f64::from(luminance(missing)), f64::from(luminance(all))).min(1.0),
         }
     }
 
-    /// The blurred energy of the interview's ball in each cell, without ambient light; not negative.
+    fn sums(&self, table: &ResponseTable) -> Sums {
+        let interview = self.interview_cells(table);
+        let lamps: Vec<LampCells> = self
+            .footprints
+            .par_iter()
+            .map(|footprint| {
+                let energy = self.lamp_cells(footprint, table);
+                let spread = self.spread(&self.kernel, &energy);
+                let lit = (energy.into_iter().enumerate())
+                    .filter(|(_, e)| *e != [0.0; 3])
+                    .collect();
+                LampCells { lit, spread }
+            })
+            .collect();
+        let mut weights = vec![[0.0f32; 3]; lamps.len()];
+        let mut left = interview.clone();
+        let mut grams = [vec![], vec![], vec![]];
+        for (c, gram) in grams.iter_mut().enumerate() {
+            let product = |a: &LampCells, b: &LampCells| -> f64 {
+                let terms = a.lit.iter();
+                terms
+                    .map(|(cell, e)| f64::from(e[c] * b.spread[*cell][c]))
+                    .sum()
+            };
+            *gram = lamps
+                .iter()
+                .flat_map(|a| lamps.iter().map(move |b| product(a, b)))
+                .collect();
+            let target = lamps.iter().map(|lamp| {
+                let terms = interview.iter().zip(&lamp.spread);
+                terms.map(|(light, k)| f64::from(light[c] * k[c])).sum()
+            });
+            let solution = NormalEquations::of(gram.clone(), target.collect()).solve();
+            for ((weight, x), lamp) in weights.iter_mut().zip(&solution).zip(&lamps) {
+                weight[c] = *x as f32;
+                for (cell, energy) in &lamp.lit {
+                    left[*cell][c] -= weight[c] * energy[c];
+                }
+            }
+        }
+        Sums {
+            interview,
+            lamps,
+            grams,
+            weights,
+            left,
+        }
+    }
+
+    /// By how much the weights must be expected to be off for the subject, as changes that are independent of each
+    /// other, one for each lamp: per lamp and channel.
+    ///
+    /// The light near a lamp that no sum of lamps is makes an error like that of the lamp's OLAT predicted from the
+    /// others', as much larger as the expected square of the error is.
+    pub(crate) fn weight_errors(&self, table: &ResponseTable) -> Vec<Vec<[f32; 3]>> {
+        let sums = self.sums(table);
+        let n = sums.lamps.len();
+        let spread = self.spread(&self.kernel, &sums.left);
+        let mut errors = vec![vec![[0.0f32; 3]; n]; n];
+        for c in 0..3 {
+            let mut open = vec![0.0f64; n];
+            for (cell, (left, spread)) in sums.left.iter().zip(&spread).enumerate() {
+                let nearness = |lamp: &LampCells| {
+                    let own: f32 = lamp.lit.iter().map(|(_, e)| e[c]).sum();
+                    lamp.spread[cell][c] / own.max(f32::MIN_POSITIVE)
+                };
+                let nearest = (0..n)
+                    .map(|i| (i, nearness(&sums.lamps[i])))
+                    .filter(|(_, nearness)| *nearness > 0.0)
+                    .max_by(|a, b| a.1.total_cmp(&b.1));
+                if let Some((nearest, _)) = nearest {
+                    open[nearest] += f64::from(left[c] * spread[c]);
+                }
+            }
+            let inverse = inverse(&sums.grams[c], n);
+            for (lamp, error) in errors.iter_mut().enumerate() {
+                // The prediction of a lamp from the others, and its expected squared error, follow from the inverse
+                // (Dubrule 1983).
+                let own = inverse[lamp * n + lamp];
+                if open[lamp] <= 0.0 || own <= 0.0 {
+                    continue;
+                }
+                let size = (open[lamp] * own).sqrt();
+                for (other, change) in error.iter_mut().enumerate() {
+                    change[c] = (size * inverse[lamp * n + other] / own) as f32;
+                }
+            }
+        }
+        errors
+    }
+
+    /// The energy of the interview's ball in each cell, without ambient light.
     fn interview_cells(&self, table: &ResponseTable) -> Vec<[f32; 3]> {
         let mut energy = vec![[0.0f32; 3]; self.cells()];
         let ambient = self.interview_ambient(table);
@@ -160,11 +275,10 @@ impl Probes {
                 cell[c] += (light[c] - ambient[c]) * self.ball.pixels[pixel].solid_angle;
             }
         }
-        let blurred = self.blurred(&energy).into_iter();
-        blurred.map(|e| e.map(|v| v.max(0.0))).collect()
+        energy
     }
 
-    /// The blurred energy of a lamp's footprint in each cell.
+    /// The energy of a lamp's footprint in each cell.
     fn lamp_cells(&self, footprint: &Footprint, table: &ResponseTable) -> Vec<[f32; 3]> {
         let background = footprint.background(table);
         let mut energy = vec![[0.0f32; 3]; self.cells()];
@@ -181,19 +295,20 @@ impl Probes {
                     (light[c] - background[c]).max(0.0) * self.ball.pixels[place].solid_angle;
             }
         }
-        self.blurred(&energy)
+        energy
     }
 
     pub(super) fn cells(&self) -> usize {
         self.blur.len().isqrt()
     }
 
-    fn blurred(&self, energy: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    /// Each cell's energy spread over all cells by weights between all pairs.
+    fn spread(&self, weights: &[f32], energy: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let n = self.cells();
         let lit: Vec<usize> = (0..n).filter(|&i| energy[i] != [0.0; 3]).collect();
         let at = |cell: usize| {
             lit.iter().fold([0.0f32; 3], |sum, &from| {
-                let k = self.blur[cell * n + from];
+                let k = weights[cell * n + from];
                 [0, 1, 2].map(|c| sum[c] + k * energy[from][c])
             })
         };

@@ -136,7 +136,9 @@ fn small_calibration() -> Calibration {
         filled_energy: 0.0,
         clipped_pixels: 0,
         rig_findings: vec![],
+        rig_faults: vec![],
         two_balls: None,
+        motion: None,
         gamma_evidence: gamma::Evidence::default(),
         rig: Rig {
             lamps: vec![Lamp {

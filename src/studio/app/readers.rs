@@ -5,6 +5,7 @@ use crate::footage_reader::FootageReader;
 use crate::layout::Pane;
 use crate::network_review::NetworkReview;
 use crate::pixel_inspector::PixelInspector;
+use crate::project_check::ProjectCheck;
 use crate::state::State;
 use crate::training::Training;
 use egui::Context;
@@ -17,6 +18,7 @@ use worker::{Event, PreviewPicture};
 pub struct Readers {
     pub analysis: CalibrationAnalysis,
     pub review: NetworkReview,
+    pub check: ProjectCheck,
     pub training: Training,
     pub footage: FootageReader,
     pub inspector: PixelInspector,
@@ -28,6 +30,7 @@ impl Readers {
             // The job may have calibrated or measured.
             self.analysis.invalidate();
             self.review.invalidate();
+            self.check.invalidate();
         }
         self.training.on_event(event);
     }
@@ -36,6 +39,7 @@ impl Readers {
     pub fn receive(&mut self, ctx: &Context) {
         self.analysis.receive();
         self.review.receive();
+        self.check.receive();
         self.training.receive();
         self.footage.receive(ctx);
         self.inspector.receive();

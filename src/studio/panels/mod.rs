@@ -1,5 +1,6 @@
 //! The panels, one file each.
 
+mod checks;
 mod effects;
 mod environments;
 mod export;
@@ -24,6 +25,7 @@ mod timeline;
 mod training;
 mod viewport;
 
+pub use checks::ChecksPanel;
 pub use effects::EffectsPanel;
 pub use environments::EnvironmentsPanel;
 pub use export::ExportPanel;

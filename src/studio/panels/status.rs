@@ -1,5 +1,6 @@
 //! The status line: where the network runs and why, how long the picture took, which passes ran.
 
+use super::checks::{color, dot_ui};
 use crate::command::{Command, WindowCommand};
 use crate::layout::Pane;
 use crate::panel_context::PanelContext;
@@ -52,9 +53,23 @@ impl StatusPanel {
                         out.push(Command::Window(WindowCommand::ShowPane(Pane::Effects)));
                     }
                 }
+                check_ui(ui, context, out);
             });
         });
     }
+}
+
+/// How far the project can be trusted, once something was measured.
+fn check_ui(ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+    let Some(level) = context.check.level() else {
+        return;
+    };
+    let text = small(&format!("Checks: {}", level.word())).color(color(level));
+    let hint = "Shows what was found of lamps, camera, frames and light, and what to do about it";
+    if ui.button(text).on_hover_text(hint).clicked() {
+        out.push(Command::Window(WindowCommand::ShowPane(Pane::Checks)));
+    }
+    dot_ui(ui, level);
 }
 
 /// A figure in a space of fixed width, so that the line does not move as it changes.

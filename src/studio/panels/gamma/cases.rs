@@ -11,15 +11,7 @@ use worker::GammaView;
 
 /// The responses and exposures of the cases that are open.
 pub fn trials(view: &GammaView) -> Vec<Trial> {
-    view.cases.iter().map(|(case, _)| trial(case)).collect()
-}
-
-fn trial(case: &Case) -> Trial {
-    Trial {
-        response: case.response(),
-        exposure: case.exposure,
-    }
-    .nudged([0.0; 3])
+    view.cases.iter().map(|(case, _)| case.trial()).collect()
 }
 
 /// Both cases side by side; nothing if only one is plausible.
@@ -58,7 +50,7 @@ pub fn ui(
                     "Saves this response as the project's calibration and recomputes lamps and weights",
                 );
                 if button.clicked() {
-                    out.push(Command::Look(LookCommand::Trial(Some(trial(case)))));
+                    out.push(Command::Look(LookCommand::Trial(Some(case.trial()))));
                     out.push(Command::Calibration(CalibrationCommand::Start));
                 }
             });

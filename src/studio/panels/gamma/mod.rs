@@ -171,18 +171,24 @@ impl GammaPanel {
                 egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb),
             )
         };
-        let surface = match self.shown.take() {
-            Some(old) if Arc::ptr_eq(&old.view.surface, &view.surface) => old.surface,
+        // What does not depend on the trial stays while a slider moves.
+        let old = self.shown.take();
+        let surface = match &old {
+            Some(old) if Arc::ptr_eq(&old.view.surface, &view.surface) => old.surface.clone(),
             _ => load("surface", plots::surface_picture(&view.surface)),
+        };
+        let cases = match &old {
+            Some(old) if Arc::ptr_eq(&old.view.cases, &view.cases) => old.cases.clone(),
+            _ => (view.cases.iter())
+                .map(|(_, relit)| texture("relit under a case", relit))
+                .collect(),
         };
         self.shown = Some(GammaTextures {
             view: view.clone(),
             interview: texture("interview", &view.interview),
             relit: texture("relit exemplar", &view.relit),
             surface,
-            cases: (view.cases.iter())
-                .map(|(_, relit)| texture("relit under a case", relit))
-                .collect(),
+            cases,
         });
     }
 }

@@ -1,0 +1,305 @@
+//! What a project can be trusted with: each doubt about lamps, response, pictures and environments with its sentence
+//! and its remedy.
+//!
+//! [`Evidence::read`] looks at the project once: the calibration, the poses and some frames. [`Evidence::report`] judges
+//! what was found, and some environments, in milliseconds. What was not measured is [`Level::Unknown`], never green.
+
+mod environments;
+mod frames;
+mod lamps;
+mod likeness;
+mod pictures;
+mod response;
+
+pub use environments::LitEnvironment;
+
+use base::error::{Error, Result};
+use base::progress::Progress;
+use calibration::Calibration;
+use pictures::Pictures;
+use project::Project;
+use serde::Serialize;
+
+/// How far something can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Level {
+    /// Nothing to do.
+    #[serde(rename = "green")]
+    Good,
+    /// Pictures will suffer a little, or may.
+    #[serde(rename = "amber")]
+    Doubtful,
+    /// Pictures will be wrong.
+    #[serde(rename = "red")]
+    Bad,
+    /// It could not be measured.
+    #[serde(rename = "unknown")]
+    Unknown,
+}
+
+/// What a check is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Subject {
+    /// Whether the mirror balls show every lamp.
+    LampsSeen,
+    /// Whether all that is known of the lamps' directions agrees.
+    LampsAgree,
+    /// Whether the lamps are clipped on the mirror balls.
+    LampsClipped,
+    /// Whether the ball hides lamps behind it.
+    LampsHidden,
+    /// How well the camera's response is known.
+    Response,
+    /// How much of the interview's light is no sum of the lamps.
+    InterviewLight,
+    /// Whether the poses show what the frames show.
+    Frames,
+    /// Whether an environment's pictures fit into half floats.
+    HalfFloats,
+    /// How much of an environment's light comes from where no lamp is.
+    Coverage,
+    /// How much of an environment's light is in lights that are smaller than the lamps.
+    Contrast,
+}
+
+/// One doubt, or the lack of one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    pub subject: Subject,
+    /// The environment's name; None if the check is about the project.
+    pub environment: Option<String>,
+    pub level: Level,
+    /// What was found.
+    pub sentence: String,
+    /// What to do; None if there is nothing to do.
+    pub remedy: Option<String>,
+}
+
+/// All checks of a project.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CheckReport {
+    /// The worst level; unknown only if all else is green.
+    pub level: Level,
+    pub checks: Vec<Check>,
+}
+
+/// Something that was read, or why it could not be, in a sentence.
+type Known<T> = std::result::Result<T, String>;
+
+/// What the project itself says, for judging it.
+pub struct Evidence {
+    /// None before the first calibration.
+    calibration: Known<Option<Calibration>>,
+    /// What poses and frames show; none without a calibration.
+    pictures: Option<Known<Pictures>>,
+}
+
+impl Level {
+    /// The level of a value that is better the smaller it is; a value that is NaN was not measured.
+    fn of(value: f32, doubtful: f32, bad: f32) -> Self {
+        match value {
+            v if v.is_nan() => Self::Unknown,
+            v if v >= bad => Self::Bad,
+            v if v >= doubtful => Self::Doubtful,
+            _ => Self::Good,
+        }
+    }
+
+    /// How much it counts in the whole: the worst wins.
+    fn rank(self) -> u8 {
+        match self {
+            Self::Good => 0,
+            Self::Unknown => 1,
+            Self::Doubtful => 2,
+            Self::Bad => 3,
+        }
+    }
+
+    /// The worse of both.
+    pub fn worst(self, other: Self) -> Self {
+        if other.rank() > self.rank() {
+            other
+        } else {
+            self
+        }
+    }
+
+    /// As people say it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Good => "green",
+            Self::Doubtful => "amber",
+            Self::Bad => "red",
+            Self::Unknown => "not known",
+        }
+    }
+}
+
+impl Subject {
+    /// As people say it.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::LampsSeen => "Lamps seen",
+            Self::LampsAgree => "Lamps agree",
+            Self::LampsClipped => "Lamps clipped",
+            Self::LampsHidden => "Lamps hidden",
+            Self::Response => "Camera response",
+            Self::InterviewLight => "Interview light",
+            Self::Frames => "Frames and poses",
+            Self::HalfFloats => "Half floats",
+            Self::Coverage => "Light covered",
+            Self::Contrast => "Hard light",
+        }
+    }
+}
+
+impl Check {
+    fn new(subject: Subject, level: Level, sentence: impl Into<String>) -> Self {
+        Self {
+            subject,
+            environment: None,
+            level,
+            sentence: sentence.into(),
+            remedy: None,
+        }
+    }
+
+    /// The same with what to do about it, unless it is green.
+    fn remedy(self, remedy: impl Into<String>) -> Self {
+        Self {
+            remedy: (self.level != Level::Good).then(|| remedy.into()),
+            ..self
+        }
+    }
+
+    /// What is not known before the project is calibrated.
+    fn uncalibrated(subject: Subject) -> Self {
+        Self::new(subject, Level::Unknown, "Not known yet")
+            .remedy("Run `afterlight calibrate` on the project")
+    }
+
+    /// What is not known because something could not be read; `why` says what to do.
+    fn unread(subject: Subject, why: &str) -> Self {
+        let (sentence, remedy) = why
+            .rsplit_once(". ")
+            .unwrap_or((why, "Mend that, and check again"));
+        Self::new(subject, Level::Unknown, format!("Not known: {sentence}")).remedy(remedy)
+    }
+
+    /// The whole check as one line.
+    pub fn line(&self) -> String {
+        let about = self.environment.as_ref();
+        let about = about.map_or(String::new(), |name| format!(", {name}"));
+        let remedy = self.remedy.as_ref();
+        let remedy = remedy.map_or(String::new(), |remedy| format!(". {remedy}"));
+        format!(
+            "{:>9}  {}{about}: {}{remedy}",
+            self.level.word(),
+            self.subject.title(),
+            self.sentence
+        )
+    }
+}
+
+impl CheckReport {
+    fn new(checks: Vec<Check>) -> Self {
+        let levels = checks.iter().map(|check| check.level);
+        Self {
+            level: levels.fold(Level::Good, Level::worst),
+            checks,
+        }
+    }
+
+    /// How many checks have a level.
+    pub fn count(&self, level: Level) -> usize {
+        self.checks.iter().filter(|c| c.level == level).count()
+    }
+
+    /// All checks, a line each.
+    pub fn sentence(&self) -> String {
+        let lines: Vec<String> = self.checks.iter().map(Check::line).collect();
+        lines.join("\n")
+    }
+}
+
+impl Evidence {
+    /// Looks at a project. What cannot be read is said by the checks that need it.
+    ///
+    /// # Errors
+    /// When the job was stopped.
+    pub fn read(project: &Project, progress: &Progress) -> Result<Self> {
+        let calibration = if project.calibration_path().exists() {
+            Calibration::load(project).map(Some)
+        } else {
+            Ok(None)
+        };
+        let pictures = match &calibration {
+            Ok(Some(calibration)) => Some(Pictures::read(project, calibration, progress)),
+            _ => None,
+        };
+        let pictures = match pictures {
+            Some(Err(stopped @ Error::Cancelled { .. })) => return Err(stopped),
+            Some(read) => Some(read.map_err(|e| e.to_string())),
+            None => None,
+        };
+        Ok(Self {
+            calibration: calibration.map_err(|e| e.to_string()),
+            pictures,
+        })
+    }
+
+    /// Judges the project and what some environments ask of it.
+    pub fn report(&self, environments: &[LitEnvironment]) -> CheckReport {
+        let mut checks = match &self.calibration {
+            Ok(Some(calibration)) => {
+                let mut checks = lamps::checks(calibration);
+                checks.push(response::response(calibration));
+                checks.push(response::interview_light(calibration));
+                checks.push(match &self.pictures {
+                    Some(Ok(pictures)) => frames::check(pictures),
+                    Some(Err(why)) => Check::unread(Subject::Frames, why),
+                    None => Check::uncalibrated(Subject::Frames),
+                });
+                checks
+            }
+            other => [
+                Subject::LampsSeen,
+                Subject::LampsAgree,
+                Subject::LampsClipped,
+                Subject::LampsHidden,
+                Subject::Response,
+                Subject::InterviewLight,
+                Subject::Frames,
+            ]
+            .map(|subject| not_calibrated(subject, other))
+            .into(),
+        };
+        for lit in environments {
+            let about = match &self.calibration {
+                Ok(Some(calibration)) => {
+                    environments::checks(lit, calibration, self.pictures.as_ref())
+                }
+                other => [Subject::Coverage, Subject::Contrast, Subject::HalfFloats]
+                    .map(|subject| not_calibrated(subject, other))
+                    .into(),
+            };
+            checks.extend(about.into_iter().map(|check| Check {
+                environment: Some(lit.name.clone()),
+                ..check
+            }));
+        }
+        CheckReport::new(checks)
+    }
+}
+
+/// The check of a project whose calibration is not there or cannot be read.
+fn not_calibrated(subject: Subject, calibration: &Known<Option<Calibration>>) -> Check {
+    match calibration {
+        Err(why) => Check::unread(subject, why),
+        Ok(_) => Check::uncalibrated(subject),
+    }
+}
+
+#[cfg(test)]
+mod tests;

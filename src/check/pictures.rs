@@ -1,0 +1,141 @@
+//! What the poses and some frames show, as pictures that are small enough to keep all of them.
+
+use base::error::Result;
+use base::progress::Progress;
+use calibration::Calibration;
+use footage::Frame;
+use imaging::resample::resize_area;
+use imaging::{Image, Mask};
+use project::Project;
+use rayon::prelude::*;
+
+/// Side of the small pictures: what moves by a thirtieth of the picture moves by a pixel.
+const SIDE: usize = 32;
+/// Frames that are looked at, spread evenly over the interview.
+const FRAMES: usize = 48;
+
+/// Poses and frames in small.
+pub(super) struct Pictures {
+    pub poses: Vec<Pose>,
+    pub frames: Vec<Filmed>,
+    /// All frames of the interview; only some are looked at.
+    pub all_frames: usize,
+}
+
+/// A pose under every lamp that the network learns.
+pub(super) struct Pose {
+    pub olats: Vec<Image>,
+    /// The brightest pixel of each channel where a pixel of [`Self::olats`] is.
+    pub peaks: Vec<Image>,
+    /// The pose under the interview's light.
+    pub plate: Image,
+    pub mask: Mask,
+}
+
+/// A frame of the interview.
+pub(super) struct Filmed {
+    pub name: String,
+    pub plate: Image,
+    pub mask: Mask,
+}
+
+impl Pictures {
+    /// Reads all poses and some frames of a calibrated project.
+    ///
+    /// # Errors
+    /// When a picture is missing or cannot be read, or the job was stopped.
+    pub fn read(project: &Project, calibration: &Calibration, progress: &Progress) -> Result<Self> {
+        project.check_shoot()?;
+        project.check_parts()?;
+        let shoot = &project.settings.shoot;
+        let (poses, all_frames) = (shoot.poses.len(), shoot.frames.len());
+        let chosen = evenly(all_frames, FRAMES);
+        let total = (poses + chosen.len()) as u64;
+        let mut read = Self {
+            poses: Vec::new(),
+            frames: Vec::new(),
+            all_frames,
+        };
+        for (pose, name) in shoot.poses.iter().enumerate() {
+            progress.check("nothing was changed")?;
+            progress.step("looking at the pictures", pose as u64, total, name);
+            read.poses.push(Pose::read(project, calibration, pose)?);
+        }
+        for (i, frame) in chosen.into_iter().enumerate() {
+            progress.check("nothing was changed")?;
+            let name = &shoot.frames[frame];
+            progress.step("looking at the pictures", (poses + i) as u64, total, name);
+            let taken = Frame::load(project, &calibration.response, frame)?;
+            let side = SIDE.min(project.settings.size);
+            read.frames.push(Filmed {
+                name: name.clone(),
+                plate: resize_area(&taken.plate, side, side),
+                mask: resize_area(&taken.mask, side, side),
+            });
+        }
+        progress.step("looking at the pictures", total, total, "");
+        Ok(read)
+    }
+}
+
+impl Pose {
+    fn read(project: &Project, calibration: &Calibration, pose: usize) -> Result<Self> {
+        let settings = &project.settings;
+        let side = SIDE.min(settings.size);
+        let pictures = (0..settings.shoot.all_lamps().len())
+            .into_par_iter()
+            .map(|lamp| {
+                let path = project.olat_path(pose, lamp);
+                let encoded = footage::read_encoded(&path, &settings.framing)?;
+                let linear = calibration.response.decode(&encoded);
+                let olat = resize_area(&linear, settings.size, settings.size);
+                Ok((resize_area(&olat, side, side), peaks(&olat, side)))
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let (mut olats, mut peaks): (Vec<Image>, Vec<Image>) = pictures.into_iter().unzip();
+        let plate = sum(&olats, &calibration.interview_light());
+        // The other lamps light the interview, but no environment.
+        olats.truncate(settings.shoot.lamps.len());
+        peaks.truncate(settings.shoot.lamps.len());
+        let mask = footage::read_mask(&project.exemplar_mask_path(pose), &settings.framing)?;
+        Ok(Self {
+            olats,
+            peaks,
+            plate,
+            mask: resize_area(&mask, side, side),
+        })
+    }
+}
+
+/// Σ weights · pictures; black if there are none.
+pub(super) fn sum(pictures: &[Image], weights: &[[f32; 3]]) -> Image {
+    let (width, height) = pictures.first().map_or((0, 0), Image::size);
+    let mut sum = Image::filled(width, height, [0.0; 3]);
+    for (picture, weight) in pictures.iter().zip(weights) {
+        for (sum, pixel) in sum.pixels.iter_mut().zip(&picture.pixels) {
+            *sum = [0, 1, 2].map(|c| sum[c] + weight[c] * pixel[c]);
+        }
+    }
+    sum
+}
+
+/// The brightest values of a picture, in `side` × `side` blocks of it.
+fn peaks(picture: &Image, side: usize) -> Image {
+    let mut peaks = Image::filled(side, side, [0.0; 3]);
+    for y in 0..picture.height {
+        for x in 0..picture.width {
+            let at = (y * side / picture.height) * side + x * side / picture.width;
+            let pixel = picture.at(x, y);
+            peaks.pixels[at] = [0, 1, 2].map(|c| pixel[c].max(peaks.pixels[at][c]));
+        }
+    }
+    peaks
+}
+
+/// At most `most` of `count` numbers from 0, spread evenly, the first and the last among them.
+fn evenly(count: usize, most: usize) -> Vec<usize> {
+    if count <= most {
+        return (0..count).collect();
+    }
+    (0..most).map(|i| i * (count - 1) / (most - 1)).collect()
+}

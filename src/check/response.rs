@@ -1,0 +1,133 @@
+//! The camera's response and the interview's light.
+
+use super::{Check, Level, Subject};
+use calibration::Calibration;
+use calibration::gamma::Evidence;
+
+/// Half the width of an interval of 90 % in standard deviations.
+const HALF_WIDTH: f32 = 1.645;
+/// From this probability on the second case is no remote possibility.
+const LIKELY: f32 = 0.2;
+/// From this difference of an exponent on, both cases give different pictures: see [`Evidence::ROUGH`].
+const DIFFERENT: f32 = 0.3;
+/// Shares of the light on the interview's ball that the lamps leave unexplained.
+const UNEXPLAINED: [f32; 2] = [0.05, 0.2];
+
+/// How well the response is known.
+pub(super) fn response(calibration: &Calibration) -> Check {
+    let evidence = &calibration.gamma_evidence;
+    let check = |level, sentence: String| Check::new(Subject::Response, level, sentence);
+    if evidence.by_hand {
+        let sentence = format!(
+            "Set by hand: {}. Nothing says how right it is",
+            calibration.response
+        );
+        return check(Level::Unknown, sentence)
+            .remedy("Calibrate without a response set by hand to see what the pictures say");
+    }
+    if let Some(curve) = &evidence.better_curve {
+        let sentence = format!(
+            "{curve} explains the pictures better than any dual gamma, and is used. How sure that is, is not known"
+        );
+        return check(Level::Doubtful, sentence)
+            .remedy("If the camera records another curve, set it by hand in the Gamma workspace");
+    }
+    let ninety = (evidence.intervals.iter()).find(|i| (i.probability - 0.9).abs() < 1e-3);
+    let (intervals, says) = match (ninety, calibration.response.exponents()) {
+        (Some(interval), _) => (
+            [interval.gamma1, interval.gamma2],
+            "with a probability of 90 %",
+        ),
+        (None, Some(exponents)) if calibration.gamma_deviation != [0.0; 2] => {
+            let [d1, d2] = calibration.gamma_deviation.map(|d| HALF_WIDTH * d);
+            let [g1, g2] = exponents;
+            (
+                [[g1 - d1, g1 + d1], [g2 - d2, g2 + d2]],
+                "by its deviations",
+            )
+        }
+        _ => {
+            let sentence = "The calibration does not say how well the response is known";
+            return check(Level::Unknown, sentence.into()).remedy("Calibrate again");
+        }
+    };
+    let [width1, width2] = intervals.map(|[low, high]| 0.5 * (high - low));
+    let width = larger(width1, width2);
+    let [rough, undetermined] = [Evidence::ROUGH, Evidence::UNDETERMINED].map(|d| HALF_WIDTH * d);
+    let mut level = Level::of(width, rough, undetermined);
+    let [[low1, high1], [low2, high2]] = intervals;
+    let mut sentence =
+        format!("γ1 is from {low1:.2} to {high1:.2} and γ2 from {low2:.2} to {high2:.2} {says}");
+    let mut remedy = "Film one of the poses in the interview's light, or expose poses and interview so that they use \
+                      all levels, and calibrate again";
+    if let [first, second] = evidence.open_cases() {
+        let apart = (first.gamma1 - second.gamma1).abs();
+        let apart = apart.max((first.gamma2 - second.gamma2).abs());
+        let both_likely = second.probability > LIKELY && apart > DIFFERENT;
+        level = level.worst(if both_likely {
+            Level::Bad
+        } else {
+            Level::Doubtful
+        });
+        sentence += &format!(
+            "; or, with a probability of {:.0} %, γ1 = {:.2} and γ2 = {:.2}, if the exposure was {}",
+            100.0 * second.probability,
+            second.gamma1,
+            second.gamma2,
+            if second.changed {
+                "changed"
+            } else {
+                "left alone"
+            }
+        );
+        remedy =
+            "Compare both cases in the Gamma workspace, and take the one whose picture is right";
+    }
+    let exposure = calibration.exposure;
+    if exposure.is_finite() && exposure.ln().abs() > Evidence::OTHER_EXPOSURE {
+        level = level.worst(Level::Doubtful);
+        sentence += &format!(
+            "; the interview is {exposure:.2} times as bright as the mirror balls say, as if the exposure was changed"
+        );
+    }
+    let [_, off] = UNEXPLAINED;
+    if calibration.probe_residual.is_nan() || calibration.probe_residual >= off {
+        level = level.worst(Level::Doubtful);
+        sentence += "; so much of the interview's light is no sum of the lamps that it may also be elsewhere";
+        remedy = "Mend the interview's light first";
+    }
+    check(level, sentence).remedy(remedy)
+}
+
+/// How much of the interview's light is no sum of the lamps.
+pub(super) fn interview_light(calibration: &Calibration) -> Check {
+    let (residual, uncovered) = (calibration.probe_residual, calibration.uncovered_energy);
+    let missed = calibration.stand_in.as_ref().map_or(0.0, |s| s.residual);
+    let [doubtful, bad] = UNEXPLAINED;
+    let level = Level::of(larger(larger(residual, uncovered), missed), doubtful, bad);
+    let mut sentence = format!(
+        "On the interview's mirror ball {:.0} % of the light comes from where no lamp is, and the lamps miss what is \
+         there by {:.0} %",
+        100.0 * uncovered,
+        100.0 * residual
+    );
+    let mut remedy = "Light the interview with the stage's own lamps, or photograph its mirror ball again if the light \
+                      was changed. Otherwise the poses are relit with light that the frames do not have";
+    if missed >= doubtful {
+        sentence += &format!(
+            "; the lamps that the network learns miss it by {:.0} %",
+            100.0 * missed
+        );
+        remedy = "Let the network learn more lamps";
+    }
+    Check::new(Subject::InterviewLight, level, sentence).remedy(remedy)
+}
+
+/// The larger value; NaN if one is NaN.
+fn larger(a: f32, b: f32) -> f32 {
+    if a.is_nan() || b.is_nan() {
+        f32::NAN
+    } else {
+        a.max(b)
+    }
+}

@@ -1,0 +1,94 @@
+//! What the window knows of how far the project can be trusted. A thread of its own finds it out.
+
+use super::environment_library::{EnvironmentEntry, PanoramaState};
+use super::state::State;
+use check::{CheckReport, Level, LitEnvironment};
+use project::Project;
+use std::sync::Arc;
+use worker::{CheckRequest, CheckThread};
+
+/// The thread's answers; it starts when it is first needed.
+#[derive(Default)]
+pub struct ProjectCheck {
+    /// The newest report, or why there is none. It stays until there is a newer one.
+    pub report: Option<Result<Arc<CheckReport>, String>>,
+    thread: Option<CheckThread>,
+    /// The last question.
+    asked: Option<CheckRequest>,
+    /// Whether the report is not that of the last question yet.
+    waiting: bool,
+    /// Counts how often the project may have changed.
+    changes: u64,
+}
+
+impl ProjectCheck {
+    /// A job may have changed what is checked.
+    pub fn invalidate(&mut self) {
+        self.changes += 1;
+    }
+
+    /// Takes in the newest report.
+    pub fn receive(&mut self) {
+        if let Some(report) = self.thread.as_ref().and_then(CheckThread::report) {
+            self.report = Some(report);
+            self.waiting = false;
+        }
+    }
+
+    /// Whether a report is on its way, or is still to be asked for.
+    pub fn is_waiting(&self) -> bool {
+        let newest = self.asked.as_ref().map(|asked| asked.changes);
+        self.waiting || newest != Some(self.changes)
+    }
+
+    /// The level of the whole project; None before anything was measured.
+    pub fn level(&self) -> Option<Level> {
+        let report = self.report.as_ref()?.as_ref().ok()?;
+        let unmeasured = report.count(Level::Unknown) == report.checks.len();
+        (!unmeasured).then_some(report.level)
+    }
+
+    /// Asks for a report if the project or the light that is shown changed. Called while nothing is dragged or played.
+    pub fn ask(
+        &mut self,
+        project: &Project,
+        state: &State,
+        environments: &[EnvironmentEntry],
+        wake: impl Fn() + Send + Sync + 'static,
+    ) {
+        let entry = environments.get(state.look.environment);
+        let environment = match entry.map(|entry| (&entry.panorama, &entry.listed.name)) {
+            Some((PanoramaState::Waiting, _)) => return,
+            Some((PanoramaState::Done { panorama, .. }, name)) => {
+                let scene = state.scene();
+                Some(LitEnvironment {
+                    name: name.clone(),
+                    environment: panorama.environment.clone(),
+                    lighting: scene.lighting,
+                    yaw_deg: scene.yaw_deg,
+                })
+            }
+            Some((PanoramaState::Failed(_), _)) | None => None,
+        };
+        let wanted = CheckRequest {
+            changes: self.changes,
+            environment,
+        };
+        if self.asked.as_ref() != Some(&wanted) {
+            self.thread
+                .get_or_insert_with(|| CheckThread::start(project.root.clone(), wake))
+                .ask(wanted.clone());
+            self.asked = Some(wanted);
+            self.waiting = true;
+        }
+    }
+}
+
+impl Drop for ProjectCheck {
+    /// Joins the thread in the background: it may be reading pictures.
+    fn drop(&mut self) {
+        if let Some(thread) = self.thread.take() {
+            std::thread::spawn(move || drop(thread));
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! The badge of the status line, and the checks behind it.
+
+use super::{Window, snapshot, until, window};
+use afterlight::calibration::Calibration;
+use afterlight::check::{Level, Subject};
+use afterlight::gpu::DeviceChoice;
+use afterlight::project::Project;
+use afterlight::studio::{Pane, StudioApp, Workspace};
+use egui_kittest::kittest::Queryable;
+use std::path::Path;
+use test_shoot::TestShoot;
+
+const SHOOT: TestShoot = TestShoot {
+    frames: 3,
+    lamps: 12,
+    size: 64,
+    working_size: 64,
+};
+
+fn opened(project: &Project) -> Window {
+    let project = project.clone();
+    let mut window = window(|ctx| StudioApp::new(ctx, Some(project), DeviceChoice::Cpu));
+    until(&mut window, "report", |app| {
+        let read = app.environments().iter().all(|e| e.panorama.is_done());
+        read && app.check().report.is_some() && !app.check().is_waiting()
+    });
+    window
+}
+
+/// A project whose calibration has figures that do not differ from run to run, and a lamp that was not seen.
+fn doubtful(folder: &Path) -> (Project, Calibration) {
+    let (project, mut found) = SHOOT.calibrate(folder, "project");
+    found.rig_findings.clear();
+    found.rig_faults.clear();
+    found.clipped_pixels = 0;
+    (found.filled_energy, found.blind_share) = (0.0, 0.02);
+    (found.probe_residual, found.uncovered_energy) = (0.17, 0.04);
+    for lamp in &mut found.rig.lamps {
+        (lamp.confidence, lamp.clipped) = (0.9, 0.0);
+    }
+    found.rig.lamps[3].confidence = 0.0;
+    found.gamma_evidence.cases.truncate(1);
+    for interval in &mut found.gamma_evidence.intervals {
+        (interval.gamma1, interval.gamma2) = ([2.66, 2.79], [1.96, 2.05]);
+    }
+    found.save(&project).unwrap();
+    (project, found)
+}
+
+#[test]
+fn nothing_is_claimed_before_the_calibration() {
+    let folder = crate::temporary();
+    let window = opened(&SHOOT.import(folder.path(), "project"));
+    assert_eq!(window.state().check().level(), None);
+    assert!(window.query_by_label_contains("Checks: ").is_none());
+}
+
+#[test]
+fn the_badge_opens_the_checks_and_a_check_leads_to_what_mends_it() {
+    let folder = crate::temporary();
+    let (project, mut found) = doubtful(folder.path());
+    let mut window = opened(&project);
+    assert_eq!(window.state().check().level(), Some(Level::Bad));
+    // Another light is judged again.
+    window.get_by_label("Overcast sky").click();
+    until(&mut window, "report of the new light", |app| {
+        let report = app.check().report.as_ref().and_then(|r| r.as_ref().ok());
+        let names = report.map(|r| r.checks.iter().filter_map(|c| c.environment.as_ref()));
+        names.is_some_and(|mut names| names.any(|name| name == "Overcast sky"))
+    });
+    window.get_by_label("Checks: red").click();
+    window.run_steps(3);
+    assert_eq!(window.state().state().active, Pane::Checks);
+    window.get_by_label_contains("do not show 1 of 12 lamps");
+    snapshot(&mut window, "studio_checks");
+    // The worst is first.
+    window
+        .get_all_by_label("Open Probe")
+        .next()
+        .unwrap()
+        .click();
+    window.run_steps(3);
+    let state = window.state().state();
+    assert_eq!(
+        (state.workspace, state.active),
+        (Workspace::Calibrate, Pane::Probe)
+    );
+
+    // A calibration that sees the lamp is judged again.
+    found.rig.lamps[3].confidence = 0.9;
+    found.probe_residual = 0.01;
+    found.save(&project).unwrap();
+    let worker = window.state().worker().unwrap();
+    let done = worker.work("calibrating", |_| Ok("calibrated".to_owned()));
+    done.unwrap();
+    let seen = |app: &StudioApp| {
+        let report = app.check().report.as_ref()?.as_ref().ok()?;
+        let checks = report.checks.iter();
+        let mut of_lamps = checks.filter(|check| check.subject == Subject::LampsSeen);
+        of_lamps.next().map(|check| check.level)
+    };
+    until(&mut window, "new report", |app| {
+        seen(app) == Some(Level::Good)
+    });
+}

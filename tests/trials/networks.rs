@@ -1,0 +1,191 @@
+//! What the calibration costs in the picture: networks trained with the response that it found and with the true one, on
+//! the same shoot with as many steps, compared with the truth. The program itself does it, as a person would.
+
+use crate::trial;
+use base::progress::Progress;
+use base::{Error, Result};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::fmt;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use virtual_stage::{StageSettings, write_shoot};
+
+/// Frames of the interview; every third is kept out of training and compared with the truth.
+const FRAMES: usize = 12;
+
+/// One shoot under one environment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Pair {
+    pub seed: u64,
+    pub size: usize,
+    pub epochs: u64,
+    /// Steps of each network.
+    pub steps: u64,
+    pub environment: String,
+    /// PSNR in dB of the relit frames: by the network with the response that was found, by that with the true one, and by
+    /// the true OLATs.
+    pub found: f64,
+    pub exact: f64,
+    pub limit: f64,
+    /// PSNR in dB of the predicted OLATs.
+    pub olats_found: f64,
+    pub olats_exact: f64,
+}
+
+impl Pair {
+    /// What the calibration cost, in dB.
+    pub fn loss(&self) -> f64 {
+        self.exact - self.found
+    }
+}
+
+impl fmt::Display for Pair {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(
+            f,
+            "seed {:3}: {:9} {:.1} dB, with the true response {:.1}, at best {:.1}; OLATs {:.1}, {:.1}; {} steps",
+            self.seed,
+            self.environment,
+            self.found,
+            self.exact,
+            self.limit,
+            self.olats_found,
+            self.olats_exact,
+            self.steps
+        )
+    }
+}
+
+/// How the networks are trained.
+#[derive(Clone, Copy, Debug)]
+pub struct Training<'a> {
+    /// The program `afterlight`.
+    pub program: &'a Path,
+    pub size: usize,
+    pub epochs: u64,
+}
+
+impl Training<'_> {
+    /// Makes the shoot of a seed and trains both networks: a pair for each environment of its truth.
+    ///
+    /// # Errors
+    /// When the shoot cannot be written, or a command fails.
+    pub fn run(&self, seed: u64) -> Result<Vec<Pair>> {
+        let folder = trial::temporary_folder()?;
+        let (shoot, found) = (folder.path().join("shoot"), folder.path().join("found"));
+        let settings = StageSettings {
+            frames: FRAMES,
+            ..trial::settings(seed, self.size)
+        };
+        write_shoot(&shoot, &settings, &Progress::silent())?;
+        let truth = trial::json(&shoot.join("truth.json"))?;
+        let [found, limit] = [
+            self.network(&shoot, &found, None)?,
+            self.program(&[
+                "evaluate",
+                &text(&found),
+                "--truth",
+                &text(&shoot),
+                "--with",
+                "truth-olats",
+            ])?,
+        ];
+        let exact = folder.path().join("exact");
+        let exact = self.network(&shoot, &exact, Some(&response(&truth)))?;
+        let relit =
+            |scores: &Value, environment: &str| number(&scores["relit_psnr_db"][environment]);
+        let environments = found["relit_psnr_db"].as_object();
+        let environments =
+            environments.ok_or_else(|| Error::bug("evaluate --json names no environment"))?;
+        Ok(environments
+            .keys()
+            .map(|environment| Pair {
+                seed,
+                size: self.size,
+                epochs: self.epochs,
+                steps: found["training_steps"].as_u64().unwrap_or(0),
+                environment: environment.clone(),
+                found: relit(&found, environment),
+                exact: relit(&exact, environment),
+                limit: relit(&limit, environment),
+                olats_found: number(&found["olat_psnr_db"]),
+                olats_exact: number(&exact["olat_psnr_db"]),
+            })
+            .collect())
+    }
+
+    /// Imports a shoot into a project, calibrates it, with a given response if there is one, trains, and scores that
+    /// against the truth.
+    fn network(&self, shoot: &Path, project: &Path, response: Option<&str>) -> Result<Value> {
+        let (shoot, project) = (text(shoot), text(project));
+        let (size, epochs) = (self.size.to_string(), self.epochs.to_string());
+        self.program(&["import", &project, "--shoot", &shoot, "--size", &size])?;
+        let by_hand = response.map_or(vec![], |response| vec!["--gamma", response]);
+        self.program(&[&["calibrate", &project], &by_hand[..]].concat())?;
+        self.program(&[
+            "train",
+            &project,
+            "--epochs",
+            &epochs,
+            "--exclude-truth",
+            &shoot,
+        ])?;
+        self.program(&["evaluate", &project, "--truth", &shoot])
+    }
+
+    /// Runs a command and reads the JSON that it prints.
+    fn program(&self, arguments: &[&str]) -> Result<Value> {
+        let command = || format!("{} {}", self.program.display(), arguments.join(" "));
+        let output = Command::new(self.program)
+            .args(arguments)
+            .arg("--json")
+            .stderr(Stdio::piped())
+            .output()
+            .map_err(|e| {
+                Error::io(
+                    "run",
+                    self.program,
+                    e,
+                    "Build the program first: cargo build",
+                )
+            })?;
+        if !output.status.success() {
+            let said = String::from_utf8_lossy(&output.stderr);
+            let last = said.lines().last().unwrap_or("it said nothing");
+            return Err(Error::invalid(
+                format!("`{}` failed: {last}", command()),
+                "Run that command by hand",
+            ));
+        }
+        serde_json::from_slice(&output.stdout).map_err(|e| {
+            Error::invalid(
+                format!("`{}` printed no JSON: {e}", command()),
+                "Build the program again",
+            )
+        })
+    }
+}
+
+/// The true response and exposure as `calibrate --gamma` takes them; that of a log-like camera is the nearest dual gamma.
+fn response(truth: &Value) -> String {
+    let trouble = &truth["trouble"];
+    let exposure = trouble["exposure_change"].as_f64().unwrap_or(1.0);
+    match trouble["response"]["curve"].as_str() {
+        Some(curve) if curve != "dual" => format!("{curve},{exposure}"),
+        _ => format!(
+            "{},{},{exposure}",
+            number(&truth["g1"]),
+            number(&truth["g2"])
+        ),
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
