@@ -13,6 +13,7 @@ pub mod light_probe;
 mod median;
 mod minimizer;
 pub mod mirror_ball;
+mod motion;
 pub mod probe;
 pub mod rig_check;
 mod second_ball;
@@ -27,6 +28,7 @@ pub use silhouette::Circle;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use code_values::ResponseTable;
+use footage::Motion;
 use gamma::{ChosenResponse, Evidence, Subject};
 use glam::Vec3;
 use imaging::Response;
@@ -87,6 +89,9 @@ pub struct Calibration {
     /// How two mirror balls agree; `None` if there was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub two_balls: Option<TwoBalls>,
+    /// How the subject moved while the lamps went round; exemplars are freed of it. `None` if that was not looked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
     /// The lamps that the network learns.
     #[serde(flatten)]
     pub rig: Rig,
@@ -180,6 +185,13 @@ fn calibrate_within(
     if let Some(two) = &two_balls {
         progress.say(two.sentence());
     }
+    let motion = match settings.keep_motion {
+        true => None,
+        false => Some(motion::find(project, &found.response, progress)?),
+    };
+    if let Some(sentence) = motion.as_ref().and_then(Motion::sentence) {
+        progress.say(sentence);
+    }
     let (rig_faults, rig_findings) =
         rig_findings(project, &rig, probes.ball().blind_half_angle_deg)?
             .into_iter()
@@ -203,6 +215,7 @@ fn calibrate_within(
         rig_findings,
         rig_faults,
         two_balls,
+        motion,
         rig,
     })
 }

@@ -29,6 +29,9 @@ pub struct CalibrateSettings {
         conflicts_with = "comparison"
     )]
     pub trial: Option<Trial>,
+    /// Leave the exemplars as they are, even if the subject moved while the lamps went round.
+    #[arg(long)]
+    pub keep_motion: bool,
 }
 
 /// A camera response set by hand, and the interview's exposure.

@@ -120,7 +120,7 @@ fn each_doubt_turns_its_own_check() {
     assert_eq!(level(LampsHidden, &|c| c.filled_energy = 0.05), Doubtful);
     assert_eq!(level(LampsHidden, &|c| c.filled_energy = 0.3), Bad);
     assert_eq!(
-        level(InterviewLight, &|c| c.probe_residual = 0.15),
+        level(InterviewLight, &|c| c.probe_residual = 0.08),
         Doubtful
     );
     assert_eq!(level(InterviewLight, &|c| c.uncovered_energy = 0.5), Bad);
@@ -159,7 +159,9 @@ fn each_doubt_turns_its_own_check() {
     assert_eq!(level(Response, &second(0.4, 1.0)), Bad);
     assert_eq!(level(Response, &second(0.01, 1.0)), Level::Good);
     assert_eq!(level(Response, &|c| c.exposure = 1.4), Doubtful);
-    assert_eq!(level(Response, &|c| c.probe_residual = 0.5), Doubtful);
+    assert_eq!(level(Response, &|c| c.probe_residual = 0.08), Doubtful);
+    assert_eq!(level(Response, &|c| c.uncovered_energy = 0.5), Bad);
+    assert_eq!(level(Response, &|c| c.probe_residual = f32::NAN), Unknown);
     let hidden = found(Fault::BehindBall, "olat_01: hidden. Check it");
     assert_eq!(
         level(LampsHidden, &hidden),

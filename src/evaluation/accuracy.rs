@@ -385,6 +385,7 @@ mod tests {
             rig_findings: vec![],
             rig_faults: vec![],
             two_balls: None,
+            motion: None,
             filled_energy: 0.0,
             rig: Rig::default(),
         };

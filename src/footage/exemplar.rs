@@ -1,7 +1,10 @@
 //! One pose of the OLAT session.
 
 use super::frame::{load_linear, load_mask};
+use super::framed::read_encoded;
+use super::motion::Correction;
 use base::error::Result;
+use imaging::resample::resize_area;
 use imaging::{Image, Mask, Response};
 use project::Project;
 use rayon::prelude::*;
@@ -18,11 +21,13 @@ pub struct Exemplar {
 }
 
 impl Exemplar {
-    /// Reads pose `pose` of the project, linearised by `response`.
+    /// Reads pose `pose` of the project, linearised by `response` and freed of the motion that the project's
+    /// calibration found.
     pub fn load(project: &Project, response: &Response, pose: usize) -> Result<Self> {
+        let correction = Correction::of(project, pose)?;
         let olats = (0..project.settings.shoot.lamps.len())
             .into_par_iter()
-            .map(|lamp| load_linear(project, &project.olat_path(pose, lamp), response))
+            .map(|lamp| load_olat(project, response, pose, lamp, correction.as_ref()))
             .collect::<Result<_>>()?;
         Ok(Self {
             pose,
@@ -60,14 +65,12 @@ impl Exemplar {
     ) -> Result<Image> {
         const AT_A_TIME: usize = 16;
         let mut sum = self.relit(weights);
+        let correction = Correction::of(project, self.pose)?;
         let others: Vec<usize> = (self.olats.len()..weights.len()).collect();
         for some in others.chunks(AT_A_TIME) {
             let olats = some
                 .par_iter()
-                .map(|&lamp| {
-                    let path = project.olat_path(self.pose, lamp);
-                    load_linear(project, &path, response)
-                })
+                .map(|&lamp| load_olat(project, response, self.pose, lamp, correction.as_ref()))
                 .collect::<Result<Vec<_>>>()?;
             for (olat, &lamp) in olats.iter().zip(some) {
                 add(&mut sum, olat, weights[lamp]);
@@ -75,6 +78,23 @@ impl Exemplar {
         }
         Ok(sum)
     }
+}
+
+fn load_olat(
+    project: &Project,
+    response: &Response,
+    pose: usize,
+    lamp: usize,
+    correction: Option<&Correction>,
+) -> Result<Image> {
+    let path = project.olat_path(pose, lamp);
+    let Some(correction) = correction else {
+        return load_linear(project, &path, response);
+    };
+    let settings = &project.settings;
+    let linear = response.decode(&read_encoded(&path, &settings.framing)?);
+    let still = correction.still(&linear, settings.shoot.lamp(lamp));
+    Ok(resize_area(&still, settings.size, settings.size))
 }
 
 /// `sum` += `weight` · `olat`.

@@ -6,11 +6,15 @@ mod frame;
 mod framed;
 mod framing;
 mod import;
+pub mod motion;
 pub mod scan;
 mod shoot;
+mod tracking;
 
 pub use exemplar::Exemplar;
 pub use frame::Frame;
 pub use framed::{read_encoded, read_linear, read_mask};
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import};
+pub use motion::{Motion, PoseMotion};
+pub use tracking::TrackingFrames;

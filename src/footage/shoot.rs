@@ -37,12 +37,23 @@ pub struct Manifest {
     /// a shoot with invalid directions can still be imported.
     #[serde(default)]
     pub bank_directions: Option<serde_json::Value>,
+    /// When the tracking frames were taken; without it they are evenly spaced.
+    #[serde(default)]
+    pub tracking: Option<TrackingTimes>,
     #[serde(default)]
     pub exemplar_poses: Option<usize>,
     #[serde(default)]
     pub olat_conditions: Option<usize>,
     #[serde(default)]
     pub frames: Option<usize>,
+}
+
+/// When the subject was photographed fully lit while the lamps went round.
+#[derive(Deserialize)]
+pub struct TrackingTimes {
+    /// For each frame the number of the lamp before which it was taken, from 0; the number of lamps at the end.
+    #[serde(default)]
+    pub before_lamp: Vec<usize>,
 }
 
 #[derive(Deserialize)]

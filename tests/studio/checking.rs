@@ -34,7 +34,7 @@ fn doubtful(folder: &Path) -> (Project, Calibration) {
     found.rig_faults.clear();
     found.clipped_pixels = 0;
     (found.filled_energy, found.blind_share) = (0.0, 0.02);
-    (found.probe_residual, found.uncovered_energy) = (0.17, 0.04);
+    (found.probe_residual, found.uncovered_energy) = (0.09, 0.04);
     for lamp in &mut found.rig.lamps {
         (lamp.confidence, lamp.clipped) = (0.9, 0.0);
     }

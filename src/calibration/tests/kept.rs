@@ -138,6 +138,7 @@ fn small_calibration() -> Calibration {
         rig_findings: vec![],
         rig_faults: vec![],
         two_balls: None,
+        motion: None,
         gamma_evidence: gamma::Evidence::default(),
         rig: Rig {
             lamps: vec![Lamp {

@@ -1,0 +1,389 @@
+//! Where the subject is in each of a pose's pictures, relative to the others.
+//!
+//! Each picture is predicted by the pose's others: an OLAT as the sum of them that is nearest, because the light of one
+//! lamp is nearly a sum of its neighbours', a tracking frame as their mean. What is left is motion, as far as it is the
+//! pictures' gradient times a shift of the body or a turn of the head. All shifts of a pose are solved together, the
+//! pictures are unmoved, and so on. Pixels that fit badly (a highlight, a shadow's edge) count less (Huber).
+
+use super::cholesky::Cholesky;
+use footage::motion::head_turn;
+use imaging::Mask;
+use rayon::prelude::*;
+
+/// Shifts per picture: the body's to the right and down, and the face's on top of that.
+const SHIFTS: usize = 4;
+/// Times the pictures are unmoved and aligned again.
+const ROUNDS: usize = 5;
+/// Errors of the prediction: relative to it, to the mean picture, and to the mean picture's level.
+const RELATIVE: [f32; 3] = [0.15, 0.05, 0.02];
+/// Share of the mean square that keeps the sum of other lamps from fitting noise.
+const RIDGE: f64 = 1e-3;
+/// Residuals beyond this many typical ones count less.
+const HUBER: f32 = 3.0;
+/// Pixels around the matte in which the subject may be seen when it moved.
+const MARGIN: usize = 3;
+/// Pictures whose share in a prediction is less than this are left out of it.
+const LEAST_SHARE: f64 = 1e-3;
+
+/// How a picture is predicted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prediction {
+    /// By the sum of the others that is nearest.
+    OtherLamps,
+    /// By the mean of the others, times a factor.
+    Mean,
+}
+
+/// Where the subject is in each picture, less the mean, in shares of the picture's side.
+#[derive(Clone, Debug)]
+pub struct Alignment {
+    pub shifts: Vec<[f64; SHIFTS]>,
+    /// Their variances, relative to each other.
+    pub variances: Vec<[f64; SHIFTS]>,
+}
+
+/// The pictures of one pose, grey and linear.
+pub struct Pictures {
+    pictures: Vec<Vec<f32>>,
+    side: usize,
+    /// The pixels that may show the subject.
+    shown: Vec<usize>,
+    /// How much a turn of the head moves each pixel.
+    head: Vec<f32>,
+}
+
+/// The pictures unmoved, at the pixels shown.
+struct Unmoved {
+    light: Vec<Vec<f32>>,
+    /// Derivatives to the right and down.
+    slopes: Vec<[Vec<f32>; 2]>,
+}
+
+/// What one picture adds to the equations for all shifts.
+struct Equations {
+    gram: Vec<f64>,
+    target: Vec<f64>,
+    residual: Vec<f32>,
+    prediction: Vec<f32>,
+}
+
+impl Pictures {
+    /// Pictures of one size, with their matte.
+    pub fn new(pictures: Vec<Vec<f32>>, matte: &Mask) -> Self {
+        let side = matte.width;
+        let near = |i: usize| {
+            let (x, y) = (i % side, i / side);
+            let reach = |at: usize| at.saturating_sub(MARGIN)..(at + MARGIN + 1).min(side);
+            reach(y).any(|y| reach(x).any(|x| matte.at(x, y) > 0.02))
+        };
+        Self {
+            pictures,
+            side,
+            shown: (0..side * side).filter(|&i| near(i)).collect(),
+            head: head_turn(matte).pixels,
+        }
+    }
+
+    /// Aligns the pictures; `None` if they show too little.
+    pub fn align(&self, prediction: Prediction) -> Option<Alignment> {
+        let count = self.pictures.len();
+        if count < 3 || self.shown.len() < 50 {
+            return None;
+        }
+        let mut shifts = vec![[0.0f64; SHIFTS]; count];
+        let mut trust = vec![vec![1.0f32; self.shown.len()]; count];
+        let mut predicted: Option<Vec<Vec<f32>>> = None;
+        let mut diagonal = vec![0.0; count * SHIFTS];
+        for _ in 0..ROUNDS {
+            let unmoved = self.unmoved(&shifts);
+            let floor = self.floor(&unmoved.light)?;
+            let expected = predicted.as_ref().unwrap_or(&unmoved.light);
+            let equations: Vec<Equations> = (0..count)
+                .into_par_iter()
+                .map(|i| {
+                    let weights = weights(&expected[i], &floor, Some(&trust[i]));
+                    self.equations(&unmoved, i, &weights, prediction)
+                })
+                .collect::<Option<_>>()?;
+            let (step, gram) = solve(&equations, count)?;
+            for (shift, step) in shifts.iter_mut().zip(step.chunks(SHIFTS)) {
+                for (value, step) in shift.iter_mut().zip(step) {
+                    // No step leaves the reach of the gradient.
+                    *value += (step / self.side as f64).clamp(-0.03, 0.03);
+                }
+            }
+            trust = trusts(&equations, &floor);
+            predicted = Some(equations.into_iter().map(|e| e.prediction).collect());
+            diagonal = gram;
+        }
+        let mut mean = [0.0; SHIFTS];
+        for shift in &shifts {
+            (0..SHIFTS).for_each(|k| mean[k] += shift[k] / count as f64);
+        }
+        for shift in &mut shifts {
+            (0..SHIFTS).for_each(|k| shift[k] -= mean[k]);
+        }
+        let least = diagonal.iter().fold(0.0, |a: f64, b| a.max(*b)) * 1e-6;
+        let variances = diagonal
+            .chunks(SHIFTS)
+            .map(|d| [0, 1, 2, 3].map(|k| 1.0 / d[k].max(least)))
+            .collect();
+        let is_sound = shifts
+            .iter()
+            .flatten()
+            .all(|v: &f64| v.is_finite() && v.abs() < 0.2);
+        is_sound.then_some(Alignment { shifts, variances })
+    }
+
+    /// The pictures with the subject in its middle place.
+    fn unmoved(&self, shifts: &[[f64; SHIFTS]]) -> Unmoved {
+        let side = self.side;
+        let made = self
+            .pictures
+            .par_iter()
+            .zip(shifts)
+            .map(|(picture, shift)| {
+                let shift = shift.map(|v| (v * side as f64) as f32);
+                let light: Vec<f32> = (0..side * side)
+                    .map(|i| {
+                        let turn = self.head[i];
+                        let x = (i % side) as f32 + shift[0] + turn * shift[2];
+                        let y = (i / side) as f32 + shift[1] + turn * shift[3];
+                        between(picture, side, x, y)
+                    })
+                    .collect();
+                let at = |x: usize, y: usize| light[y.min(side - 1) * side + x.min(side - 1)];
+                // Scharr's derivatives, and the light with the same blur across.
+                let blur = |of: &dyn Fn(usize) -> f32, i: usize| {
+                    (3.0 * of(i.saturating_sub(1)) + 10.0 * of(i) + 3.0 * of(i + 1)) / 16.0
+                };
+                let half = |of: &dyn Fn(usize) -> f32, i: usize| {
+                    0.5 * (of(i + 1) - of(i.saturating_sub(1)))
+                };
+                let pick = |f: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
+                    self.shown.iter().map(|&i| f(i % side, i / side)).collect()
+                };
+                (
+                    pick(&|x, y| blur(&|y| blur(&|x| at(x, y), x), y)),
+                    [
+                        pick(&|x, y| blur(&|y| half(&|x| at(x, y), x), y)),
+                        pick(&|x, y| half(&|y| blur(&|x| at(x, y), x), y)),
+                    ],
+                )
+            });
+        let (light, slopes) = made.unzip();
+        Unmoved { light, slopes }
+    }
+
+    /// Errors that do not depend on the picture's own light; `None` if all is black.
+    fn floor(&self, light: &[Vec<f32>]) -> Option<Vec<f32>> {
+        let mut mean = vec![0.0f32; self.shown.len()];
+        for picture in light {
+            mean.iter_mut()
+                .zip(picture)
+                .for_each(|(m, v)| *m += v / light.len() as f32);
+        }
+        let level = mean.iter().sum::<f32>() / mean.len() as f32;
+        (level > 0.0 && level.is_finite()).then(|| {
+            mean.iter()
+                .map(|m| RELATIVE[1] * m + RELATIVE[2] * level)
+                .collect()
+        })
+    }
+
+    /// What picture `i` says of all shifts; `None` if it cannot be predicted.
+    fn equations(
+        &self,
+        unmoved: &Unmoved,
+        i: usize,
+        weights: &[f32],
+        prediction: Prediction,
+    ) -> Option<Equations> {
+        let count = unmoved.light.len();
+        let own = &unmoved.light[i];
+        let others: Vec<usize> = (0..count).filter(|&j| j != i).collect();
+        let weighted: Vec<Vec<f32>> = (others.iter())
+            .map(|&j| product(&unmoved.light[j], weights))
+            .collect();
+        let (shares, normal) = match prediction {
+            Prediction::Mean => {
+                let mean = combined(&others, &vec![1.0; others.len()], |j| &unmoved.light[j]);
+                let weighted = product(&mean, weights);
+                let share = dot(&weighted, own) / dot(&weighted, &mean);
+                (vec![share; others.len()], None)
+            }
+            Prediction::OtherLamps => {
+                let n = others.len();
+                let mut gram = vec![0.0; n * n];
+                for a in 0..n {
+                    for b in 0..=a {
+                        let v = dot(&weighted[a], &unmoved.light[others[b]]);
+                        (gram[a * n + b], gram[b * n + a]) = (v, v);
+                    }
+                }
+                let ridge = RIDGE * (0..n).map(|a| gram[a * n + a]).sum::<f64>() / n as f64;
+                (0..n).for_each(|a| gram[a * n + a] += ridge);
+                let normal = Cholesky::new(gram, n)?;
+                let target: Vec<f64> = weighted.iter().map(|w| dot(w, own)).collect();
+                (normal.solve(&target), Some(normal))
+            }
+        };
+        let predicted = combined(&others, &shares, |j| &unmoved.light[j]);
+        let residual: Vec<f32> = own.iter().zip(&predicted).map(|(a, b)| a - b).collect();
+        // What the residual is when a picture is shifted: of this one, which is as its prediction, and of the others.
+        let mut designs: Vec<(usize, Vec<f32>)> = Vec::new();
+        let moved = |slopes: &[f32], share: f32, turns: bool| -> Vec<f32> {
+            let pixels = slopes.iter().zip(&self.shown);
+            match turns {
+                true => pixels.map(|(v, &p)| share * v * self.head[p]).collect(),
+                false => pixels.map(|(v, _)| share * v).collect(),
+            }
+        };
+        for axis in 0..2 {
+            let slopes = combined(&others, &shares, |j| &unmoved.slopes[j][axis]);
+            for (turns, k) in [(false, axis), (true, axis + 2)] {
+                designs.push((i * SHIFTS + k, moved(&slopes, -1.0, turns)));
+                for (&j, &share) in others.iter().zip(&shares) {
+                    if share.abs() >= LEAST_SHARE {
+                        let design = moved(&unmoved.slopes[j][axis], share as f32, turns);
+                        designs.push((j * SHIFTS + k, design));
+                    }
+                }
+            }
+        }
+        // What other shares would explain says nothing of motion.
+        if let Some(normal) = &normal {
+            for (_, design) in &mut designs {
+                let target: Vec<f64> = weighted.iter().map(|w| dot(w, design)).collect();
+                for (&j, share) in others.iter().zip(normal.solve(&target)) {
+                    let light = &unmoved.light[j];
+                    design
+                        .iter_mut()
+                        .zip(light)
+                        .for_each(|(d, l)| *d -= share as f32 * l);
+                }
+            }
+        }
+        let unknowns = count * SHIFTS;
+        let (mut gram, mut target) = (vec![0.0; unknowns * unknowns], vec![0.0; unknowns]);
+        for (a, (row, design)) in designs.iter().enumerate() {
+            let weighted = product(design, weights);
+            target[*row] += dot(&weighted, &residual);
+            for (column, other) in &designs[..=a] {
+                let v = dot(&weighted, other);
+                gram[row * unknowns + column] += v;
+                if row != column {
+                    gram[column * unknowns + row] += v;
+                }
+            }
+        }
+        Some(Equations {
+            gram,
+            target,
+            residual,
+            prediction: predicted,
+        })
+    }
+}
+
+/// The shifts in pixels of least error whose mean is 0, and the diagonal of their equations.
+fn solve(equations: &[Equations], count: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+    let n = count * SHIFTS;
+    let (mut gram, mut target) = (vec![0.0; n * n], vec![0.0; n]);
+    for one in equations {
+        gram.iter_mut()
+            .zip(&one.gram)
+            .for_each(|(sum, v)| *sum += v);
+        target
+            .iter_mut()
+            .zip(&one.target)
+            .for_each(|(sum, v)| *sum += v);
+    }
+    let diagonal: Vec<f64> = (0..n).map(|i| gram[i * n + i]).collect();
+    let mean = diagonal.iter().sum::<f64>() / n as f64;
+    if !(mean > 0.0 && mean.is_finite()) {
+        return None;
+    }
+    for a in 0..n {
+        gram[a * n + a] += 1e-6 * mean;
+        for b in (a % SHIFTS..n).step_by(SHIFTS) {
+            gram[a * n + b] += mean;
+        }
+    }
+    Some((Cholesky::new(gram, n)?.solve(&target), diagonal))
+}
+
+/// Per pixel the weight of a squared residual.
+fn weights(predicted: &[f32], floor: &[f32], trust: Option<&Vec<f32>>) -> Vec<f32> {
+    let each = predicted.iter().zip(floor).enumerate();
+    each.map(|(i, (light, floor))| {
+        let own = RELATIVE[0] * light.max(0.0);
+        trust.map_or(1.0, |t| t[i]) / (own * own + floor * floor)
+    })
+    .collect()
+}
+
+/// How much each pixel of each picture counts: less where it fits worse than usual in that picture.
+fn trusts(equations: &[Equations], floor: &[f32]) -> Vec<Vec<f32>> {
+    let each = equations.iter().map(|e| {
+        let weights = weights(&e.prediction, floor, None);
+        let errors: Vec<f32> = (e.residual.iter().zip(&weights))
+            .map(|(r, w)| r.abs() * w.sqrt())
+            .collect();
+        let mut sorted = errors.clone();
+        sorted.sort_by(f32::total_cmp);
+        // The median of a normal distribution's absolute values is 0.6745 deviations.
+        let typical = (sorted[sorted.len() / 2] / 0.6745).max(1e-6);
+        errors
+            .iter()
+            .map(|e| 1.0 / (e / typical / HUBER).max(1.0))
+            .collect()
+    });
+    each.collect()
+}
+
+/// Σ shares_j · picture(others_j).
+fn combined<'a>(
+    others: &[usize],
+    shares: &[f64],
+    picture: impl Fn(usize) -> &'a Vec<f32>,
+) -> Vec<f32> {
+    let mut sum = vec![0.0f32; picture(others[0]).len()];
+    for (&j, &share) in others.iter().zip(shares) {
+        sum.iter_mut()
+            .zip(picture(j))
+            .for_each(|(sum, v)| *sum += share as f32 * v);
+    }
+    sum
+}
+
+fn product(a: &[f32], b: &[f32]) -> Vec<f32> {
+    a.iter().zip(b).map(|(a, b)| a * b).collect()
+}
+
+/// Σ a·b, in eight sums at a time.
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    let mut sums = [0.0f32; 8];
+    let (blocks, rest) = (a.chunks_exact(8).zip(b.chunks_exact(8)), a.len() / 8 * 8);
+    for (a, b) in blocks {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    let tail: f32 = a[rest..].iter().zip(&b[rest..]).map(|(a, b)| a * b).sum();
+    f64::from(sums.iter().sum::<f32>() + tail)
+}
+
+/// The light between four pixels; beyond the edges that of the edge.
+fn between(picture: &[f32], side: usize, x: f32, y: f32) -> f32 {
+    let last = (side - 1) as f32;
+    let (x, y) = (x.clamp(0.0, last), y.clamp(0.0, last));
+    let (left, top) = (x as usize, y as usize);
+    let (right, below) = ((left + 1).min(side - 1), (top + 1).min(side - 1));
+    let (fx, fy) = (x - left as f32, y - top as f32);
+    let row = |y: usize| {
+        let (a, b) = (picture[y * side + left], picture[y * side + right]);
+        a + (b - a) * fx
+    };
+    row(top) + (row(below) - row(top)) * fy
+}

@@ -1,0 +1,57 @@
+//! Positive definite systems of a few hundred unknowns.
+
+/// The lower triangle L of L·Lᵀ = `matrix` (n × n, row by row), which is positive definite.
+pub struct Cholesky {
+    lower: Vec<f64>,
+    n: usize,
+}
+
+impl Cholesky {
+    /// Factors a matrix; `None` if it is not positive definite.
+    pub fn new(mut matrix: Vec<f64>, n: usize) -> Option<Self> {
+        for i in 0..n {
+            for j in 0..=i {
+                let (row_i, row_j) = (&matrix[i * n..i * n + j], &matrix[j * n..j * n + j]);
+                let dot: f64 = row_i.iter().zip(row_j).map(|(a, b)| a * b).sum();
+                let rest = matrix[i * n + j] - dot;
+                matrix[i * n + j] = if i == j {
+                    if !(rest > 0.0 && rest.is_finite()) {
+                        return None;
+                    }
+                    rest.sqrt()
+                } else {
+                    rest / matrix[j * n + j]
+                };
+            }
+        }
+        Some(Self { lower: matrix, n })
+    }
+
+    /// L⁻¹·y.
+    pub fn forward(&self, y: &[f64]) -> Vec<f64> {
+        let mut x = y.to_vec();
+        for i in 0..self.n {
+            let row = &self.lower[i * self.n..i * self.n + i];
+            let dot: f64 = row.iter().zip(&x).map(|(a, b)| a * b).sum();
+            x[i] = (x[i] - dot) / self.lower[i * self.n + i];
+        }
+        x
+    }
+
+    /// The x of matrix·x = y.
+    pub fn solve(&self, y: &[f64]) -> Vec<f64> {
+        let mut x = self.forward(y);
+        for i in (0..self.n).rev() {
+            let dot: f64 = (i + 1..self.n)
+                .map(|j| self.lower[j * self.n + i] * x[j])
+                .sum();
+            x[i] = (x[i] - dot) / self.lower[i * self.n + i];
+        }
+        x
+    }
+
+    /// Half of the determinant's logarithm.
+    pub fn half_log_determinant(&self) -> f64 {
+        (0..self.n).map(|i| self.lower[i * self.n + i].ln()).sum()
+    }
+}

@@ -1,0 +1,296 @@
+//! How the subject moved while the lamps went round, and OLATs that are freed of it.
+//!
+//! A motion is a shift of the whole subject and a turn of the head, which shifts the face on top of that and leaves the
+//! head's outline nearly where it is.
+
+use base::error::{Error, Result};
+use imaging::{Image, Mask, Raster};
+use project::Project;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+
+/// Where the subject is: the body's shift to the right and down, and what the face's middle is shifted on top of that,
+/// in shares of the picture's side.
+pub type Shift = [f32; 4];
+
+/// What the calibration found of the subject's motion, as kept in `calibration.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// What shows it.
+    pub seen_in: SeenIn,
+    /// The names of the lamps in the order in which they were lit.
+    pub lamps: Vec<String>,
+    /// One for each pose that shows enough to look for motion.
+    pub poses: Vec<PoseMotion>,
+}
+
+/// What shows the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SeenIn {
+    /// The OLATs themselves.
+    Olats,
+    /// Fully lit frames between them.
+    Tracking,
+}
+
+/// The motion in one pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseMotion {
+    /// The pose's name.
+    pub pose: String,
+    /// How far body or face are at most from their middle, in pixels of the OLATs. Sure from about three deviations on.
+    pub largest_px: f32,
+    /// Standard deviation of that.
+    pub deviation_px: f32,
+    /// Whether exemplars are freed of it when they are loaded.
+    pub corrected: bool,
+    /// For each lamp where the subject is; empty if that is not corrected.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shifts: Vec<Shift>,
+}
+
+impl Motion {
+    /// What is corrected, as a sentence; `None` if nothing is.
+    pub fn sentence(&self) -> Option<String> {
+        let poses: Vec<String> = (self.poses.iter().filter(|pose| pose.corrected))
+            .map(|p| {
+                format!(
+                    "{} {:.1} ± {:.1}",
+                    p.pose,
+                    p.largest_px,
+                    p.deviation_px.max(0.05)
+                )
+            })
+            .collect();
+        let seen_in = match self.seen_in {
+            SeenIn::Olats => "the OLATs",
+            SeenIn::Tracking => "the tracking frames",
+        };
+        (!poses.is_empty()).then(|| {
+            format!(
+                "The subject moved while the lamps went round, as {seen_in} show. Corrected, in pixels at most: {}",
+                poses.join(", ")
+            )
+        })
+    }
+}
+
+/// The correction of one pose.
+pub(super) struct Correction {
+    head: Mask,
+    /// Per lamp where the subject is.
+    shifts: HashMap<String, Shift>,
+}
+
+/// The part of `calibration.toml` that concerns the exemplars.
+#[derive(Deserialize)]
+struct Kept {
+    #[serde(default)]
+    motion: Option<Motion>,
+}
+
+impl Correction {
+    /// The correction of a pose by the project's calibration; `None` if there is none.
+    ///
+    /// # Errors
+    /// When the calibration or the pose's matte cannot be read.
+    pub fn of(project: &Project, pose: usize) -> Result<Option<Self>> {
+        const REMEDY: &str = "Run `afterlight calibrate` on the project";
+        let path = project.calibration_path();
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text =
+            std::fs::read_to_string(&path).map_err(|e| Error::io("open", &path, e, REMEDY))?;
+        let kept: Kept =
+            toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
+        let name = &project.settings.shoot.poses[pose];
+        let found = kept.motion.and_then(|motion| {
+            let is_corrected = |p: &PoseMotion| p.pose == *name && p.corrected;
+            let shifts = motion.poses.into_iter().find(is_corrected)?.shifts;
+            Some((motion.lamps, shifts))
+        });
+        let Some((lamps, shifts)) = found else {
+            return Ok(None);
+        };
+        let is_sound = |shift: &Shift| shift.iter().all(|v| v.abs() < 1.0);
+        if shifts.len() != lamps.len() || !shifts.iter().all(is_sound) {
+            return Err(Error::invalid(
+                format!(
+                    "{} has {} shifts of {name} for {} lamps, or one that is not within the picture",
+                    path.display(),
+                    shifts.len(),
+                    lamps.len()
+                ),
+                REMEDY,
+            ));
+        }
+        let matte = project.exemplar_mask_path(pose);
+        let matte = super::read_mask(&matte, &project.settings.framing)?;
+        Ok(Some(Self {
+            head: head_turn(&matte),
+            shifts: lamps.into_iter().zip(shifts).collect(),
+        }))
+    }
+
+    /// The OLAT of lamp `lamp` with the subject in its middle place.
+    pub fn still(&self, olat: &Image, lamp: &str) -> Image {
+        match self.shifts.get(lamp) {
+            Some(&shift) => unmoved(olat, &self.head, shift),
+            None => olat.clone(),
+        }
+    }
+}
+
+/// How much of the face's shift each place takes part in when the head turns, from 0 to 1, by the matte alone: depth as
+/// if each row of the head were the front of an ellipse, fading out at the neck. Without a neck above shoulders, all of
+/// the subject counts as head.
+pub fn head_turn(matte: &Mask) -> Mask {
+    let (width, height) = matte.size();
+    let rows: Vec<Option<[f32; 2]>> = (0..height).map(|y| extent(matte, y)).collect();
+    let half = |y: usize| rows[y].map_or(0.0, |[left, right]| 0.5 * (right - left));
+    let (neck, widest) = neck(&(0..height).map(half).collect::<Vec<_>>());
+    // The fade takes a fifth of a head's height, which is about half of its width.
+    let fade = (0.5 * widest).max(1.0);
+    Raster::from_fn(width, height, |x, y| {
+        let Some([left, right]) = rows[y] else {
+            return 0.0;
+        };
+        let across = (x as f32 + 0.5 - 0.5 * (left + right)) / half(y).max(0.5);
+        let depth = (1.0 - across * across).max(0.0).sqrt() * (half(y) / widest).min(1.0);
+        let above = (neck as f32 - y as f32) / fade + 0.5;
+        depth * above.clamp(0.0, 1.0)
+    })
+}
+
+/// From where to where a row of the matte is covered.
+fn extent(matte: &Mask, y: usize) -> Option<[f32; 2]> {
+    let covered = |x: &usize| matte.at(*x, y) > 0.5;
+    let left = (0..matte.width).find(covered)?;
+    let right = (0..matte.width).rev().find(covered)?;
+    Some([left as f32, right as f32 + 1.0])
+}
+
+/// The neck's row and the head's largest half width, by the half width of every row. The neck is the narrowest row
+/// between the head and the first row that is wider than the head; the picture's end if no row is.
+fn neck(half: &[f32]) -> (usize, f32) {
+    let (mut widest, mut best) = (1.0f32, None);
+    // The narrowest row since the head was widest.
+    let (mut row, mut narrowest) = (0, f32::MAX);
+    for (y, &h) in half.iter().enumerate() {
+        if h < narrowest && widest > 1.0 {
+            (row, narrowest) = (y, h);
+        }
+        if h > widest {
+            // Past a waist this is the shoulder.
+            if narrowest < 0.85 * widest {
+                best = Some(row);
+                break;
+            }
+            (widest, narrowest) = (h, f32::MAX);
+        }
+    }
+    (best.unwrap_or(2 * half.len()), widest)
+}
+
+/// A picture with the subject where it is without `shift`: each pixel is read where its surface has gone
+/// (Catmull-Rom's cubic, kept from negative light).
+pub fn unmoved(picture: &Image, head: &Mask, shift: Shift) -> Image {
+    let (width, height) = picture.size();
+    let side = width.max(height) as f32;
+    let place = |i: i64, length: usize| i.clamp(0, length as i64 - 1) as usize;
+    Raster::from_fn(width, height, |x, y| {
+        let turn = head.at(x, y);
+        let [dx, dy] = [0, 1].map(|axis| side * (shift[axis] + turn * shift[axis + 2]));
+        let (at_x, at_y) = (x as f32 + dx, y as f32 + dy);
+        let (left, top) = (at_x.floor(), at_y.floor());
+        let (across, down) = (cubic(at_x - left), cubic(at_y - top));
+        let mut sum = [0.0f32; 3];
+        for (j, wy) in down.into_iter().enumerate() {
+            let row = place(top as i64 + j as i64 - 1, height);
+            for (i, wx) in across.into_iter().enumerate() {
+                let pixel = picture.at(place(left as i64 + i as i64 - 1, width), row);
+                for c in 0..3 {
+                    sum[c] += wx * wy * pixel[c];
+                }
+            }
+        }
+        sum.map(|v| v.max(0.0))
+    })
+}
+
+/// Weights of four neighbours for a place `t` between the middle two (Catmull and Rom 1974).
+fn cubic(t: f32) -> [f32; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        0.5 * (-t3 + 2.0 * t2 - t),
+        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
+        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
+        0.5 * (t3 - t2),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A head of 12 pixels' half width above a narrower neck and shoulders.
+    fn bust() -> Mask {
+        Raster::from_fn(64, 64, |x, y| {
+            let off = (x as f32 - 31.5).abs();
+            let half = match y {
+                8..=31 => (144.0 - (y as f32 - 20.0).powi(2)).max(0.0).sqrt(),
+                32..=39 => 6.0,
+                40.. => 24.0,
+                _ => 0.0,
+            };
+            f32::from(off < half)
+        })
+    }
+
+    #[test]
+    fn a_turn_of_the_head_moves_the_face_and_not_outline_or_shoulders() {
+        let turn = head_turn(&bust());
+        assert!(turn.at(31, 20) > 0.95, "the face's middle");
+        assert!(
+            turn.at(21, 20) < 0.65 * turn.at(31, 20),
+            "beside the outline"
+        );
+        assert!(
+            (40..64).all(|y| (0..64).all(|x| turn.at(x, y) < 0.1)),
+            "the shoulders"
+        );
+        let ball = Raster::from_fn(64, 64, |x, y| {
+            f32::from((x as f32 - 31.5).hypot(y as f32 - 31.5) < 20.0)
+        });
+        assert!(
+            head_turn(&ball).at(31, 45) > 0.5,
+            "without shoulders all is head"
+        );
+        assert!(
+            head_turn(&Raster::filled(8, 8, 0.0))
+                .pixels
+                .iter()
+                .all(|v| *v == 0.0)
+        );
+    }
+
+    #[test]
+    fn a_moved_picture_comes_back() {
+        let wave = |x: f32, y: f32| [0.5 + 0.3 * (0.3 * x).sin() + 0.2 * (0.25 * y).cos(); 3];
+        let head = Raster::filled(64, 64, 0.5);
+        let shift = [0.02, -0.01, 0.01, 0.03];
+        // Half of the head's shift comes on top of the body's.
+        let (dx, dy) = (64.0 * 0.025, 64.0 * 0.005);
+        let moved = Raster::from_fn(64, 64, |x, y| wave(x as f32 - dx, y as f32 - dy));
+        let back = unmoved(&moved, &head, shift);
+        for y in 8..56 {
+            for x in 8..56 {
+                let off = back.at(x, y)[1] - wave(x as f32, y as f32)[1];
+                assert!(off.abs() < 2e-3, "{x}, {y}: {off}");
+            }
+        }
+        assert_eq!(unmoved(&moved, &head, [0.0; 4]), moved);
+    }
+}

@@ -1,0 +1,50 @@
+//! Tracking frames: the subject fully lit, again and again while the lamps go round.
+
+use super::shoot::{MANIFEST, Manifest, png_names};
+use base::error::Result;
+use project::Project;
+use std::path::PathBuf;
+
+/// The tracking frames of one pose: the files in `tracking/` under the pose's name, in the order of their names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackingFrames {
+    pub files: Vec<PathBuf>,
+    /// When each was taken, from 0 (before the first lamp) to 1 (after the last).
+    pub times: Vec<f32>,
+}
+
+impl TrackingFrames {
+    /// The tracking frames of a pose; `None` if it has fewer than two.
+    ///
+    /// # Errors
+    /// When the manifest cannot be read.
+    pub fn of(project: &Project, pose: usize) -> Result<Option<Self>> {
+        let shoot = &project.settings.shoot;
+        let folder = project.shoot_path(format!("tracking/{}", shoot.poses[pose]));
+        let names = png_names(&folder).unwrap_or_default();
+        if names.len() < 2 {
+            return Ok(None);
+        }
+        let root = project.shoot_path("");
+        let said = match root.join(MANIFEST).is_file() {
+            true => Manifest::read(&root)?.tracking,
+            false => None,
+        };
+        let before = said.map_or_else(Vec::new, |tracking| tracking.before_lamp);
+        let lamps = shoot.all_lamps().len().max(1);
+        let rises = before.windows(2).all(|pair| pair[0] < pair[1]);
+        let times = match before.len() == names.len() && rises {
+            true => (before.iter())
+                .map(|&lamp| lamp.min(lamps) as f32 / lamps as f32)
+                .collect(),
+            false => (0..names.len())
+                .map(|i| i as f32 / (names.len() - 1) as f32)
+                .collect(),
+        };
+        let file = |name: &String| folder.join(format!("{name}.png"));
+        Ok(Some(Self {
+            files: names.iter().map(file).collect(),
+            times,
+        }))
+    }
+}
