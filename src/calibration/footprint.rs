@@ -1,7 +1,7 @@
 //! A lamp's footprint: the pixels of the mirror ball that show the lamp, and what they say about it.
 
 use super::code_values::{CLIPPED, CodeValues, ResponseTable, STEPS};
-use super::highlight::{Grid, Highlight, clipped_weight};
+use super::highlight::{Grid, Highlight, NEAR_DEG, clipped_weight};
 use super::mirror_ball::MirrorBall;
 use glam::{DVec3, Vec3};
 use light::Lamp;
@@ -18,27 +18,18 @@ pub(super) struct Footprint {
 
 /// Which of a footprint's pixels show the lamp itself.
 struct Aim {
-    /// For each of [`Footprint::pixels`].
-    is_lamp: Vec<bool>,
-    /// See [`Highlight::outline`].
+    /// For each of [`Footprint::pixels`] that shows the lamp, the code value of the room's light there, mean of the
+    /// channels.
+    room: Vec<Option<u16>>,
+    /// See [`Highlight::direction`] and [`Highlight::outline`].
+    direction: Vec3,
     outline: Vec3,
     confidence: f32,
-    /// The ball is too small to show shapes: every bright pixel counts, and what is brightest only says how far that
-    /// can be trusted.
-    coarse: bool,
-}
-
-/// How far a direction can be trusted that two ways to find it, which fail in different ways, agree on: by the angle
-/// between both, `apart`, in degrees.
-fn agreement(apart: f32) -> f32 {
-    (-(apart / 5.0).powi(2)).exp()
 }
 
 impl Footprint {
     /// Pixels below this share of the brightest do not count as the lamp: 8 bits hold no more.
     const FAINTEST: f32 = 0.002;
-    /// On a ball of a smaller radius a lamp is a pixel or two wide, and has no outline.
-    const COARSE_PX: f32 = 40.0;
 
     /// Finds the lamp in a ball's photograph, given as one code per pixel of the ball. `provisional` is a plausible
     /// response: what is far above black is so under any other.
@@ -79,19 +70,27 @@ impl Footprint {
         }
     }
 
-    /// Says what a whole series of photographs tells about this one's lamp: `highlight`, `None` if it was not seen, and
-    /// how far that can be trusted. Without it every bright pixel counts as the lamp.
-    pub fn aim(&mut self, highlight: Option<&Highlight>, grid: &Grid, confidence: f32) {
+    /// Says what a whole series of photographs tells about this one's lamp: `highlight`, `None` if it was not seen, how
+    /// far that can be trusted, and per cell the light of the room by `provisional`. Without it every bright pixel
+    /// counts as the lamp.
+    pub fn aim(
+        &mut self,
+        highlight: Option<&Highlight>,
+        confidence: f32,
+        (grid, room): (&Grid, &[f32]),
+        provisional: &ResponseTable,
+    ) {
         let mut is_body = vec![false; grid.solid_angle.len()];
         for &cell in highlight.iter().flat_map(|highlight| &highlight.body) {
             is_body[cell as usize] = true;
         }
-        let coarse = highlight.is_some() && grid.radius_px < Self::COARSE_PX;
+        let code = |light: f32| (provisional.encode(light) * f32::from(STEPS) + 0.5) as u16;
         self.aim = Some(Aim {
-            is_lamp: (self.pixels.iter())
-                .map(|(pixel, _)| coarse || is_body[grid.cell(*pixel)])
+            room: (self.pixels.iter())
+                .map(|(pixel, _)| grid.cell(*pixel))
+                .map(|cell| is_body[cell].then(|| code(room[cell])))
                 .collect(),
-            coarse,
+            direction: highlight.map_or(Vec3::Z, |highlight| highlight.direction),
             outline: highlight.map_or(Vec3::Z, |highlight| highlight.outline),
             confidence,
         });
@@ -126,17 +125,24 @@ impl Footprint {
     /// then the middle of its outline.
     pub fn lamp(&self, name: &str, ball: &MirrorBall, table: &ResponseTable) -> Lamp {
         let background = self.background(table);
+        let dark = background.iter().sum::<f32>() / 3.0;
         let (mut energy, mut moment, mut clipped) = ([0.0f64; 3], DVec3::ZERO, 0.0f64);
         let mut parts = Vec::with_capacity(self.pixels.len());
         for (place, (i, code)) in self.pixels.iter().enumerate() {
-            if self.aim.as_ref().is_some_and(|aim| !aim.is_lamp[place]) {
-                continue;
-            }
+            let room = match &self.aim {
+                None => 0.0,
+                Some(aim) => match aim.room[place] {
+                    None => continue,
+                    // The room's windows, without what the whole ball shows.
+                    Some(code) => (table.light(code) - dark).max(0.0),
+                },
+            };
             let pixel = &ball.pixels[*i as usize];
             let light = table.rgb(*code);
             let mut part = 0.0;
             for c in 0..3 {
-                let channel = f64::from((light[c] - background[c]).max(0.0) * pixel.solid_angle);
+                let channel =
+                    f64::from((light[c] - background[c] - room).max(0.0) * pixel.solid_angle);
                 energy[c] += channel;
                 part += channel;
             }
@@ -161,14 +167,13 @@ impl Footprint {
         let clipped = clipped / all;
         let confidence = match &self.aim {
             None => 1.0,
-            Some(aim) if aim.coarse => {
-                let apart = aim.outline.angle_between(direction.as_vec3()).to_degrees();
-                aim.confidence.max(agreement(apart))
-            }
             Some(aim) => {
                 let weight = f64::from(clipped_weight(clipped as f32));
                 direction = direction.lerp(aim.outline.as_dvec3(), weight).normalize();
-                aim.confidence
+                // Too dim for most of its pixels to count, or another response: what was weighed is not what is measured.
+                let apart = aim.direction.as_dvec3().angle_between(direction);
+                let off = apart.to_degrees() as f32 / NEAR_DEG;
+                aim.confidence * (-off * off).exp()
             }
         };
         let square: f64 = parts

@@ -13,9 +13,11 @@ mod trust;
 
 #[cfg(test)]
 pub(super) use tests::{apart_from_published, real_balls};
+pub(super) use trust::NEAR_DEG;
 
 pub(super) use grid::{Grid, Levels};
 
+use super::code_values::ResponseTable;
 use super::footprint::Footprint;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -24,6 +26,8 @@ use shape::{inner_radius, opened, widened};
 /// A lamp as one photograph shows it.
 #[derive(Clone, Debug)]
 pub(super) struct Highlight {
+    /// Unit direction: that of its light, or of its outline as far as it is clipped.
+    pub direction: Vec3,
     /// Unit direction of the middle of its outline: right even if the lamp is clipped.
     pub outline: Vec3,
     /// The cells of the grid that show the lamp, ascending, without streaks and other reflections.
@@ -62,21 +66,27 @@ const STREAK: f32 = 0.8;
 /// From this many parts on a lamp is a bank, whose parts are not opened: their joints are wider than they are.
 const BANK: usize = 3;
 
-/// Says of each footprint of a series which part of it is the lamp. `series` holds the same photographs.
-pub(super) fn aim(footprints: &mut [Footprint], series: &[Levels], grid: &Grid) {
-    let highlights = find(grid, series);
-    let trust = trust::weigh(&highlights, grid);
+/// Says of each footprint of a series which part of it is the lamp. `series` holds the same photographs, reduced by
+/// the response `provisional`.
+pub(super) fn aim(
+    footprints: &mut [Footprint],
+    series: &[Levels],
+    grid: &Grid,
+    provisional: &ResponseTable,
+) {
+    let room = grid.room(series);
+    let highlights = find(grid, series, &room);
+    let trust = trust::weigh(&highlights, grid, &room);
     for ((footprint, highlight), trust) in footprints.iter_mut().zip(&highlights).zip(trust) {
-        footprint.aim(highlight.as_ref(), grid, trust);
+        footprint.aim(highlight.as_ref(), trust, (grid, &room), provisional);
     }
 }
 
 /// The lamps of a series of photographs; `None` for a photograph that shows no more than the room and noise.
-fn find(grid: &Grid, series: &[Levels]) -> Vec<Option<Highlight>> {
-    let room = grid.room(series);
+fn find(grid: &Grid, series: &[Levels], room: &[f32]) -> Vec<Option<Highlight>> {
     let photographs: Vec<Option<Photograph>> = series
         .par_iter()
-        .map(|levels| Photograph::new(grid, levels, &room))
+        .map(|levels| Photograph::new(grid, levels, room))
         .collect();
     let is_shared = |number: usize, part: &Part| {
         let others = || photographs.iter().enumerate().filter(|(i, _)| *i != number);
@@ -96,6 +106,9 @@ fn find(grid: &Grid, series: &[Levels]) -> Vec<Option<Highlight>> {
 struct Photograph<'a> {
     grid: &'a Grid,
     levels: &'a Levels,
+    /// The room's light, and this photograph's own dark beyond it.
+    room: &'a [f32],
+    dark: f32,
     /// Light beyond the room's and this photograph's own dark, per cell; not negative.
     more: Vec<f32>,
     /// Below this, `more` is noise.
@@ -130,7 +143,7 @@ impl Part {
 
 impl<'a> Photograph<'a> {
     /// `None` if nothing stands out from the noise.
-    fn new(grid: &'a Grid, levels: &'a Levels, room: &[f32]) -> Option<Self> {
+    fn new(grid: &'a Grid, levels: &'a Levels, room: &'a [f32]) -> Option<Self> {
         let cells: Vec<usize> = (0..room.len()).filter(|&c| grid.is_ball(c)).collect();
         let mut sorted: Vec<f32> = cells.iter().map(|&c| levels.light(c) - room[c]).collect();
         let last = sorted.len().checked_sub(1)?;
@@ -153,6 +166,8 @@ impl<'a> Photograph<'a> {
         let mut photograph = Self {
             grid,
             levels,
+            room,
+            dark,
             more,
             noise,
             peak,
@@ -265,14 +280,20 @@ impl<'a> Photograph<'a> {
         // clipped, only tells how far the outline may be off. A bank's lamps err by themselves.
         let radius = (bank.iter().map(|part| part.core_radius_deg)).fold(0.0, f32::max);
         let alone = 1.0 / (bank.len() as f32).sqrt();
-        let apart = alone * middle.angle_between(outline).to_degrees();
-        let by_outline = drift.hypot(0.125 * alone * radius).hypot(0.4 * apart);
-        let by_light = 0.5 * apart;
+        let apart = middle.angle_between(outline).to_degrees();
+        let doubt = if is_bank { 0.5 } else { 0.4 };
+        let by_outline = (drift.hypot(0.125 * alone * radius)).hypot(doubt * apart);
+        let by_light = 0.5 * alone * apart;
         // Clipping takes about as much from each lamp of a bank, which hardly moves the centroid.
         let outline = if is_bank { middle } else { outline };
+        let hidden = self.hidden(&body);
+        // What does not show on one side moves the middle to the other.
+        let by_hidden = 2.0 * hidden * std::f32::consts::SQRT_2 * spread_deg;
+        let deviation_deg = clipped * by_outline + (1.0 - clipped) * by_light;
         Some(Highlight {
+            direction: middle.lerp(outline, clipped).normalize_or(Vec3::Z),
             outline,
-            deviation_deg: clipped * by_outline + (1.0 - clipped) * by_light,
+            deviation_deg: deviation_deg.hypot(by_hidden),
             spread_deg,
             energy,
             peak: self.peak,
@@ -280,6 +301,20 @@ impl<'a> Photograph<'a> {
             elsewhere: (1.0 - energy / all.max(energy)).max(0.0),
             body,
         })
+    }
+
+    /// Whether more of a lamp with a given radiance would not show at a cell, because the room is nearly white there.
+    fn is_full(&self, cell: u32) -> bool {
+        headroom(self.room[cell as usize]) - self.dark < BRIGHT * self.peak
+    }
+
+    /// Share of the cells around a body where more of the lamp would not show.
+    fn hidden(&self, body: &[u32]) -> f32 {
+        let mut around = widened(body, self.grid, 2.0);
+        let is_body: std::collections::HashSet<u32> = body.iter().copied().collect();
+        around.retain(|cell| !is_body.contains(cell));
+        let full = around.iter().filter(|cell| self.is_full(**cell)).count();
+        full as f32 / around.len().max(1) as f32
     }
 
     /// The parts of the bank at each of some levels, as shares of the peak, without streaks.
@@ -334,6 +369,11 @@ impl<'a> Photograph<'a> {
 /// JPEG.
 fn flicker(room: f32) -> f32 {
     2.2 * room.powf(1.0 - 1.0 / 2.2) * 6.0 / 255.0
+}
+
+/// How much more light than the room's a photograph can show.
+fn headroom(room: f32) -> f32 {
+    1.0 - room - flicker(room)
 }
 
 /// How far a direction goes by the outline rather than by the light, if this share of the light is clipped.

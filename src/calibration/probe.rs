@@ -239,7 +239,7 @@ pub(super) fn footprints(
         .collect::<Result<Vec<_>>>()?
         .into_iter()
         .unzip();
-    highlight::aim(&mut footprints, &series, &grid);
+    highlight::aim(&mut footprints, &series, &grid, &provisional);
     Ok(footprints)
 }
 

@@ -4,6 +4,7 @@
 //! known where the balls were.
 
 use super::code_values::ResponseTable;
+use super::highlight::NEAR_DEG;
 use super::median::median;
 use super::mirror_ball::MirrorBall;
 use super::probe::{Probes, footprints, measure};
@@ -56,8 +57,6 @@ impl TwoBalls {
     }
 }
 
-/// Beyond this many degrees the balls do not show the same lamp.
-const SAME_DEG: f32 = 5.0;
 /// A distance counts as told from this many standard deviations of the parallax on.
 const TOLD: f64 = 3.0;
 
@@ -161,8 +160,8 @@ fn join(
             }
             continue;
         };
-        let agreement = 1.0 / (1.0 + (pair.apart_deg / SAME_DEG).powi(4));
-        if pair.apart_deg < SAME_DEG {
+        let agreement = 1.0 / (1.0 + (pair.apart_deg / NEAR_DEG).powi(4));
+        if pair.apart_deg < NEAR_DEG {
             lamp.direction = pair.direction.as_vec3();
             let wrong = (1.0 - lamp.confidence) * (1.0 - second.confidence);
             lamp.confidence = agreement * (1.0 - wrong);

@@ -173,9 +173,16 @@ fn skin(subject: &Subject, q: Vec3) -> Surface {
     let hair = brow(s).max(lash(subject, s));
     albedo = albedo.lerp(Vec3::new(0.030, 0.019, 0.014), hair);
     let below = BELOW_SKIN_M * (1.0 - hair);
+    let (mirror, roughness) = match subject.look.shine {
+        Some(shine) => (
+            0.028 * 0.3 * 6.5f32.powf(shine),
+            roughness * 2.2 * 0.2f32.powf(shine),
+        ),
+        None => (0.028, roughness),
+    };
     Surface {
         albedo,
-        mirror: Vec3::splat(0.028),
+        mirror: Vec3::splat(mirror),
         roughness,
         sheen: 0.0,
         below,

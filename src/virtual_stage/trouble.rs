@@ -43,6 +43,9 @@ pub struct TroubleSettings {
     /// Colour of the skin, from 0 (light) to 1 (dark).
     #[arg(long, value_name = "TONE")]
     pub skin: Option<f32>,
+    /// How the skin shines, from 0 (powdered) to 1 (oily).
+    #[arg(long, value_name = "SHINE")]
+    pub shine: Option<f32>,
     /// The subject wears glasses.
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub glasses: Option<bool>,
@@ -134,6 +137,9 @@ pub struct Look {
     /// From 0 (light) to 1 (dark); `None` is the stage's own subject, between both.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<f32>,
+    /// From 0 (powdered) to 1 (oily); `None` is between both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shine: Option<f32>,
     pub glasses: bool,
     /// `None`: a head wrap.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -178,6 +184,7 @@ impl TroubleSettings {
         noise: None,
         jpeg: None,
         skin: None,
+        shine: None,
         glasses: None,
         hair: None,
         hands: None,
@@ -214,6 +221,7 @@ impl TroubleSettings {
         within("--noise", self.noise, 0.0..=20.0)?;
         within("--jpeg", self.jpeg.map(f32::from), 1.0..=100.0)?;
         within("--skin", self.skin, 0.0..=1.0)?;
+        within("--shine", self.shine, 0.0..=1.0)?;
         within("--reseated", self.reseated, 0.0..=0.04)?;
         within("--sway", self.sway, 0.0..=8.0)?;
         within("--tracking", self.tracking.map(|n| n as f32), 1.0..=931.0)?;
@@ -242,6 +250,7 @@ impl TroubleSettings {
             jpeg: self.jpeg.or(drawn.jpeg),
             look: Look {
                 skin: self.skin.or(drawn.look.skin),
+                shine: self.shine,
                 glasses: self.glasses.unwrap_or(drawn.look.glasses),
                 hair: self.hair.or(drawn.look.hair),
                 hands: self.hands.unwrap_or(drawn.look.hands),
@@ -328,6 +337,7 @@ impl Trouble {
             jpeg,
             look: Look {
                 skin,
+                shine: None,
                 glasses,
                 hair,
                 hands,

@@ -3,15 +3,18 @@
 //!
 //! `make weights` writes docs/weights.md; a small part runs with the tests.
 
+mod random;
 mod stage;
 #[cfg(test)]
 mod tests;
 
 use light::weights::{Partition, Weighting};
-use light::{Environment, built_in, panorama};
+use light::{Environment, YawTable, built_in, panorama};
 use rayon::prelude::*;
 use stage::{Shoot, Subject};
+use std::collections::HashSet;
 use std::fmt::Write;
+use std::time::Instant;
 
 const KINDS: [Weighting; 3] = [Weighting::Cells, Weighting::Smooth, Weighting::Fit];
 
@@ -91,58 +94,120 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 fn main() -> std::io::Result<()> {
-    let environments = environments();
+    let (known, random) = (environments(), random::environments(96, 7));
     let shoot = Shoot::new(41);
     let looks: Vec<(u64, usize)> = (0..stage::LOOKS.len())
         .map(|look| (31 + look as u64, look))
         .collect();
     let subjects = stage::subjects(&shoot, 48, &looks, 2);
-    let cases = cases(&shoot, &subjects, &environments, 12);
-    let text = table(&environments, &subjects, &cases);
+    let text = table(
+        &subjects,
+        (&known, &cases(&shoot, &subjects, &known, 12)),
+        (&random, &cases(&shoot, &subjects, &random, 1)),
+    );
     println!("{text}");
+    print_times();
     std::fs::write(test_support::repository("docs/weights.md"), text)
 }
 
-/// docs/weights.md.
-fn table(environments: &[Environment], subjects: &[Subject], cases: &[Case]) -> String {
-    let mut text = String::from(include_str!("head.md"));
-    let row = |text: &mut String, name: &str, rows: &[&Case]| {
-        let kind = |k: usize| median(rows.iter().map(|case| case.decibels[k]));
-        let gains: Vec<f64> = rows.iter().map(|case| case.gain()).collect();
-        let least = gains.iter().copied().fold(f64::MAX, f64::min);
-        let below = gains.iter().filter(|gain| **gain < -0.3).count();
-        let black = rows.iter().map(|case| case.black).fold(0.0, f64::max);
-        writeln!(
-            text,
-            "| {name} | {:.1} | {:.1} | {:.1} | {:+.1} | {:+.1} | {} of {} | {:.1} % |",
-            kind(0),
-            kind(1),
-            kind(2),
-            median(gains.iter().copied()),
-            least,
-            below,
-            gains.len(),
-            100.0 * black
-        )
-        .unwrap();
-    };
-    const HEAD: &str = "| `cells` | `smooth` | `fit` | gain, median | gain, least | worse by 0.3 dB | black, most |\n\
-                        |---|---:|---:|---:|---:|---:|---:|---:|\n";
-    for title in ["pictures", "environment", "subject"] {
-        write!(text, "\n| {title} {HEAD}").unwrap();
-        if title == "pictures" {
-            row(&mut text, "all", &cases.iter().collect::<Vec<_>>());
-        } else if title == "environment" {
-            for (i, environment) in environments.iter().enumerate() {
-                let own: Vec<&Case> = cases.iter().filter(|case| case.environment == i).collect();
-                row(&mut text, &environment.name, &own);
-            }
-        } else {
-            for (i, subject) in subjects.iter().enumerate() {
-                let own: Vec<&Case> = cases.iter().filter(|case| case.subject == i).collect();
-                row(&mut text, &subject.name, &own);
-            }
+/// Prints how long a turn takes by each kind, the quickest of some.
+fn print_times() {
+    let environment = random::environments(4, 8)
+        .remove(3)
+        .reduced(Partition::WIDTH);
+    for lamps in [41, 146, 931] {
+        let rig = Shoot::new(lamps).rig;
+        for kind in KINDS {
+            let partition = Partition::of(kind, &rig);
+            let table = YawTable::new(&partition, &environment);
+            let quickest = |turn: &dyn Fn(f32)| {
+                let times = (0..20).map(|yaw| {
+                    let start = Instant::now();
+                    turn(yaw as f32 * 7.3);
+                    start.elapsed().as_secs_f64() * 1e3
+                });
+                times.fold(f64::MAX, f64::min)
+            };
+            println!(
+                "{lamps} lamps, {kind:?}: a turn {:.2} ms, from the table of all yaws {:.2} ms",
+                quickest(&|yaw| drop(partition.weights(&environment, yaw))),
+                quickest(&|yaw| drop(table.at(yaw)))
+            );
         }
     }
+}
+
+/// docs/weights.md, of the cases under known environments and under random ones.
+fn table(
+    subjects: &[Subject],
+    (known, known_cases): (&[Environment], &[Case]),
+    (random, random_cases): (&[Environment], &[Case]),
+) -> String {
+    let mut text = String::from(include_str!("head.md"));
+    let mut part = |title: &str, rows: Vec<(&str, Vec<&Case>)>| {
+        write!(
+            text,
+            "\n| {title} | `cells` | `smooth` | `fit` | gain, median | gain, least | worse by 0.3 dB | black, most |\n\
+             |---|---:|---:|---:|---:|---:|---:|---:|\n"
+        )
+        .unwrap();
+        rows.iter()
+            .for_each(|(name, cases)| row(&mut text, name, cases));
+    };
+    part(
+        "pictures",
+        vec![
+            ("known environments", known_cases.iter().collect()),
+            ("random environments", random_cases.iter().collect()),
+        ],
+    );
+    for (title, environments, cases) in [
+        ("environment", known, known_cases),
+        ("random environment", random, random_cases),
+    ] {
+        let mut names: Vec<&str> = environments.iter().map(|own| own.name.as_str()).collect();
+        // Random environments of a kind share a name.
+        let mut seen = HashSet::new();
+        names.retain(|name| seen.insert(*name));
+        let rows = names.into_iter().map(|name| {
+            let own = cases
+                .iter()
+                .filter(|case| environments[case.environment].name == name);
+            (name, own.collect())
+        });
+        part(title, rows.collect());
+    }
+    for (title, cases) in [
+        ("subject, known environments", known_cases),
+        ("subject, random environments", random_cases),
+    ] {
+        let rows = subjects.iter().enumerate().map(|(i, subject)| {
+            let own = cases.iter().filter(|case| case.subject == i);
+            (subject.name.as_str(), own.collect())
+        });
+        part(title, rows.collect());
+    }
     text
+}
+
+/// A row of a table: these cases in short.
+fn row(text: &mut String, name: &str, cases: &[&Case]) {
+    let kind = |k: usize| median(cases.iter().map(|case| case.decibels[k]));
+    let gains: Vec<f64> = cases.iter().map(|case| case.gain()).collect();
+    let least = gains.iter().copied().fold(f64::MAX, f64::min);
+    let below = gains.iter().filter(|gain| **gain < -0.3).count();
+    let black = cases.iter().map(|case| case.black).fold(0.0, f64::max);
+    writeln!(
+        text,
+        "| {name} | {:.1} | {:.1} | {:.1} | {:+.1} | {:+.1} | {} of {} | {:.1} % |",
+        kind(0),
+        kind(1),
+        kind(2),
+        median(gains.iter().copied()),
+        least,
+        below,
+        gains.len(),
+        100.0 * black
+    )
+    .unwrap();
 }

@@ -10,7 +10,7 @@ use light::{Environment, Lamp, Rig};
 use rayon::prelude::*;
 use std::path::Path;
 use virtual_stage::dome::Dome;
-use virtual_stage::{StageSettings, write_shoot};
+use virtual_stage::{Hair, StageSettings, write_shoot};
 
 /// Lamps of the dome.
 const LAMPS: usize = 931;
@@ -127,10 +127,52 @@ pub struct Look {
     pub set: fn(&mut StageSettings),
 }
 
-pub const LOOKS: [Look; 1] = [Look {
-    name: "the stage's own skin",
-    set: |_| (),
-}];
+pub const LOOKS: [Look; 7] = [
+    Look {
+        name: "the stage's own skin",
+        set: |_| (),
+    },
+    Look {
+        name: "light skin, blond hair",
+        set: |settings| {
+            settings.trouble.skin = Some(0.0);
+            settings.trouble.hair = Some(Hair::Blond);
+        },
+    },
+    Look {
+        name: "light skin, powdered",
+        set: |settings| {
+            settings.trouble.skin = Some(0.1);
+            settings.trouble.shine = Some(0.0);
+        },
+    },
+    Look {
+        name: "light skin, oily",
+        set: |settings| {
+            settings.trouble.skin = Some(0.2);
+            settings.trouble.shine = Some(1.0);
+        },
+    },
+    Look {
+        name: "dark skin",
+        set: |settings| settings.trouble.skin = Some(1.0),
+    },
+    Look {
+        name: "dark skin, oily",
+        set: |settings| {
+            settings.trouble.skin = Some(0.9);
+            settings.trouble.shine = Some(1.0);
+        },
+    },
+    Look {
+        name: "dark skin, glasses, black hair",
+        set: |settings| {
+            settings.trouble.skin = Some(0.8);
+            settings.trouble.hair = Some(Hair::Black);
+            settings.trouble.glasses = Some(true);
+        },
+    },
+];
 
 /// Subjects of `size` pixels across: for each look with its seed, the first `poses` poses and frames whose truth is known.
 pub fn subjects(shoot: &Shoot, size: usize, looks: &[(u64, usize)], poses: usize) -> Vec<Subject> {

@@ -10,7 +10,7 @@ use std::ops::Range;
 /// is known.
 const WEIGHT_ERROR: f32 = 0.005;
 /// The largest where the light is no sum of lamps, so that pixels one by one say little about a weight.
-const WEIGHT_ERROR_BESIDE_REMAINDER: f32 = 0.02;
+const WEIGHT_ERROR_BESIDE_REMAINDER: f32 = 0.1;
 /// Light between several lamps makes errors of all of them alike. They make the subject too bright or too dark by so many
 /// times as much as errors that are independent would, beside these: measured on random shoots at the true response.
 const SHARED_BRIGHTNESS: f64 = 1.5;

@@ -28,11 +28,12 @@ pub(crate) struct Grid {
 /// in the lowest bit whether any of its pixels is clipped.
 pub(crate) struct Levels(Vec<u16>);
 
-/// How far a circle may be off the ball's outline, as a share of its radius, if the photographs do not show: as far as
-/// circles differ that were drawn by hand and found in photographs out of focus.
+/// How far a circle may be off the ball's outline, in pixels and as a share of its radius, if the photographs do not
+/// show: as far as circles differ that were drawn by hand and found in photographs out of focus.
+const UNSEEN_RIM_PX: f32 = 0.4;
 const UNSEEN_RIM: f32 = 0.005;
-/// A rim that was seen places the circle no better than this.
-const SEEN_RIM_PX: f32 = 0.1;
+/// A rim that was seen is known no better than this.
+const SEEN_RIM_PX: f32 = 0.2;
 /// It was seen if it was told from the background on this share of the circumference.
 const SEEN_RIM: f64 = 0.5;
 
@@ -62,7 +63,7 @@ impl Grid {
             width,
             height,
             radius_px: ball.radius_px,
-            circle_error_px: 0.3f32.hypot(UNSEEN_RIM * ball.radius_px),
+            circle_error_px: UNSEEN_RIM_PX.hypot(UNSEEN_RIM * ball.radius_px),
             solid_angle: vec![0.0; width * height],
             direction: vec![Vec3::ZERO; width * height],
             cell_of_pixel: Vec::with_capacity(ball.pixels.len()),
@@ -82,9 +83,14 @@ impl Grid {
 
     /// Takes over how far the ball's circle is off the rim that photographs show.
     pub fn check_circle(&mut self, photographs: &Photographs, circle: &Circle) {
-        let rim = silhouette::measure(photographs, circle).ok();
+        let rim = silhouette::refine(photographs, circle).ok();
         if let Some(rim) = rim.filter(|rim| rim.rim_share >= SEEN_RIM) {
-            self.circle_error_px = (rim.residual_px as f32).max(SEEN_RIM_PX);
+            let wider = rim.circle.radius_px - circle.radius_px;
+            let [x, y] = [0, 1].map(|i| rim.circle.center_px[i] - circle.center_px[i]);
+            let aside = x * x + y * y;
+            // Root mean square over the circumference.
+            let error = (0.5 * aside + wider * wider).sqrt() as f32;
+            self.circle_error_px = error.hypot(SEEN_RIM_PX);
         }
     }
 

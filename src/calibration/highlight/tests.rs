@@ -2,6 +2,7 @@
 
 use super::super::code_values::{CodeValues, ResponseTable, codes};
 use super::super::mirror_ball::MirrorBall;
+use super::super::probe::measure;
 use super::super::silhouette::{Circle, Photographs};
 use super::*;
 use crate::PROVISIONAL;
@@ -12,6 +13,7 @@ use std::path::Path;
 
 mod made_up;
 mod scene;
+mod variants;
 
 /// The lamps that a series of photographs shows.
 fn lamps(ball: &Ball, series: &[Encoded]) -> Vec<Lamp> {
@@ -32,10 +34,11 @@ fn lamps(ball: &Ball, series: &[Encoded]) -> Vec<Lamp> {
             (Footprint::find(&seen, &table), grid.reduce(&seen, &table))
         })
         .unzip();
-    aim(&mut footprints, &levels, &grid);
-    (footprints.iter())
-        .map(|footprint| footprint.lamp("lamp", &geometry, &table))
-        .collect()
+    aim(&mut footprints, &levels, &grid, &table);
+    let names = vec!["lamp".to_owned(); series.len()];
+    measure(&footprints, &geometry, names.iter(), &table)
+        .0
+        .lamps
 }
 
 /// A ball photographed from far away.

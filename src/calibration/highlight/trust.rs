@@ -1,18 +1,34 @@
 //! How far the lamps of a series can be trusted.
 
-use super::{Grid, Highlight};
+use super::super::median::median;
+use super::{BRIGHT, Grid, Highlight, headroom};
 use glam::Vec3;
 
 /// For each lamp of a series how far its direction can be trusted, 0 to 1: the chance that it is right within five
-/// degrees, with errors taken for larger than they mostly are. `None` was not seen: 0.
-pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid) -> Vec<f32> {
+/// degrees, with errors taken for larger than they mostly are. `None` was not seen: 0. `room` is per cell the light
+/// that all photographs share.
+pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid, room: &[f32]) -> Vec<f32> {
     let seen = || lamps.iter().flatten();
     let energy = median(seen().map(|lamp| lamp.energy));
     let peak = median(seen().map(|lamp| lamp.peak));
     // Lamps of one kind are about as wide; ten degrees more are still a lamp.
     let size = median(seen().map(|lamp| lamp.spread_deg)) + 10.0;
+    // Before a window as bright as itself a lamp does not show. Then what is weaker than nearly all of the others may be
+    // something else.
+    let window: f32 = (0..room.len())
+        .filter(|&cell| grid.is_ball(cell) && headroom(room[cell]) < BRIGHT * peak)
+        .map(|cell| grid.solid_angle[cell])
+        .sum();
+    let weak = if window > LEAST_WINDOW {
+        // 1.48 turns the median deviation into a normal distribution's standard deviation.
+        let apart = median(seen().map(|lamp| (lamp.energy / energy).ln().abs()));
+        (-2.0 * 1.48 * apart).exp().clamp(0.15, 0.5)
+    } else {
+        WEAK
+    };
     let chance = |lamp: &Highlight| {
-        let geometry = pixel_deg(lamp.outline, grid.radius_px) * grid.circle_error_px;
+        let place_px = grid.circle_error_px.hypot(PLACE_PX);
+        let geometry = pixel_deg(lamp.outline, grid.radius_px) * place_px;
         // Both are wider than the errors of most photographs, because some are not like most. Errors spread evenly in
         // two dimensions.
         let variance = (2.0 * lamp.deviation_deg).powi(2) + (1.4 * geometry).powi(2);
@@ -21,7 +37,7 @@ pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid) -> Vec<f32> {
         let alone = plausibility(lamp.rival / 0.3);
         // A lamp that is out of sight or off leaves what others reflect of it: little light, dim and wide.
         let as_strong =
-            plausibility(0.05 * energy / lamp.energy) * plausibility(0.05 * peak / lamp.peak);
+            plausibility(weak * energy / lamp.energy) * plausibility(WEAK * peak / lamp.peak);
         let as_small = plausibility((lamp.spread_deg - size).max(0.0) / 15.0);
         let together = 1.0 - 0.8 * lamp.elsewhere.powi(2);
         near * alone * as_strong * as_small * together
@@ -45,7 +61,13 @@ pub(super) fn weigh(lamps: &[Option<Highlight>], grid: &Grid) -> Vec<f32> {
 }
 
 /// A larger error is a wrong direction.
-const NEAR_DEG: f32 = 5.0;
+pub(crate) const NEAR_DEG: f32 = 5.0;
+/// How far in pixels the middle of a lamp may be off where pixels sample it.
+const PLACE_PX: f32 = 0.25;
+/// A lamp with less than this share of the median's light or radiance is likelier something else.
+const WEAK: f32 = 0.05;
+/// Windows of this many steradians can hide a lamp: a disc of two degrees.
+const LEAST_WINDOW: f32 = 0.004;
 
 /// 1 for 0, a half for 1, little for much more.
 fn plausibility(ratio: f32) -> f32 {
@@ -57,11 +79,4 @@ fn plausibility(ratio: f32) -> f32 {
 fn pixel_deg(direction: Vec3, radius_px: f32) -> f32 {
     let cosine = (0.5 * (1.0 + direction.z)).max(1e-4).sqrt();
     (2.0 / (radius_px * cosine)).to_degrees()
-}
-
-/// The median of some values; 0 if there are none.
-fn median(values: impl Iterator<Item = f32>) -> f32 {
-    let mut values: Vec<f32> = values.collect();
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

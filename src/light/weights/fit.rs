@@ -262,7 +262,7 @@ impl Fit {
         for (row, value) in self.footprints.iter().zip(&blurred) {
             problem.add_sparse(row, *value, weight(*value) / whole.max(f64::MIN_POSITIVE));
         }
-        problem.add(&vec![1.0; self.lamps.len()], 1.0, SUM_SHARE);
+        problem.add_sum(SUM_SHARE);
         problem
     }
 
@@ -319,7 +319,7 @@ impl Fit {
                 problem.add(row, value, weight / whole);
             }
         }
-        problem.add(&vec![1.0; n], 1.0, SUM_SHARE);
+        problem.add_sum(SUM_SHARE);
         problem
     }
 }

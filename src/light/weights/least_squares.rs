@@ -6,6 +6,8 @@ pub(super) struct Normal {
     /// G row by row; only the lower triangle is filled until [`Self::least`].
     gram: Vec<f64>,
     right: Vec<f64>,
+    /// How much the square of Σx − 1 counts. Apart, because it alone joins unknowns that are far from each other.
+    sum: f64,
 }
 
 impl Normal {
@@ -14,6 +16,7 @@ impl Normal {
             n,
             gram: vec![0.0; n * n],
             right: vec![0.0; n],
+            sum: 0.0,
         }
     }
 
@@ -41,12 +44,18 @@ impl Normal {
         }
     }
 
+    /// Adds the equation Σx = 1.
+    pub fn add_sum(&mut self, weight: f64) {
+        self.sum += weight;
+    }
+
     /// Adds another problem's equations, which count `weight` times.
     pub fn add_all(&mut self, other: &Self, weight: f64) {
         let pairs = self.gram.iter_mut().zip(&other.gram);
         pairs.for_each(|(gram, other)| *gram += weight * other);
         let pairs = self.right.iter_mut().zip(&other.right);
         pairs.for_each(|(right, other)| *right += weight * other);
+        self.sum += weight * other.sum;
     }
 
     /// Improves `x` ≥ 0 towards the least by exact steps along one unknown after the other. Each step is a continuous
@@ -59,20 +68,43 @@ impl Normal {
                 self.gram[j * n + i] = self.gram[i * n + j];
             }
         }
+        // Where most unknowns do not meet, a step visits those that do.
+        let joined = self.gram.iter().filter(|g| **g != 0.0).count();
+        let rows: Option<Vec<Vec<(u32, f64)>>> = (joined < n * n / 3).then(|| {
+            let rows = self.gram.chunks_exact(n).map(|row| {
+                let joined = row.iter().enumerate().filter(|(_, g)| **g != 0.0);
+                joined.map(|(j, g)| (j as u32, *g)).collect()
+            });
+            rows.collect()
+        });
+        // The slope without the part of the sum, which is the same for all.
         let mut slope: Vec<f64> = (self.gram.chunks_exact(n.max(1)).zip(&self.right))
             .map(|(row, right)| right - row.iter().zip(&*x).map(|(g, x)| g * x).sum::<f64>())
             .collect();
         for _ in 0..SWEEPS {
+            let mut sum: f64 = x.iter().sum();
             for i in 0..n {
                 let row = &self.gram[i * n..(i + 1) * n];
-                if row[i] <= 0.0 {
+                let curvature = row[i] + self.sum;
+                if curvature <= 0.0 {
                     continue;
                 }
-                let step = (slope[i] / row[i]).max(-x[i]);
-                if step != 0.0 {
-                    x[i] += step;
-                    let pairs = slope.iter_mut().zip(row);
-                    pairs.for_each(|(slope, g)| *slope -= step * g);
+                let step = ((slope[i] + self.sum * (1.0 - sum)) / curvature).max(-x[i]);
+                if step == 0.0 {
+                    continue;
+                }
+                x[i] += step;
+                sum += step;
+                match &rows {
+                    Some(rows) => {
+                        for &(j, g) in &rows[i] {
+                            slope[j as usize] -= step * g;
+                        }
+                    }
+                    None => {
+                        let pairs = slope.iter_mut().zip(row);
+                        pairs.for_each(|(slope, g)| *slope -= step * g);
+                    }
                 }
             }
         }
@@ -108,6 +140,31 @@ mod tests {
                     .sum();
                 prop_assert!(x[i] >= 0.0 && slope <= 1e-6 * unit(i));
                 prop_assert!(x[i] == 0.0 || slope.abs() <= 1e-6 * unit(i));
+            }
+        }
+
+        #[test]
+        fn unknowns_that_do_not_meet_are_solved_alike(
+            values in proptest::collection::vec(-1.0f64..2.0, 24), weight in 0.0f64..1.0,
+        ) {
+            // A chain of unknowns, where only neighbours meet, and their sum: once apart and once as an equation.
+            let n = values.len();
+            let (mut apart, mut equation) = (Normal::new(n), Normal::new(n));
+            for normal in [&mut apart, &mut equation] {
+                for (i, value) in values.iter().enumerate() {
+                    let next = (i + 1) % n;
+                    let mut row = [(i as u16, 1.0), (next as u16, 0.4)];
+                    row.sort_by_key(|(i, _)| *i);
+                    normal.add_sparse(&row, *value, 1.0);
+                }
+            }
+            apart.add_sum(weight);
+            equation.add(&vec![1.0; n], 1.0, weight);
+            let (mut x, mut y) = (vec![0.5; n], vec![0.5; n]);
+            apart.least(&mut x);
+            equation.least(&mut y);
+            for (x, y) in x.iter().zip(&y) {
+                prop_assert!((x - y).abs() < 1e-9, "{} is not {}", x, y);
             }
         }
 

@@ -376,25 +376,25 @@ fn no_light_and_no_lamps_give_zeros() {
     );
 }
 
+/// What a turn costs beside solving: a multiplication and addition per channel for each share of a texel.
 #[test]
-fn a_live_turn_is_quick() {
-    for n in [41, 146] {
-        let start = std::time::Instant::now();
-        let partition = Partition::smooth(&rig(&lattice(n)), Partition::WIDTH);
-        let made = start.elapsed();
-        let environment = speckled(1).reduced(Partition::WIDTH);
-        // The quickest of many: whatever else the machine does, it does not do all the time.
-        let turns = (0..100).map(|yaw| {
-            let start = std::time::Instant::now();
-            assert!(partition.weights(&environment, yaw as f32 * 0.1).uncovered == 0.0);
-            start.elapsed().as_secs_f64() * 1e3
-        });
-        let turn_ms = turns.fold(f64::MAX, f64::min);
-        println!(
-            "{n} lamps: partition {:.0} ms, turn {turn_ms:.2} ms",
-            made.as_secs_f64() * 1e3
-        );
-        assert!(turn_ms < 20.0);
+fn a_live_turn_reads_few_numbers() {
+    for n in [41, 146, 931] {
+        let rig = rig(&lattice(n));
+        let texels = Partition::WIDTH * Partition::WIDTH / 2;
+        for (kind, name, most) in [
+            (Partition::cells as fn(&Rig, usize) -> Partition, "cells", 1),
+            (Partition::smooth, "smooth", 3),
+            (Partition::fit, "fit", 28),
+        ] {
+            let partition = kind(&rig, Partition::WIDTH);
+            let shares = partition.shares.len() as f64 / texels as f64;
+            println!("{n} lamps, {name}: {shares:.1} shares a texel");
+            assert!(
+                shares <= f64::from(most) && shares >= 1.0,
+                "{n} lamps, {name}: {shares}"
+            );
+        }
     }
 }
 

@@ -96,10 +96,12 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// Everything at random by a seed.
-    pub fn new(seed: u64) -> Self {
+    /// Everything at random by a seed, on a ball whose radius in pixels is within a range.
+    pub fn sized(seed: u64, (least, most): (f64, f64)) -> Self {
         let mut draw = Draw(seed.wrapping_mul(0x2545_F491_4F6C_DD1D) ^ 77);
-        let radius = draw.factor(40.0, 160.0);
+        let radius = draw.factor(least, most);
+        // A pixel holds the mean of its light: small balls need more rays in each.
+        let rays = ((120.0 / radius).ceil() as usize).max(3);
         let size = (2.3 * radius) as usize;
         let centre = [0, 1].map(|_| 0.5 * size as f64 + draw.between(-3.0, 3.0));
         let count = 3 + (draw.unit() * 16.0) as usize;
@@ -230,14 +232,13 @@ impl Scene {
                 }
                 sum
             };
-            const SUB: usize = 3;
             let sharp: Vec<f64> = (0..size * size)
                 .into_par_iter()
                 .map(|i| {
-                    let at = |p: usize, sub: usize| p as f64 + (sub as f64 + 0.5) / SUB as f64;
-                    let rays = (0..SUB * SUB)
-                        .map(|s| radiance(at(i % size, s % SUB), at(i / size, s / SUB)));
-                    rays.sum::<f64>() / (SUB * SUB) as f64
+                    let at = |p: usize, sub: usize| p as f64 + (sub as f64 + 0.5) / rays as f64;
+                    let light = (0..rays * rays)
+                        .map(|s| radiance(at(i % size, s % rays), at(i / size, s / rays)));
+                    light.sum::<f64>() / (rays * rays) as f64
                 })
                 .collect();
             let mut light = blurred(&sharp, size);
@@ -307,7 +308,7 @@ fn blurred(light: &[f64], size: usize) -> Vec<f64> {
 }
 
 /// What a JPEG keeps of a picture.
-fn through_jpeg(picture: &Image, quality: u8) -> Encoded {
+pub(super) fn through_jpeg(picture: &Image, quality: u8) -> Encoded {
     let bytes: Vec<u8> = (picture.pixels.iter().flatten())
         .map(|v| (v * 255.0).round() as u8)
         .collect();
