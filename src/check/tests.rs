@@ -352,3 +352,19 @@ fn brightness_beyond_half_floats_and_dark_that_is_lost_are_named() {
     let black = judge([even(0.0), even(0.0)], 0.0, [1.0, 1.0]);
     assert_eq!(black.level, Level::Unknown);
 }
+
+#[test]
+fn the_plain_stage_is_green() {
+    let folder = tempfile::tempdir().unwrap();
+    // The balls of smaller pictures are too small for all lamps to be certain.
+    let shoot = TestShoot {
+        frames: 4,
+        lamps: 41,
+        size: 128,
+        working_size: 64,
+    };
+    let (project, _) = shoot.calibrate(folder.path(), "project");
+    let report = report(&project);
+    assert_eq!(report.level, Level::Good, "{}", report.sentence());
+    assert_eq!(report.checks.len(), 7);
+}
