@@ -101,7 +101,7 @@ impl Error {
         remedy: impl Into<String>,
     ) -> Self {
         let problem = format!(
-            "{} has {}×{} pixels, but {} has {}×{}",
+            "{} has {} × {} pixels, but {} has {} × {}",
             picture.display(),
             size.0,
             size.1,

@@ -61,7 +61,7 @@ impl MirrorBall {
                 format!(
                     "the mirror ball in project.toml is impossible ({ball:?}, dome {dome_radius_m:?}): its radius must \
                      be more than one pixel and at most {LARGEST} times the longer side of the photograph of \
-                     {width}×{height} pixels, and the ball smaller than the dome and the camera's distance"
+                     {width} × {height} pixels, and the ball smaller than the dome and the camera's distance"
                 ),
                 "Correct the ball's centre, radius and camera distance, and the dome's radius",
             ));
@@ -99,7 +99,7 @@ impl MirrorBall {
             return Err(Error::invalid(
                 format!(
                     "the mirror ball in project.toml, centre {:?} and radius {} pixels, is not within the photograph \
-                     of {width}×{height} pixels",
+                     of {width} × {height} pixels",
                     ball.center_px, ball.radius_px
                 ),
                 "Correct the ball's centre and radius",

@@ -185,7 +185,7 @@ fn check_by_hand(photographs: &Photographs, circle: &Circle) -> Result<()> {
     }
     Err(Error::invalid(
         format!(
-            "the circle with centre {x:.1}, {y:.1} and radius {radius_px:.1} is not within the {width}×{height} pixels \
+            "the circle with centre {x:.1}, {y:.1} and radius {radius_px:.1} is not within the {width} × {height} pixels \
              of {}",
             photographs.place()
         ),

@@ -8,6 +8,7 @@ mod environments;
 mod frames;
 mod lamps;
 mod likeness;
+mod motion;
 mod pictures;
 mod response;
 
@@ -53,6 +54,8 @@ pub enum Subject {
     Response,
     /// How much of the interview's light is no sum of the lamps.
     InterviewLight,
+    /// Whether the subject moved while the lamps went round.
+    Motion,
     /// Whether the poses show what the frames show.
     Frames,
     /// Whether an environment's pictures fit into half floats.
@@ -146,6 +149,7 @@ impl Subject {
             Self::LampsHidden => "Lamps hidden",
             Self::Response => "Camera response",
             Self::InterviewLight => "Interview light",
+            Self::Motion => "Subject still",
             Self::Frames => "Frames and poses",
             Self::HalfFloats => "Half floats",
             Self::Coverage => "Light covered",
@@ -256,6 +260,7 @@ impl Evidence {
                 let mut checks = lamps::checks(calibration);
                 checks.push(response::response(calibration));
                 checks.push(response::interview_light(calibration));
+                checks.push(motion::check(calibration));
                 checks.push(match &self.pictures {
                     Some(Ok(pictures)) => frames::check(pictures),
                     Some(Err(why)) => Check::unread(Subject::Frames, why),
@@ -270,6 +275,7 @@ impl Evidence {
                 Subject::LampsHidden,
                 Subject::Response,
                 Subject::InterviewLight,
+                Subject::Motion,
                 Subject::Frames,
             ]
             .map(|subject| not_calibrated(subject, other))

@@ -2,6 +2,7 @@
 
 use super::*;
 use calibration::rig_check::Fault;
+use footage::{PoseMotion, SeenIn};
 use imaging::Image;
 use light::{Environment, Lighting};
 use std::path::Path;
@@ -54,6 +55,18 @@ fn sound(folder: &Path) -> (Project, Calibration) {
     let evidence = &mut sound.gamma_evidence;
     evidence.better_curve = None;
     evidence.cases.truncate(1);
+    sound.motion = Some(footage::Motion {
+        seen_in: SeenIn::Olats,
+        lamps: vec![],
+        poses: vec![PoseMotion {
+            pose: "pose00".into(),
+            largest_px: 0.1,
+            deviation_px: 0.2,
+            corrected: false,
+            shifts: vec![],
+        }],
+    });
+    let evidence = &mut sound.gamma_evidence;
     for interval in &mut evidence.intervals {
         (interval.gamma1, interval.gamma2) = ([2.4, 2.5], [1.9, 2.0]);
     }
@@ -91,11 +104,18 @@ fn each_doubt_turns_its_own_check() {
         Subject::LampsHidden,
         Subject::Response,
         Subject::InterviewLight,
+        Subject::Motion,
     ] {
         assert_eq!(level(subject, &|_| ()), Level::Good, "{subject:?}");
     }
     use Level::{Bad, Doubtful, Unknown};
     use Subject::*;
+    let moving = |change: fn(&mut PoseMotion)| {
+        move |c: &mut Calibration| change(&mut c.motion.as_mut().unwrap().poses[0])
+    };
+    assert_eq!(level(Motion, &moving(|p| p.corrected = true)), Doubtful);
+    assert_eq!(level(Motion, &moving(|p| p.largest_px = f32::NAN)), Unknown);
+    assert_eq!(level(Motion, &|c| c.motion = None), Unknown);
     assert_eq!(level(LampsSeen, &|c| c.rig.lamps[1].confidence = 0.0), Bad);
     let dark = found(Fault::Dark, "olat_01: dark. Check the lamp");
     assert_eq!(level(LampsSeen, &dark), Doubtful);

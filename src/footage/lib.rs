@@ -16,5 +16,5 @@ pub use frame::Frame;
 pub use framed::{read_encoded, read_linear, read_mask};
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import};
-pub use motion::{Motion, PoseMotion};
+pub use motion::{Motion, PoseMotion, SeenIn};
 pub use tracking::TrackingFrames;

@@ -110,7 +110,7 @@ fn check(exposures: &[Exposure]) -> Result<(usize, usize)> {
         if found != size {
             return refuse(
                 format!(
-                    "has photographs of {}×{} and {}×{} pixels",
+                    "has photographs of {} × {} and {} × {} pixels",
                     size.0, size.1, found.0, found.1
                 ),
                 "Use uncropped photographs from one camera that did not move",

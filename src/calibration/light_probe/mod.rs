@@ -125,7 +125,7 @@ impl Ball {
             let (width, height) = photograph.size();
             return Err(Error::invalid(
                 format!(
-                    "the mirror ball at {:?} with radius {} has no whole pixel in the photograph of {width}×{height} pixels",
+                    "the mirror ball at {:?} with radius {} has no whole pixel in the photograph of {width} × {height} pixels",
                     view.centre_px, view.radius_px
                 ),
                 "Correct the ball's centre and radius, or photograph the ball from closer",

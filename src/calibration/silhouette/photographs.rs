@@ -37,7 +37,7 @@ impl Photographs {
         if width < 16 || height < 16 || picture.0.pixels.len() != width * height {
             return Err(Error::invalid(
                 format!(
-                    "{} has {width}×{height} pixels, fewer than 16×16",
+                    "{} has {width} × {height} pixels, fewer than 16 × 16",
                     name.display()
                 ),
                 "Use the mirror ball's photographs at their full size",
