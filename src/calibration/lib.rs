@@ -185,9 +185,9 @@ fn calibrate_within(
     if let Some(two) = &two_balls {
         progress.say(two.sentence());
     }
-    let motion = match settings.keep_motion {
-        true => None,
-        false => Some(motion::find(project, &found.response, progress)?),
+    let motion = match settings.correct_motion {
+        true => Some(motion::find(project, &found.response, progress)?),
+        false => None,
     };
     if let Some(sentence) = motion.as_ref().and_then(Motion::sentence) {
         progress.say(sentence);

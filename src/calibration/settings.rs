@@ -29,9 +29,10 @@ pub struct CalibrateSettings {
         conflicts_with = "comparison"
     )]
     pub trial: Option<Trial>,
-    /// Leave the exemplars as they are, even if the subject moved while the lamps went round.
+    /// Look whether the subject moved while the lamps went round, and free the exemplars of what is found. A small
+    /// motion may be found where there is none.
     #[arg(long)]
-    pub keep_motion: bool,
+    pub correct_motion: bool,
 }
 
 /// A camera response set by hand, and the interview's exposure.

@@ -2,17 +2,15 @@
 
 use super::{Check, Level, Subject};
 use calibration::Calibration;
+use footage::Motion;
 
-/// Whether the poses' OLATs show one and the same subject.
-pub(super) fn check(calibration: &Calibration) -> Check {
+/// Whether the poses' OLATs show one and the same subject; None if the calibration did not look.
+pub(super) fn check(calibration: &Calibration) -> Option<Check> {
+    calibration.motion.as_ref().map(judged)
+}
+
+fn judged(motion: &Motion) -> Check {
     let check = |level, sentence| Check::new(Subject::Motion, level, sentence);
-    let Some(motion) = &calibration.motion else {
-        return check(
-            Level::Unknown,
-            "Nobody looked whether the subject moved while the lamps went round".to_owned(),
-        )
-        .remedy("Calibrate again, without --keep-motion");
-    };
     // Two deviations beyond what was found, as far as that is known.
     let reach = |moved: bool| -> Vec<f32> {
         let poses = motion

@@ -179,12 +179,8 @@ fn a_sway_is_found_in_the_olats_and_in_tracking_frames_and_taken_back() {
     for seen_in in [SeenIn::Tracking, SeenIn::Olats] {
         let found = compared(&project, &truth);
         println!("{seen_in:?}: {found:?}");
-        let most = if seen_in == SeenIn::Tracking {
-            0.35
-        } else {
-            0.6
-        };
-        assert!(found.left < most * found.moved, "{seen_in:?}: {found:?}");
+        // More than half of the motion is gone.
+        assert!(found.left < 0.5 * found.moved, "{seen_in:?}: {found:?}");
         let motion = find(&project, &response, &Progress::silent()).unwrap();
         assert_eq!(motion.seen_in, seen_in);
         assert!(

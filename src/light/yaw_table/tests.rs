@@ -116,35 +116,3 @@ fn no_lamps_and_no_light_make_a_table_of_zeros() {
         }
     );
 }
-
-#[test]
-fn a_table_is_quickly_made_and_read() {
-    for lamps in [41, 146, 931] {
-        let environment = day(256, 3, &[(10, 20)]);
-        for (name, kind) in [
-            ("smooth", Partition::smooth as fn(&Rig, usize) -> Partition),
-            ("fit", Partition::fit),
-        ] {
-            let partition = kind(&rig(&lattice(lamps)), 256);
-            let ms = |turns: u32, f: &mut dyn FnMut(f32)| {
-                let start = std::time::Instant::now();
-                (0..turns).for_each(|i| f(i as f32 * 0.7));
-                start.elapsed().as_secs_f64() * 1e3 / f64::from(turns)
-            };
-            let mut table = YawTable::new(&partition, &environment);
-            let made = ms(5, &mut |_| table = YawTable::new(&partition, &environment));
-            let read = ms(100, &mut |yaw| assert!(table.at(yaw).uncovered == 0.0));
-            // The quickest of many: whatever else the machine does, it does not do all the time.
-            let quickest = (0..100)
-                .map(|i| ms(1, &mut |yaw| drop(table.at(yaw + i as f32))))
-                .fold(f64::MAX, f64::min);
-            assert!(lamps > 41 || quickest < 2.0, "{name}: {quickest} ms");
-            let direct = ms(20, &mut |yaw| {
-                assert!(partition.weights(&environment, yaw).uncovered == 0.0)
-            });
-            println!(
-                "{name}, {lamps} lamps: table made in {made:.1} ms, read in {read:.4} ms, {quickest:.4} at best; direct {direct:.3} ms"
-            );
-        }
-    }
-}
