@@ -103,7 +103,7 @@ pub enum Outcome {
     Imported(ImportReport),
     Listed(EnvironmentsReport),
     Developed(DevelopReport),
-    Calibrated(Calibration),
+    Calibrated(Box<Calibration>),
     Checked(CheckReport),
     Trained(TrainReport),
     Relit(RelightReport),
@@ -252,7 +252,7 @@ impl Job {
                     kept.settings.shoot.ball = project.settings.shoot.ball;
                     Ok(())
                 })?;
-                Ok(Outcome::Calibrated(found))
+                Ok(Outcome::Calibrated(Box::new(found)))
             }
             Self::Check {
                 project,
