@@ -70,13 +70,15 @@ weights:
 	$(CARGO) run --locked -p afterlight-weights
 
 # Calibrates shoots drawn at random and writes docs/robustness.md with how right, and how honest, that was. A run that was
-# stopped goes on; FRESH=1 begins again. Some seconds for each of the TRIALS; NETWORKS=8 also trains two networks on
-# each of the first eight shoots, some ten minutes each.
+# stopped goes on; FRESH=1 calibrates again, FRESH=shoots makes the shoots again too. Some twenty seconds for each of the
+# TRIALS, two of them for the calibration; NETWORKS=8 also trains two networks on each of the first eight shoots, some
+# ten minutes each. Shoots below seed FIRST are for developing.
+FIRST ?= 101
 TRIALS ?= 200
 NETWORKS ?= 0
 trials: $(if $(filter-out 0,$(NETWORKS)),build)
-	$(CARGO) run --locked -p afterlight-trials -- --trials $(TRIALS) --networks $(NETWORKS) --program $(AFTERLIGHT) \
-		$(if $(FRESH),--fresh)
+	$(CARGO) run --locked -p afterlight-trials -- --first $(FIRST) --trials $(TRIALS) --networks $(NETWORKS) \
+		--program $(AFTERLIGHT) $(if $(filter shoots,$(FRESH)),--fresh-shoots,$(if $(FRESH),--fresh))
 
 # Trains the small network that the demo starts from, on the virtual stage alone: ten minutes.
 starter: build

@@ -202,10 +202,10 @@ fn text(name: &str, trials: &[Row], rows: &[&Row]) -> String {
     format!(
         "# Robustness: calibration on shoots drawn at random
 
-`make trials` writes this page. It makes shoots of the [virtual stage](method.md) of the seeds 1 to {last}, draws light,
+`make trials` writes this page. It makes shoots of the [virtual stage](method.md) of the seeds {first} to {last}, draws light,
 camera, subject and mirror ball of each at random (`afterlight stage DIR --trouble --seed N` makes the like), calibrates
 each with the default settings, and compares with the truth. `make trials TRIALS=50` is shorter, a run that was stopped
-goes on where it was, and `FRESH=1` begins again.
+goes on where it was, and `FRESH=1` calibrates again. No figure of the calibration was chosen by these shoots.
 
 {count} shoots of {size} × {size} pixels, 9 to 24 lamps, 4 frames; {refused} were refused. Together {minutes:.0} minutes.
 
@@ -232,6 +232,7 @@ shoots a standard curve was found, which states no interval.
 ![γ found and true]({name}/gamma.svg) ![coverage]({name}/coverage.svg)
 ![errors]({name}/errors.svg) ![light]({name}/light.svg) ![directions]({name}/directions.svg)
 ",
+        first = trials.iter().map(|row| row.seed).min().unwrap_or(0),
         last = trials.iter().map(|row| row.seed).max().unwrap_or(0),
         count = trials.len(),
         minutes = seconds / 60.0,

@@ -19,16 +19,20 @@ use clap::Parser;
 use networks::{Pair, Training};
 use results::Row;
 use serde::de::DeserializeOwned;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Calibrates shoots drawn at random and writes what came out. Trials that the tables hold are not made again.
 #[derive(Debug, Parser)]
 struct Options {
-    /// How many shoots, of the seeds 1, 2, 3 and so on.
+    /// How many shoots, of this seed and those that follow.
     #[arg(long, default_value_t = 200)]
     trials: u64,
-    /// With how many of them, from seed 1 on, networks are trained, to see what the calibration costs in the picture.
+    /// The first seed.
+    #[arg(long, default_value_t = 1)]
+    first: u64,
+    /// With how many of them networks are trained, to see what the calibration costs in the picture.
     #[arg(long, default_value_t = 0)]
     networks: u64,
     /// Width and height of every picture in pixels.
@@ -43,12 +47,21 @@ struct Options {
     /// The folder of the tables, which are continued.
     #[arg(long, default_value = "target/trials")]
     tables: PathBuf,
-    /// Forget the tables and begin again: after a change of the calibration or the stage.
+    /// Forget the tables and calibrate again: after a change of the calibration.
     #[arg(long)]
     fresh: bool,
+    /// Forget the shoots too, which take the most time: after a change of the stage.
+    #[arg(long)]
+    fresh_shoots: bool,
     /// The page to write; its plots go into a folder of its name.
     #[arg(long, default_value = "docs/robustness.md")]
     page: PathBuf,
+}
+
+impl Options {
+    fn seeds(&self) -> Range<u64> {
+        self.first..self.first.saturating_add(self.trials)
+    }
 }
 
 fn main() -> ExitCode {
@@ -64,7 +77,7 @@ fn main() -> ExitCode {
 fn run(options: &Options) -> Result<()> {
     let mut rows = calibrations(options)?;
     let mut pairs = pairs(options)?;
-    rows.retain(|row| row.size == options.size && row.seed <= options.trials);
+    rows.retain(|row| row.size == options.size && options.seeds().contains(&row.seed));
     pairs.retain(|pair| pair.size == options.size);
     page::write(&options.page, &rows, &pairs)?;
     println!("{} is written", options.page.display());
@@ -74,12 +87,16 @@ fn run(options: &Options) -> Result<()> {
 /// The table of the calibrations, after those that it lacks are made.
 fn calibrations(options: &Options) -> Result<Vec<Row>> {
     let path = options.tables.join("calibrations.csv");
+    let shoots = options.tables.join("shoots");
+    if options.fresh_shoots {
+        trial::remove(&shoots)?;
+    }
     let mut rows: Vec<Row> = kept(options, &path)?;
     let is_made =
         |rows: &[Row], seed| (rows.iter()).any(|r| (r.seed, r.size) == (seed, options.size));
-    for seed in 1..=options.trials {
+    for seed in options.seeds() {
         if !is_made(&rows, seed) {
-            let row = trial::run(seed, options.size)?;
+            let row = trial::run(seed, options.size, &shoots)?;
             println!("{row}");
             rows.push(row);
             table::write(&path, &rows)?;
@@ -101,7 +118,7 @@ fn pairs(options: &Options) -> Result<Vec<Pair>> {
         let wanted = (seed, training.size, training.epochs);
         pairs.iter().any(|p| (p.seed, p.size, p.epochs) == wanted)
     };
-    for seed in 1..=options.networks {
+    for seed in options.seeds().take(options.networks as usize) {
         if !is_made(&pairs, seed) {
             for pair in training.run(seed)? {
                 println!("{pair}");
@@ -115,7 +132,7 @@ fn pairs(options: &Options) -> Result<Vec<Pair>> {
 
 /// What a table holds, unless it is to be forgotten.
 fn kept<R: DeserializeOwned>(options: &Options, path: &Path) -> Result<Vec<R>> {
-    if options.fresh {
+    if options.fresh || options.fresh_shoots {
         return Ok(vec![]);
     }
     table::read(path)

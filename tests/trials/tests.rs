@@ -114,7 +114,14 @@ fn a_trial_is_the_same_each_time() {
         shoot_seconds: 0.0,
         ..row
     };
-    let [first, second] = [2, 2].map(|seed| without_times(trial::run(seed, 32).unwrap()));
+    let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let [first, second] = folders
+        .each_ref()
+        .map(|shoots| without_times(trial::run(2, 32, shoots.path()).unwrap()));
     assert_eq!(first, second);
     assert!(first.refused.is_empty(), "{first}");
+    // A shoot that is there is calibrated again.
+    let again = trial::run(2, 32, folders[0].path()).unwrap();
+    assert_eq!(without_times(again), first);
+    assert_eq!(folders[0].path().join("32").read_dir().unwrap().count(), 1);
 }

@@ -35,36 +35,34 @@ pub fn settings(seed: u64, size: usize) -> StageSettings {
     }
 }
 
-/// Makes and judges the trial of a seed.
+/// Calibrates the shoot of a seed and compares that with its truth. Shoots are kept in the folder `shoots`; one that it
+/// lacks is made.
 ///
 /// # Errors
 /// When the shoot cannot be written or read. A calibration that refuses is a result.
-pub fn run(seed: u64, size: usize) -> Result<Row> {
-    judge(&settings(seed, size))
-}
-
-/// Makes a shoot, calibrates it and compares that with its truth.
-///
-/// # Errors
-/// When the shoot cannot be written or read. A calibration that refuses is a result.
-pub fn judge(settings: &StageSettings) -> Result<Row> {
-    let folder = temporary_folder()?;
-    let (shoot, project) = (folder.path().join("shoot"), folder.path().join("project"));
+pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
+    let settings = settings(seed, size);
+    let shoot = shoots.join(format!("{size}/{seed}"));
     let start = Instant::now();
-    write_shoot(&shoot, settings, &Progress::silent())?;
+    if !shoot.exists() {
+        let unfinished = shoots.join(format!("{size}/unfinished-{seed}"));
+        remove(&unfinished)?;
+        write_shoot(&unfinished, &settings, &Progress::silent())?;
+        std::fs::rename(&unfinished, &shoot)
+            .map_err(|e| Error::io("rename", &unfinished, e, "Run the trials again"))?;
+    }
     let shoot_seconds = start.elapsed().as_secs_f64();
-    let truth = Truth::read(&shoot, settings.size)?;
+    let truth = Truth::read(&shoot, size)?;
     let row = Row {
-        seed: settings.seed,
-        size: settings.size,
+        seed,
+        size,
         lamps: settings.lamps,
         shoot_seconds,
         ..truth.row()
     };
-    let import = ImportSettings {
-        size: settings.size,
-        seed: settings.seed,
-    };
+    let folder = temporary_folder()?;
+    let project = folder.path().join("project");
+    let import = ImportSettings { size, seed };
     let start = Instant::now();
     let silent = Progress::silent();
     let calibrated = footage::import(&project, &shoot, &import, &silent).and_then(|mut project| {
@@ -79,6 +77,19 @@ pub fn judge(settings: &StageSettings) -> Result<Row> {
             ..row
         },
     })
+}
+
+/// Removes a folder, if it is there.
+///
+/// # Errors
+/// When it cannot be removed.
+pub fn remove(folder: &Path) -> Result<()> {
+    match std::fs::remove_dir_all(folder) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::io("remove", folder, e, "Remove it by hand"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A folder that goes with the trial.

@@ -291,7 +291,7 @@ fn a_photograph_of_another_size_is_named() {
     let error = photographs.add("odd.png", &Encoded(Raster::filled(48, 64, [0.5; 3])));
     let error = error.unwrap_err().to_string();
     assert!(
-        error.contains("odd.png") && error.contains("64×48") && error.contains("48×64"),
+        error.contains("odd.png") && error.contains("64 × 48") && error.contains("48 × 64"),
         "{error}"
     );
 }

@@ -151,7 +151,7 @@ fn wrong_figures_are_reported_or_refused() {
     refused(&photographs, &[0.0, f32::NAN], "stops");
     refused(&[], &[], "no photograph");
     let small = Photograph::from_linear(Image::filled(2, 2, [0.5; 3]), None);
-    refused(&[photographs[0].clone(), small], &[0.0, -1.0], "2×2");
+    refused(&[photographs[0].clone(), small], &[0.0, -1.0], "2 × 2");
 }
 
 #[test]
