@@ -1,5 +1,6 @@
 //! The subject's motion while the lamps went round: what was found beside what is true.
 
+use crate::results::Row;
 use footage::{Motion, PoseMotion};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -85,4 +86,66 @@ fn face(pose: &PoseMotion, order: &[String], lamps: &[&str], size: usize) -> Way
         })
     };
     lamps.iter().map(at).collect()
+}
+
+/// The page's section, if motion was looked for.
+pub fn section(rows: &[&Row]) -> String {
+    let of = |belongs: fn(&Row) -> bool| -> Vec<&MotionColumns> {
+        let rows = rows.iter().copied().filter(|row| belongs(row));
+        (rows.map(|row| &row.motion))
+            .filter(|m| m.poses > 0)
+            .collect()
+    };
+    let (swaying, still) = (of(|row| row.sway > 0.0), of(|row| row.sway == 0.0));
+    if swaying.is_empty() && still.is_empty() {
+        return String::new();
+    }
+    type Count = fn(&MotionColumns) -> usize;
+    let sum = |of: &[&MotionColumns], count: Count| of.iter().map(|m| count(m)).sum::<usize>();
+    let share = |of: &[&MotionColumns], count: Count| {
+        100.0 * sum(of, count) as f64 / sum(of, |m| m.poses) as f64
+    };
+    let mean_square = |of: fn(&MotionColumns) -> f64| {
+        let squares = swaying.iter().map(|m| m.poses as f64 * of(m).powi(2));
+        (squares.sum::<f64>() / sum(&swaying, |m| m.poses) as f64).sqrt()
+    };
+    let mut page = format!(
+        "\n## The subject's motion
+
+While the lamps went round the face swayed in {} of {} poses. Pixels are those of the pictures; a pose moves if the face is
+somewhere more than {MOVES_PX} of them from its middle.
+
+| | aim | found |
+|---|---:|---:|
+",
+        sum(&swaying, |m| m.poses),
+        sum(&swaying, |m| m.poses) + sum(&still, |m| m.poses),
+    );
+    if !still.is_empty() {
+        page += &format!(
+            "| still poses (of {}) that were corrected: false alarms | 0 | {} |
+| still poses whose largest motion is within one / two stated deviations | 68 / 95 % or more | {:.0} / {:.0} % |
+",
+            sum(&still, |m| m.poses),
+            sum(&still, |m| m.false_alarms),
+            share(&still, |m| m.within_one),
+            share(&still, |m| m.within_two),
+        );
+    }
+    if !swaying.is_empty() {
+        page += &format!(
+            "| swaying poses (of {}) whose largest motion is within one / two stated deviations | 68 / 95 % | {:.0} / {:.0} % |
+| moving poses (of {}) that were not corrected: missed | 0 | {} |
+| root mean square of the face's way, before and after the correction | at most half after | {:.2} and {:.2} |
+",
+            sum(&swaying, |m| m.poses),
+            share(&swaying, |m| m.within_one),
+            share(&swaying, |m| m.within_two),
+            sum(&swaying, |m| m.moving),
+            sum(&swaying, |m| m.missed),
+            mean_square(|m| m.moved_px),
+            mean_square(|m| m.left_px),
+        );
+    }
+    page
 }

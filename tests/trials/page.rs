@@ -1,6 +1,6 @@
 //! The page with what the trials found, and its plots.
 
-use crate::motion::{MOVES_PX, MotionColumns};
+use crate::motion;
 use crate::networks::Pair;
 use crate::plot::{Axis, Plot};
 use crate::results::Row;
@@ -35,7 +35,7 @@ pub fn write(path: &Path, rows: &[Row], pairs: &[Pair]) -> Result<()> {
     let text = text(&name, rows, &calibrated)
         + &groups(&calibrated)
         + &wrong(&calibrated)
-        + &motion(&calibrated)
+        + &motion::section(&calibrated)
         + &networks(pairs);
     write_beside(path, |out| out.write_all(text.as_bytes()))
 }
@@ -312,55 +312,6 @@ fn wrong(rows: &[&Row]) -> String {
         );
     }
     page
-}
-
-/// The subject's motion while the lamps went round, if it was looked for.
-fn motion(rows: &[&Row]) -> String {
-    let of = |belongs: Belongs| -> Vec<&MotionColumns> {
-        let rows = rows.iter().copied().filter(|row| belongs(row));
-        (rows.map(|row| &row.motion))
-            .filter(|m| m.poses > 0)
-            .collect()
-    };
-    let (swaying, still) = (of(|row| row.sway > 0.0), of(|row| row.sway == 0.0));
-    if swaying.is_empty() && still.is_empty() {
-        return String::new();
-    }
-    type Count = fn(&MotionColumns) -> usize;
-    let sum = |of: &[&MotionColumns], count: Count| of.iter().map(|m| count(m)).sum::<usize>();
-    let share = |of: &[&MotionColumns], count: Count| {
-        100.0 * sum(of, count) as f64 / sum(of, |m| m.poses) as f64
-    };
-    let mean_square = |of: fn(&MotionColumns) -> f64| {
-        let squares = swaying.iter().map(|m| m.poses as f64 * of(m).powi(2));
-        (squares.sum::<f64>() / sum(&swaying, |m| m.poses) as f64).sqrt()
-    };
-    let (moved, left) = (mean_square(|m| m.moved_px), mean_square(|m| m.left_px));
-    format!(
-        "\n## The subject's motion
-
-While the lamps went round the face swayed in {swaying_poses} of {all} poses. Pixels are those of the pictures; a pose moves
-if the face is somewhere more than {MOVES_PX} of them from its middle.
-
-| | aim | found |
-|---|---:|---:|
-| still poses (of {still_poses}) that were corrected: false alarms | 0 | {alarms} |
-| moving poses (of {moving}) that were not corrected: missed | 0 | {missed} |
-| root mean square of the face's way, before and after the correction | ≤ half | {moved:.2} and {left:.2} |
-| swaying poses whose largest motion is within one / two stated deviations | 68 / 95 % | {within1:.0} / {within2:.0} % |
-| the same for still poses | 68 / 95 % or more | {still1:.0} / {still2:.0} % |
-",
-        swaying_poses = sum(&swaying, |m| m.poses),
-        all = sum(&swaying, |m| m.poses) + sum(&still, |m| m.poses),
-        still_poses = sum(&still, |m| m.poses),
-        alarms = sum(&still, |m| m.false_alarms),
-        moving = sum(&swaying, |m| m.moving),
-        missed = sum(&swaying, |m| m.missed),
-        within1 = share(&swaying, |m| m.within_one),
-        within2 = share(&swaying, |m| m.within_two),
-        still1 = share(&still, |m| m.within_one),
-        still2 = share(&still, |m| m.within_two),
-    )
 }
 
 /// What the calibration costs in the picture, if networks were trained.

@@ -169,8 +169,9 @@ fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
         "swayed in 3 of 6 poses",
         "| still poses (of 3) that were corrected: false alarms | 0 | 1 |",
         "| moving poses (of 2) that were not corrected: missed | 0 | 1 |",
-        "| ≤ half | 0.82 and 0.59 |",
+        "| at most half after | 0.82 and 0.59 |",
         "| 68 / 95 % | 67 / 100 % |",
+        "| 68 / 95 % or more | 33 / 33 % |",
     ] {
         assert!(text.contains(line), "{line}: {text}");
     }
