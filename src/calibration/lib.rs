@@ -32,8 +32,8 @@ use footage::Motion;
 use gamma::{ChosenResponse, Evidence, Subject};
 use glam::Vec3;
 use imaging::Response;
-use light::Rig;
 use light::subset::{self, Subset};
+use light::{Lamp, Rig};
 use probe::Probes;
 use project::{Project, save_toml};
 use rig_check::Fault;
@@ -186,7 +186,16 @@ fn calibrate_within(
         progress.say(two.sentence());
     }
     let motion = match settings.correct_motion {
-        true => Some(motion::find(project, &found.response, progress)?),
+        true => {
+            let direction = |lamp: &Lamp| lamp.is_usable().then_some(lamp.direction);
+            let directions: Vec<_> = rig.lamps.iter().map(direction).collect();
+            Some(motion::find(
+                project,
+                &found.response,
+                &directions,
+                progress,
+            )?)
+        }
         false => None,
     };
     if let Some(sentence) = motion.as_ref().and_then(Motion::sentence) {

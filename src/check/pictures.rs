@@ -3,7 +3,7 @@
 use base::error::Result;
 use base::progress::Progress;
 use calibration::Calibration;
-use footage::Frame;
+use footage::{Frame, OlatReader};
 use imaging::resample::resize_area;
 use imaging::{Image, Mask};
 use project::Project;
@@ -82,13 +82,11 @@ impl Pose {
     fn read(project: &Project, calibration: &Calibration, pose: usize) -> Result<Self> {
         let settings = &project.settings;
         let side = SIDE.min(settings.size);
+        let reader = OlatReader::new(project, &calibration.response, pose)?;
         let pictures = (0..settings.shoot.all_lamps().len())
             .into_par_iter()
             .map(|lamp| {
-                let path = project.olat_path(pose, lamp);
-                let encoded = footage::read_encoded(&path, &settings.framing)?;
-                let linear = calibration.response.decode(&encoded);
-                let olat = resize_area(&linear, settings.size, settings.size);
+                let olat = reader.read(lamp)?;
                 Ok((resize_area(&olat, side, side), peaks(&olat, side)))
             })
             .collect::<Result<Vec<_>>>()?;

@@ -24,10 +24,10 @@ impl Exemplar {
     /// Reads pose `pose` of the project, linearised by `response` and freed of the motion that the project's
     /// calibration found.
     pub fn load(project: &Project, response: &Response, pose: usize) -> Result<Self> {
-        let correction = Correction::of(project, pose)?;
+        let reader = OlatReader::new(project, response, pose)?;
         let olats = (0..project.settings.shoot.lamps.len())
             .into_par_iter()
-            .map(|lamp| load_olat(project, response, pose, lamp, correction.as_ref()))
+            .map(|lamp| reader.read(lamp))
             .collect::<Result<_>>()?;
         Ok(Self {
             pose,
@@ -65,12 +65,12 @@ impl Exemplar {
     ) -> Result<Image> {
         const AT_A_TIME: usize = 16;
         let mut sum = self.relit(weights);
-        let correction = Correction::of(project, self.pose)?;
+        let reader = OlatReader::new(project, response, self.pose)?;
         let others: Vec<usize> = (self.olats.len()..weights.len()).collect();
         for some in others.chunks(AT_A_TIME) {
             let olats = some
                 .par_iter()
-                .map(|&lamp| load_olat(project, response, self.pose, lamp, correction.as_ref()))
+                .map(|&lamp| reader.read(lamp))
                 .collect::<Result<Vec<_>>>()?;
             for (olat, &lamp) in olats.iter().zip(some) {
                 add(&mut sum, olat, weights[lamp]);
@@ -80,21 +80,45 @@ impl Exemplar {
     }
 }
 
-fn load_olat(
-    project: &Project,
-    response: &Response,
+/// Reads the OLATs of one pose.
+pub struct OlatReader<'a> {
+    project: &'a Project,
+    response: &'a Response,
     pose: usize,
-    lamp: usize,
-    correction: Option<&Correction>,
-) -> Result<Image> {
-    let path = project.olat_path(pose, lamp);
-    let Some(correction) = correction else {
-        return load_linear(project, &path, response);
-    };
-    let settings = &project.settings;
-    let linear = response.decode(&read_encoded(&path, &settings.framing)?);
-    let still = correction.still(&linear, settings.shoot.lamp(lamp));
-    Ok(resize_area(&still, settings.size, settings.size))
+    correction: Option<Correction>,
+}
+
+impl<'a> OlatReader<'a> {
+    /// A reader of pose `pose`, for OLATs that are linearised by `response` and freed of the motion that the project's
+    /// calibration found.
+    ///
+    /// # Errors
+    /// When the calibration or the pose's matte cannot be read.
+    pub fn new(project: &'a Project, response: &'a Response, pose: usize) -> Result<Self> {
+        Ok(Self {
+            project,
+            response,
+            pose,
+            correction: Correction::of(project, pose)?,
+        })
+    }
+
+    /// The OLAT of lamp `lamp` among all lamps of the shoot, linear, at the working size.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn read(&self, lamp: usize) -> Result<Image> {
+        let settings = &self.project.settings;
+        let path = self.project.olat_path(self.pose, lamp);
+        let Some(correction) = &self.correction else {
+            return load_linear(self.project, &path, self.response);
+        };
+        let linear = self
+            .response
+            .decode(&read_encoded(&path, &settings.framing)?);
+        let still = correction.still(&linear, settings.shoot.lamp(lamp));
+        Ok(resize_area(&still, settings.size, settings.size))
+    }
 }
 
 /// `sum` += `weight` · `olat`.

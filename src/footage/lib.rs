@@ -11,7 +11,7 @@ pub mod scan;
 mod shoot;
 mod tracking;
 
-pub use exemplar::Exemplar;
+pub use exemplar::{Exemplar, OlatReader};
 pub use frame::Frame;
 pub use framed::{read_encoded, read_linear, read_mask};
 pub use framing::{FrameReport, FrameSettings, Square};

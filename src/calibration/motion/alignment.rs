@@ -11,7 +11,7 @@ use imaging::Mask;
 use rayon::prelude::*;
 
 /// Shifts per picture: the body's to the right and down, and the face's on top of that.
-const SHIFTS: usize = 4;
+pub const SHIFTS: usize = 4;
 /// Times the pictures are unmoved and aligned again.
 const ROUNDS: usize = 5;
 /// Errors of the prediction: relative to it, to the mean picture, and to the mean picture's level.
@@ -38,8 +38,8 @@ pub enum Prediction {
 #[derive(Clone, Debug)]
 pub struct Alignment {
     pub shifts: Vec<[f64; SHIFTS]>,
-    /// Their variances, relative to each other.
-    pub variances: Vec<[f64; SHIFTS]>,
+    /// The covariance of their errors as far as each pixel errs alone: a row for each shift of each picture.
+    pub noise: Vec<f64>,
 }
 
 /// The pictures of one pose, grey and linear.
@@ -64,6 +64,8 @@ struct Equations {
     gram: Vec<f64>,
     target: Vec<f64>,
     residual: Vec<f32>,
+    /// Weighted sum of its squares.
+    misfit: f64,
     prediction: Vec<f32>,
 }
 
@@ -93,8 +95,8 @@ impl Pictures {
         let mut shifts = vec![[0.0f64; SHIFTS]; count];
         let mut trust = vec![vec![1.0f32; self.shown.len()]; count];
         let mut predicted: Option<Vec<Vec<f32>>> = None;
-        let mut diagonal = vec![0.0; count * SHIFTS];
-        for _ in 0..ROUNDS {
+        let mut noise = vec![];
+        for round in 0..ROUNDS {
             let unmoved = self.unmoved(&shifts);
             let floor = self.floor(&unmoved.light)?;
             let expected = predicted.as_ref().unwrap_or(&unmoved.light);
@@ -105,7 +107,7 @@ impl Pictures {
                     self.equations(&unmoved, i, &weights, prediction)
                 })
                 .collect::<Option<_>>()?;
-            let (step, gram) = solve(&equations, count)?;
+            let (step, normal) = solve(&equations, count)?;
             for (shift, step) in shifts.iter_mut().zip(step.chunks(SHIFTS)) {
                 for (value, step) in shift.iter_mut().zip(step) {
                     // No step leaves the reach of the gradient.
@@ -113,8 +115,13 @@ impl Pictures {
                 }
             }
             trust = trusts(&equations, &floor);
+            let misfit: f64 = equations.iter().map(|e| e.misfit).sum();
             predicted = Some(equations.into_iter().map(|e| e.prediction).collect());
-            diagonal = gram;
+            if round + 1 == ROUNDS {
+                let variance = misfit / (count * self.shown.len() * self.side * self.side) as f64;
+                noise = normal.inverse();
+                noise.iter_mut().for_each(|v| *v *= variance);
+            }
         }
         let mut mean = [0.0; SHIFTS];
         for shift in &shifts {
@@ -123,16 +130,11 @@ impl Pictures {
         for shift in &mut shifts {
             (0..SHIFTS).for_each(|k| shift[k] -= mean[k]);
         }
-        let least = diagonal.iter().fold(0.0, |a: f64, b| a.max(*b)) * 1e-6;
-        let variances = diagonal
-            .chunks(SHIFTS)
-            .map(|d| [0, 1, 2, 3].map(|k| 1.0 / d[k].max(least)))
-            .collect();
         let is_sound = shifts
             .iter()
             .flatten()
             .all(|v: &f64| v.is_finite() && v.abs() < 0.2);
-        is_sound.then_some(Alignment { shifts, variances })
+        is_sound.then_some(Alignment { shifts, noise })
     }
 
     /// The pictures with the subject in its middle place.
@@ -280,14 +282,15 @@ impl Pictures {
         Some(Equations {
             gram,
             target,
+            misfit: dot(&product(&residual, weights), &residual),
             residual,
             prediction: predicted,
         })
     }
 }
 
-/// The shifts in pixels of least error whose mean is 0, and the diagonal of their equations.
-fn solve(equations: &[Equations], count: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+/// The shifts in pixels of least error whose mean is 0, and the matrix of their equations.
+fn solve(equations: &[Equations], count: usize) -> Option<(Vec<f64>, Cholesky)> {
     let n = count * SHIFTS;
     let (mut gram, mut target) = (vec![0.0; n * n], vec![0.0; n]);
     for one in equations {
@@ -299,8 +302,7 @@ fn solve(equations: &[Equations], count: usize) -> Option<(Vec<f64>, Vec<f64>)> 
             .zip(&one.target)
             .for_each(|(sum, v)| *sum += v);
     }
-    let diagonal: Vec<f64> = (0..n).map(|i| gram[i * n + i]).collect();
-    let mean = diagonal.iter().sum::<f64>() / n as f64;
+    let mean = (0..n).map(|i| gram[i * n + i]).sum::<f64>() / n as f64;
     if !(mean > 0.0 && mean.is_finite()) {
         return None;
     }
@@ -310,7 +312,8 @@ fn solve(equations: &[Equations], count: usize) -> Option<(Vec<f64>, Vec<f64>)> 
             gram[a * n + b] += mean;
         }
     }
-    Some((Cholesky::new(gram, n)?.solve(&target), diagonal))
+    let normal = Cholesky::new(gram, n)?;
+    Some((normal.solve(&target), normal))
 }
 
 /// Per pixel the weight of a squared residual.

@@ -50,6 +50,12 @@ impl Cholesky {
         x
     }
 
+    /// The matrix's inverse.
+    pub fn inverse(&self) -> Vec<f64> {
+        let unit = |i: usize| (0..self.n).map(|j| f64::from(i == j)).collect::<Vec<_>>();
+        (0..self.n).flat_map(|i| self.solve(&unit(i))).collect()
+    }
+
     /// Half of the determinant's logarithm.
     pub fn half_log_determinant(&self) -> f64 {
         (0..self.n).map(|i| self.lower[i * self.n + i].ln()).sum()

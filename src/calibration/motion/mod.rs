@@ -1,11 +1,13 @@
 //! Did the subject move while the lamps went round, and how?
 //!
 //! `alignment` finds for each pose where the subject is in each OLAT (or tracking frame), relative to what the others
-//! predict. `path` takes these places of all poses together, tells motion, which is smooth in time and different in each
-//! pose, from what a lamp's own shadows pretend in every pose, and says how sure it is.
+//! predict. `likelihood` and `path` take these places of all poses together, tell motion, which is smooth in time and
+//! different in each pose, from what lamps' shadows pretend, and say how sure that is.
 
 mod alignment;
 mod cholesky;
+mod helmert;
+mod likelihood;
 mod path;
 
 use alignment::{Alignment, Pictures, Prediction};
@@ -13,9 +15,11 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use footage::TrackingFrames;
 use footage::motion::{Motion, PoseMotion, SeenIn, Shift};
+use glam::Vec3;
 use imaging::resample::resize_area;
 use imaging::{Image, Mask, Raster, Response, color::luminance};
-use path::{Path, Series};
+use likelihood::Series;
+use path::{Path, Place};
 use project::Project;
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -25,21 +29,23 @@ const SIDE: usize = 64;
 /// Lamps at most whose OLATs are aligned; the path says where the subject is under those between them.
 const LAMPS: usize = 32;
 /// Motion below this share of the picture's side is left: a fifth of a pixel of 256 costs less than resampling.
-const LEAST: f32 = 0.0008;
-/// Deviations from which on motion is sure.
-const SURE: f32 = 3.0;
-/// What remains of a motion, as a share of what is found: alignment by other OLATs, which moved too, finds too little,
-/// and a body has more joints than two. Measured on swaying stages.
-const REMAINS: f32 = 0.8;
+const LEAST: f64 = 0.0008;
+/// In a shoot that moves, a pose whose path is nowhere this many deviations from its middle is left as it is.
+const SEEN: f64 = 1.5;
 
-/// The motion in every pose.
+/// The motion in every pose. `directions`: where each lamp is, `None` if that is not known.
 ///
 /// # Errors
 /// When a picture cannot be read, or the job was stopped.
-pub(super) fn find(project: &Project, response: &Response, progress: &Progress) -> Result<Motion> {
+pub(super) fn find(
+    project: &Project,
+    response: &Response,
+    directions: &[Option<Vec3>],
+    progress: &Progress,
+) -> Result<Motion> {
     let shoot = &project.settings.shoot;
     let order = order_lit(project);
-    let (paths, seen_in) = paths(project, response, &order, progress)?;
+    let (paths, seen_in) = paths(project, response, &order, directions, progress)?;
     let side_px = side_px(project)?;
     let poses = shoot.poses.iter().enumerate();
     Ok(Motion {
@@ -56,6 +62,7 @@ fn paths(
     project: &Project,
     response: &Response,
     order: &[usize],
+    directions: &[Option<Vec3>],
     progress: &Progress,
 ) -> Result<(Paths, SeenIn)> {
     let (shoot, framing) = (&project.settings.shoot, &project.settings.framing);
@@ -71,6 +78,7 @@ fn paths(
     let lamp_times: Vec<f32> = (0..order.len())
         .map(|place| lamp_time(place, order.len()))
         .collect();
+    let chosen = evenly(order.len(), LAMPS);
     let (mut times, mut aligned) = (Vec::new(), Vec::new());
     for pose in 0..shoot.poses.len() {
         progress.check("nothing was changed")?;
@@ -87,9 +95,8 @@ fn paths(
                 (frames.files.clone(), frames.times.clone(), Prediction::Mean)
             }
             None => {
-                let (files, at) = evenly(order.len(), LAMPS)
-                    .into_iter()
-                    .map(|place| (project.olat_path(pose, order[place]), lamp_times[place]))
+                let (files, at) = (chosen.iter())
+                    .map(|&place| (project.olat_path(pose, order[place]), lamp_times[place]))
                     .unzip();
                 (files, at, Prediction::OtherLamps)
             }
@@ -115,7 +122,11 @@ fn paths(
         aligned.push(pictures.align(prediction));
         times.push(at);
     }
-    Ok((Paths::new(&aligned, &times, &lamp_times, seen_in), seen_in))
+    let lamps: Vec<Option<Vec3>> = (chosen.iter())
+        .map(|&place| directions.get(order[place]).copied().flatten())
+        .collect();
+    let lamps = (seen_in == SeenIn::Olats).then_some(&lamps[..]);
+    Ok((Paths::new(&aligned, &times, &lamp_times, lamps), seen_in))
 }
 
 /// Pixels along the side of the exemplars' square.
@@ -166,11 +177,10 @@ fn small(picture: &Image) -> Vec<f32> {
 
 /// The paths of all poses.
 struct Paths {
-    /// For each component of a shift the paths of the poses that could be aligned; `None` if too little is known.
-    components: [Option<Vec<Path>>; 4],
-    /// Per pose its place among those that could be aligned.
+    /// Those of the poses that could be aligned; `None` if too little is known.
+    paths: Option<Vec<Path>>,
+    /// Per pose its place among these.
     places: Vec<Option<usize>>,
-    lamps: usize,
 }
 
 impl Paths {
@@ -178,96 +188,66 @@ impl Paths {
         aligned: &[Option<Alignment>],
         times: &[Vec<f32>],
         lamp_times: &[f32],
-        seen_in: SeenIn,
+        lamps: Option<&[Option<Vec3>]>,
     ) -> Self {
-        let components = [0, 1, 2, 3].map(|component| {
-            let series: Vec<Series> = (aligned.iter().zip(times))
-                .filter_map(|(alignment, times)| Some((alignment.as_ref()?, times)))
-                .map(|(alignment, times)| Series {
-                    times,
-                    values: alignment.shifts.iter().map(|s| s[component]).collect(),
-                    variances: alignment.variances.iter().map(|v| v[component]).collect(),
-                })
-                .collect();
-            path::find(&series, lamp_times, seen_in == SeenIn::Olats)
-        });
+        let series: Vec<Series> = (aligned.iter().zip(times))
+            .filter_map(|(alignment, times)| Some((alignment.as_ref()?, times)))
+            .map(|(alignment, times)| Series {
+                times,
+                shifts: &alignment.shifts,
+                noise: &alignment.noise,
+            })
+            .collect();
         let mut place = 0..;
         Self {
-            components,
+            paths: path::find(&series, lamp_times, lamps),
             places: (aligned.iter())
                 .map(|alignment| alignment.as_ref().and_then(|_| place.next()))
                 .collect(),
-            lamps: lamp_times.len(),
         }
     }
 
-    /// Where the subject is under a lamp, and the standard deviations of that; `None` if that is not known.
-    fn at(&self, pose: usize, lamp: usize) -> Option<(Shift, Shift)> {
-        let place = self.places[pose]?;
-        let (mut shift, mut off) = ([0.0; 4], [0.0; 4]);
-        for (k, paths) in self.components.iter().enumerate() {
-            let path = &paths.as_ref()?[place];
-            (shift[k], off[k]) = (path.mean[lamp] as f32, path.deviation[lamp] as f32);
-        }
-        Some((shift, off))
+    /// Where the subject is in a pose under each lamp; `None` if that is not known.
+    fn of(&self, pose: usize) -> Option<&Path> {
+        self.paths.as_ref()?.get(self.places[pose]?)
     }
 
-    /// What is stated of a pose.
+    /// What is stated of a pose. The largest of some places that are known with an error is, on average, farther than what
+    /// is found: by √2 of the error's deviation, as measured on swaying stages.
     fn motion(&self, pose: usize, name: &str, side_px: f32) -> Option<PoseMotion> {
-        let all: Vec<(Shift, Shift)> = (0..self.lamps)
-            .map(|lamp| self.at(pose, lamp))
-            .collect::<Option<_>>()?;
-        let (mut largest, mut deviation, mut sure) = (0.0f32, 0.0f32, false);
-        for (shift, off) in &all {
-            let wide = stated(*shift, *off);
-            for part in [body, face] {
-                let (way, narrow) = part(shift, off);
-                let far = way[0].hypot(way[1]);
-                sure |= far > LEAST && far > SURE * along(way, narrow);
-                let off = along(way, part(shift, &wide).1);
-                if far > largest || (largest == 0.0 && off > deviation) {
-                    (largest, deviation) = (far, off);
-                }
+        let path = self.of(pose)?;
+        let (mut largest, mut deviation, mut seen) = (0.0f64, 0.0f64, false);
+        for (way, variance) in path.iter().flat_map(|p| p.way.iter().zip(&p.variance)) {
+            let far = way[0].hypot(way[1]);
+            let along = (way[0] * way[0] * variance[0] + way[1] * way[1] * variance[1]).sqrt();
+            seen |= far > LEAST && far * far > SEEN * along;
+            let whole = variance[0] + variance[1];
+            let reach = (far * far + 2.0 * whole).sqrt();
+            if reach > largest {
+                (largest, deviation) = (reach, whole.sqrt());
             }
         }
+        if path.iter().all(|place| place.way == [[0.0; 2]; 2]) {
+            (largest, deviation) = (0.0, largest);
+        }
+        let px = |share: f64| share as f32 * side_px;
         Some(PoseMotion {
             pose: name.to_owned(),
-            largest_px: largest * side_px,
-            deviation_px: deviation * side_px,
-            corrected: sure,
-            shifts: match sure {
-                true => all.iter().map(|(shift, _)| *shift).collect(),
+            largest_px: px(largest),
+            deviation_px: px(deviation),
+            corrected: seen,
+            shifts: match seen {
+                true => path.iter().map(shift).collect(),
                 false => vec![],
             },
         })
     }
 }
 
-/// The deviations of a shift with what the alignment leaves of it.
-fn stated(shift: Shift, off: Shift) -> Shift {
-    [0, 1, 2, 3].map(|k| off[k].hypot(REMAINS * shift[k]))
-}
-
-/// A way in the picture and its deviations, to the right and down.
-type Way = ([f32; 2], [f32; 2]);
-
-fn body(shift: &Shift, off: &Shift) -> Way {
-    ([shift[0], shift[1]], [off[0], off[1]])
-}
-
-fn face(shift: &Shift, off: &Shift) -> Way {
-    (
-        [0, 1].map(|axis| shift[axis] + shift[axis + 2]),
-        [0, 1].map(|axis| off[axis].hypot(off[axis + 2])),
-    )
-}
-
-/// The deviation along a way, or of the place if there is none.
-fn along(way: [f32; 2], off: [f32; 2]) -> f32 {
-    match way[0].hypot(way[1]) {
-        0.0 => off[0].hypot(off[1]),
-        far => (way[0] * off[0]).hypot(way[1] * off[1]) / far,
-    }
+/// What the exemplars are freed of.
+fn shift(place: &Place) -> Shift {
+    let [body, face] = place.way;
+    [body[0], body[1], face[0] - body[0], face[1] - body[1]].map(|v| v as f32)
 }
 
 #[cfg(test)]
