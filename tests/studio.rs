@@ -85,6 +85,14 @@ fn clay_window(folder: &Path) -> Window {
     window
 }
 
+/// A shoot with balls large enough to be looked at.
+const SHOOT: TestShoot = TestShoot {
+    frames: 3,
+    lamps: 12,
+    size: 64,
+    working_size: 64,
+};
+
 /// Steps the window until `seen`, as a person would wait.
 fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
     let started = Instant::now();
@@ -98,6 +106,16 @@ fn until(window: &mut Window, what: &str, seen: impl Fn(&StudioApp) -> bool) {
         window.step();
     }
     window.run_steps(2);
+}
+
+/// Steps the window until something with that label is drawn.
+fn until_labelled(window: &mut Window, label: &str) {
+    let started = Instant::now();
+    while window.query_by_label(label).is_none() {
+        assert!(started.elapsed() < PATIENCE, "nothing is labelled {label}");
+        std::thread::sleep(Duration::from_millis(5));
+        window.step();
+    }
 }
 
 #[derive(Debug)]

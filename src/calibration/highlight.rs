@@ -19,6 +19,7 @@ pub(super) use grid::{Grid, Levels};
 
 use super::code_values::ResponseTable;
 use super::footprint::Footprint;
+use super::median::median;
 use glam::Vec3;
 use rayon::prelude::*;
 use shape::{inner_radius, opened, widened};
@@ -65,6 +66,9 @@ const SAME_LIGHT: f32 = 8.0;
 const STREAK: f32 = 0.8;
 /// From this many parts on a lamp is a bank, whose parts are not opened: their joints are wider than they are.
 const BANK: usize = 3;
+/// Lamps of one bank that are far apart have at least this share of the light of the one with the most. Reflections
+/// have less, but one or two of them may come near it.
+const SAME_GLINT: f32 = 0.25;
 
 /// Says of each footprint of a series which part of it is the lamp. `series` holds the same photographs, reduced by
 /// the response `provisional`.
@@ -95,11 +99,39 @@ fn find(grid: &Grid, series: &[Levels], room: &[f32]) -> Vec<Option<Highlight>> 
             .count();
         count as f32 > SHARED * others().count() as f32
     };
-    photographs
+    // The lamps of a bank may be far apart. One photograph does not tell them from reflections; that most photographs
+    // show several alike does.
+    let glints: Vec<Vec<Part>> = photographs
         .par_iter()
         .enumerate()
-        .map(|(i, photograph)| photograph.as_ref()?.highlight(|part| is_shared(i, part)))
+        .map(|(i, photograph)| {
+            let glints = photograph.iter().flat_map(|p| p.find_bright(FAINT));
+            alike(glints.filter(|part| !is_shared(i, part)).collect())
+        })
+        .collect();
+    let shown = || glints.iter().filter(|glints| !glints.is_empty());
+    let apart = shown().filter(|glints| !bank(glints.iter().collect()).1.is_empty());
+    let is_apart = 2 * apart.count() > shown().count();
+    let usual = median(shown().map(|glints| glints.len() as f32));
+    let is_bank = is_apart && usual >= BANK as f32;
+    (photographs.par_iter().zip(&glints).enumerate())
+        .map(|(i, (photograph, glints))| {
+            let photograph = photograph.as_ref()?;
+            if is_bank && !glints.is_empty() {
+                return Some(photograph.bank_apart(glints, usual));
+            }
+            photograph.highlight(|part| is_shared(i, part))
+        })
         .collect()
+}
+
+/// The parts that may be lamps of one bank with the first.
+fn alike(mut parts: Vec<Part>) -> Vec<Part> {
+    if let Some(first) = parts.first() {
+        let (energy, radius) = (SAME_GLINT * first.energy, SAME_BANK * first.inner_radius);
+        parts.retain(|part| part.energy >= energy && part.inner_radius >= radius);
+    }
+    parts
 }
 
 /// One photograph of a series, without the room.
@@ -174,13 +206,14 @@ impl<'a> Photograph<'a> {
             bright: vec![],
         };
         if peak > 2.0 * noise {
-            photograph.bright = photograph.find_bright();
+            photograph.bright = photograph.find_bright(BRIGHT);
         }
         (!photograph.bright.is_empty()).then_some(photograph)
     }
 
-    fn find_bright(&self) -> Vec<Part> {
-        let mut parts: Vec<(f32, Vec<u32>)> = (self.parts(BRIGHT).into_iter())
+    /// The parts above a share of the peak, from the one with the most light on.
+    fn find_bright(&self, share: f32) -> Vec<Part> {
+        let mut parts: Vec<(f32, Vec<u32>)> = (self.parts(share).into_iter())
             .map(|cells| (cells.iter().map(|&cell| self.light(cell)).sum(), cells))
             .collect();
         parts.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -261,9 +294,32 @@ impl<'a> Photograph<'a> {
             .iter()
             .map(|part| part.energy / energy)
             .fold(0.0, f32::max);
+        let rival = if only_shared { rival.max(1.0) } else { rival };
+        Some(self.of_bank(&bank, rival))
+    }
+
+    /// A bank whose lamps are far apart, given its lamps. Most photographs of the series show `usual` lamps.
+    fn bank_apart(&self, glints: &[Part], usual: f32) -> Highlight {
+        let bank: Vec<&Part> = glints.iter().collect();
+        let found = self.of_bank(&bank, 0.0);
+        // Lamps of a bank shine alike. As far as these do not, or some are missing, the middle may be off.
+        let count = (bank.len() as f32).max(usual);
+        let all: f32 = bank.iter().map(|part| part.energy).sum();
+        let mean = all / count;
+        let missing = (count - bank.len() as f32) * mean * mean;
+        let unlike: f32 = (bank.iter().map(|part| (part.energy - mean).powi(2))).sum();
+        let by_lamps = found.spread_deg * (unlike + missing).sqrt() / all;
+        Highlight {
+            deviation_deg: found.deviation_deg.hypot(by_lamps),
+            ..found
+        }
+    }
+
+    /// The lamp that these parts are, beside a rival with that share of its light.
+    fn of_bank(&self, bank: &[&Part], rival: f32) -> Highlight {
         let is_bank = bank.len() >= BANK;
         let faint = if is_bank { FAINT_IN_BANK } else { FAINT };
-        let levels = self.without_streaks(&bank, [faint, BRIGHT, 0.7, 0.9]);
+        let levels = self.without_streaks(bank, [faint, BRIGHT, 0.7, 0.9]);
         let (outline, drift) = self.outline(&levels[1..]);
         // The body is the fall-off too, but not the streaks that are left of it.
         let reach = (0.5 * inner_radius(&levels[0], self.grid)).max(2.0);
@@ -290,17 +346,17 @@ impl<'a> Photograph<'a> {
         // What does not show on one side moves the middle to the other.
         let by_hidden = 2.0 * hidden * std::f32::consts::SQRT_2 * spread_deg;
         let deviation_deg = clipped * by_outline + (1.0 - clipped) * by_light;
-        Some(Highlight {
+        Highlight {
             direction: middle.lerp(outline, clipped).normalize_or(Vec3::Z),
             outline,
             deviation_deg: deviation_deg.hypot(by_hidden),
             spread_deg,
             energy,
             peak: self.peak,
-            rival: if only_shared { rival.max(1.0) } else { rival },
+            rival,
             elsewhere: (1.0 - energy / all.max(energy)).max(0.0),
             body,
-        })
+        }
     }
 
     /// Whether more of a lamp with a given radiance would not show at a cell, because the room is nearly white there.

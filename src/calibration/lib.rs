@@ -10,7 +10,7 @@ pub mod gamma;
 mod highlight;
 mod least_squares;
 pub mod light_probe;
-mod median;
+pub mod median;
 mod minimizer;
 pub mod mirror_ball;
 mod motion;

@@ -1,5 +1,7 @@
+//! The median.
+
 /// The median of some values, the upper one of an even number; 0 if there are none.
-pub(crate) fn median(values: impl Iterator<Item = f32>) -> f32 {
+pub fn median(values: impl Iterator<Item = f32>) -> f32 {
     let mut values: Vec<f32> = values.collect();
     values.sort_by(f32::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)

@@ -4,7 +4,7 @@ use glam::Vec3;
 use imaging::{DualGamma, Encoded, Image, Mask, Raster, file};
 use light::Lamp;
 use mirror_ball::MirrorBall;
-use project::{Ball, Settings, Shoot};
+use project::{Ball, Shoot};
 use std::path::{Path, PathBuf};
 
 mod kept;
@@ -40,30 +40,15 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
     };
     let names = |what: &str, n: usize| (0..n).map(|i| format!("{what}{i:02}")).collect::<Vec<_>>();
     let lamps = dome();
-    let settings = Settings {
-        format: project::FORMAT,
-        name: "small".into(),
-        size: 32,
-        seed: 1,
-        shoot: Shoot {
-            folder: PathBuf::from("shoot"),
-            frame_rate: 25.0,
-            poses: names("pose", 4),
-            lamps: names("olat_", lamps.len()),
-            other_lamps: vec![],
-            frames: names("frame_", 4),
-            ball,
-            second_ball: None,
-            dome_radius_m: None,
-            environments: vec![],
-            lamp_layout: vec![],
-        },
-        environments: vec![],
-        framing: Default::default(),
-    };
-    let project = Project {
-        root: root.to_path_buf(),
-        settings,
+    let mut project = Project::without_shoot(root);
+    project.settings.size = 32;
+    project.settings.shoot = Shoot {
+        folder: PathBuf::from("shoot"),
+        poses: names("pose", 4),
+        lamps: names("olat_", lamps.len()),
+        frames: names("frame_", 4),
+        ball,
+        ..project.settings.shoot
     };
     let pictures = std::cell::Cell::new(0u32);
     let write = |path: PathBuf, light: &Image| {

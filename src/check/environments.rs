@@ -5,6 +5,7 @@ use super::likeness::likeness_db;
 use super::pictures::{Pictures, Pose, sum};
 use super::{Check, Known, Level, Subject};
 use calibration::Calibration;
+use calibration::median::median;
 use glam::Vec3;
 use imaging::Image;
 use imaging::color::luminance;
@@ -206,11 +207,4 @@ fn mean_radiance(environment: &Environment) -> f32 {
         .energy()
         .map(|e| e as f32 / (4.0 * std::f32::consts::PI));
     luminance(energy)
-}
-
-/// The median of some values; 0 if there are none.
-fn median(values: impl Iterator<Item = f32>) -> f32 {
-    let mut values: Vec<f32> = values.collect();
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -66,6 +66,21 @@ pub enum Subject {
     Contrast,
 }
 
+impl Subject {
+    /// What is known of every project that is calibrated.
+    const OF_PROJECT: [Self; 7] = [
+        Self::LampsSeen,
+        Self::LampsAgree,
+        Self::LampsClipped,
+        Self::LampsHidden,
+        Self::Response,
+        Self::InterviewLight,
+        Self::Frames,
+    ];
+    /// What is known of each environment.
+    const OF_ENVIRONMENT: [Self; 3] = [Self::Coverage, Self::Contrast, Self::HalfFloats];
+}
+
 /// One doubt, or the lack of one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
@@ -268,24 +283,16 @@ impl Evidence {
                 });
                 checks
             }
-            other => [
-                Subject::LampsSeen,
-                Subject::LampsAgree,
-                Subject::LampsClipped,
-                Subject::LampsHidden,
-                Subject::Response,
-                Subject::InterviewLight,
-                Subject::Frames,
-            ]
-            .map(|subject| not_calibrated(subject, other))
-            .into(),
+            other => Subject::OF_PROJECT
+                .map(|subject| not_calibrated(subject, other))
+                .into(),
         };
         for lit in environments {
             let about = match &self.calibration {
                 Ok(Some(calibration)) => {
                     environments::checks(lit, calibration, self.pictures.as_ref())
                 }
-                other => [Subject::Coverage, Subject::Contrast, Subject::HalfFloats]
+                other => Subject::OF_ENVIRONMENT
                     .map(|subject| not_calibrated(subject, other))
                     .into(),
             };

@@ -108,12 +108,16 @@ pub(super) fn interview_light(calibration: &Calibration) -> Check {
     let missed = calibration.stand_in.as_ref().map_or(0.0, |s| s.residual);
     let [doubtful, bad] = UNEXPLAINED;
     let level = Level::of(larger(unexplained(calibration), missed), doubtful, bad);
-    let mut sentence = format!(
-        "On the interview's mirror ball {:.0} % of the light comes from where no lamp is, and the lamps miss what is \
-         there by {:.0} %",
-        100.0 * calibration.uncovered_energy,
-        100.0 * calibration.probe_residual
-    );
+    let [beside, misfit] =
+        [calibration.uncovered_energy, calibration.probe_residual].map(|share| 100.0 * share);
+    let mut sentence = if beside < 0.5 && misfit < 0.5 {
+        "The lamps together are the light that the interview's mirror ball shows".to_owned()
+    } else {
+        format!(
+            "On the interview's mirror ball {beside:.0} % of the light comes from where no lamp is, and the nearest \
+             sum of the lamps is off by {misfit:.0} %"
+        )
+    };
     let mut remedy = "Light the interview with the stage's own lamps, or photograph its mirror ball again if the light \
                       was changed. Otherwise the poses are relit with light that the frames do not have";
     if missed >= doubtful {

@@ -5,6 +5,7 @@ use super::state::State;
 use calibration::{Circle, Trial};
 use project::Project;
 use std::sync::Arc;
+use worker::background::drop_later;
 use worker::{CalibrationRequest, CalibrationThread, GammaView, ProbeView};
 
 /// The thread's answers; it starts when it is first needed.
@@ -118,7 +119,7 @@ impl Drop for CalibrationAnalysis {
     /// Joins the thread in the background: it may be busy with a fit.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
-            std::thread::spawn(move || drop(thread));
+            drop_later(thread);
         }
     }
 }

@@ -4,6 +4,7 @@ use evaluation::review::{MarkedOlat, Marks};
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
+use worker::background::drop_later;
 use worker::{LampSheet, PredictedFrame, PreviewPicture, ReviewThread, SavedReview};
 
 /// The thread's answers; it starts when it is first needed.
@@ -98,7 +99,7 @@ impl Drop for NetworkReview {
     /// Joins the thread in the background: it may be drawing a sheet.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
-            std::thread::spawn(move || drop(thread));
+            drop_later(thread);
         }
     }
 }

@@ -5,6 +5,7 @@ use super::state::State;
 use check::{CheckReport, Level, LitEnvironment};
 use project::Project;
 use std::sync::Arc;
+use worker::background::drop_later;
 use worker::{CheckRequest, CheckThread};
 
 /// The thread's answers; it starts when it is first needed.
@@ -88,7 +89,7 @@ impl Drop for ProjectCheck {
     /// Joins the thread in the background: it may be reading pictures.
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
-            std::thread::spawn(move || drop(thread));
+            drop_later(thread);
         }
     }
 }

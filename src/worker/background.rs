@@ -115,6 +115,11 @@ impl<R: Request> Drop for Background<R> {
     }
 }
 
+/// Drops a value whose end takes time, such as a [`Background`] that is at work, without waiting for it.
+pub fn drop_later(value: impl Send + 'static) {
+    std::thread::spawn(move || drop(value));
+}
+
 /// Does something that a thread of its own does once. A panic is an error: [`Error::GpuLost`] if the GPU is gone,
 /// [`Error::Bug`] otherwise.
 ///

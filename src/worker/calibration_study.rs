@@ -393,35 +393,19 @@ fn in_the_middle((width, height): (usize, usize)) -> Circle {
 mod tests {
     use super::*;
     use imaging::Raster;
-    use project::{Ball, FORMAT, Settings, Shoot};
+    use project::{Ball, Shoot};
 
     #[test]
     fn a_ball_that_is_not_found_can_be_outlined_by_hand() {
         let folder = tempfile::tempdir().unwrap();
         let names = |name: &str| vec![name.to_owned()];
-        let project = Project {
-            root: folder.path().to_path_buf(),
-            settings: Settings {
-                format: FORMAT,
-                name: "small".into(),
-                size: 32,
-                seed: 1,
-                shoot: Shoot {
-                    folder: "shoot".into(),
-                    frame_rate: 25.0,
-                    poses: names("pose00"),
-                    lamps: names("olat_00"),
-                    other_lamps: vec![],
-                    frames: names("frame_000"),
-                    ball: Ball::unknown(),
-                    second_ball: None,
-                    dome_radius_m: None,
-                    environments: vec![],
-                    lamp_layout: vec![],
-                },
-                environments: vec![],
-                framing: Default::default(),
-            },
+        let mut project = Project::without_shoot(folder.path());
+        project.settings.shoot = Shoot {
+            poses: names("pose00"),
+            lamps: names("olat_00"),
+            frames: names("frame_000"),
+            ball: Ball::unknown(),
+            ..project.settings.shoot
         };
         project.save().unwrap();
         // A lamp in front of a wall as bright as what the ball reflects: no rim is seen.

@@ -1,6 +1,6 @@
 //! The workspaces of the calibration, driven with the mouse alone and with keys alone.
 
-use super::{Window, drag, lines_with, snapshot, snapshot_without, until, window};
+use super::{SHOOT, Window, drag, lines_with, snapshot, snapshot_without, until, window};
 use afterlight::calibration::Calibration;
 use afterlight::gpu::DeviceChoice;
 use afterlight::imaging::Response;
@@ -12,15 +12,6 @@ use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
 use std::sync::Arc;
-use test_shoot::TestShoot;
-
-/// With balls large enough to be looked at.
-const SHOOT: TestShoot = TestShoot {
-    frames: 3,
-    lamps: 12,
-    size: 64,
-    working_size: 64,
-};
 
 fn imported(folder: &Path) -> Project {
     SHOOT.import(folder, "project")

@@ -1,6 +1,6 @@
 //! The badge of the status line, and the checks behind it.
 
-use super::{Window, snapshot, until, window};
+use super::{SHOOT, Window, snapshot, until, window};
 use afterlight::calibration::Calibration;
 use afterlight::check::{Level, Subject};
 use afterlight::gpu::DeviceChoice;
@@ -8,14 +8,6 @@ use afterlight::project::Project;
 use afterlight::studio::{Pane, StudioApp, Workspace};
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
-use test_shoot::TestShoot;
-
-const SHOOT: TestShoot = TestShoot {
-    frames: 3,
-    lamps: 12,
-    size: 64,
-    working_size: 64,
-};
 
 fn opened(project: &Project) -> Window {
     let project = project.clone();

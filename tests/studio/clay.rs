@@ -4,7 +4,7 @@ use afterlight::compositor::Field;
 use afterlight::footage::Frame;
 use afterlight::imaging::{Image, Mask, Raster, file::write_exr};
 use afterlight::light::{Lamp, Rig};
-use afterlight::project::{Ball, FORMAT, NamedEnvironment, Project, Settings, Shoot};
+use afterlight::project::{Ball, NamedEnvironment, Project, Shoot};
 use afterlight::reflectance::ReflectanceField;
 use afterlight::worker::{Blocked, ComparisonSource, Source};
 use glam::Vec3;
@@ -98,35 +98,24 @@ pub fn environments(folder: &Path) -> Vec<NamedEnvironment> {
 }
 
 pub fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
-    Project {
-        root: folder.to_path_buf(),
-        settings: Settings {
-            format: FORMAT,
-            name: "clay".to_owned(),
-            size: SIZE,
-            seed: 1,
-            shoot: Shoot {
-                folder: PathBuf::from("."),
-                frame_rate: 4.0,
-                poses: vec!["pose00".to_owned()],
-                lamps: rig().lamps.iter().map(|l| l.name.clone()).collect(),
-                other_lamps: vec![],
-                frames: (0..FRAMES).map(|i| format!("frame_{i:03}")).collect(),
-                ball: Ball {
-                    center_px: [32.0; 2],
-                    radius_px: 20.0,
-                    radius_m: 0.1,
-                    camera_distance_m: 4.0,
-                },
-                second_ball: None,
-                dome_radius_m: None,
-                environments,
-                lamp_layout: vec![],
-            },
-            environments: vec![],
-            framing: Default::default(),
+    let mut project = Project::without_shoot(folder);
+    project.settings.name = "clay".to_owned();
+    project.settings.size = SIZE;
+    project.settings.shoot = Shoot {
+        frame_rate: 4.0,
+        poses: vec!["pose00".to_owned()],
+        lamps: rig().lamps.iter().map(|l| l.name.clone()).collect(),
+        frames: (0..FRAMES).map(|i| format!("frame_{i:03}")).collect(),
+        ball: Ball {
+            center_px: [32.0; 2],
+            radius_px: 20.0,
+            radius_m: 0.1,
+            camera_distance_m: 4.0,
         },
-    }
+        environments,
+        ..project.settings.shoot
+    };
+    project
 }
 
 pub fn source() -> Result<Source, Blocked> {

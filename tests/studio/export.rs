@@ -1,6 +1,6 @@
 //! Exports, asked for with the mouse and with keys alone, on a network that was trained for seconds.
 
-use super::{Window, clay_window, snapshot, told_job, until, until_shown, window};
+use super::{Window, clay_window, snapshot, told_job, until, until_labelled, until_shown, window};
 use afterlight::Error;
 use afterlight::compositor::Storage;
 use afterlight::export::relight::{RelightSettings, relight};
@@ -436,6 +436,7 @@ fn an_export_is_paused_and_cancelled_in_its_place_and_keeps_what_is_finished() {
     window.get_by_label("paused");
     window.get_by_label("Resume clay.%04d.png").click();
     window.run_steps(3);
+    until_labelled(&mut window, "Cancel clay.%04d.png");
     window.get_by_label("Cancel clay.%04d.png").click();
     until(&mut window, "end of the export", |app| {
         matches!(app.exports()[0].status, ExportStatus::Cancelled(_))
@@ -502,6 +503,7 @@ fn the_export_s_panel_looks_as_it_did() {
     window.run_steps(3);
     window.get_by_label("paused");
     snapshot(&mut window, "studio_export_filled");
+    until_labelled(&mut window, "Cancel clay.%04d.png");
     window.get_by_label("Cancel clay.%04d.png").click();
     until(&mut window, "end of the export", |app| {
         matches!(app.exports()[1].status, ExportStatus::Cancelled(_))

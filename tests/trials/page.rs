@@ -1,5 +1,6 @@
 //! The page with what the trials found, and its plots.
 
+use crate::motion;
 use crate::networks::Pair;
 use crate::plot::{Axis, Plot};
 use crate::results::Row;
@@ -34,6 +35,7 @@ pub fn write(path: &Path, rows: &[Row], pairs: &[Pair]) -> Result<()> {
     let text = text(&name, rows, &calibrated)
         + &groups(&calibrated)
         + &wrong(&calibrated)
+        + &motion::section(&calibrated)
         + &networks(pairs);
     write_beside(path, |out| out.write_all(text.as_bytes()))
 }

@@ -4,6 +4,7 @@
 //! The idea is that of simulation-based calibration (Talts, Betancourt, Simpson, Vehtari and Gelman, "Validating Bayesian
 //! Inference Algorithms with Simulation-Based Calibration", 2018): what is stated must hold as often as it says.
 
+mod motion;
 mod networks;
 mod page;
 mod plot;

@@ -1,5 +1,6 @@
 //! What one trial found.
 
+use crate::motion::MotionColumns;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -52,6 +53,8 @@ pub struct Row {
     pub direction_median: f64,
     pub direction_worst: f64,
     pub misled: usize,
+    #[serde(flatten)]
+    pub motion: MotionColumns,
     /// Seconds for the shoot and for its calibration.
     pub shoot_seconds: f64,
     pub seconds: f64,

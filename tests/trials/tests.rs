@@ -1,9 +1,11 @@
 //! A fixed small part of the trials, and statements about the table and its summary.
 
+use crate::motion::MotionColumns;
 use crate::networks::Pair;
 use crate::results::{OUTSIDE, Row};
 use crate::summary::{Estimate, LEVELS, coverage, exposure, gammas, quantile};
 use crate::{page, table, trial};
+use footage::{Motion, PoseMotion, SeenIn};
 
 fn row(seed: u64) -> Row {
     Row {
@@ -90,6 +92,7 @@ fn the_page_says_what_was_sure_and_wrong() {
     };
     page::write(&path, &[row(1), row(2)], &[pair]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
+    assert!(!text.contains("The subject's motion"), "{text}");
     assert!(
         text.contains("| values of γ (of 4) beyond five stated deviations | 0 | 2 |"),
         "{text}"
@@ -105,6 +108,79 @@ fn the_page_says_what_was_sure_and_wrong() {
             std::fs::read_to_string(folder.path().join(format!("robustness/{plot}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.len() < 100_000 && !svg.contains("NaN"));
     }
+}
+
+/// What the calibration says of one pose under four lamps.
+fn said(pose: &str, largest_px: f32, shifts: Vec<[f32; 4]>) -> PoseMotion {
+    PoseMotion {
+        pose: pose.into(),
+        largest_px,
+        deviation_px: 0.25,
+        corrected: !shifts.is_empty(),
+        shifts,
+    }
+}
+
+#[test]
+fn false_alarms_missed_poses_and_what_is_left_of_a_motion_are_counted() {
+    let names = ["a", "b", "c", "d"];
+    // The face 1 pixel to the right, half of it with the body, and 1 pixel back; in pictures of 50 pixels.
+    let half = [0.01f32, 0.0, 0.01, 0.0];
+    let there_and_back = vec![half, half, half.map(|v| -v), half.map(|v| -v)];
+    let found = |poses| Motion {
+        seen_in: SeenIn::Olats,
+        // They were not lit in the order in which the truth has them.
+        lamps: ["a", "c", "b", "d"].map(String::from).to_vec(),
+        poses,
+    };
+    let poses = vec![
+        said("pose00", 1.0, there_and_back.clone()),
+        said("pose01", 0.6, vec![]),
+        said("pose02", 0.0, vec![]),
+    ];
+    let sway = [[11.0, 5.0], [9.0, 5.0], [11.0, 5.0], [9.0, 5.0]];
+    let faint = sway.map(|[x, y]| [0.2 * x, y]);
+    let truth = serde_json::json!([sway, sway, faint]);
+    let columns = MotionColumns::of(&found(poses.clone()), &truth, &names, 50);
+    assert_eq!((columns.poses, columns.moving, columns.missed), (3, 2, 1));
+    assert_eq!(columns.false_alarms, 0);
+    assert_eq!((columns.within_one, columns.within_two), (2, 3));
+    let expected = [(2.04f64 / 3.0).sqrt(), (1.04f64 / 3.0).sqrt()];
+    for (is, expected) in [columns.moved_px, columns.left_px].iter().zip(expected) {
+        assert!((is - expected).abs() < 1e-6, "{columns:?}");
+    }
+    let still = MotionColumns::of(&found(poses), &serde_json::json!([]), &names, 50);
+    assert_eq!(
+        (still.false_alarms, still.moving, still.within_two),
+        (1, 0, 1)
+    );
+    assert!(still.moved_px == 0.0 && still.left_px > 0.5);
+
+    let rows = [(1.0, columns), (0.0, still)].map(|(sway, motion)| Row {
+        sway,
+        motion,
+        ..row(1)
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("robustness.md");
+    page::write(&path, &rows, &[]).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    for line in [
+        "swayed in 3 of 6 poses",
+        "| still poses (of 3) that were corrected: false alarms | 0 | 1 |",
+        "| moving poses (of 2) that were not corrected: missed | 0 | 1 |",
+        "| at most half after | 0.82 and 0.59 |",
+        "| 68 / 95 % | 67 / 100 % |",
+        "| 68 / 95 % or more | 33 / 33 % |",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    // The table keeps them.
+    let table = folder.path().join("calibrations.csv");
+    table::write(&table, &rows).unwrap();
+    let read: Vec<Row> = table::read(&table).unwrap();
+    assert_eq!(read[0].motion.missed, 1);
+    assert!((read[1].motion.left_px - rows[1].motion.left_px).abs() < 1e-5);
 }
 
 #[test]

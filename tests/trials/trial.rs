@@ -1,5 +1,6 @@
 //! One trial: a shoot of a seed, made, imported and calibrated as anyone would, and compared with its truth.
 
+use crate::motion::MotionColumns;
 use crate::results::{OUTSIDE, Row};
 use base::progress::Progress;
 use base::{Error, Result};
@@ -66,7 +67,11 @@ pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
     let start = Instant::now();
     let silent = Progress::silent();
     let calibrated = footage::import(&project, &shoot, &import, &silent).and_then(|mut project| {
-        calibration::calibrate(&mut project, &CalibrateSettings::default(), &silent)
+        let settings = CalibrateSettings {
+            correct_motion: true,
+            ..CalibrateSettings::default()
+        };
+        calibration::calibrate(&mut project, &settings, &silent)
     });
     let seconds = start.elapsed().as_secs_f64();
     Ok(match calibrated {
@@ -220,6 +225,8 @@ impl Truth {
             }
         }
         angles.sort_by(f64::total_cmp);
+        let names: Vec<&str> = found.rig.lamps.iter().map(|l| l.name.as_str()).collect();
+        let sway = &self.facts["trouble"]["sway_px"];
         Row {
             found1: f64::from(curve.gamma1),
             found2: f64::from(curve.gamma2),
@@ -236,6 +243,9 @@ impl Truth {
             direction_median: angles.get(angles.len() / 2).copied().unwrap_or(180.0),
             direction_worst: trusted.iter().copied().fold(0.0, f64::max),
             misled: trusted.iter().filter(|a| **a > MISLEADING_DEG).count(),
+            motion: (found.motion.as_ref()).map_or_else(MotionColumns::default, |motion| {
+                MotionColumns::of(motion, sway, &names, row.size)
+            }),
             ..row
         }
     }

@@ -86,37 +86,14 @@ fn a_shoot_without_poses_says_so() {
 }
 
 pub(super) fn small_project(root: &Path) -> Project {
-    let shoot = Shoot {
+    let mut project = Project::without_shoot(root);
+    project.settings.size = 32;
+    project.settings.shoot = Shoot {
         folder: PathBuf::from("shoot"),
-        frame_rate: 25.0,
-        poses: vec![],
         lamps: vec!["olat_00".into()],
-        other_lamps: vec![],
-        frames: vec![],
-        ball: Ball {
-            center_px: [8.0; 2],
-            radius_px: 7.0,
-            radius_m: 0.05,
-            camera_distance_m: 2.0,
-        },
-        second_ball: None,
-        dome_radius_m: None,
-        environments: vec![],
-        lamp_layout: vec![],
+        ..project.settings.shoot
     };
-    let settings = Settings {
-        format: project::FORMAT,
-        name: "small".into(),
-        size: 32,
-        seed: 1,
-        shoot,
-        environments: vec![],
-        framing: Default::default(),
-    };
-    Project {
-        root: root.to_path_buf(),
-        settings,
-    }
+    project
 }
 
 fn small_calibration() -> Calibration {

@@ -18,50 +18,32 @@ pub(crate) fn shared_shoot(
             .collect()
     };
     let probe = &manifest["probes"];
-    let settings = Settings {
-        format: project::FORMAT,
-        name: "shared".into(),
-        size: 128,
-        seed: 1,
-        shoot: Shoot {
-            folder: std::fs::canonicalize(&folder).unwrap(),
-            frame_rate: 25.0,
-            poses: names("pose", 2, &manifest["exemplar_poses"]),
-            lamps: names("olat_", 2, &manifest["olat_conditions"]),
-            other_lamps: vec![],
-            frames: names("frame_", 3, &manifest["frames"]),
-            ball: Ball {
-                center_px: [
-                    number(&probe["ball_center_px"][0]),
-                    number(&probe["ball_center_px"][1]),
-                ],
-                radius_px: number(&probe["ball_radius_px"]),
-                radius_m: number(&probe["ball_radius_m"]),
-                camera_distance_m: number(&manifest["camera"]["position"][2]),
-            },
-            second_ball: None,
-            dome_radius_m: Some(number(&manifest["dome_radius_m"])),
-            environments: vec![],
-            lamp_layout: vec![],
+    let home = tempfile::tempdir().unwrap();
+    let mut project = Project::without_shoot(home.path());
+    project.settings.size = 128;
+    project.settings.shoot = Shoot {
+        folder: std::fs::canonicalize(&folder).unwrap(),
+        poses: names("pose", 2, &manifest["exemplar_poses"]),
+        lamps: names("olat_", 2, &manifest["olat_conditions"]),
+        frames: names("frame_", 3, &manifest["frames"]),
+        ball: Ball {
+            center_px: [0, 1].map(|i: usize| number(&probe["ball_center_px"][i])),
+            radius_px: number(&probe["ball_radius_px"]),
+            radius_m: number(&probe["ball_radius_m"]),
+            camera_distance_m: number(&manifest["camera"]["position"][2]),
         },
-        environments: vec![],
-        framing: Default::default(),
+        dome_radius_m: Some(number(&manifest["dome_radius_m"])),
+        ..project.settings.shoot
     };
     let directions = manifest["bank_directions"].as_array().unwrap();
     let directions = directions
         .iter()
         .map(|d| Vec3::from_array([0, 1, 2].map(|c| number(&d[c]))))
         .collect();
-    let home = tempfile::tempdir().unwrap();
-    let project = Project {
-        root: home.path().to_path_buf(),
-        settings,
-    };
     if probes == "probes" {
         return Some((project, home, truth, directions));
     }
     // The same shoot with other ball photographs.
-    let mut project = project;
     let shoot = home.path().join("shoot");
     std::fs::create_dir(&shoot).unwrap();
     for name in [

@@ -3,6 +3,7 @@
 use base::error::Error;
 use project::{Lock, Project};
 use std::path::Path;
+use worker::background::drop_later;
 use worker::{Job, Worker};
 
 /// What is open.
@@ -28,7 +29,7 @@ impl Session {
         // The old worker is joined in the background: it may be in a training step, and keeps the right to
         // write its checkpoint until then.
         let old = (self.worker.replace(worker), before);
-        std::thread::spawn(move || drop(old));
+        drop_later(old);
     }
 
     /// Takes the lock of the project in `root`, unless it is held already; returns the one before.

@@ -97,7 +97,16 @@ pub(super) struct Scene {
 
 impl Scene {
     /// Everything at random by a seed, on a ball whose radius in pixels is within a range.
-    pub fn sized(seed: u64, (least, most): (f64, f64)) -> Self {
+    pub fn sized(seed: u64, radius: (f64, f64)) -> Self {
+        Self::with(seed, radius, false)
+    }
+
+    /// The same with lamps that are banks of four lamps far apart.
+    pub fn of_wide_banks(seed: u64, radius: (f64, f64)) -> Self {
+        Self::with(seed, radius, true)
+    }
+
+    fn with(seed: u64, (least, most): (f64, f64), wide_banks: bool) -> Self {
         let mut draw = Draw(seed.wrapping_mul(0x2545_F491_4F6C_DD1D) ^ 77);
         let radius = draw.factor(least, most);
         // A pixel holds the mean of its light: small balls need more rays in each.
@@ -111,6 +120,9 @@ impl Scene {
         let lamps: Vec<(DVec3, Vec<Shine>)> = (0..count)
             .map(|_| {
                 let at = draw.direction(lowest, 1.0);
+                if wide_banks {
+                    return wide_bank(at, &mut draw);
+                }
                 let shines = if kind < 0.5 {
                     vec![Shine::Disc(at, draw.factor(0.01, 0.06))]
                 } else if kind < 0.75 {
@@ -290,6 +302,18 @@ fn bank(at: DVec3, spacing: f64) -> Vec<Shine> {
             Shine::Disc(to.normalize(), 0.02)
         })
         .collect()
+}
+
+/// Four lamps, each 10 to 20 degrees from the middle, and their mean direction.
+fn wide_bank(at: DVec3, draw: &mut Draw) -> (DVec3, Vec<Shine>) {
+    let right = at.any_orthonormal_vector();
+    let up = at.cross(right);
+    let lamps = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)].map(|(x, y)| {
+        let far = draw.between(0.18, 0.36);
+        (at + far * (x * right + y * up)).normalize()
+    });
+    let mean = lamps.iter().sum::<DVec3>().normalize();
+    (mean, lamps.map(|lamp| Shine::Disc(lamp, 0.03)).to_vec())
 }
 
 /// The lens: a three-pixel binomial blur.
