@@ -165,22 +165,23 @@ fn calibrate_within(
     let shoot = &project.settings.shoot;
     let probes = Probes::load(project, progress)?;
     let subject = Subject::load(project, &probes, progress)?;
-    let mut found = match &settings.trial {
+    let clipped_pixels = probes.clipped_pixels() + probes.clipped_interview_pixels();
+    let found = match &settings.trial {
         Some(trial) => ChosenResponse::by_hand(&subject, &probes, trial),
         None => {
-            let fitted = gamma::fit(&subject, &probes, settings.comparison, progress)?;
-            ChosenResponse::fitted(&fitted.fit, shoot)
+            let mut fit = gamma::fit(&subject, &probes, settings.comparison, progress)?.fit;
+            if clipped_pixels > 0 {
+                fit.widen(CLIPPED_DEVIATION);
+            }
+            ChosenResponse::fitted(&fit, shoot)
         }
     };
     if let Some(sentence) = found.evidence.same_poses_sentence() {
         progress.say(sentence);
     }
-    let clipped_pixels = probes.clipped_pixels() + probes.clipped_interview_pixels();
-    if clipped_pixels > 0 {
-        found.widen(CLIPPED_DEVIATION);
-    }
     let table = ResponseTable::of(&found.response);
-    let interview = probes.fit(&table);
+    let mut interview = probes.fit(&table);
+    interview.weights = gamma::with_gains(interview.weights, found.gains);
     let (mut rig, filled_energy, two_balls) = second_ball::rig(project, &probes, &table, progress)?;
     if let Some(two) = &two_balls {
         progress.say(two.sentence());

@@ -21,7 +21,7 @@ pub struct CalibrateSettings {
     /// How exemplars and interview are compared [default: by pixels if a frame shows a pose].
     #[arg(long, value_enum)]
     pub comparison: Option<Comparison>,
-    /// Use this camera response (two exponents, srgb, rec709 or linear) and exposure of the interview instead of
+    /// Use this camera response (two exponents, srgb, rec709, linear, or log,K) and exposure of the interview instead of
     /// fitting them.
     #[arg(
         long = "gamma",
@@ -65,7 +65,7 @@ impl Trial {
     }
 
     /// This response changed by differences of γ1, γ2 and the exposure, kept within their bounds. A plain power
-    /// follows γ1; a standard curve does not change.
+    /// follows γ1, and so does ln K of a log curve; a standard curve does not change.
     pub fn nudged(self, [gamma1, gamma2, exposure]: [f32; 3]) -> Self {
         let within =
             |value: f32, bounds: RangeInclusive<f32>| value.clamp(*bounds.start(), *bounds.end());
@@ -78,6 +78,8 @@ impl Trial {
                 Response::Power(gamma) => {
                     Response::Power(within(gamma + gamma1, DualGamma::BOUNDS))
                 }
+                // Steps of its logarithm change the curve about as evenly as steps of an exponent.
+                Response::Log(k) => Response::Log(within(k * gamma1.exp(), Response::LOG_BOUNDS)),
                 standard => standard,
             },
             exposure: within(self.exposure + exposure, Self::EXPOSURES),
@@ -90,6 +92,7 @@ impl FromStr for Trial {
 
     /// A response and, after another comma, an exposure, which is 1 if left out.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
+        // A name alone, or log and its K, or two exponents.
         let numbers_of_response = match text.split(',').next().and_then(Response::standard) {
             Some(_) => 1,
             None => 2,
@@ -119,6 +122,8 @@ mod tests {
             ("srgb", Response::Srgb, 1.0),
             ("Rec709,0.5", Response::Rec709, 0.5),
             ("linear", Response::Linear, 1.0),
+            ("log,30", Response::Log(30.0), 1.0),
+            ("log,30,1.25", Response::Log(30.0), 1.25),
         ] {
             assert_eq!(text.parse(), Ok(Trial { response, exposure }), "{text}");
         }

@@ -54,7 +54,7 @@ pub struct ProbeArgs {
     /// The camera's distance from the ball's centre in radii of the ball.
     #[arg(long, value_name = "RADII", group = "lens")]
     distance: Option<f64>,
-    /// The camera's response: two exponents, srgb, rec709 or linear.
+    /// The camera's response: two exponents, srgb, rec709, linear, or log,K.
     #[arg(long, value_name = "RESPONSE", default_value = "2.2,2.2")]
     gamma: Response,
     /// The share of light that the ball reflects, in red, green and blue.

@@ -101,6 +101,46 @@ impl DualGamma {
         Encoded(map_values(picture, |value| self.encode_value(value)))
     }
 
+    /// The dual gamma whose encoded values are nearest to those of a curve from encoded to linear, as root mean square
+    /// over the encoded range, and that distance.
+    pub fn nearest(decode: impl Fn(f32) -> f32) -> (Self, f32) {
+        const CODES: usize = 64;
+        let codes = (0..CODES).map(|i| (i as f32 + 0.5) / CODES as f32);
+        let levels: Vec<(f32, f32)> = codes.map(|x| (x, decode(x))).collect();
+        let distance = |curve: &Self| {
+            let off = levels
+                .iter()
+                .map(|&(x, y)| (curve.encode_value(y) - x).powi(2));
+            (off.sum::<f32>() / CODES as f32).sqrt()
+        };
+        let mut best = (
+            Self {
+                gamma1: 2.2,
+                gamma2: 2.2,
+            },
+            f32::INFINITY,
+        );
+        // Around the best of each round, the next one looks with a third of the step.
+        for round in 0..8 {
+            let (centre, step) = (best.0, 0.6 / 3f32.powi(round));
+            for i in -3..=3 {
+                for j in -3..=3 {
+                    let near = |gamma: f32, steps: i32| {
+                        (gamma + step * steps as f32)
+                            .clamp(*Self::BOUNDS.start(), *Self::BOUNDS.end())
+                    };
+                    let curve = Self::new(near(centre.gamma1, i), near(centre.gamma2, j));
+                    if let Ok(curve) = curve
+                        && distance(&curve) < best.1
+                    {
+                        best = (curve, distance(&curve));
+                    }
+                }
+            }
+        }
+        best
+    }
+
     /// I' and dI'/dI for encoded I in `[0, 1]`.
     fn value_and_slope(&self, x: f64) -> (f64, f64) {
         let (g1, g2) = (f64::from(self.gamma1), f64::from(self.gamma2));

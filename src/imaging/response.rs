@@ -7,6 +7,7 @@ use base::error::Error;
 use base::numbers;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 /// A camera's response: encoded values in `[0, 1]` ↔ linear ones in `[0, 1]`. Every curve runs from
@@ -26,6 +27,9 @@ pub enum Response {
     Rec709,
     /// Encoded values are linear already.
     Linear,
+    /// I' = ((1 + K)^I − 1)/K, K within [`Response::LOG_BOUNDS`]: the logarithm of light, as log profiles of cameras are
+    /// above their darkest tones. Middle tones are lifted more than by any dual gamma.
+    Log(f32),
 }
 
 /// BT.2020's α and β, to the last digit of an f64.
@@ -33,6 +37,9 @@ const ALPHA: f64 = 1.099_296_826_809_443;
 const BETA: f64 = 0.018_053_968_510_807_81;
 
 impl Response {
+    /// The bounds of a log curve's K.
+    pub const LOG_BOUNDS: RangeInclusive<f32> = 1.0..=1000.0;
+
     /// The standard curve of this name, in any spacing and case.
     pub fn standard(name: &str) -> Option<Self> {
         [Self::Srgb, Self::Rec709, Self::Linear]
@@ -43,6 +50,24 @@ impl Response {
             })
     }
 
+    /// The log curve of a K.
+    ///
+    /// # Errors
+    /// When K is not within [`Self::LOG_BOUNDS`].
+    pub fn log(k: f32) -> Result<Self, Error> {
+        if Self::LOG_BOUNDS.contains(&k) {
+            return Ok(Self::Log(k));
+        }
+        Err(Error::invalid(
+            format!(
+                "K = {k} of a log curve is not from {} to {}",
+                Self::LOG_BOUNDS.start(),
+                Self::LOG_BOUNDS.end()
+            ),
+            "Cameras have about 10 to 60",
+        ))
+    }
+
     /// The curve's name in sentences and in the window.
     pub fn name(&self) -> &'static str {
         match self {
@@ -51,6 +76,7 @@ impl Response {
             Self::Srgb => "sRGB",
             Self::Rec709 => "Rec. 709",
             Self::Linear => "linear",
+            Self::Log(_) => "log",
         }
     }
 
@@ -74,6 +100,10 @@ impl Response {
             Self::Rec709 if x <= 4.5 * BETA => x / 4.5,
             Self::Rec709 => ((x + ALPHA - 1.0) / ALPHA).powf(1.0 / 0.45),
             Self::Linear => x,
+            Self::Log(k) => {
+                let k = f64::from(*k);
+                (x * k.ln_1p()).exp_m1() / k
+            }
         };
         light as f32
     }
@@ -89,6 +119,10 @@ impl Response {
             Self::Rec709 if y <= BETA => 4.5 * y,
             Self::Rec709 => ALPHA * y.powf(0.45) - (ALPHA - 1.0),
             Self::Linear => y,
+            Self::Log(k) => {
+                let k = f64::from(*k);
+                (k * y).ln_1p() / k.ln_1p()
+            }
         };
         code as f32
     }
@@ -104,6 +138,10 @@ impl Response {
             Self::Rec709 if x <= 4.5 * BETA => 1.0 / 4.5,
             Self::Rec709 => ((x + ALPHA - 1.0) / ALPHA).powf(1.0 / 0.45 - 1.0) / (0.45 * ALPHA),
             Self::Linear => 1.0,
+            Self::Log(k) => {
+                let k = f64::from(*k);
+                (x * k.ln_1p()).exp() * k.ln_1p() / k
+            }
         };
         slope as f32
     }
@@ -125,18 +163,20 @@ impl From<DualGamma> for Response {
     }
 }
 
-/// The curve with its exponents, for sentences.
+/// The curve with its exponents or its K, for sentences.
 impl fmt::Display for Response {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Dual(curve) => write!(f, "γ1 = {:.3}, γ2 = {:.3}", curve.gamma1, curve.gamma2),
             Self::Power(gamma) => write!(f, "γ = {gamma:.3}"),
+            Self::Log(k) => write!(f, "log, K = {k:.1}"),
             _ => f.write_str(self.name()),
         }
     }
 }
 
-/// A response in a file: a standard curve by name, or a dual gamma by its exponents, which are equal for a power.
+/// A response in a file: a standard curve by name, a log curve by its K, or a dual gamma by its exponents, which are
+/// equal for a power.
 #[derive(Serialize, Deserialize)]
 struct Stored {
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -145,6 +185,8 @@ struct Stored {
     gamma1: Option<f32>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     gamma2: Option<f32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    log_k: Option<f32>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -154,6 +196,7 @@ enum Standard {
     Srgb,
     Rec709,
     Linear,
+    Log,
 }
 
 impl From<Response> for Stored {
@@ -167,11 +210,17 @@ impl From<Response> for Stored {
             Response::Srgb => Some(Standard::Srgb),
             Response::Rec709 => Some(Standard::Rec709),
             Response::Linear => Some(Standard::Linear),
+            Response::Log(_) => Some(Standard::Log),
+        };
+        let log_k = match response {
+            Response::Log(k) => Some(k),
+            _ => None,
         };
         Self {
             curve,
             gamma1,
             gamma2,
+            log_k,
         }
     }
 }
@@ -192,6 +241,7 @@ impl TryFrom<Stored> for Response {
             Some(Standard::Srgb) => Self::Srgb,
             Some(Standard::Rec709) => Self::Rec709,
             Some(Standard::Linear) => Self::Linear,
+            Some(Standard::Log) => Self::log(stored.log_k.unwrap_or(f32::NAN))?,
         })
     }
 }
@@ -199,12 +249,18 @@ impl TryFrom<Stored> for Response {
 impl FromStr for Response {
     type Err = String;
 
-    /// `srgb`, `rec709`, `linear`, or the two exponents of a dual gamma such as `2.6,2.1`.
+    /// `srgb`, `rec709`, `linear`, `log,30` for a log curve of K = 30, or the two exponents of a dual gamma such as
+    /// `2.6,2.1`.
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         if let Some(curve) = Self::standard(text) {
             return Ok(curve);
         }
-        let names = "srgb, rec709, linear, or two exponents such as 2.6,2.1";
+        let name = text.split(',').next().unwrap_or_default().trim();
+        if let (true, Some((_, k))) = (name.eq_ignore_ascii_case("log"), text.split_once(',')) {
+            let [k] = numbers(k, "log,K with a number for K, such as log,30")?;
+            return Self::log(k as f32).map_err(|e| e.to_string());
+        }
+        let names = "srgb, rec709, linear, log,K such as log,30, or two exponents such as 2.6,2.1";
         let [gamma1, gamma2] = numbers(text, names)?;
         let curve = DualGamma::new(gamma1 as f32, gamma2 as f32).map_err(|e| e.to_string())?;
         Ok(curve.into())
@@ -226,6 +282,7 @@ mod tests {
             Just(Response::Srgb),
             Just(Response::Rec709),
             Just(Response::Linear),
+            (1.0f32..=1000.0).prop_map(Response::Log),
         ]
     }
 
@@ -259,7 +316,7 @@ mod tests {
         }
     }
 
-    fn all() -> [Response; 7] {
+    fn all() -> [Response; 8] {
         [
             Response::Dual(DualGamma {
                 gamma1: 1.0,
@@ -274,6 +331,7 @@ mod tests {
             Response::Srgb,
             Response::Rec709,
             Response::Linear,
+            Response::Log(30.0),
         ]
     }
 
@@ -326,9 +384,23 @@ mod tests {
             "gamma1 = 2.0",
             "gamma1 = nan\ngamma2 = 2.0",
             "curve = \"log\"",
+            "curve = \"log\"\nlog_k = 0.5",
+            "curve = \"film\"",
         ] {
             assert!(toml::from_str::<File>(&format!("other = 1.0\n{text}")).is_err());
         }
+    }
+
+    #[test]
+    fn a_log_curve_is_typed_with_its_k_and_lifts_middle_tones() {
+        for text in ["log,30", " Log, 30 "] {
+            assert_eq!(text.parse(), Ok(Response::Log(30.0)));
+        }
+        for text in ["log", "log,", "log,0", "log,nan", "log,3000", "log,30,2"] {
+            assert!(text.parse::<Response>().is_err(), "{text}");
+        }
+        // ln(1 + 30·0.18)/ln 31 = 0.5406.
+        assert!((Response::Log(30.0).encode_value(0.18) - 0.540_6).abs() < 1e-4);
     }
 
     #[test]

@@ -29,47 +29,12 @@ impl Curve {
         }
     }
 
-    /// The dual gamma whose encoded values are nearest to this curve's, as root mean square over the encoded range,
-    /// and that distance. The same curve if it is one.
+    /// The dual gamma whose encoded values are nearest to this curve's, see [`DualGamma::nearest`].
     pub fn nearest_dual_gamma(&self) -> (DualGamma, f32) {
-        const CODES: usize = 64;
-        if let Self::Known(Response::Dual(curve)) = self {
-            return (*curve, 0.0);
+        match self {
+            Self::Known(Response::Dual(curve)) => (*curve, 0.0),
+            _ => DualGamma::nearest(|encoded| self.decode_value(encoded)),
         }
-        let codes = (0..CODES).map(|i| (i as f32 + 0.5) / CODES as f32);
-        let levels: Vec<(f32, f32)> = codes.map(|x| (x, self.decode_value(x))).collect();
-        let distance = |curve: &DualGamma| {
-            let off = levels
-                .iter()
-                .map(|&(x, y)| (curve.encode_value(y) - x).powi(2));
-            (off.sum::<f32>() / CODES as f32).sqrt()
-        };
-        let mut best = (
-            DualGamma {
-                gamma1: 2.2,
-                gamma2: 2.2,
-            },
-            f32::INFINITY,
-        );
-        // Around the best of each round, the next one looks with a third of the step.
-        for round in 0..8 {
-            let (centre, step) = (best.0, 0.6 / 3f32.powi(round));
-            for i in -3..=3 {
-                for j in -3..=3 {
-                    let near = |gamma: f32, steps: i32| {
-                        (gamma + step * steps as f32)
-                            .clamp(*DualGamma::BOUNDS.start(), *DualGamma::BOUNDS.end())
-                    };
-                    let curve = DualGamma::new(near(centre.gamma1, i), near(centre.gamma2, j));
-                    if let Ok(curve) = curve
-                        && distance(&curve) < best.1
-                    {
-                        best = (curve, distance(&curve));
-                    }
-                }
-            }
-        }
-        best
     }
 }
 

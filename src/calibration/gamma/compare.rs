@@ -1,6 +1,8 @@
 //! How well other curves explain the pictures, compared with the dual gamma.
 
-use super::{ExposurePrior, InspectableFit, bounds};
+use super::brightness::ExposurePrior;
+use super::objective::Score;
+use super::{InspectableFit, bounds};
 use base::error::Result;
 use base::progress::Progress;
 use imaging::Response;
@@ -14,6 +16,8 @@ pub struct CurveFit {
     pub parameters: usize,
     /// Its best exposure.
     pub exposure: f32,
+    /// What the balls get wrong of the light's brightness, per channel.
+    pub gains: [f32; 3],
     /// Evidence against the curve: −2·ln of how probable it makes the pictures, relative to the dual gamma, without
     /// the priors of the exponents. 10 is strong evidence; below 0, the curve is better than the dual gamma.
     pub evidence: f32,
@@ -25,6 +29,19 @@ pub struct CurveFit {
 }
 
 impl CurveFit {
+    /// A curve's score beside the least cost.
+    pub(super) fn of(response: Response, parameters: usize, score: &Score, least: f64) -> Self {
+        Self {
+            response,
+            parameters,
+            exposure: score.brightness.log_exposure.exp() as f32,
+            gains: score.gains(),
+            evidence: (score.cost - least) as f32,
+            subject: score.subject as f32,
+            ball: score.ball as f32,
+        }
+    }
+
     /// The balls' distance as a peak signal-to-noise ratio in decibels.
     pub fn ball_psnr(&self) -> f32 {
         psnr(self.ball)
@@ -41,21 +58,7 @@ fn psnr(distance: f32) -> f32 {
     -20.0 * distance.max(1e-6).log10()
 }
 
-/// Below this evidence a standard curve is better than every dual gamma: odds of more than a hundred to one.
-const BETTER: f32 = -10.0;
-
 impl InspectableFit<'_> {
-    /// The standard curve that explains the pictures better than the fit, if there is one.
-    pub(super) fn better_curve(&self) -> Option<CurveFit> {
-        let least = self.curve(Response::Dual(self.fit.response), 2, 0.0).1;
-        let standards = [Response::Srgb, Response::Rec709, Response::Linear];
-        let curves = standards.map(|response| self.curve(response, 0, least).0);
-        let best = curves
-            .into_iter()
-            .min_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        best.filter(|curve| curve.evidence < BETTER)
-    }
-
     /// How well a curve does against the cost `least`, and its own cost. The exposure is that of the more probable
     /// case, which need not be that of the fit: a wrong curve makes the exposure look changed.
     fn curve(&self, response: Response, parameters: usize, least: f64) -> (CurveFit, f64) {
@@ -67,18 +70,13 @@ impl InspectableFit<'_> {
         } else {
             alone
         };
-        let fit = CurveFit {
-            response,
-            parameters,
-            exposure: score.log_exposure.exp() as f32,
-            evidence: (score.cost - least) as f32,
-            subject: score.subject as f32,
-            ball: score.ball as f32,
-        };
-        (fit, score.cost)
+        (
+            CurveFit::of(response, parameters, &score, least),
+            score.cost,
+        )
     }
 
-    /// The dual gamma first, then a fitted power, sRGB, Rec. 709 and linear.
+    /// The dual gamma first, then a fitted power, sRGB, Rec. 709, linear, and the log curve of the usual K or the best.
     ///
     /// # Errors
     /// When the job was stopped.

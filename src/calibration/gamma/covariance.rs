@@ -38,8 +38,8 @@ impl Covariance {
         is_sound.then_some(Self { factor, size })
     }
 
-    /// Σ (error / deviation)² over independent combinations of the errors.
-    fn square(&self, errors: &[f64]) -> f64 {
+    /// Independent combinations of the errors, each over its deviation.
+    pub fn whitened(&self, errors: &[f64]) -> Vec<f64> {
         let mut whitened = vec![0.0; self.size];
         for row in 0..self.size {
             let factor = &self.factor[row * self.size..=row * self.size + row];
@@ -50,13 +50,17 @@ impl Covariance {
                 .sum();
             whitened[row] = (errors[row] - known) / factor[row];
         }
-        whitened.iter().map(|w| w * w).sum()
+        whitened
     }
 
-    /// −2·ln of how probable the errors are, up to a constant. Errors that are larger than all parts together explain
-    /// come from something that the model leaves out, and tell less: Student's distribution, ν·ln(1 + χ²/ν).
-    pub fn cost(&self, errors: &[f64]) -> f64 {
-        FREEDOM * (self.square(errors) / FREEDOM).ln_1p()
+    /// −2·ln of how probable errors are whose whitened squares add up to `square`, up to a constant, and its slope.
+    /// Errors that are larger than all parts together explain come from something that the model leaves out, and tell
+    /// less: Student's distribution, ν·ln(1 + χ²/ν).
+    pub fn cost(&self, square: f64) -> [f64; 2] {
+        [
+            FREEDOM * (square / FREEDOM).ln_1p(),
+            1.0 / (1.0 + square / FREEDOM),
+        ]
     }
 }
 
@@ -64,19 +68,24 @@ impl Covariance {
 mod tests {
     use super::*;
 
+    fn square(covariance: &Covariance, errors: &[f64]) -> f64 {
+        covariance.whitened(errors).iter().map(|w| w * w).sum()
+    }
+
     #[test]
     fn errors_along_a_part_cost_less_than_across_it() {
         let covariance = Covariance::new(2, &[vec![3.0, 3.0]], 1.0).unwrap();
         // The inverse of [[10, 9], [9, 10]] is [[10, −9], [−9, 10]] / 19.
-        assert!((covariance.square(&[1.0, 1.0]) - 2.0 / 19.0).abs() < 1e-12);
-        assert!((covariance.square(&[1.0, -1.0]) - 38.0 / 19.0).abs() < 1e-12);
+        assert!((square(&covariance, &[1.0, 1.0]) - 2.0 / 19.0).abs() < 1e-12);
+        assert!((square(&covariance, &[1.0, -1.0]) - 38.0 / 19.0).abs() < 1e-12);
         assert!(Covariance::new(2, &[vec![f64::NAN, 0.0]], 1.0).is_none());
     }
 
     #[test]
     fn small_errors_cost_their_square_and_large_ones_less() {
         let covariance = Covariance::new(2, &[], 1.0).unwrap();
-        assert!((covariance.cost(&[0.1, 0.0]) - 0.01).abs() < 1e-4);
-        assert!(covariance.cost(&[30.0, 0.0]) < 100.0);
+        let cost = |errors: &[f64]| covariance.cost(square(&covariance, errors))[0];
+        assert!((cost(&[0.1, 0.0]) - 0.01).abs() < 1e-4);
+        assert!(cost(&[30.0, 0.0]) < 100.0);
     }
 }

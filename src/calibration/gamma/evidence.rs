@@ -28,13 +28,14 @@ pub struct Evidence {
     pub brightest: f32,
     /// Root-mean-square encoded distance on the mirror balls, pixel for pixel.
     pub ball_residual: f32,
-    /// A standard curve that explains the pictures better than any dual gamma, by name.
+    /// A standard or log curve that explains the pictures better than any dual gamma, by name.
     pub better_curve: Option<String>,
     /// Both accounts of the pictures, the more probable one first; empty if nothing was fitted or a standard curve is
     /// better.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cases: Vec<Case>,
-    /// The intervals of 50, 90 and 99 % that follow from both.
+    /// The intervals of 50, 90 and 99 % that follow from both and from other curves that may be the camera's, by the
+    /// dual gammas nearest to them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub intervals: Vec<Interval>,
 }
@@ -81,22 +82,13 @@ impl Evidence {
             darkest: fit.extent[0],
             brightest: fit.extent[1],
             ball_residual: fit.ball_residual,
-            better_curve: fit
-                .better_curve
-                .map(|curve| curve.response.name().to_owned()),
-            intervals: Interval::of(&cases),
+            better_curve: fit.better_curve.map(|curve| match curve.response {
+                log @ imaging::Response::Log(_) => log.to_string(),
+                standard => standard.name().to_owned(),
+            }),
+            intervals: Interval::of(&fit.accounts()),
             cases,
         }
-    }
-
-    /// Adds an error of all exponents that the fit does not know of.
-    pub(crate) fn widen(&mut self, deviation: f32) {
-        for case in &mut self.cases {
-            for own in &mut case.deviation[..2] {
-                *own = own.hypot(deviation);
-            }
-        }
-        self.intervals = Interval::of(&self.cases);
     }
 
     /// From this deviation on, the pictures do not determine an exponent: less than half of what is known comes

@@ -1,9 +1,11 @@
 //! How far the quantiles of the relit poses and of the interview must be expected to be apart even under the right
 //! response: poses are not frames, and the weights that the poses are relit with are not exact.
 
-use super::objective::{LinearPictures, Objective, encoded};
+use super::brightness::ONES;
+use super::objective::{LinearPictures, Objective};
 use super::subject::{QUANTILES, Quantiles};
 use crate::code_values::ResponseTable;
+use glam::{DMat3, DVec3};
 use std::ops::Range;
 
 /// The smallest relative error of a lamp's weight: what 8 bits and the blur of the comparison leave where the truth
@@ -31,10 +33,10 @@ impl Objective<'_> {
         &self,
         table: &ResponseTable,
         weights: &[[f32; 3]],
-        exposure: f32,
+        log_factors: DVec3,
     ) -> Vec<Vec<f64>> {
         let frames = &self.subject.frame_quantiles;
-        let poses = self.pose_quantiles(table, weights, exposure);
+        let poses = self.pose_quantiles(table, weights, log_factors);
         // A single picture is assumed to vary as much as a single one of the others does.
         let of = |pictures: &[Quantiles], others: &[Quantiles]| match pictures.len() {
             0 | 1 => from_mean(others, (others.len() as f64).sqrt()),
@@ -57,12 +59,19 @@ impl Objective<'_> {
     /// How far the subject's encoded values move by errors of the interview's light, which all pixels share: by what
     /// the lamps leave unexplained on the ball (see [`Probes::weight_errors`]), and by each lamp's own error, the
     /// difference between the weight from its whole light and the weight from its pixels one by one.
-    pub fn weight_errors(&self, linear: &LinearPictures, log_exposure: f64) -> Vec<Vec<f64>> {
-        let here = linear.encoded(log_exposure);
+    ///
+    /// What they do to the brightness of each channel is fitted with the subject, so it is taken out of them and given as
+    /// the covariance of ln light.
+    pub fn weight_errors(
+        &self,
+        linear: &LinearPictures,
+        log_factors: DVec3,
+    ) -> (Vec<Vec<f64>>, DMat3) {
+        let here = linear.encoded(log_factors);
         let moved = |weights: &[[f32; 3]]| -> Vec<f64> {
             let pairs = self.pairs(&linear.table, weights);
-            let there = encoded(&linear.table, &pairs, log_exposure);
-            there.zip(&here).map(|(a, b)| a - b).collect()
+            let there = pairs.encoded(&linear.table, log_factors);
+            there.iter().zip(&here).map(|(a, b)| a - b).collect()
         };
         let changes = self.probes.weight_errors(&linear.table);
         let unexplained = changes.iter().map(|changes| {
@@ -87,20 +96,41 @@ impl Objective<'_> {
             }
             moved(&weights)
         });
-        let mut errors: Vec<Vec<f64>> = unexplained.collect();
-        // A little more light on everything, and how much of it is in each error.
-        let there = linear.encoded(log_exposure + BRIGHTER);
-        let brighter: Vec<f64> = there.iter().zip(&here).map(|(a, b)| a - b).collect();
-        let product = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        let whole = product(&brighter, &brighter).max(f64::MIN_POSITIVE);
-        let square: f64 = (errors.iter())
-            .map(|error| (product(error, &brighter) / whole).powi(2))
-            .sum();
-        let shared = SHARED_BRIGHTNESS * square.sqrt();
-        errors.push(brighter.iter().map(|b| shared * b).collect());
-        errors.extend(own);
-        errors
+        let there = linear.encoded(log_factors + BRIGHTER);
+        let slope: Vec<f64> = (there.iter().zip(&here))
+            .map(|(a, b)| (a - b) / BRIGHTER)
+            .collect();
+        let mut unexplained: Vec<Vec<f64>> = unexplained.collect();
+        let mut brightness = take_brightness(&mut unexplained, &slope);
+        let shared = DVec3::ONE.dot(brightness * DVec3::ONE) / 9.0;
+        brightness += ONES * (shared * SHARED_BRIGHTNESS.powi(2));
+        let mut own: Vec<Vec<f64>> = own.collect();
+        brightness += take_brightness(&mut own, &slope);
+        unexplained.extend(own);
+        (unexplained, brightness)
     }
+}
+
+/// Takes out of errors of encoded quantiles what is a change of each channel's brightness, given what a step of ln light
+/// does to them, and returns the covariance of ln light that they make together.
+fn take_brightness(errors: &mut [Vec<f64>], slope: &[f64]) -> DMat3 {
+    let mut covariance = DMat3::ZERO;
+    for error in errors {
+        let mut change = [0.0; 3];
+        for ((change, error), slope) in (change.iter_mut())
+            .zip(error.chunks_exact_mut(QUANTILES))
+            .zip(slope.chunks_exact(QUANTILES))
+        {
+            let product = |a: &[f64]| -> f64 { a.iter().zip(slope).map(|(a, b)| a * b).sum() };
+            *change = product(error) / product(slope).max(f64::MIN_POSITIVE);
+            for (error, slope) in error.iter_mut().zip(slope) {
+                *error -= *change * slope;
+            }
+        }
+        let change = DVec3::from_array(change);
+        covariance += DMat3::from_cols(change * change.x, change * change.y, change * change.z);
+    }
+    covariance
 }
 
 /// The differences of several pictures' quantiles from their mean, such that the sum of their squares is the

@@ -14,6 +14,7 @@
 //! the exposure was changed is a second case. Both cases are explored and kept with their probabilities: the more
 //! probable one is the answer, and deviations and intervals are those of the mixture.
 
+mod brightness;
 mod case;
 mod compare;
 mod covariance;
@@ -23,6 +24,7 @@ mod frame_match;
 mod matte;
 mod objective;
 mod posterior;
+mod rivals;
 mod study;
 mod subject;
 mod surface;
@@ -33,10 +35,12 @@ use super::minimizer::{self, Search};
 use super::probe::Probes;
 use base::error::{Error, Result};
 use base::progress::Progress;
+use brightness::ExposurePrior;
 use imaging::{DualGamma, Response};
 use objective::{LinearPictures, Objective, gamma_prior};
 use posterior::Posterior;
 use project::Shoot;
+use rivals::Rival;
 use serde::{Deserialize, Serialize};
 
 pub use case::{Case, Interval};
@@ -47,38 +51,6 @@ pub use study::{CurvePoint, GammaStudy, Histogram, curve};
 pub(super) use subject::Subject;
 pub use surface::Surface;
 
-/// An assumption about the exposure between the photographs of the balls and the filming.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum ExposurePrior {
-    /// Nearly always nobody touched the cameras, and a few hundredths of a stop remain.
-    LeftAlone,
-    /// Now and then somebody changed the exposure, by about half a stop.
-    Changed,
-}
-
-impl ExposurePrior {
-    /// How often it holds.
-    const fn chance(self) -> f64 {
-        match self {
-            Self::LeftAlone => 0.9,
-            Self::Changed => 0.1,
-        }
-    }
-
-    /// The standard deviation of ln exposure if it holds.
-    const fn deviation(self) -> f64 {
-        match self {
-            Self::LeftAlone => 0.03,
-            Self::Changed => 0.4,
-        }
-    }
-
-    /// −2·ln of its probability density of ln exposure, up to a constant.
-    fn cost(self, log_exposure: f64) -> f64 {
-        let deviation = self.deviation();
-        (log_exposure / deviation).powi(2) + 2.0 * (deviation / self.chance()).ln()
-    }
-}
 /// Mean and deviation of the weak prior on each exponent: video cameras are near 2.2.
 const GAMMA_PRIOR: (f64, f64) = (2.2, 0.6);
 
@@ -98,8 +70,10 @@ pub enum Comparison {
 pub struct GammaFit {
     /// The camera's response.
     pub response: DualGamma,
-    /// Interview = exposure · Σ weights · OLAT.
+    /// Interview = exposure · gains · Σ weights · OLAT.
     pub exposure: f32,
+    /// What the balls get wrong of the light's brightness, per channel.
+    pub gains: [f32; 3],
     /// What was compared.
     pub comparison: Comparison,
     /// Root-mean-square encoded distance of the quantiles, or of the pixels.
@@ -110,11 +84,13 @@ pub struct GammaFit {
     pub deviation: [f32; 3],
     /// Both accounts of the exposure, the more probable one, which the fit is of, first.
     pub cases: [Case; 2],
+    /// Curves that are no dual gamma, each as the nearest one, and how probable it is beside all dual gammas.
+    pub others: Vec<Case>,
     /// The 1 % and the 99 % quantile of the compared values.
     pub extent: [f32; 2],
     /// Poses that a frame shows: pose and frame by their numbers in the project.
     pub same_poses: Vec<[usize; 2]>,
-    /// A standard curve that explains the pictures better than any dual gamma.
+    /// A standard or log curve that explains the pictures better than the dual gammas.
     pub better_curve: Option<CurveFit>,
 }
 
@@ -124,6 +100,29 @@ impl GammaFit {
         let changed = self.cases.iter().find(|case| case.changed);
         changed.map_or(0.0, |case| case.probability)
     }
+
+    /// Adds an error of both exponents that the fit does not know of. A standard curve has none.
+    pub(super) fn widen(&mut self, deviation: f32) {
+        let cases = self.cases.iter_mut().chain(&mut self.others);
+        let deviations = cases
+            .map(|case| &mut case.deviation)
+            .chain([&mut self.deviation]);
+        for own in deviations.flat_map(|all| &mut all[..2]) {
+            if *own > 0.0 {
+                *own = own.hypot(deviation);
+            }
+        }
+    }
+
+    /// All accounts of the pictures with their probabilities, which add up to 1.
+    fn accounts(&self) -> Vec<Case> {
+        let others: f32 = self.others.iter().map(|other| other.probability).sum();
+        let duals = self.cases.iter().map(|case| Case {
+            probability: (1.0 - others) * case.probability,
+            ..*case
+        });
+        duals.chain(self.others.iter().copied()).collect()
+    }
 }
 
 /// The response that a calibration uses: the fitted one, a standard curve that beats the fit, or one set by hand.
@@ -132,6 +131,8 @@ pub(super) struct ChosenResponse {
     /// Standard deviations of γ1 and γ2; 0 if the response was not fitted.
     pub deviation: [f32; 2],
     pub exposure: f32,
+    /// What the balls get wrong of the light's brightness, per channel.
+    pub gains: [f32; 3],
     /// Root-mean-square encoded distance of the quantiles, or of the pixels.
     pub residual: f32,
     pub evidence: Evidence,
@@ -146,13 +147,15 @@ impl ChosenResponse {
                 response: fit.response.into(),
                 deviation: [fit.deviation[0], fit.deviation[1]],
                 exposure: fit.exposure,
+                gains: fit.gains,
                 residual: fit.residual,
                 evidence,
             },
             Some(curve) => Self {
                 response: curve.response,
-                deviation: [0.0; 2],
+                deviation: [fit.deviation[0], fit.deviation[1]],
                 exposure: curve.exposure,
+                gains: curve.gains,
                 residual: curve.subject,
                 evidence: Evidence {
                     ball_residual: curve.ball,
@@ -162,23 +165,16 @@ impl ChosenResponse {
         }
     }
 
-    /// Adds an error of both exponents that the fit does not know of. Only a fitted response has a deviation.
-    pub fn widen(&mut self, deviation: f32) {
-        for own in self.deviation.iter_mut().filter(|own| **own > 0.0) {
-            *own = own.hypot(deviation);
-        }
-        self.evidence.widen(deviation);
-    }
-
     /// A response set by hand.
     pub fn by_hand(subject: &Subject, probes: &Probes, trial: &Trial) -> Self {
-        let objective = Objective::new(subject, probes, vec![]);
-        let [residual, ball_residual] = objective.distances(&trial.response, trial.exposure);
+        let (objective, linear, gains) = Objective::of_response(subject, probes, &trial.response);
+        let [residual, ball_residual] = objective.distances(&linear, trial.exposure, gains);
         let [darkest, brightest] = objective.extent();
         Self {
             response: trial.response,
             deviation: [0.0; 2],
             exposure: trial.exposure,
+            gains,
             residual,
             evidence: Evidence {
                 by_hand: true,
@@ -197,6 +193,14 @@ pub struct InspectableFit<'a> {
     objective: Objective<'a>,
     /// The fit.
     pub fit: GammaFit,
+}
+
+/// Weights with the factors by which the balls get the light's brightness wrong, per channel.
+pub(super) fn with_gains(mut weights: Vec<[f32; 3]>, gains: [f32; 3]) -> Vec<[f32; 3]> {
+    for weight in &mut weights {
+        *weight = [0, 1, 2].map(|c| weight[c] * gains[c]);
+    }
+    weights
 }
 
 /// Fits γ1, γ2 and the exposure with the wanted comparison; with `None`, pixel by pixel if a frame shows a pose,
@@ -325,7 +329,8 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     let score = objective.score(&objective.linearize_by(&response.into()));
     let fit = GammaFit {
         response,
-        exposure: score.log_exposure.exp() as f32,
+        exposure: score.brightness.log_exposure.exp() as f32,
+        gains: score.gains(),
         comparison: if objective.matched.is_empty() {
             Comparison::Distribution
         } else {
@@ -333,17 +338,18 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
         },
         residual: score.subject as f32,
         ball_residual: score.ball as f32,
-        deviation: deviation_beside(&found, &other, doubt),
+        deviation: [0.0; 3],
         cases: [
             case_of(&found, prior, 1.0 - doubt)?,
             case_of(&other, other_prior, doubt)?,
         ],
+        others: vec![],
         extent: objective.extent(),
         same_poses: vec![],
         better_curve: None,
     };
     let mut fitted = InspectableFit { objective, fit };
-    fitted.fit.better_curve = fitted.better_curve();
+    fitted.compare_rivals([found.cost, other.cost]);
     Ok(fitted)
 }
 
@@ -371,13 +377,37 @@ fn case_of(posterior: &Posterior, prior: ExposurePrior, probability: f64) -> Res
     })
 }
 
-/// Standard deviations about one case if another holds with probability `doubt`.
-fn deviation_beside(found: &Posterior, other: &Posterior, doubt: f64) -> [f32; 3] {
-    let here = [found.gammas[0], found.gammas[1], found.log_exposure];
-    [0, 1, 2].map(|i| {
-        let square = |p: &Posterior| p.deviation[i].powi(2) + (p.mean[i] - here[i]).powi(2);
-        ((1.0 - doubt) * square(found) + doubt * square(other)).sqrt() as f32
-    })
+impl InspectableFit<'_> {
+    /// Compares the dual gammas, whose cases have these costs, with other curves, and takes the most probable one.
+    fn compare_rivals(&mut self, duals: [f64; 2]) {
+        /// From this probability on a standard curve is exact.
+        const SURE: f64 = 0.99;
+        let rivals = Rival::all(&self.objective);
+        let probabilities = rivals::probabilities(&rivals, duals);
+        let fit = &mut self.fit;
+        fit.others = (rivals.iter().zip(&probabilities))
+            .map(|(rival, probability)| rival.case(*probability))
+            .collect();
+        let dual = 1.0 - probabilities.iter().sum::<f64>();
+        let best = (0..rivals.len()).max_by(|a, b| probabilities[*a].total_cmp(&probabilities[*b]));
+        let best = best.filter(|best| probabilities[*best] > dual);
+        fit.better_curve = best.map(|best| rivals[best].fit);
+        let [dual, ..] = fit.cases;
+        let chosen = best.map_or(dual, |best| fit.others[best]);
+        let here = [chosen.gamma1, chosen.gamma2, chosen.exposure.ln()];
+        let accounts = fit.accounts();
+        fit.deviation = [0, 1, 2].map(|i| {
+            let square = |case: &Case| {
+                case.probability * (case.deviation[i].powi(2) + (case.mean[i] - here[i]).powi(2))
+            };
+            accounts.iter().map(square).sum::<f32>().sqrt()
+        });
+        let is_exact =
+            best.is_some_and(|best| rivals[best].fit.parameters == 0 && probabilities[best] > SURE);
+        if is_exact {
+            [fit.deviation[0], fit.deviation[1]] = [0.0; 2];
+        }
+    }
 }
 
 impl Objective<'_> {

@@ -3,10 +3,12 @@
 
 use super::super::code_values::{ResponseTable, STEPS};
 use super::super::probe::{NeighbourDifferences, Probes, Profile};
+use super::GAMMA_PRIOR;
+use super::brightness::{Brightness, ExposurePrior, LocalCost, ball_errors};
 use super::covariance::Covariance;
 use super::frame_match::MatchedPixel;
 use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
-use super::{ExposurePrior, GAMMA_PRIOR};
+use glam::{DMat3, DVec3};
 use imaging::{DualGamma, Response};
 
 /// The root-mean-square distance that rounding to 8 bits leaves; nothing smaller can be measured.
@@ -14,49 +16,82 @@ pub(super) fn rounding() -> f64 {
     1.0 / 255.0 / 12f64.sqrt()
 }
 
+/// Pairs of the relit poses' light and the interview's encoded value: quantiles, channel by channel, or the channels of
+/// pixels.
+pub(super) struct Pairs {
+    values: Vec<(f32, f32)>,
+    of_pixels: bool,
+}
+
+impl Pairs {
+    /// The channel of a pair.
+    fn channel(&self, i: usize) -> usize {
+        if self.of_pixels { i % 3 } else { i / QUANTILES }
+    }
+
+    /// The encoded values of the light times factors, given by their logarithms.
+    pub fn encoded(&self, table: &ResponseTable, log_factors: DVec3) -> Vec<f64> {
+        let factors = log_factors.to_array().map(|x| x.exp() as f32);
+        let lights = self.values.iter().enumerate();
+        lights
+            .map(|(i, (light, _))| f64::from(table.encode(factors[self.channel(i)] * light)))
+            .collect()
+    }
+}
+
 /// All pictures linearised by one response, before the exposure is chosen.
 pub(super) struct LinearPictures {
     pub table: ResponseTable,
     pub weights: Vec<[f32; 3]>,
-    /// Pairs of the relit poses' light and the interview's encoded value: quantiles, channel by channel, or the
-    /// channels of pixels.
-    pub pairs: Vec<(f32, f32)>,
+    pub pairs: Pairs,
     /// The balls, pixel by pixel.
     pub ball: Profile,
 }
 
 impl LinearPictures {
-    /// The subject's encoded values at an exposure.
-    pub fn encoded(&self, log_exposure: f64) -> Vec<f64> {
-        encoded(&self.table, &self.pairs, log_exposure).collect()
+    /// The subject's encoded values under ln factors on its light.
+    pub fn encoded(&self, log_factors: DVec3) -> Vec<f64> {
+        self.pairs.encoded(&self.table, log_factors)
     }
 
     /// How far they are from the interview's.
-    fn errors(&self, log_exposure: f64) -> impl Iterator<Item = f64> {
-        let is = self.pairs.iter().map(|(_, is)| f64::from(*is));
-        encoded(&self.table, &self.pairs, log_exposure)
-            .zip(is)
-            .map(|(found, is)| found - is)
+    fn errors(&self, log_factors: DVec3) -> Vec<f64> {
+        let is = self.pairs.values.iter().map(|(_, is)| f64::from(*is));
+        let found = self.encoded(log_factors).into_iter();
+        found.zip(is).map(|(found, is)| found - is).collect()
     }
 
-    /// Mean squared distance of the encoded subject at an exposure.
-    pub fn subject_square(&self, log_exposure: f64) -> f64 {
-        let square: f64 = self.errors(log_exposure).map(|error| error * error).sum();
-        square / self.pairs.len().max(1) as f64
+    /// Mean squared distance of the encoded subject.
+    fn subject_square(&self, log_factors: DVec3) -> f64 {
+        let errors = self.errors(log_factors);
+        let square: f64 = errors.iter().map(|error| error * error).sum();
+        square / errors.len().max(1) as f64
     }
 }
 
-/// How good a response is, at its best exposure.
+/// How good a response is, whatever the brightness of the interview.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Score {
     /// −2·ln of its probability, up to a constant and without the priors of the exponents.
     pub cost: f64,
-    pub log_exposure: f64,
-    /// The standard deviation of ln exposure under this response.
-    pub exposure_deviation: f64,
+    pub brightness: Brightness,
     /// Root-mean-square distances in encoded values.
     pub subject: f64,
     pub ball: f64,
+}
+
+impl Score {
+    /// The factors on the lamps' weights that are not the exposure.
+    pub fn gains(&self) -> [f32; 3] {
+        let Brightness {
+            log_factors,
+            log_exposure,
+            ..
+        } = self.brightness;
+        (log_factors - log_exposure)
+            .to_array()
+            .map(|gain| gain.exp() as f32)
+    }
 }
 
 /// What responses are compared by.
@@ -67,6 +102,8 @@ pub(super) struct Objective<'a> {
     pub matched: Vec<&'a Pose>,
     /// What is known of the errors of the pairs; `None` if pixels are compared.
     errors: Option<Covariance>,
+    /// The covariance of ln light, per channel, that errors of the lamps' weights make.
+    light_error: DMat3,
     /// How many independent errors there are among the compared pixels, and on the balls.
     pixel_count: f64,
     ball_count: f64,
@@ -84,6 +121,7 @@ impl<'a> Objective<'a> {
             subject,
             probes,
             errors: None,
+            light_error: DMat3::ZERO,
             pixel_count: BLOCKS as f64,
             ball_count: subject.lamps as f64,
             remainder: 0.0,
@@ -97,7 +135,7 @@ impl<'a> Objective<'a> {
             };
             let table = ResponseTable::new(&middle);
             let weights = probes.weights(&table);
-            let differences = objective.differences(&table, &weights, 1.0);
+            let differences = objective.differences(&table, &weights, DVec3::ZERO);
             objective.errors = Covariance::new(3 * QUANTILES, &differences, MODEL_ERROR);
         }
         objective
@@ -123,22 +161,24 @@ impl<'a> Objective<'a> {
         // Part of the misfit looks like noise. With this power, measured on random shoots, intervals hold what they say.
         let own = noise_share(self.ball_square(&ball), ball.noise).powf(1.5);
         self.ball_count = own * pixels + (1.0 - own) * others;
-        let x = self.score(best).log_exposure;
+        let x = self.score(best).brightness.log_factors;
         if self.matched.is_empty() {
-            let mut differences = self.differences(&best.table, &best.weights, x.exp() as f32);
-            differences.extend(self.weight_errors(best, x));
+            let mut differences = self.differences(&best.table, &best.weights, x);
+            let (errors, brightness) = self.weight_errors(best, x);
+            differences.extend(errors);
+            self.light_error = brightness;
             self.errors = Covariance::new(3 * QUANTILES, &differences, MODEL_ERROR);
         } else {
             let own = noise_share(best.subject_square(x), self.matched_noise(best, x));
-            let pixels = (best.pairs.len() / 3) as f64;
+            let pixels = (best.pairs.values.len() / 3) as f64;
             self.pixel_count = own * pixels + (1.0 - own) * pixels.min(BLOCKS as f64);
         }
     }
 
     /// Mean square of the noise between poses and their frames.
-    fn matched_noise(&self, linear: &LinearPictures, log_exposure: f64) -> f64 {
+    fn matched_noise(&self, linear: &LinearPictures, log_factors: DVec3) -> f64 {
         let mut channels: [NeighbourDifferences; 3] = Default::default();
-        let errors: Vec<f64> = linear.errors(log_exposure).collect();
+        let errors = linear.errors(log_factors);
         let pixels = self
             .matched
             .iter()
@@ -189,10 +229,30 @@ impl<'a> Objective<'a> {
             .collect()
     }
 
+    /// What a response that is not fitted is compared with: the objective that knows its errors, the pictures under it,
+    /// and what the balls get wrong of the light's brightness, per channel.
+    pub fn of_response(
+        subject: &'a Subject,
+        probes: &'a Probes,
+        response: &Response,
+    ) -> (Self, LinearPictures, [f32; 3]) {
+        let mut objective = Self::new(subject, probes, vec![]);
+        let linear = objective.linearize_by(response);
+        objective.weigh(&linear);
+        let [alone, changed] = [ExposurePrior::LeftAlone, ExposurePrior::Changed]
+            .map(|prior| objective.score_under(prior, &linear));
+        let score = if changed.cost < alone.cost {
+            changed
+        } else {
+            alone
+        };
+        (objective, linear, score.gains())
+    }
+
     /// Root-mean-square encoded distances of the subject and on the balls.
-    pub fn distances(&self, response: &Response, exposure: f32) -> [f32; 2] {
-        let linear = self.linearize_by(response);
-        let subject = linear.subject_square(f64::from(exposure).ln());
+    pub fn distances(&self, linear: &LinearPictures, exposure: f32, gains: [f32; 3]) -> [f32; 2] {
+        let log_factors = gains.map(|gain| f64::from(gain * exposure).ln());
+        let subject = linear.subject_square(DVec3::from_array(log_factors));
         [subject, self.ball_square(&linear.ball)].map(|square| square.sqrt() as f32)
     }
 
@@ -224,20 +284,24 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// Pairs of the relit subject's light and the interview's encoded values: quantiles, channel by channel, or the
-    /// channels of pixels.
-    pub fn pairs(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Vec<(f32, f32)> {
+    /// The relit subject beside the interview.
+    pub fn pairs(&self, table: &ResponseTable, weights: &[[f32; 3]]) -> Pairs {
         if !self.matched.is_empty() {
             let pairs = |pose: &&'a Pose| self.matched_pairs(pose, table, weights);
-            return self.matched.iter().flat_map(pairs).collect();
+            return Pairs {
+                values: self.matched.iter().flat_map(pairs).collect(),
+                of_pixels: true,
+            };
         }
         let relit = self.subject.all_relit(table, weights);
-        (0..3)
-            .flat_map(|c| {
-                let light = quantiles(relit.iter().map(|p| p[c]).collect());
-                light.into_iter().zip(self.subject.interview[c])
-            })
-            .collect()
+        let of_channel = |c: usize| {
+            let light = quantiles(relit.iter().map(|p| p[c]).collect());
+            light.into_iter().zip(self.subject.interview[c])
+        };
+        Pairs {
+            values: (0..3).flat_map(of_channel).collect(),
+            of_pixels: false,
+        }
     }
 
     /// The 1 % and the 99 % quantile of the compared values: OLATs, frames and balls, encoded in `[0, 1]`.
@@ -265,15 +329,44 @@ impl<'a> Objective<'a> {
         ball.square / self.probes.profile_pixels().max(1) as f64
     }
 
-    /// −2·ln of the probability of the subject's pictures at an exposure, up to a constant: of errors of known
-    /// covariance, or of independent errors of unknown size between pixels.
-    fn subject_cost(&self, linear: &LinearPictures, log_exposure: f64) -> f64 {
-        match &self.errors {
-            Some(errors) => errors.cost(&linear.errors(log_exposure).collect::<Vec<_>>()),
-            None => {
-                let square = linear.subject_square(log_exposure) + rounding().powi(2);
-                self.pixel_count * square.ln()
+    /// How probable the subject's pictures are under ln factors on its light: by errors of known covariance, or
+    /// independent errors of unknown size between pixels.
+    fn subject_cost(&self, linear: &LinearPictures, log_factors: DVec3) -> LocalCost {
+        /// A step of ln light for slopes.
+        const STEP: f64 = 0.01;
+        let errors = linear.errors(log_factors);
+        let brighter = linear.encoded(log_factors + STEP);
+        let darker = linear.encoded(log_factors - STEP);
+        let slopes = [0, 1, 2].map(|c| -> Vec<f64> {
+            let slope = brighter.iter().zip(&darker).enumerate();
+            slope
+                .map(|(i, (b, d))| {
+                    let is_own = f64::from(u8::from(linear.pairs.channel(i) == c));
+                    is_own * (b - d) / (2.0 * STEP)
+                })
+                .collect()
+        });
+        let product = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        let (errors, slopes, cost, certainty) = match &self.errors {
+            Some(covariance) => {
+                let errors = covariance.whitened(&errors);
+                let slopes = slopes.map(|slope| covariance.whitened(&slope));
+                let [cost, certainty] = covariance.cost(product(&errors, &errors));
+                (errors, slopes, cost, certainty)
             }
+            None => {
+                let count = errors.len().max(1) as f64;
+                let square = product(&errors, &errors) / count + rounding().powi(2);
+                let certainty = self.pixel_count / (count * square);
+                (errors, slopes, self.pixel_count * square.ln(), certainty)
+            }
+        };
+        let row = |a: &[f64]| DVec3::from_array([0, 1, 2].map(|c: usize| product(a, &slopes[c])));
+        LocalCost {
+            cost,
+            gradient: certainty * row(&errors),
+            curvature: certainty
+                * DMat3::from_cols(row(&slopes[0]), row(&slopes[1]), row(&slopes[2])),
         }
     }
 
@@ -282,28 +375,21 @@ impl<'a> Objective<'a> {
         self.ball_count * (self.ball_square(&linear.ball) + rounding().powi(2)).ln()
     }
 
-    /// The score at the best exposure.
+    /// The score of all brightnesses together.
     pub fn score(&self, linear: &LinearPictures) -> Score {
         self.score_under(self.exposure, linear)
     }
 
     /// The same with another prior of the exposure.
     pub fn score_under(&self, prior: ExposurePrior, linear: &LinearPictures) -> Score {
-        let cost = |x: f64| self.subject_cost(linear, x) + prior.cost(x);
-        let log_exposure = best_exposure(cost, |x| linear.subject_square(x));
-        let least = cost(log_exposure);
-        // The probability of all exposures nearby, not of the best alone (Laplace's approximation).
-        let step = 0.3 * prior.deviation().min(0.1);
-        let curvature =
-            (cost(log_exposure - step) + cost(log_exposure + step) - 2.0 * least) / step.powi(2);
-        let exposure_deviation = (2.0 / curvature.max(1e-12))
-            .sqrt()
-            .clamp(1e-4, prior.deviation());
+        let is_clipped = self.probes.clipped_pixels() > 0;
+        let errors = ball_errors(is_clipped, self.light_error);
+        let pictures = |factors| self.subject_cost(linear, factors);
+        let brightness = Brightness::find(prior, &errors, pictures);
         Score {
-            cost: least - 2.0 * exposure_deviation.ln() + self.ball_cost(linear),
-            log_exposure,
-            exposure_deviation,
-            subject: linear.subject_square(log_exposure).sqrt(),
+            cost: brightness.cost + self.ball_cost(linear),
+            brightness,
+            subject: linear.subject_square(brightness.log_factors).sqrt(),
             ball: self.ball_square(&linear.ball).sqrt(),
         }
     }
@@ -313,13 +399,14 @@ impl<'a> Objective<'a> {
         &self,
         table: &ResponseTable,
         weights: &[[f32; 3]],
-        exposure: f32,
+        log_factors: DVec3,
     ) -> Vec<Quantiles> {
+        let factors = log_factors.to_array().map(|x| x.exp() as f32);
         let poses = self.subject.poses.iter();
         poses
             .map(|pose| {
                 let relit = self.subject.relit(pose, table, weights);
-                let encoded = |c: usize| relit.iter().map(move |p| table.encode(exposure * p[c]));
+                let encoded = |c: usize| relit.iter().map(move |p| table.encode(factors[c] * p[c]));
                 [0, 1, 2].map(|c| quantiles(encoded(c).collect()))
             })
             .collect()
@@ -337,78 +424,4 @@ pub(super) const BLOCKS: usize = 20;
 pub(super) fn gamma_prior(gammas: [f64; 2]) -> f64 {
     let prior = |gamma: f64| ((gamma - GAMMA_PRIOR.0) / GAMMA_PRIOR.1).powi(2);
     gammas.into_iter().map(prior).sum()
-}
-
-/// The exposure of least cost. The prior is lowest at 1, the pictures where `distance` is least; the minimum of the
-/// cost is at one of them or between.
-fn best_exposure(cost: impl Fn(f64) -> f64, distance: impl Fn(f64) -> f64) -> f64 {
-    const WIDEST: f64 = 1.0;
-    let free = valley(distance, [-WIDEST, WIDEST], 1e-2);
-    let reach = 4.0 * ExposurePrior::LeftAlone.deviation();
-    if free.abs() < 2.0 * reach {
-        // Both minima lie in one valley.
-        let range = [free.min(0.0) - reach, free.max(0.0) + reach];
-        return valley(&cost, range, 1e-4);
-    }
-    [
-        [free.min(0.0), free.max(0.0)],
-        [-reach, reach],
-        [free - reach, free + reach],
-    ]
-    .map(|range| valley(&cost, range, 1e-4))
-    .into_iter()
-    .min_by(|a, b| cost(*a).total_cmp(&cost(*b)))
-    .unwrap_or(0.0)
-}
-
-/// The minimum between two places, to an `accuracy` (golden section search, Kiefer 1953).
-fn valley(height: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2], accuracy: f64) -> f64 {
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let inner = |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];
-    let mut places = inner(low, high);
-    let mut heights = places.map(&height);
-    while high - low > accuracy {
-        if heights[0] < heights[1] {
-            high = places[1];
-            places = [inner(low, high)[0], places[0]];
-            heights = [height(places[0]), heights[0]];
-        } else {
-            low = places[0];
-            places = [places[1], inner(low, high)[1]];
-            heights = [heights[1], height(places[1])];
-        }
-    }
-    0.5 * (low + high)
-}
-
-/// The encoded values of pairs of light and something at an exposure.
-pub(super) fn encoded(
-    table: &ResponseTable,
-    pairs: &[(f32, f32)],
-    log_exposure: f64,
-) -> impl Iterator<Item = f64> {
-    let exposure = log_exposure.exp() as f32;
-    let lights = pairs.iter().map(|(light, _)| light);
-    lights.map(move |light| f64::from(table.encode(exposure * light)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_bottom_of_a_valley_is_found_even_at_its_edge() {
-        assert!((valley(|x| (x - 0.3).powi(2), [-1.0, 1.0], 1e-4) - 0.3).abs() < 1e-4);
-        assert!((valley(|x| x, [-1.0, 1.0], 1e-4) + 1.0).abs() < 1e-4);
-        assert_eq!(valley(|x| x, [0.5, 0.5], 1e-4), 0.5);
-    }
-
-    #[test]
-    fn an_exposure_that_the_pictures_insist_on_is_taken() {
-        let pictures = |strength: f64| move |x: f64| strength * (x - 0.2).powi(2);
-        let cost =
-            |strength: f64| move |x: f64| pictures(strength)(x) + ExposurePrior::LeftAlone.cost(x);
-        let found = |strength: f64| best_exposure(cost(strength), pictures(strength));
-        assert!((found(1e6) - 0.2).abs() < 0.005 && found(10.0).abs() < 0.01);
-    }
 }

@@ -80,7 +80,7 @@ impl Posterior {
         });
         posterior.gammas = found;
         if let Some(linear) = objective.linearize(found) {
-            posterior.log_exposure = objective.score(&linear).log_exposure;
+            posterior.log_exposure = objective.score(&linear).brightness.log_exposure;
         }
         Ok(posterior)
     }
@@ -145,8 +145,8 @@ fn grid(objective: &Objective, middle: DVec2, axes: DMat2) -> Vec<Place> {
             Some(Place {
                 gammas,
                 cost: score.cost + gamma_prior(gammas.to_array()),
-                log_exposure: score.log_exposure,
-                exposure_deviation: score.exposure_deviation,
+                log_exposure: score.brightness.log_exposure,
+                exposure_deviation: score.brightness.exposure_deviation,
             })
         })
         .collect()

@@ -3,7 +3,7 @@
 
 use super::objective::Objective;
 use super::subject::sample;
-use super::{Comparison, InspectableFit, Subject, fit};
+use super::{Comparison, InspectableFit, Subject, fit, with_gains};
 use crate::code_values::{CodeValues, ResponseTable, STEPS};
 use crate::probe::Probes;
 use base::error::{Error, Result};
@@ -90,15 +90,19 @@ impl GammaStudy {
         fit(&self.subject, &self.probes, wanted, progress)
     }
 
-    /// The interview's weights under a response: for each lamp and channel, its share.
+    /// The interview's weights under a response: for each lamp and channel, its share, with what the subject shows of
+    /// the light's brightness.
     pub fn weights(&self, response: &Response) -> Vec<[f32; 3]> {
-        self.probes.weights(&ResponseTable::of(response))
+        let (_, linear, gains) = Objective::of_response(&self.subject, &self.probes, response);
+        with_gains(linear.weights, gains)
     }
 
     /// Root-mean-square encoded distances (0 to 1) of the subject's quantiles, and on the mirror balls,
     /// under a response and an exposure.
     pub fn distances(&self, response: &Response, exposure: f32) -> [f32; 2] {
-        Objective::new(&self.subject, &self.probes, vec![]).distances(response, exposure)
+        let (objective, linear, gains) =
+            Objective::of_response(&self.subject, &self.probes, response);
+        objective.distances(&linear, exposure, gains)
     }
 
     /// Levels of the interview's frames inside the subject.

@@ -63,7 +63,7 @@ impl InspectableFit<'_> {
                             (s.cost + gamma_prior(gammas) - least) as f32,
                             s.subject as f32,
                             s.ball as f32,
-                            s.log_exposure.exp() as f32,
+                            s.brightness.log_exposure.exp() as f32,
                         ]
                     })
                 })
