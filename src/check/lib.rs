@@ -275,7 +275,7 @@ impl Evidence {
                 let mut checks = lamps::checks(calibration);
                 checks.push(response::response(calibration));
                 checks.push(response::interview_light(calibration));
-                checks.extend(motion::check(calibration));
+                checks.push(motion::check(calibration));
                 checks.push(match &self.pictures {
                     Some(Ok(pictures)) => frames::check(pictures),
                     Some(Err(why)) => Check::unread(Subject::Frames, why),

@@ -115,6 +115,7 @@ fn each_doubt_turns_its_own_check() {
     };
     assert_eq!(level(Motion, &moving(|p| p.corrected = true)), Doubtful);
     assert_eq!(level(Motion, &moving(|p| p.largest_px = f32::NAN)), Unknown);
+    assert_eq!(level(Motion, &|c| c.motion = None), Unknown);
     assert_eq!(level(LampsSeen, &|c| c.rig.lamps[1].confidence = 0.0), Bad);
     let dark = found(Fault::Dark, "olat_01: dark. Check the lamp");
     assert_eq!(level(LampsSeen, &dark), Doubtful);

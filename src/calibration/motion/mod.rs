@@ -9,6 +9,7 @@ mod cholesky;
 mod helmert;
 mod likelihood;
 mod path;
+mod pixels;
 
 use alignment::{Alignment, Pictures, Prediction};
 use base::error::{Error, Result};
