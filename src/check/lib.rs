@@ -68,13 +68,14 @@ pub enum Subject {
 
 impl Subject {
     /// What is known of every project that is calibrated.
-    const OF_PROJECT: [Self; 7] = [
+    const OF_PROJECT: [Self; 8] = [
         Self::LampsSeen,
         Self::LampsAgree,
         Self::LampsClipped,
         Self::LampsHidden,
         Self::Response,
         Self::InterviewLight,
+        Self::Motion,
         Self::Frames,
     ];
     /// What is known of each environment.
