@@ -185,8 +185,9 @@ fn calibrate_within(
     if let Some(two) = &two_balls {
         progress.say(two.sentence());
     }
-    let motion = match settings.correct_motion {
-        true => {
+    let motion = match settings.keep_motion {
+        true => None,
+        false => {
             let direction = |lamp: &Lamp| lamp.is_usable().then_some(lamp.direction);
             let directions: Vec<_> = rig.lamps.iter().map(direction).collect();
             Some(motion::find(
@@ -196,7 +197,6 @@ fn calibrate_within(
                 progress,
             )?)
         }
-        false => None,
     };
     if let Some(sentence) = motion.as_ref().and_then(Motion::sentence) {
         progress.say(sentence);

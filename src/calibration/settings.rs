@@ -29,9 +29,12 @@ pub struct CalibrateSettings {
         conflicts_with = "comparison"
     )]
     pub trial: Option<Trial>,
-    /// Look whether the subject moved while the lamps went round, and free the exemplars of what is found. A small
-    /// motion may be found where there is none.
+    /// Leave the OLATs as they are. Else it is looked whether the subject moved while the lamps went round, and exemplars
+    /// are freed of a motion that is found, which takes a second or two for each pose.
     #[arg(long)]
+    pub keep_motion: bool,
+    /// What is done without it too; scripts may still give it.
+    #[arg(long, hide = true, conflicts_with = "keep_motion")]
     pub correct_motion: bool,
 }
 

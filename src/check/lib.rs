@@ -68,13 +68,14 @@ pub enum Subject {
 
 impl Subject {
     /// What is known of every project that is calibrated.
-    const OF_PROJECT: [Self; 7] = [
+    const OF_PROJECT: [Self; 8] = [
         Self::LampsSeen,
         Self::LampsAgree,
         Self::LampsClipped,
         Self::LampsHidden,
         Self::Response,
         Self::InterviewLight,
+        Self::Motion,
         Self::Frames,
     ];
     /// What is known of each environment.
@@ -275,7 +276,7 @@ impl Evidence {
                 let mut checks = lamps::checks(calibration);
                 checks.push(response::response(calibration));
                 checks.push(response::interview_light(calibration));
-                checks.extend(motion::check(calibration));
+                checks.push(motion::check(calibration));
                 checks.push(match &self.pictures {
                     Some(Ok(pictures)) => frames::check(pictures),
                     Some(Err(why)) => Check::unread(Subject::Frames, why),

@@ -4,9 +4,17 @@ use super::{Check, Level, Subject};
 use calibration::Calibration;
 use footage::Motion;
 
-/// Whether the poses' OLATs show one and the same subject; None if the calibration did not look.
-pub(super) fn check(calibration: &Calibration) -> Option<Check> {
-    calibration.motion.as_ref().map(judged)
+/// Whether the poses' OLATs show one and the same subject.
+pub(super) fn check(calibration: &Calibration) -> Check {
+    match &calibration.motion {
+        Some(motion) => judged(motion),
+        None => Check::new(
+            Subject::Motion,
+            Level::Unknown,
+            "The calibration did not look whether the subject moved while the lamps went round",
+        )
+        .remedy("Calibrate again"),
+    }
 }
 
 fn judged(motion: &Motion) -> Check {

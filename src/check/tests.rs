@@ -115,6 +115,7 @@ fn each_doubt_turns_its_own_check() {
     };
     assert_eq!(level(Motion, &moving(|p| p.corrected = true)), Doubtful);
     assert_eq!(level(Motion, &moving(|p| p.largest_px = f32::NAN)), Unknown);
+    assert_eq!(level(Motion, &|c| c.motion = None), Unknown);
     assert_eq!(level(LampsSeen, &|c| c.rig.lamps[1].confidence = 0.0), Bad);
     let dark = found(Fault::Dark, "olat_01: dark. Check the lamp");
     assert_eq!(level(LampsSeen, &dark), Doubtful);
@@ -195,7 +196,7 @@ fn nothing_is_green_before_it_was_measured() {
     let project = TestShoot::default().import(folder.path(), "project");
     let evidence = Evidence::read(&project, &Progress::silent()).unwrap();
     let report = evidence.report(&[lit(Image::filled(8, 4, [1.0; 3]))]);
-    assert_eq!((report.level, report.checks.len()), (Level::Unknown, 10));
+    assert_eq!((report.level, report.checks.len()), (Level::Unknown, 11));
     for check in &report.checks {
         assert_eq!(check.level, Level::Unknown);
         assert!(
@@ -209,7 +210,7 @@ fn nothing_is_green_before_it_was_measured() {
     let json = serde_json::to_value(&report).unwrap();
     assert_eq!(json["level"], "unknown");
     assert_eq!(json["checks"][0]["subject"], "lamps-seen");
-    assert_eq!(json["checks"][9]["environment"], "test");
+    assert_eq!(json["checks"][10]["environment"], "test");
 }
 
 #[test]
@@ -400,5 +401,5 @@ fn the_plain_stage_is_green() {
     let (project, _) = shoot.calibrate(folder.path(), "project");
     let report = report(&project);
     assert_eq!(report.level, Level::Good, "{}", report.sentence());
-    assert_eq!(report.checks.len(), 7);
+    assert_eq!(report.checks.len(), 8);
 }

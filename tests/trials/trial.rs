@@ -67,11 +67,7 @@ pub fn run(seed: u64, size: usize, shoots: &Path) -> Result<Row> {
     let start = Instant::now();
     let silent = Progress::silent();
     let calibrated = footage::import(&project, &shoot, &import, &silent).and_then(|mut project| {
-        let settings = CalibrateSettings {
-            correct_motion: true,
-            ..CalibrateSettings::default()
-        };
-        calibration::calibrate(&mut project, &settings, &silent)
+        calibration::calibrate(&mut project, &CalibrateSettings::default(), &silent)
     });
     let seconds = start.elapsed().as_secs_f64();
     Ok(match calibrated {

@@ -6,6 +6,7 @@
 //! pictures are unmoved, and so on. Pixels that fit badly (a highlight, a shadow's edge) count less (Huber).
 
 use super::cholesky::Cholesky;
+use super::pixels::{between, combined, dot, product};
 use footage::motion::head_turn;
 use imaging::Mask;
 use rayon::prelude::*;
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 /// Shifts per picture: the body's to the right and down, and the face's on top of that.
 pub const SHIFTS: usize = 4;
 /// Times the pictures are unmoved and aligned again.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 4;
 /// Errors of the prediction: relative to it, to the mean picture, and to the mean picture's level.
 const RELATIVE: [f32; 3] = [0.15, 0.05, 0.02];
 /// Share of the mean square that keeps the sum of other lamps from fitting noise.
@@ -22,8 +23,8 @@ const RIDGE: f64 = 1e-3;
 const HUBER: f32 = 3.0;
 /// Pixels around the matte in which the subject may be seen when it moved.
 const MARGIN: usize = 3;
-/// Pictures whose share in a prediction is less than this are left out of it.
-const LEAST_SHARE: f64 = 1e-3;
+/// The motion of pictures whose share in a prediction is less than this does not count there.
+const LEAST_SHARE: f64 = 0.02;
 
 /// How a picture is predicted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -215,67 +216,48 @@ impl Pictures {
                 (vec![share; others.len()], None)
             }
             Prediction::OtherLamps => {
-                let n = others.len();
-                let mut gram = vec![0.0; n * n];
-                for a in 0..n {
-                    for b in 0..=a {
-                        let v = dot(&weighted[a], &unmoved.light[others[b]]);
-                        (gram[a * n + b], gram[b * n + a]) = (v, v);
-                    }
-                }
-                let ridge = RIDGE * (0..n).map(|a| gram[a * n + a]).sum::<f64>() / n as f64;
-                (0..n).for_each(|a| gram[a * n + a] += ridge);
-                let normal = Cholesky::new(gram, n)?;
+                let normal = Normal::new(&weighted, |a| &unmoved.light[others[a]])?;
                 let target: Vec<f64> = weighted.iter().map(|w| dot(w, own)).collect();
-                (normal.solve(&target), Some(normal))
+                (normal.factor.solve(&target), Some(normal))
             }
         };
         let predicted = combined(&others, &shares, |j| &unmoved.light[j]);
         let residual: Vec<f32> = own.iter().zip(&predicted).map(|(a, b)| a - b).collect();
-        // What the residual is when a picture is shifted: of this one, which is as its prediction, and of the others.
-        let mut designs: Vec<(usize, Vec<f32>)> = Vec::new();
-        let moved = |slopes: &[f32], share: f32, turns: bool| -> Vec<f32> {
-            let pixels = slopes.iter().zip(&self.shown);
-            match turns {
-                true => pixels.map(|(v, &p)| share * v * self.head[p]).collect(),
-                false => pixels.map(|(v, _)| share * v).collect(),
-            }
-        };
-        for axis in 0..2 {
-            let slopes = combined(&others, &shares, |j| &unmoved.slopes[j][axis]);
-            for (turns, k) in [(false, axis), (true, axis + 2)] {
-                designs.push((i * SHIFTS + k, moved(&slopes, -1.0, turns)));
-                for (&j, &share) in others.iter().zip(&shares) {
-                    if share.abs() >= LEAST_SHARE {
-                        let design = moved(&unmoved.slopes[j][axis], share as f32, turns);
-                        designs.push((j * SHIFTS + k, design));
+        let designs: Vec<Design> = (self.moved(unmoved, i, &others, &shares).into_iter())
+            .map(|(row, pixels)| {
+                let weighted_pixels = product(&pixels, weights);
+                let (cross, explained) = match &normal {
+                    Some(normal) => {
+                        let cross: Vec<f64> = weighted.iter().map(|w| dot(w, &pixels)).collect();
+                        let explained = normal.factor.solve(&cross);
+                        (cross, explained)
                     }
+                    None => (vec![], vec![]),
+                };
+                Design {
+                    row,
+                    pixels,
+                    weighted: weighted_pixels,
+                    cross,
+                    explained,
                 }
-            }
-        }
-        // What other shares would explain says nothing of motion.
-        if let Some(normal) = &normal {
-            for (_, design) in &mut designs {
-                let target: Vec<f64> = weighted.iter().map(|w| dot(w, design)).collect();
-                for (&j, share) in others.iter().zip(normal.solve(&target)) {
-                    let light = &unmoved.light[j];
-                    design
-                        .iter_mut()
-                        .zip(light)
-                        .for_each(|(d, l)| *d -= share as f32 * l);
-                }
-            }
-        }
+            })
+            .collect();
+        let ridge = normal.map_or(0.0, |normal| normal.ridge);
+        let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let unknowns = count * SHIFTS;
         let (mut gram, mut target) = (vec![0.0; unknowns * unknowns], vec![0.0; unknowns]);
-        for (a, (row, design)) in designs.iter().enumerate() {
-            let weighted = product(design, weights);
-            target[*row] += dot(&weighted, &residual);
-            for (column, other) in &designs[..=a] {
-                let v = dot(&weighted, other);
-                gram[row * unknowns + column] += v;
-                if row != column {
-                    gram[column * unknowns + row] += v;
+        // What other shares would explain of a design says nothing of motion; by the equations of the shares, it need not
+        // be subtracted pixel by pixel.
+        for (a, one) in designs.iter().enumerate() {
+            target[one.row] += dot(&one.weighted, &residual) - ridge * sum(&one.explained, &shares);
+            for other in &designs[..=a] {
+                let v = dot(&one.weighted, &other.pixels)
+                    - sum(&one.cross, &other.explained)
+                    - ridge * sum(&one.explained, &other.explained);
+                gram[one.row * unknowns + other.row] += v;
+                if one.row != other.row {
+                    gram[other.row * unknowns + one.row] += v;
                 }
             }
         }
@@ -287,6 +269,74 @@ impl Pictures {
             prediction: predicted,
         })
     }
+
+    /// What the residual is when a picture is shifted: of this one, which is as its prediction, and of the others.
+    fn moved(
+        &self,
+        unmoved: &Unmoved,
+        i: usize,
+        others: &[usize],
+        shares: &[f64],
+    ) -> Vec<(usize, Vec<f32>)> {
+        let of = |slopes: &[f32], share: f32, turns: bool| -> Vec<f32> {
+            let pixels = slopes.iter().zip(&self.shown);
+            match turns {
+                true => pixels.map(|(v, &p)| share * v * self.head[p]).collect(),
+                false => pixels.map(|(v, _)| share * v).collect(),
+            }
+        };
+        let mut designs = Vec::new();
+        for axis in 0..2 {
+            let slopes = combined(others, shares, |j| &unmoved.slopes[j][axis]);
+            for (turns, k) in [(false, axis), (true, axis + 2)] {
+                designs.push((i * SHIFTS + k, of(&slopes, -1.0, turns)));
+                for (&j, &share) in others.iter().zip(shares) {
+                    if share.abs() >= LEAST_SHARE {
+                        let design = of(&unmoved.slopes[j][axis], share as f32, turns);
+                        designs.push((j * SHIFTS + k, design));
+                    }
+                }
+            }
+        }
+        designs
+    }
+}
+
+/// The equations for the shares of other pictures in a prediction.
+struct Normal {
+    factor: Cholesky,
+    /// What is added to their diagonal.
+    ridge: f64,
+}
+
+impl Normal {
+    /// For pictures, each also times the weights of its pixels; `None` if they show nothing.
+    fn new<'a>(weighted: &[Vec<f32>], light: impl Fn(usize) -> &'a Vec<f32>) -> Option<Self> {
+        let n = weighted.len();
+        let mut gram = vec![0.0; n * n];
+        for a in 0..n {
+            for b in 0..=a {
+                let v = dot(&weighted[a], light(b));
+                (gram[a * n + b], gram[b * n + a]) = (v, v);
+            }
+        }
+        let ridge = RIDGE * (0..n).map(|a| gram[a * n + a]).sum::<f64>() / n as f64;
+        (0..n).for_each(|a| gram[a * n + a] += ridge);
+        let factor = Cholesky::new(gram, n)?;
+        Some(Self { factor, ridge })
+    }
+}
+
+/// What a shift changes of a residual.
+struct Design {
+    /// Which of all shifts.
+    row: usize,
+    pixels: Vec<f32>,
+    /// These times the weights.
+    weighted: Vec<f32>,
+    /// Their products with the other pictures, and the shares of these that are nearest.
+    cross: Vec<f64>,
+    explained: Vec<f64>,
 }
 
 /// The shifts in pixels of least error whose mean is 0, and the matrix of their equations.
@@ -343,50 +393,4 @@ fn trusts(equations: &[Equations], floor: &[f32]) -> Vec<Vec<f32>> {
             .collect()
     });
     each.collect()
-}
-
-/// Σ shares_j · picture(others_j).
-fn combined<'a>(
-    others: &[usize],
-    shares: &[f64],
-    picture: impl Fn(usize) -> &'a Vec<f32>,
-) -> Vec<f32> {
-    let mut sum = vec![0.0f32; picture(others[0]).len()];
-    for (&j, &share) in others.iter().zip(shares) {
-        sum.iter_mut()
-            .zip(picture(j))
-            .for_each(|(sum, v)| *sum += share as f32 * v);
-    }
-    sum
-}
-
-fn product(a: &[f32], b: &[f32]) -> Vec<f32> {
-    a.iter().zip(b).map(|(a, b)| a * b).collect()
-}
-
-/// Σ a·b, in eight sums at a time.
-fn dot(a: &[f32], b: &[f32]) -> f64 {
-    let mut sums = [0.0f32; 8];
-    let (blocks, rest) = (a.chunks_exact(8).zip(b.chunks_exact(8)), a.len() / 8 * 8);
-    for (a, b) in blocks {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    let tail: f32 = a[rest..].iter().zip(&b[rest..]).map(|(a, b)| a * b).sum();
-    f64::from(sums.iter().sum::<f32>() + tail)
-}
-
-/// The light between four pixels; beyond the edges that of the edge.
-fn between(picture: &[f32], side: usize, x: f32, y: f32) -> f32 {
-    let last = (side - 1) as f32;
-    let (x, y) = (x.clamp(0.0, last), y.clamp(0.0, last));
-    let (left, top) = (x as usize, y as usize);
-    let (right, below) = ((left + 1).min(side - 1), (top + 1).min(side - 1));
-    let (fx, fy) = (x - left as f32, y - top as f32);
-    let row = |y: usize| {
-        let (a, b) = (picture[y * side + left], picture[y * side + right]);
-        a + (b - a) * fx
-    };
-    row(top) + (row(below) - row(top)) * fy
 }

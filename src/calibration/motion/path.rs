@@ -74,8 +74,13 @@ pub fn find(series: &[Series], at: &[f32], lamps: Option<&[Option<Vec3>]>) -> Op
     let (still, moving) = most_likely(&problem, lamps.is_some())?;
     let (log_odds, mut paths) = averaged(&problem, &still, &moving, at)?;
     if log_odds <= LOG_ODDS {
-        // What could be there without being seen.
+        // What could be there without being seen, also what is taken for the lamps' pretence.
+        let [body, head] = moving.1.pose.map(|size| size.powi(2));
         for place in paths.iter_mut().flatten() {
+            for axis in 0..2 {
+                place.variance[0][axis] += body;
+                place.variance[1][axis] += body + head;
+            }
             for (way, variance) in
                 (place.way.iter_mut().flatten()).zip(place.variance.iter_mut().flatten())
             {
