@@ -180,8 +180,7 @@ fn calibrate_within(
         progress.say(sentence);
     }
     let table = ResponseTable::of(&found.response);
-    let mut interview = probes.fit(&table);
-    interview.weights = gamma::with_gains(interview.weights, found.gains);
+    let interview = probes.fit(&table);
     let (mut rig, filled_energy, two_balls) = second_ball::rig(project, &probes, &table, progress)?;
     if let Some(two) = &two_balls {
         progress.say(two.sentence());
@@ -212,9 +211,8 @@ fn calibrate_within(
         response: found.response,
         gamma_deviation: found.deviation,
         exposure: found.exposure,
-        stand_in: has_others
-            .then(|| subject.stand_in(&table, &interview.weights, shoot.lamps.len())),
-        interview_weights: interview.weights,
+        stand_in: has_others.then(|| subject.stand_in(&table, &found.weights, shoot.lamps.len())),
+        interview_weights: found.weights,
         uncovered_energy: interview.uncovered,
         probe_residual: interview.residual,
         gamma_residual: found.residual,

@@ -16,8 +16,6 @@ pub struct CurveFit {
     pub parameters: usize,
     /// Its best exposure.
     pub exposure: f32,
-    /// What the balls get wrong of the light's brightness, per channel.
-    pub gains: [f32; 3],
     /// Evidence against the curve: −2·ln of how probable it makes the pictures, relative to the dual gamma, without
     /// the priors of the exponents. 10 is strong evidence; below 0, the curve is better than the dual gamma.
     pub evidence: f32,
@@ -35,7 +33,6 @@ impl CurveFit {
             response,
             parameters,
             exposure: score.brightness.log_exposure.exp() as f32,
-            gains: score.gains(),
             evidence: (score.cost - least) as f32,
             subject: score.subject as f32,
             ball: score.ball as f32,

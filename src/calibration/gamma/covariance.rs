@@ -53,6 +53,15 @@ impl Covariance {
         whitened
     }
 
+    /// Widens the covariance until it explains errors that are seen: by Birge's ratio of χ² to their number.
+    pub fn widen(&mut self, errors: &[f64]) {
+        let square: f64 = self.whitened(errors).iter().map(|w| w * w).sum();
+        let ratio = (square / self.size as f64).max(1.0);
+        for value in &mut self.factor {
+            *value *= ratio.sqrt();
+        }
+    }
+
     /// −2·ln of how probable errors are whose whitened squares add up to `square`, up to a constant, and its slope.
     /// Errors that are larger than all parts together explain come from something that the model leaves out, and tell
     /// less: Student's distribution, ν·ln(1 + χ²/ν).

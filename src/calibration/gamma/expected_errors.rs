@@ -56,81 +56,94 @@ impl Objective<'_> {
         differences
     }
 
-    /// How far the subject's encoded values move by errors of the interview's light, which all pixels share: by what
-    /// the lamps leave unexplained on the ball (see [`Probes::weight_errors`]), and by each lamp's own error, the
-    /// difference between the weight from its whole light and the weight from its pixels one by one.
-    ///
-    /// What they do to the brightness of each channel is fitted with the subject, so it is taken out of them and given as
-    /// the covariance of ln light.
-    pub fn weight_errors(
-        &self,
-        linear: &LinearPictures,
-        log_factors: DVec3,
-    ) -> (Vec<Vec<f64>>, DMat3) {
+    /// Errors of the interview's light, which all pixels share: what the lamps leave unexplained on the ball (see
+    /// [`Probes::weight_errors`]), and each lamp's own error, the difference between the weight from its whole light and
+    /// the weight from its pixels one by one.
+    pub fn light_errors(&self, linear: &LinearPictures, log_factors: DVec3) -> LightErrors {
         let here = linear.encoded(log_factors);
-        let moved = |weights: &[[f32; 3]]| -> Vec<f64> {
-            let pairs = self.pairs(&linear.table, weights);
+        let moved = |change: &[[f32; 3]]| -> Vec<f64> {
+            let weights: Vec<[f32; 3]> = (linear.weights.iter().zip(change))
+                .map(|(w, change)| [0, 1, 2].map(|c| w[c] + change[c]))
+                .collect();
+            let pairs = self.pairs(&linear.table, &weights);
             let there = pairs.encoded(&linear.table, log_factors);
             there.iter().zip(&here).map(|(a, b)| a - b).collect()
         };
-        let changes = self.probes.weight_errors(&linear.table);
-        let unexplained = changes.iter().map(|changes| {
-            let weights = linear.weights.iter().zip(changes);
-            let changed =
-                |(weight, change): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|c| weight[c] + change[c]);
-            moved(&weights.map(changed).collect::<Vec<_>>())
-        });
+        let there = linear.encoded(log_factors + BRIGHTER);
+        let slope: Vec<f64> = (there.iter().zip(&here))
+            .map(|(a, b)| (a - b) / BRIGHTER)
+            .collect();
+        let mut errors = LightErrors {
+            quantiles: vec![],
+            brightness: DMat3::ZERO,
+        };
+        for change in self.probes.weight_errors(&linear.table) {
+            errors.add(moved(&change), &slope);
+        }
+        let shared = DVec3::ONE.dot(errors.brightness * DVec3::ONE) / 9.0;
+        errors.brightness += ONES * (shared * SHARED_BRIGHTNESS.powi(2));
         let is_sum = self.remainder <= 0.0;
         let largest = if is_sum {
             1.0
         } else {
             WEIGHT_ERROR_BESIDE_REMAINDER
         };
-        let own = (linear.ball.weights.iter().enumerate()).map(|(lamp, other)| {
-            let mut weights = linear.weights.clone();
-            for (weight, other) in weights[lamp].iter_mut().zip(other) {
+        for (lamp, other) in linear.ball.weights.iter().enumerate() {
+            let mut change = vec![[0.0; 3]; linear.weights.len()];
+            change[lamp] = [0, 1, 2].map(|c: usize| {
+                let weight = linear.weights[lamp][c];
                 // A lamp without pixels of its own has no weight there.
-                let is_known = *weight > 0.0 && *other > 0.0;
-                let difference = if is_known { other / *weight - 1.0 } else { 0.0 };
-                *weight *= 1.0 + difference.abs().clamp(WEIGHT_ERROR, largest);
-            }
-            moved(&weights)
-        });
-        let there = linear.encoded(log_factors + BRIGHTER);
-        let slope: Vec<f64> = (there.iter().zip(&here))
-            .map(|(a, b)| (a - b) / BRIGHTER)
-            .collect();
-        let mut unexplained: Vec<Vec<f64>> = unexplained.collect();
-        let mut brightness = take_brightness(&mut unexplained, &slope);
-        let shared = DVec3::ONE.dot(brightness * DVec3::ONE) / 9.0;
-        brightness += ONES * (shared * SHARED_BRIGHTNESS.powi(2));
-        let mut own: Vec<Vec<f64>> = own.collect();
-        brightness += take_brightness(&mut own, &slope);
-        unexplained.extend(own);
-        (unexplained, brightness)
+                let is_known = weight > 0.0 && other[c] > 0.0;
+                let difference = if is_known {
+                    other[c] / weight - 1.0
+                } else {
+                    0.0
+                };
+                weight * difference.abs().clamp(WEIGHT_ERROR, largest)
+            });
+            errors.add(moved(&change), &slope);
+        }
+        errors
     }
 }
 
-/// Takes out of errors of encoded quantiles what is a change of each channel's brightness, given what a step of ln light
-/// does to them, and returns the covariance of ln light that they make together.
-fn take_brightness(errors: &mut [Vec<f64>], slope: &[f64]) -> DMat3 {
-    let mut covariance = DMat3::ZERO;
-    for error in errors {
-        let mut change = [0.0; 3];
-        for ((change, error), slope) in (change.iter_mut())
-            .zip(error.chunks_exact_mut(QUANTILES))
-            .zip(slope.chunks_exact(QUANTILES))
-        {
-            let product = |a: &[f64]| -> f64 { a.iter().zip(slope).map(|(a, b)| a * b).sum() };
-            *change = product(error) / product(slope).max(f64::MIN_POSITIVE);
-            for (error, slope) in error.iter_mut().zip(slope) {
-                *error -= *change * slope;
-            }
-        }
-        let change = DVec3::from_array(change);
-        covariance += DMat3::from_cols(change * change.x, change * change.y, change * change.z);
+/// Errors of the interview's light, and what they do to the subject's encoded quantiles. What they do to the brightness
+/// of each channel is fitted with the subject, so it is taken out of them.
+pub(super) struct LightErrors {
+    /// Independent errors of the quantiles.
+    pub quantiles: Vec<Vec<f64>>,
+    /// The covariance of ln light that they make together.
+    pub brightness: DMat3,
+}
+
+impl LightErrors {
+    /// Adds an error, given what a step of ln light does.
+    fn add(&mut self, mut error: Vec<f64>, slope: &[f64]) {
+        let brighter = take_brightness(&mut error, slope);
+        self.brightness += DMat3::from_cols(
+            brighter * brighter.x,
+            brighter * brighter.y,
+            brighter * brighter.z,
+        );
+        self.quantiles.push(error);
     }
-    covariance
+}
+
+/// Takes out of an error of encoded quantiles what is a change of each channel's brightness, given what a step of ln light
+/// does to them, and returns that change.
+fn take_brightness(error: &mut [f64], slope: &[f64]) -> DVec3 {
+    let mut change = [0.0; 3];
+    let channels = error
+        .chunks_exact_mut(QUANTILES)
+        .zip(slope.chunks_exact(QUANTILES));
+    for (change, (error, slope)) in change.iter_mut().zip(channels) {
+        let product = |a: &[f64]| -> f64 { a.iter().zip(slope).map(|(a, b)| a * b).sum() };
+        *change = product(error) / product(slope).max(f64::MIN_POSITIVE);
+        for (error, slope) in error.iter_mut().zip(slope) {
+            *error -= *change * slope;
+        }
+    }
+    DVec3::from_array(change)
 }
 
 /// The differences of several pictures' quantiles from their mean, such that the sum of their squares is the

@@ -70,10 +70,10 @@ pub enum Comparison {
 pub struct GammaFit {
     /// The camera's response.
     pub response: DualGamma,
-    /// Interview = exposure · gains · Σ weights · OLAT.
+    /// Interview = exposure · Σ weights · OLAT.
     pub exposure: f32,
-    /// What the balls get wrong of the light's brightness, per channel.
-    pub gains: [f32; 3],
+    /// Per lamp and channel, what the balls and the subject show of the interview's light.
+    pub weights: Vec<[f32; 3]>,
     /// What was compared.
     pub comparison: Comparison,
     /// Root-mean-square encoded distance of the quantiles, or of the pixels.
@@ -131,8 +131,8 @@ pub(super) struct ChosenResponse {
     /// Standard deviations of γ1 and γ2; 0 if the response was not fitted.
     pub deviation: [f32; 2],
     pub exposure: f32,
-    /// What the balls get wrong of the light's brightness, per channel.
-    pub gains: [f32; 3],
+    /// Per lamp and channel, what the balls and the subject show of the interview's light.
+    pub weights: Vec<[f32; 3]>,
     /// Root-mean-square encoded distance of the quantiles, or of the pixels.
     pub residual: f32,
     pub evidence: Evidence,
@@ -147,7 +147,7 @@ impl ChosenResponse {
                 response: fit.response.into(),
                 deviation: [fit.deviation[0], fit.deviation[1]],
                 exposure: fit.exposure,
-                gains: fit.gains,
+                weights: fit.weights.clone(),
                 residual: fit.residual,
                 evidence,
             },
@@ -155,7 +155,7 @@ impl ChosenResponse {
                 response: curve.response,
                 deviation: [fit.deviation[0], fit.deviation[1]],
                 exposure: curve.exposure,
-                gains: curve.gains,
+                weights: fit.weights.clone(),
                 residual: curve.subject,
                 evidence: Evidence {
                     ball_residual: curve.ball,
@@ -167,14 +167,14 @@ impl ChosenResponse {
 
     /// A response set by hand.
     pub fn by_hand(subject: &Subject, probes: &Probes, trial: &Trial) -> Self {
-        let (objective, linear, gains) = Objective::of_response(subject, probes, &trial.response);
-        let [residual, ball_residual] = objective.distances(&linear, trial.exposure, gains);
-        let [darkest, brightest] = objective.extent();
+        let (weights, [residual, ball_residual]) =
+            Objective::light_of(subject, probes, &trial.response, trial.exposure);
+        let [darkest, brightest] = Objective::new(subject, probes, vec![]).extent();
         Self {
             response: trial.response,
             deviation: [0.0; 2],
             exposure: trial.exposure,
-            gains,
+            weights,
             residual,
             evidence: Evidence {
                 by_hand: true,
@@ -193,14 +193,6 @@ pub struct InspectableFit<'a> {
     objective: Objective<'a>,
     /// The fit.
     pub fit: GammaFit,
-}
-
-/// Weights with the factors by which the balls get the light's brightness wrong, per channel.
-pub(super) fn with_gains(mut weights: Vec<[f32; 3]>, gains: [f32; 3]) -> Vec<[f32; 3]> {
-    for weight in &mut weights {
-        *weight = [0, 1, 2].map(|c| weight[c] * gains[c]);
-    }
-    weights
 }
 
 /// Fits γ1, γ2 and the exposure with the wanted comparison; with `None`, pixel by pixel if a frame shows a pose,
@@ -326,11 +318,12 @@ fn fit_by<'a>(mut objective: Objective<'a>, progress: &Progress) -> Result<Inspe
     let doubt = changed_exposure.min(1.0 - changed_exposure);
     objective.exposure = prior;
     let response = curve_of(&found)?;
-    let score = objective.score(&objective.linearize_by(&response.into()));
+    let linear = objective.linearize_by(&response.into());
+    let score = objective.score(&linear);
     let fit = GammaFit {
         response,
         exposure: score.brightness.log_exposure.exp() as f32,
-        gains: score.gains(),
+        weights: score.weights(&linear),
         comparison: if objective.matched.is_empty() {
             Comparison::Distribution
         } else {
@@ -391,7 +384,11 @@ impl InspectableFit<'_> {
         let dual = 1.0 - probabilities.iter().sum::<f64>();
         let best = (0..rivals.len()).max_by(|a, b| probabilities[*a].total_cmp(&probabilities[*b]));
         let best = best.filter(|best| probabilities[*best] > dual);
-        fit.better_curve = best.map(|best| rivals[best].fit);
+        if let Some(best) = best {
+            let linear = self.objective.linearize_by(&rivals[best].fit.response);
+            fit.weights = rivals[best].score.weights(&linear);
+            fit.better_curve = Some(rivals[best].fit);
+        }
         let [dual, ..] = fit.cases;
         let chosen = best.map_or(dual, |best| fit.others[best]);
         let here = [chosen.gamma1, chosen.gamma2, chosen.exposure.ln()];

@@ -6,6 +6,7 @@ use super::super::probe::{NeighbourDifferences, Probes, Profile};
 use super::GAMMA_PRIOR;
 use super::brightness::{Brightness, ExposurePrior, LocalCost, ball_errors};
 use super::covariance::Covariance;
+use super::expected_errors::LightErrors;
 use super::frame_match::MatchedPixel;
 use super::subject::{Pose, QUANTILES, Quantiles, Subject, quantiles};
 use glam::{DMat3, DVec3};
@@ -82,7 +83,7 @@ pub(super) struct Score {
 
 impl Score {
     /// The factors on the lamps' weights that are not the exposure.
-    pub fn gains(&self) -> [f32; 3] {
+    fn gains(&self) -> [f32; 3] {
         let Brightness {
             log_factors,
             log_exposure,
@@ -91,6 +92,13 @@ impl Score {
         (log_factors - log_exposure)
             .to_array()
             .map(|gain| gain.exp() as f32)
+    }
+
+    /// The lamps' weights, with the brightness and the colour that the subject shows.
+    pub fn weights(&self, linear: &LinearPictures) -> Vec<[f32; 3]> {
+        let gains = self.gains();
+        let mended = |weight: &[f32; 3]| [0, 1, 2].map(|c| gains[c] * weight[c]);
+        linear.weights.iter().map(mended).collect()
     }
 }
 
@@ -160,14 +168,22 @@ impl<'a> Objective<'a> {
         };
         // Part of the misfit looks like noise. With this power, measured on random shoots, intervals hold what they say.
         let own = noise_share(self.ball_square(&ball), ball.noise).powf(1.5);
-        self.ball_count = own * pixels + (1.0 - own) * others;
+        let count = own * pixels + (1.0 - own) * others;
+        let shared = NOISE_BIAS * ball.noise.sqrt();
+        self.ball_count = count / (1.0 + shared.powi(2) * count);
         let x = self.score(best).brightness.log_factors;
         if self.matched.is_empty() {
             let mut differences = self.differences(&best.table, &best.weights, x);
-            let (errors, brightness) = self.weight_errors(best, x);
-            differences.extend(errors);
+            let LightErrors {
+                quantiles,
+                brightness,
+            } = self.light_errors(best, x);
+            differences.extend(quantiles);
             self.light_error = brightness;
             self.errors = Covariance::new(3 * QUANTILES, &differences, MODEL_ERROR);
+            if let Some(errors) = &mut self.errors {
+                errors.widen(&best.errors(x));
+            }
         } else {
             let own = noise_share(best.subject_square(x), self.matched_noise(best, x));
             let pixels = (best.pairs.values.len() / 3) as f64;
@@ -229,13 +245,14 @@ impl<'a> Objective<'a> {
             .collect()
     }
 
-    /// What a response that is not fitted is compared with: the objective that knows its errors, the pictures under it,
-    /// and what the balls get wrong of the light's brightness, per channel.
-    pub fn of_response(
+    /// The interview's light under a response that is not fitted: the lamps' weights, and the root-mean-square encoded
+    /// distances of the subject and on the balls at an exposure.
+    pub fn light_of(
         subject: &'a Subject,
         probes: &'a Probes,
         response: &Response,
-    ) -> (Self, LinearPictures, [f32; 3]) {
+        exposure: f32,
+    ) -> (Vec<[f32; 3]>, [f32; 2]) {
         let mut objective = Self::new(subject, probes, vec![]);
         let linear = objective.linearize_by(response);
         objective.weigh(&linear);
@@ -246,14 +263,15 @@ impl<'a> Objective<'a> {
         } else {
             alone
         };
-        (objective, linear, score.gains())
-    }
-
-    /// Root-mean-square encoded distances of the subject and on the balls.
-    pub fn distances(&self, linear: &LinearPictures, exposure: f32, gains: [f32; 3]) -> [f32; 2] {
-        let log_factors = gains.map(|gain| f64::from(gain * exposure).ln());
-        let subject = linear.subject_square(DVec3::from_array(log_factors));
-        [subject, self.ball_square(&linear.ball)].map(|square| square.sqrt() as f32)
+        let gains = score.gains().map(|gain| f64::from(gain * exposure).ln());
+        let distances = [
+            linear.subject_square(DVec3::from_array(gains)),
+            objective.ball_square(&linear.ball),
+        ];
+        (
+            score.weights(&linear),
+            distances.map(|square| square.sqrt() as f32),
+        )
     }
 
     /// The pictures under two exponents; `None` if no camera can have their curve.
@@ -415,6 +433,9 @@ impl<'a> Objective<'a> {
 
 /// Independent errors of encoded quantiles that nothing else explains: a third of an 8-bit code.
 const MODEL_ERROR: f64 = 0.0015;
+/// Noise of deviation σ makes codes I decode brighter than they are, by about (γ − 1)/2·σ²/I in the code. All pixels of the
+/// balls share that error, so however many there are, they do not average it out. At I = 0.2 it is so many times σ².
+const NOISE_BIAS: f64 = 3.0;
 /// Pixels by which all poses and their frames are compared.
 const MATCHED_PIXELS: usize = 2000;
 /// Parts of the compared pixels whose errors are taken to be independent.

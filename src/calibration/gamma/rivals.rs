@@ -18,6 +18,7 @@ const STANDARD_DEVIATION: f64 = 0.01;
 /// A curve that is no dual gamma.
 pub(super) struct Rival {
     pub fit: CurveFit,
+    pub score: Score,
     /// −2·ln of the probability of the pictures and of the curve.
     cost: f64,
     /// The curve as the nearest dual gamma, and ln exposure, with their deviations.
@@ -69,6 +70,7 @@ impl Rival {
                 let [gamma1, gamma2] = nearest(&response);
                 Self {
                     fit,
+                    score,
                     cost: cost - 2.0 * chance.ln(),
                     mean: [gamma1, gamma2, score.brightness.log_exposure],
                     deviation: [
@@ -125,6 +127,7 @@ impl Rival {
                 parameters: 1,
                 ..fit
             },
+            score,
             cost: least - 2.0 * (LOG * density).ln(),
             mean: [gamma1, gamma2, score.brightness.log_exposure],
             deviation: [half(0), half(1), score.brightness.exposure_deviation],

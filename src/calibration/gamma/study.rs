@@ -3,7 +3,7 @@
 
 use super::objective::Objective;
 use super::subject::sample;
-use super::{Comparison, InspectableFit, Subject, fit, with_gains};
+use super::{Comparison, InspectableFit, Subject, fit};
 use crate::code_values::{CodeValues, ResponseTable, STEPS};
 use crate::probe::Probes;
 use base::error::{Error, Result};
@@ -91,18 +91,15 @@ impl GammaStudy {
     }
 
     /// The interview's weights under a response: for each lamp and channel, its share, with what the subject shows of
-    /// the light's brightness.
+    /// the light.
     pub fn weights(&self, response: &Response) -> Vec<[f32; 3]> {
-        let (_, linear, gains) = Objective::of_response(&self.subject, &self.probes, response);
-        with_gains(linear.weights, gains)
+        Objective::light_of(&self.subject, &self.probes, response, 1.0).0
     }
 
     /// Root-mean-square encoded distances (0 to 1) of the subject's quantiles, and on the mirror balls,
     /// under a response and an exposure.
     pub fn distances(&self, response: &Response, exposure: f32) -> [f32; 2] {
-        let (objective, linear, gains) =
-            Objective::of_response(&self.subject, &self.probes, response);
-        objective.distances(&linear, exposure, gains)
+        Objective::light_of(&self.subject, &self.probes, response, exposure).1
     }
 
     /// Levels of the interview's frames inside the subject.

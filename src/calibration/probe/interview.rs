@@ -7,10 +7,11 @@ use super::{Probes, median};
 use imaging::color::luminance;
 use rayon::prelude::*;
 
+/// The error of what the ball shows of a lamp, relative to what it shows of most.
+const HARDLY_SHOWN: f64 = 0.02;
+
 /// The interview's light in terms of the lamps.
 pub struct InterviewFit {
-    /// Per lamp and channel, its share.
-    pub weights: Vec<[f32; 3]>,
     /// Relative root-mean-square residual of the blurred ball.
     pub residual: f32,
     /// Share of the ball's luminance energy that no lamp explains.
@@ -162,7 +163,6 @@ impl Probes {
             }
         }
         InterviewFit {
-            weights: sums.weights,
             residual: share(error, power).sqrt(),
             uncovered: share(f64::from(luminance(missing)), f64::from(luminance(all))).min(1.0),
         }
@@ -200,7 +200,18 @@ impl Probes {
                 let terms = interview.iter().zip(&lamp.spread);
                 terms.map(|(light, k)| f64::from(light[c] * k[c])).sum()
             });
-            let solution = NormalEquations::of(gram.clone(), target.collect()).solve();
+            // What the ball shows of a lamp has an error. A lamp that it hardly shows is that error alone: its weight,
+            // which would be anything, is 0, and its neighbours have its light.
+            let mut shown: Vec<f64> = (0..lamps.len())
+                .map(|i| gram[i * (lamps.len() + 1)])
+                .collect();
+            shown.sort_by(f64::total_cmp);
+            let error = HARDLY_SHOWN.powi(2) * shown.get(shown.len() / 2).copied().unwrap_or(0.0);
+            let mut unsure = gram.clone();
+            for i in 0..lamps.len() {
+                unsure[i * (lamps.len() + 1)] += error;
+            }
+            let solution = NormalEquations::of(unsure, target.collect()).solve();
             for ((weight, x), lamp) in weights.iter_mut().zip(&solution).zip(&lamps) {
                 weight[c] = *x as f32;
                 for (cell, energy) in &lamp.lit {

@@ -15,8 +15,14 @@ fn outcome(project: &Project) -> std::result::Result<(), String> {
         assert!((0.0..=1.0).contains(&lamp.confidence), "{lamp:?}");
         assert!(lamp.energy.iter().all(|e| e.is_finite()) && lamp.spread_deg.is_finite());
     }
-    let fitted = probes.fit(&table);
-    assert!(fitted.weights.iter().flatten().all(|w| w.is_finite()));
+    assert!(probes.fit(&table).residual.is_finite());
+    assert!(
+        probes
+            .weights(&table)
+            .iter()
+            .flatten()
+            .all(|w| w.is_finite())
+    );
     Ok(())
 }
 
