@@ -1,7 +1,8 @@
-//! What every other crate needs: errors as sentences, progress, turns at the device, and the process's
-//! memory.
+//! What every other crate needs: errors as sentences, files written whole, progress, turns at the device, and
+//! the process's memory.
 
 pub mod error;
+pub mod files;
 pub mod memory;
 mod numbers;
 pub mod progress;

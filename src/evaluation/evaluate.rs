@@ -3,12 +3,13 @@
 use super::display::{display_gain, display_picture};
 use super::{Method, Row, Scores, Truth, excluded_check, markdown, score};
 use base::error::{Error, Result};
+use base::files::write_beside;
 use base::progress::Progress;
 use calibration::Calibration;
 use export::{Tile, contact_sheet};
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
-use imaging::file::{write_beside, write_png};
+use imaging::file::write_png;
 use imaging::{Encoded, Image};
 use light::weights::Weighting;
 use project::Project;

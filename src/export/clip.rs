@@ -4,9 +4,9 @@ use super::rational_rate;
 use super::still::{no_display, no_light, straight, word_from_unit};
 use super::time_code::TimeCode;
 use base::error::{Error, Result};
+use base::files::Unfinished;
 use compositor::Picture;
 use imaging::color::byte_from_unit;
-use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -21,7 +21,8 @@ const TAIL: usize = 2000;
 #[derive(Debug)]
 pub struct ClipWriter {
     path: PathBuf,
-    beside: PathBuf,
+    /// What ffmpeg writes; `None` once it has its name.
+    unfinished: Option<Unfinished>,
     size: (usize, usize),
     alpha: bool,
     child: Child,
@@ -70,10 +71,7 @@ impl ClipWriter {
         }
         let fail =
             |e: std::io::Error| Error::io("write", path, e, "Check that the folder can be written");
-        let folder = path.parent().unwrap_or(Path::new("."));
-        std::fs::create_dir_all(folder).map_err(fail)?;
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let beside = folder.join(format!(".{name}.{}", std::process::id()));
+        let unfinished = Unfinished::beside(path).map_err(fail)?;
         let alpha = path
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("mov"));
@@ -82,7 +80,7 @@ impl ClipWriter {
             // Without the scheme a colon in the name would be read as one.
             .arg({
                 let mut file = std::ffi::OsString::from("file:");
-                file.push(&beside);
+                file.push(unfinished.path());
                 file
             })
             .stdin(Stdio::piped())
@@ -98,7 +96,7 @@ impl ClipWriter {
         let complaints = std::thread::spawn(move || stderr.map(tail).unwrap_or_default());
         Ok(Self {
             path: path.to_path_buf(),
-            beside,
+            unfinished: Some(unfinished),
             size: (width, height),
             alpha,
             frames: child.stdin.take(),
@@ -159,9 +157,9 @@ impl ClipWriter {
             Ok(status) if status.success() => (),
             _ => return Err(self.failure()),
         }
-        File::open(&self.beside)
-            .and_then(|file| file.sync_all())
-            .and_then(|()| std::fs::rename(&self.beside, &self.path))
+        let unfinished = self.unfinished.take();
+        unfinished
+            .map_or(Ok(()), |unfinished| unfinished.finish(&self.path))
             .map_err(|e| {
                 Error::io(
                     "write",
@@ -202,11 +200,10 @@ impl ClipWriter {
 
 impl Drop for ClipWriter {
     fn drop(&mut self) {
-        // After `finish` the child has ended and the file has moved: then these find nothing to do.
+        // After `finish` the child has ended: then these find nothing to do. The unfinished file goes with this.
         drop(self.frames.take());
         let _ = self.child.kill();
         let _ = self.child.wait();
-        let _ = std::fs::remove_file(&self.beside);
     }
 }
 

@@ -6,12 +6,13 @@ use super::layers::LightLayers;
 use super::rational_rate;
 use super::time_code::TimeCode;
 use base::error::{Error, Result};
+use base::files::write_beside;
 use compositor::{Picture, code};
 use exr::prelude::{AnyChannel, FlatSamples};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use imaging::color::byte_from_unit;
-use imaging::file::{io_error, write_beside};
+use imaging::file::io_error;
 use std::io::Write;
 use std::path::Path;
 

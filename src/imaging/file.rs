@@ -3,22 +3,56 @@
 use super::color::byte_from_unit;
 use super::raster::{Encoded, Image, Mask, Raster};
 use base::error::{Error, Result};
+use base::files::{self, write_beside};
 use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder, ImageReader};
+use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 use std::fs::File;
-use std::io::{BufWriter, ErrorKind, Write};
+use std::io::{BufRead, BufReader, Seek, Write};
 use std::path::Path;
 
-fn decode(path: &Path) -> Result<image::DynamicImage> {
-    let remedy = "Check that the file is there and is a complete picture";
-    let mut reader = ImageReader::open(path)
-        .map_err(|e| Error::io("open", path, e, remedy))?
+/// Pictures with more pixels are refused before memory is taken: 1.6 GB of light. As many as 16384 × 8192.
+pub const MAX_PIXELS: usize = 1 << 27;
+/// A decoder may take that many bytes: 16 for each pixel, and 64 MiB.
+const MAX_DECODER_BYTES: u64 = 16 * MAX_PIXELS as u64 + (64 << 20);
+const REMEDY: &str = "Check that the file is there and is a complete picture";
+
+/// Opens a picture and looks which format it has.
+fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>> {
+    let file = files::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
+    let mut reader = ImageReader::new(BufReader::new(file));
+    // The name decides if the content does not, as it may for TGA.
+    if let Ok(format) = image::ImageFormat::from_path(path) {
+        reader.set_format(format);
+    }
+    reader
         .with_guessed_format()
-        .map_err(|e| Error::io("read", path, e, remedy))?;
-    reader.no_limits();
-    let picture = reader
-        .decode()
-        .map_err(|e| Error::codec("decode", path, e, remedy))?;
+        .map_err(|e| Error::io("read", path, e, REMEDY))
+}
+
+/// Decodes a picture unless it has more than [`MAX_PIXELS`], or its decoder wants far more memory than these need.
+///
+/// # Errors
+/// Then, and as [`ImageReader::decode`]: what is wrong.
+pub fn decode_within_limits<R: BufRead + Seek>(
+    mut reader: ImageReader<R>,
+) -> std::result::Result<image::DynamicImage, String> {
+    let mut limits = image::Limits::no_limits();
+    limits.max_alloc = Some(MAX_DECODER_BYTES);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    let (width, height) = decoder.dimensions();
+    if u64::from(width) * u64::from(height) > MAX_PIXELS as u64 {
+        return Err(format!(
+            "it claims to have {width} × {height} pixels, and at most {MAX_PIXELS} are read"
+        ));
+    }
+    image::DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())
+}
+
+fn decode(path: &Path) -> Result<image::DynamicImage> {
+    let remedy = REMEDY;
+    let picture =
+        decode_within_limits(reader(path)?).map_err(|e| Error::codec("decode", path, e, remedy))?;
     if picture.width() == 0 || picture.height() == 0 {
         return Err(Error::invalid(
             format!("{} has no pixels", path.display()),
@@ -69,13 +103,9 @@ pub fn read_mask(path: &Path) -> Result<Mask> {
 
 /// Width and height without decoding the pixels.
 pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
-    let remedy = "Check that the file is there and is a complete picture";
-    let (w, h) = ImageReader::open(path)
-        .map_err(|e| Error::io("open", path, e, remedy))?
-        .with_guessed_format()
-        .map_err(|e| Error::io("read", path, e, remedy))?
+    let (w, h) = reader(path)?
         .into_dimensions()
-        .map_err(|e| Error::codec("read", path, e, remedy))?;
+        .map_err(|e| Error::codec("read", path, e, REMEDY))?;
     Ok((w as usize, h as usize))
 }
 
@@ -159,51 +189,12 @@ pub fn write_exr(path: &Path, picture: &Image) -> Result<()> {
     write_beside(path, |out| out.write_all(&bytes))
 }
 
-/// Why an encoder could not write, for [`write_beside`].
+/// Why an encoder could not write, for [`base::files::write_beside`].
 pub fn io_error(error: image::ImageError) -> std::io::Error {
     match error {
         image::ImageError::IoError(e) => e,
         other => std::io::Error::other(other),
     }
-}
-
-/// Writes through a file beside `path`, syncs it and renames it over `path`, so that a crash leaves
-/// either the old file or the new one, whole. Creates the folder where it is missing.
-pub fn write_beside(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&File>) -> std::io::Result<()>,
-) -> Result<()> {
-    let fail = |cause: std::io::Error| {
-        Error::io(
-            "write",
-            path,
-            cause,
-            "Check that the folder can be written and the disk has room",
-        )
-    };
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let name = path
-        .file_name()
-        .ok_or_else(|| fail(ErrorKind::InvalidFilename.into()))?;
-    let beside = folder.join(format!(
-        ".{}.{}",
-        name.to_string_lossy(),
-        std::process::id()
-    ));
-    let written = (|| {
-        std::fs::create_dir_all(folder).map_err(fail)?;
-        let file = File::create(&beside).map_err(fail)?;
-        let mut out = BufWriter::new(&file);
-        write(&mut out).map_err(fail)?;
-        out.flush().map_err(fail)?;
-        file.sync_all().map_err(fail)?;
-        std::fs::rename(&beside, path).map_err(fail)
-    })();
-    if written.is_err() {
-        // Removes the half-written file, which usually does not exist.
-        let _ = std::fs::remove_file(&beside);
-    }
-    written
 }
 
 #[cfg(test)]
@@ -245,12 +236,29 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_write_leaves_the_old_file() {
+    fn a_small_file_that_claims_a_huge_picture_is_refused_before_memory_is_taken() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("kept.txt");
-        std::fs::write(&path, b"old").unwrap();
-        assert!(write_beside(&path, |_| Err(ErrorKind::StorageFull.into())).is_err());
-        assert_eq!(std::fs::read(&path).unwrap(), b"old");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        let path = folder.path().join("claims.hdr");
+        let header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n";
+        std::fs::write(&path, header).unwrap();
+        let said = read_linear(&path).unwrap_err().to_string();
+        assert!(
+            said.contains("claims.hdr") && said.contains("60000 × 60000"),
+            "{said}"
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_no_pictures() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.png");
+        std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+        for said in [
+            read_encoded(&path).unwrap_err(),
+            dimensions(&path).unwrap_err(),
+        ] {
+            assert!(said.to_string().contains("device"), "{said}");
+        }
     }
 }

@@ -24,8 +24,8 @@ pub use framing::{Framing, Framings, Padding};
 pub use lock::Lock;
 
 use base::error::{Error, Result};
+use base::files::write_beside;
 use glam::Vec3;
-use imaging::file::write_beside;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::path::{Component, Path, PathBuf};

@@ -1,6 +1,7 @@
 //! The lock that lets one program at a time write into a project.
 
 use base::error::{Error, Result};
+use base::files;
 use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 use std::path::Path;
@@ -20,13 +21,9 @@ impl Lock {
     /// When another program, or this one, holds the lock already, or the folder cannot be written.
     pub fn take(root: &Path, whom: &str) -> Result<Self> {
         let path = root.join(".lock");
-        let open = File::options()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(&path);
-        let mut file = open.map_err(|e| {
+        let mut options = File::options();
+        options.read(true).write(true).create(true).truncate(false);
+        let mut file = files::open_own(&path, &options).map_err(|e| {
             Error::io(
                 "write",
                 &path,
@@ -46,6 +43,9 @@ impl Lock {
         let _ = file
             .set_len(0)
             .and_then(|()| file.write_all(line.as_bytes()));
+        // Nobody else writes here now.
+        files::remove_left_over(root);
+        files::remove_left_over(&root.join("checkpoint"));
         Ok(Self { file })
     }
 }
@@ -101,6 +101,21 @@ mod tests {
         )
         .unwrap();
         Lock::take(folder.path(), "the studio").unwrap();
+        // What a link leads to is not ours.
+        #[cfg(unix)]
+        {
+            let linked = folder.path().join("linked");
+            std::fs::create_dir(&linked).unwrap();
+            let (diary, lock) = (folder.path().join("diary"), linked.join(".lock"));
+            std::fs::write(&diary, "dear diary").unwrap();
+            std::os::unix::fs::symlink(&diary, lock).unwrap();
+            let refused = Lock::take(&linked, "the studio").unwrap_err().to_string();
+            assert!(
+                refused.contains(".lock") && refused.contains("a link"),
+                "{refused}"
+            );
+            assert_eq!(std::fs::read_to_string(&diary).unwrap(), "dear diary");
+        }
         let gone = folder.path().join("gone");
         let refused = Lock::take(&gone, "the studio").unwrap_err().to_string();
         assert!(refused.contains("gone"), "{refused}");

@@ -3,16 +3,20 @@
 //! Weight files carry their step in their name and are written before the table that names them, so
 //! that a process that is killed leaves a table whose files are complete. Files that the table does not name are
 //! removed after it is written.
+//!
+//! The table is input from a stranger: it may only name files beside it, and their bytes must have the checksums that it
+//! states. (Tables of older versions state none.)
 
 use super::unet::{Halved, UNet, UNetConfig};
 use base::error::{Error, Result};
+use base::files::{self, write_beside};
 use burn::module::Module;
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device};
-use imaging::file::write_beside;
 use project::save_toml;
 use serde::{Deserialize, Serialize};
-use std::io::Write;
+use std::collections::BTreeMap;
+use std::io::{Read, Write};
 use std::path::Path;
 
 const REMEDY: &str = "Train again: afterlight train PROJECT --fresh";
@@ -52,7 +56,22 @@ struct Table {
     average_weights: Option<String>,
     live_weights: Option<String>,
     optimizer: Option<String>,
+    /// CRC-32 of each file's bytes.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    checksums: BTreeMap<String, u32>,
     info: CheckpointInfo,
+}
+
+impl Table {
+    /// The names of all files.
+    fn names(&mut self) -> impl Iterator<Item = &mut String> {
+        let more = [
+            self.average_weights.as_mut(),
+            self.live_weights.as_mut(),
+            self.optimizer.as_mut(),
+        ];
+        std::iter::once(&mut self.weights).chain(more.into_iter().flatten())
+    }
 }
 
 /// The state of a training run as bytes.
@@ -88,20 +107,26 @@ pub fn save(
     network: &UNet,
     state: &TrainingState,
 ) -> Result<()> {
-    let name = |what: &str| format!("{what}-{:07}.bpk", info.step);
-    let write = |what: &str, bytes: &[u8]| {
-        let name = name(what);
-        write_beside(&folder.join(&name), |out| out.write_all(bytes)).map(|()| name)
-    };
     let written = || {
+        let mut checksums = BTreeMap::new();
+        let mut write = |what: &str, bytes: &[u8]| {
+            // The current checkpoint may be of this step too.
+            let name = unused(folder, &format!("{what}-{:07}", info.step));
+            checksums.insert(name.clone(), crc32fast::hash(bytes));
+            write_beside(&folder.join(&name), |out| out.write_all(bytes)).map(|()| name)
+        };
+        let weights = write("weights", &weight_bytes(network)?)?;
+        let average_weights = (state.average_weights.as_ref())
+            .map(|bytes| write("average", bytes))
+            .transpose()?;
+        let live_weights = Some(write("live", &state.live_weights)?);
+        let optimizer = Some(write("optimizer", &state.optimizer)?);
         let table = Table {
-            weights: write("weights", &weight_bytes(network)?)?,
-            average_weights: match &state.average_weights {
-                Some(bytes) => Some(write("average", bytes)?),
-                None => None,
-            },
-            live_weights: Some(write("live", &state.live_weights)?),
-            optimizer: Some(write("optimizer", &state.optimizer)?),
+            weights,
+            average_weights,
+            live_weights,
+            optimizer,
+            checksums,
             info: info.clone(),
         };
         save_table(folder, &table)
@@ -131,10 +156,19 @@ pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
         average_weights: None,
         live_weights: None,
         optimizer: None,
+        checksums: [(STARTER_WEIGHTS.to_owned(), crc32fast::hash(&small))].into(),
         info: info.clone(),
     };
     save_table(to, &table)?;
     Ok(info)
+}
+
+/// The name of a weight file that the folder does not hold yet.
+fn unused(folder: &Path, stem: &str) -> String {
+    let numbered = (2..).map(|i| format!("{stem}-{i}.bpk"));
+    let mut names = std::iter::once(format!("{stem}.bpk")).chain(numbered);
+    // The names do not end.
+    (names.find(|name| !folder.join(name).exists())).unwrap_or_default()
 }
 
 /// Writes a starting point into a project's empty checkpoint folder.
@@ -159,21 +193,13 @@ pub fn link(from: &Path, to: &Path) -> Result<()> {
         Error::io("write", path, e, remedy)
     };
     std::fs::create_dir_all(to).map_err(|e| fail(to, e))?;
-    let names = [
-        Some(&mut table.weights),
-        table.average_weights.as_mut(),
-        table.live_weights.as_mut(),
-        table.optimizer.as_mut(),
-    ];
-    for name in names.into_iter().flatten() {
+    let mut renamed = BTreeMap::new();
+    for name in table.names() {
         let source = from.join(&*name);
         // The current checkpoint may use the same names.
-        let stem = name.strip_suffix(".bpk").unwrap_or(name).to_owned();
-        let numbered = (2..).map(|i| format!("{stem}-{i}.bpk"));
-        let mut names = std::iter::once(name.clone()).chain(numbered);
-        if let Some(unused) = names.find(|name| !to.join(name).exists()) {
-            *name = unused;
-        }
+        let stem = name.strip_suffix(".bpk").unwrap_or(name);
+        let free = unused(to, stem);
+        renamed.insert(std::mem::replace(name, free.clone()), free);
         let target = to.join(&*name);
         std::fs::hard_link(&source, &target)
             .or_else(|_| {
@@ -182,6 +208,9 @@ pub fn link(from: &Path, to: &Path) -> Result<()> {
             })
             .map_err(|e| fail(&target, e))?;
     }
+    table.checksums = (std::mem::take(&mut table.checksums).into_iter())
+        .filter_map(|(name, sum)| Some((renamed.remove(&name)?, sum)))
+        .collect();
     save_table(to, &table)
 }
 
@@ -234,9 +263,9 @@ pub fn info(folder: &Path) -> Result<CheckpointInfo> {
 
 /// Loads the network of the checkpoint in `folder` for prediction.
 pub fn load(folder: &Path, device: &Device) -> Result<(CheckpointInfo, UNet)> {
-    let Table { weights, info, .. } = table(folder)?;
-    let network = network_from_file(&folder.join(weights), &info.network, device)?;
-    Ok((info, network))
+    let table = table(folder)?;
+    let network = table.network(folder, &table.weights, device)?;
+    Ok((table.info, network))
 }
 
 /// Everything that training needs to continue.
@@ -254,43 +283,70 @@ pub struct Resumed {
 
 /// Loads what training needs to continue from the checkpoint in `folder`.
 pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
-    let Table {
-        weights,
-        average_weights,
-        live_weights,
-        optimizer,
-        info,
-    } = table(folder)?;
-    let live = folder.join(live_weights.as_ref().unwrap_or(&weights));
-    let average = folder.join(average_weights.as_ref().unwrap_or(&weights));
+    let table = table(folder)?;
+    let live = table.live_weights.as_ref().unwrap_or(&table.weights);
+    let average = table.average_weights.as_ref().unwrap_or(&table.weights);
     Ok(Resumed {
-        best: network_from_file(&folder.join(&weights), &info.network, device)?,
-        average: network_from_file(&average, &info.network, device)?,
-        live: network_from_file(&live, &info.network, &device.clone().autodiff())?,
-        optimizer: optimizer.map(|name| read(&folder.join(name))).transpose()?,
-        info,
+        best: table.network(folder, &table.weights, device)?,
+        average: table.network(folder, average, device)?,
+        live: table.network(folder, live, &device.clone().autodiff())?,
+        optimizer: (table.optimizer.as_ref())
+            .map(|name| table.read(folder, name))
+            .transpose()?,
+        info: table.info,
     })
 }
 
 fn table(folder: &Path) -> Result<Table> {
     let path = folder.join("checkpoint.toml");
-    let text = std::fs::read_to_string(&path)
+    let mut text = String::new();
+    files::open(&path)
+        .and_then(|mut file| file.read_to_string(&mut text))
         .map_err(|e| Error::io("open", &path, e, "Train first: afterlight train PROJECT"))?;
-    toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))
+    let mut table: Table =
+        toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
+    if let Some(name) = table.names().find(|name| !files::is_bare(name)) {
+        let problem = format!("{name:?} is not the name of a file beside it");
+        return Err(Error::codec("read", &path, problem, REMEDY));
+    }
+    table.info.network.check()?;
+    Ok(table)
 }
 
-fn read(path: &Path) -> Result<Bytes> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
-    Ok(Bytes::from_bytes_vec(bytes))
+impl Table {
+    /// The bytes of one of the table's files.
+    fn read(&self, folder: &Path, name: &str) -> Result<Bytes> {
+        let path = folder.join(name);
+        let mut bytes = Vec::new();
+        files::open(&path)
+            .and_then(|mut file| file.read_to_end(&mut bytes))
+            .map_err(|e| Error::io("open", &path, e, REMEDY))?;
+        match self.checksums.get(name) {
+            Some(sum) if *sum != crc32fast::hash(&bytes) => Err(Error::codec(
+                "read",
+                &path,
+                "it is damaged: its checksum is not that in checkpoint.toml",
+                REMEDY,
+            )),
+            _ => Ok(Bytes::from_bytes_vec(bytes)),
+        }
+    }
+
+    fn network(&self, folder: &Path, name: &str, device: &Device) -> Result<UNet> {
+        let refuse =
+            |e: &dyn std::fmt::Display| Error::codec("read", &folder.join(name), e, REMEDY);
+        let record = ModuleRecord::from_bytes(self.read(folder, name)?).map_err(|e| refuse(&e))?;
+        let record = record.cast_to_module_dtype();
+        let network = (self.info.network.init(0.5, device))
+            .try_load_record(record)
+            .map_err(|e| refuse(&e))?;
+        if !network.is_finite() {
+            return Err(refuse(&"it holds weights that are NaN or infinite"));
+        }
+        Ok(network)
+    }
 }
 
-fn network_from_file(path: &Path, config: &UNetConfig, device: &Device) -> Result<UNet> {
-    config.check()?;
-    let refuse = |e: &dyn std::fmt::Display| Error::codec("read", path, e, REMEDY);
-    let record = ModuleRecord::from_bytes(read(path)?).map_err(|e| refuse(&e))?;
-    let record = record.cast_to_module_dtype();
-    config
-        .init(0.5, device)
-        .try_load_record(record)
-        .map_err(|e| refuse(&e))
-}
+#[cfg(test)]
+#[path = "checkpoint_tests.rs"]
+mod tests;

@@ -2,7 +2,7 @@
 
 use super::kernels::{self, Activation, Precision};
 use base::error::{Error, Result};
-use burn::module::{Initializer, Module, ModuleMapper, Param, RunningState};
+use burn::module::{Initializer, Module, ModuleMapper, ModuleVisitor, Param, RunningState};
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, GroupNorm, GroupNormConfig, PaddingConfig2d};
 use burn::tensor::{DType, Device, FloatDType, Tensor};
@@ -74,6 +74,9 @@ pub enum Formulation {
 }
 
 impl UNetConfig {
+    /// More lamps than any stage has. With the widest channels their layer takes half a gigabyte.
+    const MOST_LAMPS: usize = 4096;
+
     /// Blocks of the encoder and of the decoder.
     pub fn blocks(&self) -> usize {
         self.depth.unwrap_or(self.most_blocks())
@@ -137,16 +140,19 @@ impl UNetConfig {
     pub fn check(&self) -> Result<()> {
         project::check_size(self.size)?;
         let widths = [self.width, self.most_channels];
-        if self.lamps == 0
+        if !(1..=Self::MOST_LAMPS).contains(&self.lamps)
             || widths
                 .iter()
                 .any(|w| !w.is_multiple_of(8) || !(8..=1024).contains(w))
         {
             return Err(Error::invalid(
                 format!(
-                    "a network of {} lamps and {} to {} channels is not possible: it needs at least one lamp, and \
+                    "a network of {} lamps and {} to {} channels is not possible: it needs 1 to {} lamps, and \
                      channel counts that are multiples of 8 from 8 to 1024",
-                    self.lamps, self.width, self.most_channels
+                    self.lamps,
+                    self.width,
+                    self.most_channels,
+                    Self::MOST_LAMPS
                 ),
                 "Choose other channel counts",
             ));
@@ -346,6 +352,26 @@ impl UNet {
 
 /// Makes parameters half floats.
 pub(super) struct Halved;
+
+/// Looks for parameters that are no numbers.
+struct Finite(bool);
+
+impl ModuleVisitor for Finite {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let values = param.val().into_data().convert::<f32>();
+        self.0 &=
+            (values.as_slice::<f32>()).is_ok_and(|values| values.iter().all(|v| v.is_finite()));
+    }
+}
+
+impl UNet {
+    /// Whether all parameters are finite.
+    pub fn is_finite(&self) -> bool {
+        let mut finite = Finite(true);
+        self.visit(&mut finite);
+        finite.0
+    }
+}
 
 impl ModuleMapper for Halved {
     fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {

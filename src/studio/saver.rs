@@ -1,7 +1,7 @@
 //! Writes small files in the background, one after the other.
 
 use base::error::Result;
-use imaging::file::write_beside;
+use base::files::write_beside;
 use std::cell::RefCell;
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -6,7 +6,7 @@
 
 use super::log::{HELD_OUT, STEPS};
 use base::error::{Error, Result};
-use imaging::file::write_beside;
+use base::files::{self, write_beside};
 use project::Project;
 use reflectance::checkpoint::{self, CheckpointInfo};
 use reflectance::predictor::check_fits;
@@ -62,16 +62,19 @@ fn named(number: u64, reason: Reason, step: u64) -> String {
     format!("{number:04}-{reason}-{step:07}")
 }
 
-/// Number and reason of a folder, from its name.
+/// Number and reason of a folder, from its name; `None` if [`named`] does not give such names.
 fn parsed(name: &str) -> Option<(u64, Reason)> {
-    let mut parts = name.split('-');
-    let number = parts.next()?.parse().ok()?;
-    let reason = match parts.next()? {
+    let parts: Vec<&str> = name.split('-').collect();
+    let [number, reason, step] = parts[..] else {
+        return None;
+    };
+    let reason = match reason {
         "step" => Reason::Automatic,
         "aside" => Reason::SetAside,
         _ => return None,
     };
-    Some((number, reason))
+    let (number, step) = (number.parse().ok()?, step.parse().ok()?);
+    (named(number, reason, step) == name).then_some((number, reason))
 }
 
 /// All folders of the list, the newest first: number, reason, name.
@@ -136,7 +139,7 @@ pub fn keep(project: &Project, reason: Reason) -> Result<()> {
             checkpoint::link(&from, &partial)?;
             for log in [STEPS, HELD_OUT] {
                 if project.root.join(log).exists() {
-                    std::fs::copy(project.root.join(log), partial.join(log)).map_err(fail)?;
+                    restore(&project.root.join(log), &partial.join(log))?;
                 }
             }
             std::fs::rename(&partial, folder.join(name)).map_err(fail)?;
@@ -204,11 +207,11 @@ pub fn go_back(project: &Project, wanted: &str) -> Result<CheckpointInfo> {
     Ok(found.info.clone())
 }
 
-/// Restores the log `to` from its copy `from`.
+/// Copies the log `from` to `to`, or removes that if there is none.
 fn restore(from: &Path, to: &Path) -> Result<()> {
     if from.exists() {
         return write_beside(to, |out| {
-            std::io::copy(&mut std::fs::File::open(from)?, out).map(drop)
+            std::io::copy(&mut files::open(from)?, out).map(drop)
         });
     }
     match std::fs::remove_file(to) {
@@ -248,10 +251,13 @@ fn thin_out(project: &Project, max_bytes: u64) {
     clean(&folder(project));
 }
 
-/// Removes folders that were left unfinished.
+/// Removes folders that were left unfinished. Others, hidden ones too, are not ours.
 fn clean(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-        if entry.file_name().to_string_lossy().starts_with(HIDDEN) {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let is_ours = name.strip_prefix(HIDDEN).and_then(parsed).is_some();
+        if is_ours && entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             // Otherwise it only costs space.
             let _ = std::fs::remove_dir_all(entry.path());
         }
@@ -293,8 +299,37 @@ mod tests {
             "0012-unreadable-7",
             "step-12",
             "x-step-1",
+            "12-step-1200",
+            "0012-step-0001200-copy",
+            "+012-step-0001200",
         ] {
             assert_eq!(parsed(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn only_unfinished_checkpoints_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |name: &str| folder.path().join(name);
+        let unfinished = ".0012-step-0001200";
+        let others = [
+            ".notes",
+            ".ssh",
+            ".0012-step-0001200-mine",
+            "0012-step-0001200",
+        ];
+        for name in others.iter().chain([&unfinished]) {
+            std::fs::create_dir(of(name)).unwrap();
+            std::fs::write(of(name).join("file"), "").unwrap();
+        }
+        clean(folder.path());
+        assert!(!of(unfinished).exists());
+        assert!(others.iter().all(|name| of(name).join("file").exists()));
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(of(".ssh"), of(unfinished)).unwrap();
+            clean(folder.path());
+            assert!(of(".ssh").join("file").exists());
         }
     }
 }

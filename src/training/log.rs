@@ -2,10 +2,11 @@
 
 use super::report::StepReport;
 use base::error::{Error, Result};
+use base::files;
 use project::Project;
 use reflectance::checkpoint::CheckpointInfo;
 use std::fs::OpenOptions;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Every step's losses.
@@ -47,7 +48,7 @@ impl Log {
             .write(true)
             .append(!fresh)
             .truncate(fresh);
-        let file = options.open(&path).map_err(fail)?;
+        let file = files::open_own(&path, &options).map_err(fail)?;
         let empty = file.metadata().map_err(fail)?.len() == 0;
         let mut log = Self {
             out: BufWriter::new(file),
@@ -96,16 +97,17 @@ impl Log {
 
 /// Removes a last line without an end, which a run leaves when it is killed.
 fn remove_torn_line(path: &Path) -> std::io::Result<()> {
-    let text = match std::fs::read(path) {
+    let mut text = Vec::new();
+    match files::open_own(path, OpenOptions::new().read(true)) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        text => text?,
+        file => file?.read_to_end(&mut text)?,
     };
     let whole = text
         .iter()
         .rposition(|&b| b == b'\n')
         .map_or(0, |end| end + 1);
     if whole < text.len() {
-        let file = OpenOptions::new().write(true).open(path)?;
+        let file = files::open_own(path, OpenOptions::new().write(true))?;
         file.set_len(whole as u64)?;
     }
     Ok(())
@@ -132,5 +134,25 @@ mod tests {
         for text in ["", "a,"] {
             assert_eq!(after(text), "a,b\n3,4\n");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_link_leads_to_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let (diary, path) = (folder.path().join("diary"), folder.path().join("log.csv"));
+        std::fs::write(&diary, "dear diary").unwrap();
+        std::os::unix::fs::symlink(&diary, &path).unwrap();
+        for fresh in [true, false] {
+            let refused = Log::open(path.clone(), "a,b", fresh)
+                .err()
+                .unwrap()
+                .to_string();
+            assert!(
+                refused.contains("log.csv") && refused.contains("a link"),
+                "{refused}"
+            );
+        }
+        assert_eq!(std::fs::read_to_string(&diary).unwrap(), "dear diary");
     }
 }

@@ -1,6 +1,7 @@
 //! The demo: the whole way on a shoot of the virtual stage, with no data and no download.
 
 use base::error::Result;
+use base::files::write_beside;
 use base::progress::Progress;
 use calibration::{CalibrateSettings, Calibration, calibrate};
 use compositor::Storage;
@@ -9,7 +10,6 @@ use export::Files;
 use export::relight::{RelightReport, RelightSettings, relight};
 use footage::{ImportSettings, import};
 use gpu::DeviceChoice;
-use imaging::file::write_beside;
 use light::Lighting;
 use light::keyframes::Keyframes;
 use light::weights::Weighting;

@@ -6,7 +6,7 @@ use crate::plot::{Axis, Plot};
 use crate::results::Row;
 use crate::summary::{Estimate, LEVELS, coverage, exposure, gammas, quantile};
 use base::Result;
-use imaging::file::write_beside;
+use base::files::write_beside;
 use std::io::Write;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Tables as CSV files: one row each, with the fields' names above them.
 
+use base::files::write_beside;
 use base::{Error, Result};
-use imaging::file::write_beside;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};

@@ -19,8 +19,8 @@ pub use measure::{ReviewReport, ReviewSettings, own_truth, review};
 
 use super::metrics::pooled;
 use base::error::{Error, Result};
+use base::files::write_beside;
 use clap::ValueEnum;
-use imaging::file::write_beside;
 use project::Project;
 use serde::{Deserialize, Serialize};
 use std::io::Write;

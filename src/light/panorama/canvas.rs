@@ -44,12 +44,21 @@ impl Canvas {
         }
     }
 
+    /// Columns and rows that [`Self::lat_long`] keeps.
+    pub fn kept((width, height): (usize, usize), most: usize) -> (usize, usize) {
+        if width <= most {
+            return (width, height);
+        }
+        let rows = (height as f64 * most as f64 / width as f64).round() as usize;
+        (most, rows.max(1))
+    }
+
     /// A canvas for a lat-long that is averaged down to `most` columns where it has more.
     pub fn lat_long((width, height): (usize, usize), most: usize) -> Self {
         if width <= most {
             return Self::whole((width, height));
         }
-        let rows = ((height as f64 * most as f64 / width as f64).round() as usize).max(1);
+        let (_, rows) = Self::kept((width, height), most);
         let shrink = Shrink {
             columns: parts(width, most, |from, to| to - from),
             rows: parts(height, rows, |from, to| band(from, to, height)),

@@ -5,10 +5,11 @@ use super::reader::PanoramaReader;
 use base::error::{Error, Result};
 use image::{DynamicImage, ImageReader};
 use imaging::color::linear_from_srgb;
+use imaging::file::decode_within_limits;
 use std::io::{BufRead, Seek};
 
 pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> Result<Canvas> {
-    let mut reader = ImageReader::new(file)
+    let reader = ImageReader::new(file)
         .with_guessed_format()
         .map_err(|e| panorama.broken(e))?;
     if reader.format().is_none() {
@@ -20,8 +21,7 @@ pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> 
             "Convert it to OpenEXR",
         ));
     }
-    reader.no_limits();
-    let picture = reader.decode().map_err(|e| panorama.broken(e))?;
+    let picture = decode_within_limits(reader).map_err(|e| panorama.broken(e))?;
     match picture {
         // Floating point is linear already.
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {

@@ -14,9 +14,9 @@ mod tests;
 
 use crate::environment::Environment;
 use base::error::{Error, Result};
+use base::files;
 use reader::{COMPLETE, PanoramaReader};
 pub use reader::{Panorama, ReadSettings};
-use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
@@ -28,7 +28,7 @@ use std::path::Path;
 /// cannot have.
 pub fn read(path: &Path, settings: &ReadSettings) -> Result<Panorama> {
     let fail = |e: std::io::Error| Error::io("read", path, e, COMPLETE);
-    let mut file = BufReader::with_capacity(1 << 18, File::open(path).map_err(fail)?);
+    let mut file = BufReader::with_capacity(1 << 18, files::open(path).map_err(fail)?);
     let mut magic = [0; 4];
     let known = file.read(&mut magic).map_err(fail)?;
     file.rewind().map_err(fail)?;

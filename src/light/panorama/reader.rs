@@ -4,6 +4,7 @@ use super::canvas::Canvas;
 use crate::environment::Environment;
 use crate::mapping::{self, Mapping};
 use base::error::{Error, Result};
+use imaging::file;
 use std::path::Path;
 
 /// How to read a panorama file.
@@ -72,19 +73,22 @@ impl<'a> PanoramaReader<'a> {
         if texels == 0 || texels > 1 << 32 || width.max(height) > 1 << 20 {
             return Err(Error::invalid(
                 format!(
-                    "{} has {width}×{height} pixels; a panorama may have up to a million on each side, and \
-                     65536×65536 in total",
+                    "{} has {width} × {height} pixels; a panorama may have up to a million on each side, and \
+                     65536 × 65536 in total",
                     self.path.display()
                 ),
                 "Check the file, or make it smaller",
             ));
         }
-        let whole = Canvas::whole(size);
         match self.settings.mapping {
-            Some(Mapping::LatLong) => return Ok((self.lat_long(size), 0)),
-            Some(mapping) => return mapping.projection(size).map(|_| (whole, 0)),
+            Some(Mapping::LatLong) => return Ok((self.lat_long(size)?, 0)),
+            Some(mapping) => {
+                mapping.projection(size)?;
+                self.check_kept(size)?;
+                return Ok((Canvas::whole(size), 0));
+            }
             None if width.abs_diff(2 * height) <= 2.max(width / 100) => {
-                return Ok((self.lat_long(size), 0));
+                return Ok((self.lat_long(size)?, 0));
             }
             None => {}
         }
@@ -109,18 +113,37 @@ impl<'a> PanoramaReader<'a> {
                  {:.0}° in height. Above and below it the edge's mean colour continues.{other}",
                 360.0 * height as f64 / width as f64
             ));
-            let mut canvas = self.lat_long(full);
+            let mut canvas = self.lat_long(full)?;
             canvas.extend = true;
             return Ok((canvas, (full.1 - height) / 2));
         }
         self.notes.push(format!(
             "{width}×{height} pixels are not 2:1, so they are stretched over the whole sphere.{other}"
         ));
-        Ok((self.lat_long(size), 0))
+        Ok((self.lat_long(size)?, 0))
     }
 
-    fn lat_long(&self, size: (usize, usize)) -> Canvas {
-        Canvas::lat_long(size, self.settings.width.max(2))
+    fn lat_long(&self, size: (usize, usize)) -> Result<Canvas> {
+        let most = self.settings.width.max(2);
+        self.check_kept(Canvas::kept(size, most))?;
+        Ok(Canvas::lat_long(size, most))
+    }
+
+    /// Refuses to keep more light than [`file::MAX_PIXELS`], before any memory is taken.
+    fn check_kept(&self, (width, height): (usize, usize)) -> Result<()> {
+        let [columns, rows] = [self.size.0, self.size.1];
+        if width.saturating_mul(height) <= file::MAX_PIXELS {
+            return Ok(());
+        }
+        Err(Error::invalid(
+            format!(
+                "{} has {columns} × {rows} pixels, of which {width} × {height} would have to be kept at once; at most \
+                 {} can be",
+                self.path.display(),
+                file::MAX_PIXELS
+            ),
+            "Check the file, or make it smaller",
+        ))
     }
 
     pub fn finish(mut self, canvas: Canvas) -> Result<Panorama> {

@@ -174,7 +174,16 @@ fn broken_files_say_what_is_wrong() {
         (format!("{HEADER}-Y 0 +X 16\n").into_bytes(), "0"),
         (
             format!("{HEADER}-Y 99999999 +X 99999999\n").into_bytes(),
-            "99999999×99999999",
+            "99999999 × 99999999",
+        ),
+        // Small files that claim much: nothing is allocated for it.
+        (
+            format!("{HEADER}-Y 32768 +X 65536\n").into_bytes(),
+            "line 1 of 32768",
+        ),
+        (
+            format!("{HEADER}-Y 1000000 +X 4096\n").into_bytes(),
+            "4096 × 1000000 would have to be kept",
         ),
         (
             b"#?RADIANCE\nFORMAT=32-bit_other\n\n-Y 1 +X 2\n".to_vec(),

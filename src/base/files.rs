@@ -1,0 +1,291 @@
+//! Files that are written whole or not at all, and files that strangers name.
+//!
+//! What a project's folder says is input from a stranger: a name there may be a link to a file elsewhere, a device that
+//! never ends or a pipe that never answers.
+
+use super::error::{Error, Result};
+use std::ffi::OsStr;
+use std::fs::{File, FileType, OpenOptions, TryLockError};
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Component, Path, PathBuf};
+use std::time::{Duration, SystemTime};
+use tempfile::NamedTempFile;
+
+/// The end of the names of files that are being written.
+const UNFINISHED: &str = ".afterlight";
+/// A file that is younger may be about to be locked by its writer.
+const YOUNG: Duration = Duration::from_secs(10);
+/// Where files cannot be locked, an unfinished one that was not written for so long is left over.
+const OLD: Duration = Duration::from_secs(24 * 3600);
+
+/// Opens a file to read it, following links.
+///
+/// # Errors
+/// As [`File::open`], and when it is a device, a pipe or a folder: these may never end.
+pub fn open(path: &Path) -> io::Result<File> {
+    let kind = std::fs::metadata(path)?.file_type();
+    if kind.is_file() {
+        File::open(path)
+    } else {
+        Err(not_a_file(kind))
+    }
+}
+
+/// Opens one of the program's own files, to read or write it.
+///
+/// # Errors
+/// As [`OpenOptions::open`], and when the name is a link or anything else that is no file: what a link leads to is not
+/// the program's.
+pub fn open_own(path: &Path, options: &OpenOptions) -> io::Result<File> {
+    match std::fs::symlink_metadata(path) {
+        Ok(data) if !data.is_file() => return Err(not_a_file(data.file_type())),
+        _ => (),
+    }
+    #[cfg(target_os = "linux")]
+    {
+        // It may become a link meanwhile.
+        use std::os::unix::fs::OpenOptionsExt;
+        options.clone().custom_flags(libc::O_NOFOLLOW).open(path)
+    }
+    #[cfg(not(target_os = "linux"))]
+    options.open(path)
+}
+
+fn not_a_file(kind: FileType) -> io::Error {
+    let what = if kind.is_symlink() {
+        "a link"
+    } else if kind.is_dir() {
+        "a folder"
+    } else {
+        "a device or a pipe"
+    };
+    io::Error::new(
+        ErrorKind::InvalidInput,
+        format!("this is {what} and not a file"),
+    )
+}
+
+/// Whether a name that a file gives is the name of a file beside it, and no way to elsewhere.
+pub fn is_bare(name: &str) -> bool {
+    let mut parts = Path::new(name).components();
+    let is_one = matches!((parts.next(), parts.next()), (Some(Component::Normal(part)), None) if part == name);
+    is_one && !name.contains(['/', '\\', '\0'])
+}
+
+/// Writes through a file beside `path`, syncs it and renames it over `path`, so that a crash leaves either the old file
+/// or the new one, whole. Makes the folder if it is missing.
+///
+/// # Errors
+/// When the folder or the file cannot be written; then the old file is left.
+pub fn write_beside(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> Result<()> {
+    let fail = |cause: io::Error| {
+        let remedy = "Check that the folder can be written and the disk has room";
+        Error::io("write", path, cause, remedy)
+    };
+    let unfinished = Unfinished::beside(path).map_err(fail)?;
+    let mut out = BufWriter::new(unfinished.0.as_file());
+    write(&mut out).and_then(|()| out.flush()).map_err(fail)?;
+    drop(out);
+    unfinished.finish(path).map_err(fail)
+}
+
+/// A file beside another that it will replace. Dropped before that, it is removed.
+#[derive(Debug)]
+pub struct Unfinished(NamedTempFile);
+
+impl Unfinished {
+    /// Makes an empty file beside `path` under a name of its own, and the folder if it is missing. As long as this lives, the
+    /// file is [not left over](remove_left_over).
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn beside(path: &Path) -> io::Result<Self> {
+        let name = path.file_name().ok_or(ErrorKind::InvalidFilename)?;
+        let folder = folder_of(path);
+        std::fs::create_dir_all(folder)?;
+        let mut start = std::ffi::OsString::from(".");
+        // Names may be as long as the file system allows.
+        start.push(OsStr::new(&*shortened(&name.to_string_lossy())));
+        start.push(".");
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&start).suffix(UNFINISHED);
+        #[cfg(unix)]
+        {
+            // As any new file, not as a secret one.
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let file = builder.tempfile_in(folder)?;
+        // Not all file systems have locks.
+        let _ = file.as_file().try_lock();
+        Ok(Self(file))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Syncs the file and gives it its name.
+    ///
+    /// # Errors
+    /// When either fails; then it is removed.
+    pub fn finish(self, path: &Path) -> io::Result<()> {
+        // Another program may have written it under its name.
+        File::open(self.path())?.sync_all()?;
+        self.0.persist(path).map_err(|e| e.error)?;
+        // The new name is on the disk once the folder is. Not all file systems can do that.
+        #[cfg(unix)]
+        let _ = File::open(folder_of(path)).and_then(|folder| folder.sync_all());
+        Ok(())
+    }
+}
+
+/// The folder that holds a file.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// The first of a name's characters, 100 bytes at most.
+fn shortened(name: &str) -> String {
+    let fits = |(at, c): &(usize, char)| at + c.len_utf8() <= 100;
+    (name.char_indices().take_while(fits).map(|(_, c)| c)).collect()
+}
+
+/// Removes what processes that were killed left unfinished in a folder.
+pub fn remove_left_over(folder: &Path) {
+    let now = SystemTime::now();
+    for path in unfinished(folder) {
+        let Ok(file) = open_own(&path, OpenOptions::new().read(true)) else {
+            continue;
+        };
+        let age = (file.metadata().and_then(|data| data.modified()).ok())
+            .and_then(|written| now.duration_since(written).ok())
+            .unwrap_or_default();
+        let is_left = match file.try_lock() {
+            Ok(()) => age >= YOUNG,
+            Err(TryLockError::WouldBlock) => false,
+            Err(TryLockError::Error(_)) => age >= OLD,
+        };
+        if is_left {
+            // Otherwise it only costs space.
+            let _ = std::fs::remove_file(&path);
+        }
+    }
+}
+
+/// Files of a folder that are being written, or were left so.
+fn unfinished(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_ours = |name: &OsStr| {
+        let name = name.to_string_lossy();
+        name.starts_with('.') && name.ends_with(UNFINISHED) && name.len() > UNFINISHED.len()
+    };
+    entries
+        .filter(|entry| is_ours(&entry.file_name()))
+        .map(|entry| entry.path())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("kept.txt");
+        std::fs::write(&path, b"old").unwrap();
+        let said = write_beside(&path, |_| Err(ErrorKind::StorageFull.into())).unwrap_err();
+        assert!(said.to_string().contains("kept.txt"), "{said}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_is_written_has_its_name_and_the_permissions_of_any_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let long = "ä".repeat(120);
+        let path = folder.path().join("new/folders").join(long);
+        for text in ["first", "second"] {
+            write_beside(&path, |out| out.write_all(text.as_bytes())).unwrap();
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+        }
+        assert_eq!(
+            std::fs::read_dir(path.parent().unwrap()).unwrap().count(),
+            1
+        );
+        let usual = folder.path().join("usual");
+        std::fs::write(&usual, "").unwrap();
+        let permissions = |path: &Path| std::fs::metadata(path).unwrap().permissions();
+        assert_eq!(permissions(&path), permissions(&usual));
+    }
+
+    #[test]
+    fn left_over_files_of_dead_processes_go_and_those_of_living_ones_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("big.bin");
+        let living = Unfinished::beside(&path).unwrap();
+        let dead = folder.path().join(format!(".big.bin.x1{UNFINISHED}"));
+        let others = [".big.bin.x2", "big.afterlight", UNFINISHED].map(|n| folder.path().join(n));
+        let long_ago = SystemTime::now() - 2 * YOUNG;
+        let age = |path: &Path| {
+            let file = OpenOptions::new().write(true).open(path).unwrap();
+            file.set_modified(long_ago).unwrap();
+        };
+        for path in others.iter().chain([&dead]) {
+            std::fs::write(path, "").unwrap();
+            age(path);
+        }
+        age(living.path());
+        remove_left_over(folder.path());
+        assert!(!dead.exists() && living.path().exists());
+        assert!(others.iter().all(|path| path.exists()));
+        // One that is as young as this may belong to a process that has not locked it yet.
+        std::fs::write(&dead, "").unwrap();
+        remove_left_over(folder.path());
+        assert!(dead.exists());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_devices_and_folders_are_not_taken_for_files() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("file"), "text").unwrap();
+        symlink(at("file"), at("link")).unwrap();
+        symlink("/dev/zero", at("zeros")).unwrap();
+        symlink(at("gone"), at("dangling")).unwrap();
+        assert!(open(&at("file")).is_ok() && open(&at("link")).is_ok());
+        for (path, what) in [(at("zeros"), "device"), (folder.path().into(), "folder")] {
+            let said = open(&path).unwrap_err().to_string();
+            assert!(said.contains(what), "{said}");
+        }
+        let mut options = OpenOptions::new();
+        options.write(true).create(true).truncate(true);
+        for name in ["link", "dangling", "zeros"] {
+            let said = open_own(&at(name), &options).unwrap_err().to_string();
+            assert!(said.contains("a link"), "{said}");
+        }
+        assert!(!at("gone").exists());
+        assert_eq!(std::fs::read_to_string(at("file")).unwrap(), "text");
+        open_own(&at("new"), &options).unwrap();
+    }
+
+    #[test]
+    fn only_a_name_is_bare() {
+        for name in ["weights.bpk", "a b", ".x"] {
+            assert!(is_bare(name), "{name}");
+        }
+        for name in ["", ".", "..", "../x", "/x", "a/b", "a/", "./a", "a\\b"] {
+            assert!(!is_bare(name), "{name}");
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Checkpoints that were changed, damaged or made by strangers.
+
+use super::*;
+use crate::kernels::Precision;
+use crate::unet::{Formulation, Normalization, Statistics};
+
+fn info() -> CheckpointInfo {
+    CheckpointInfo {
+        step: 7,
+        seconds: 1.0,
+        scale: 1.0,
+        training_frames: vec![0],
+        network: UNetConfig {
+            size: 8,
+            lamps: 2,
+            depth: Some(2),
+            width: 8,
+            most_channels: 8,
+            normalization: Normalization::None,
+            statistics: Statistics::default(),
+            formulation: Formulation::Direct,
+            precision: Precision::default(),
+        },
+        held_out: None,
+    }
+}
+
+/// A small checkpoint in a folder of its own.
+fn saved() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let network = info().network.init(0.5, &Device::flex());
+    save_network(folder.path(), &network);
+    folder
+}
+
+fn save_network(folder: &Path, network: &UNet) {
+    let state = TrainingState {
+        average_weights: None,
+        live_weights: weight_bytes(network).unwrap(),
+        optimizer: Bytes::from_bytes_vec(b"moments".to_vec()),
+    };
+    save(folder, &info(), network, &state).unwrap();
+}
+
+fn refused(folder: &Path) -> String {
+    load_training(folder, &Device::flex())
+        .err()
+        .expect("it is refused")
+        .to_string()
+}
+
+fn table_of(folder: &Path) -> String {
+    std::fs::read_to_string(folder.join("checkpoint.toml")).unwrap()
+}
+
+fn change_table(folder: &Path, from: &str, to: &str) {
+    let text = table_of(folder);
+    assert!(text.contains(from), "{text}");
+    std::fs::write(folder.join("checkpoint.toml"), text.replace(from, to)).unwrap();
+}
+
+#[test]
+fn one_flipped_byte_in_any_file_is_noticed() {
+    for name in ["weights", "live", "optimizer"] {
+        let folder = saved();
+        load_training(folder.path(), &Device::flex()).unwrap();
+        let path = folder.path().join(format!("{name}-0000007.bpk"));
+        let mut bytes = std::fs::read(&path).unwrap();
+        let last = bytes.len() - 1;
+        bytes[last] ^= 1;
+        std::fs::write(&path, bytes).unwrap();
+        let said = refused(folder.path());
+        assert!(said.contains(name) && said.contains("damaged"), "{said}");
+    }
+}
+
+#[test]
+fn weights_that_are_nan_are_refused_where_no_checksum_tells() {
+    struct Broken;
+    impl burn::module::ModuleMapper for Broken {
+        fn map_float<const D: usize>(
+            &mut self,
+            param: burn::module::Param<burn::tensor::Tensor<D>>,
+        ) -> burn::module::Param<burn::tensor::Tensor<D>> {
+            param.map(|value| value * f32::NAN)
+        }
+    }
+    let folder = saved();
+    let network = load(folder.path(), &Device::flex()).unwrap().1;
+    save_network(folder.path(), &network.map(&mut Broken));
+    let said = load(folder.path(), &Device::flex())
+        .unwrap_err()
+        .to_string();
+    assert!(said.contains("NaN"), "{said}");
+}
+
+#[test]
+fn a_table_names_only_files_beside_it() {
+    for name in ["../weights.bpk", "/dev/zero", "a/b.bpk", ""] {
+        let folder = saved();
+        change_table(folder.path(), "weights-0000007.bpk", name);
+        let said = refused(folder.path());
+        assert!(said.contains("file beside it"), "{said}");
+        let to = folder.path().join("to");
+        assert!(link(folder.path(), &to).is_err());
+        assert!(!folder.path().join("weights.bpk").exists());
+    }
+}
+
+#[test]
+fn an_impossible_network_is_refused_before_memory_is_taken() {
+    for lamps in ["0", "1000000000", "4611686018427387904"] {
+        let folder = saved();
+        change_table(folder.path(), "lamps = 2", &format!("lamps = {lamps}"));
+        let said = refused(folder.path());
+        assert!(said.contains(lamps), "{said}");
+    }
+}
+
+#[test]
+fn a_checkpoint_of_the_same_step_does_not_touch_the_one_before() {
+    let folder = saved();
+    let kept = tempfile::tempdir().unwrap();
+    link(folder.path(), kept.path()).unwrap();
+    let before = std::fs::read(kept.path().join("weights-0000007.bpk")).unwrap();
+    let network = info().network.init(0.9, &Device::flex());
+    save_network(folder.path(), &network);
+    assert_eq!(
+        std::fs::read(kept.path().join("weights-0000007.bpk")).unwrap(),
+        before
+    );
+    assert!(table_of(folder.path()).contains("weights-0000007-2.bpk"));
+    for folder in [folder.path(), kept.path()] {
+        load_training(folder, &Device::flex()).unwrap();
+    }
+    // Going back gives the files names that are free, and their checksums move along.
+    link(kept.path(), folder.path()).unwrap();
+    load_training(folder.path(), &Device::flex()).unwrap();
+    assert!(table_of(folder.path()).contains("[checksums]"));
+}
