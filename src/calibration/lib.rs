@@ -2,6 +2,7 @@
 //! light, and how the camera encoded all of it.
 
 mod blind_cone;
+mod cholesky;
 mod code_values;
 mod connected;
 pub mod develop;

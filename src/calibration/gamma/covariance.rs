@@ -1,10 +1,13 @@
 //! What is known of the errors of several numbers that belong together.
 
+use crate::cholesky::Cholesky;
+
 /// A covariance of errors, ready for use.
 pub(super) struct Covariance {
-    /// The lower triangle of its Cholesky factor, row by row.
-    factor: Vec<f64>,
+    factor: Cholesky,
     size: usize,
+    /// By what deviations are larger than the factor says.
+    wider: f64,
 }
 
 /// Degrees of freedom of the errors' size: how large they are is only known from about so many.
@@ -14,41 +17,31 @@ impl Covariance {
     /// The covariance of `size` errors: the sum of the squares of `parts`, and an independent error of deviation
     /// `own` in each. `None` if a part is NaN or infinite.
     pub fn new(size: usize, parts: &[Vec<f64>], own: f64) -> Option<Self> {
-        let mut factor = vec![0.0; size * size];
+        let mut covariance = vec![0.0; size * size];
         for row in 0..size {
             for column in 0..=row {
-                let sum: f64 = parts.iter().map(|part| part[row] * part[column]).sum();
-                factor[row * size + column] = sum + if row == column { own * own } else { 0.0 };
+                covariance[row * size + column] =
+                    parts.iter().map(|part| part[row] * part[column]).sum();
             }
         }
-        for row in 0..size {
-            for column in 0..=row {
-                let known: f64 = (0..column)
-                    .map(|i| factor[row * size + i] * factor[column * size + i])
-                    .sum();
-                let left = factor[row * size + column] - known;
-                factor[row * size + column] = if row == column {
-                    left.max(1e-3 * own * own).sqrt()
-                } else {
-                    left / factor[column * size + column]
-                };
-            }
+        let trace: f64 = (0..size).map(|i| covariance[i * size + i]).sum();
+        // Beside errors that are far larger, an error needs to be as large as their rounding.
+        let own = (own * own).max(1e-12 * trace);
+        for i in 0..size {
+            covariance[i * size + i] += own;
         }
-        let is_sound = factor.iter().all(|value| value.is_finite());
-        is_sound.then_some(Self { factor, size })
+        Some(Self {
+            factor: Cholesky::new(covariance, size)?,
+            size,
+            wider: 1.0,
+        })
     }
 
     /// Independent combinations of the errors, each over its deviation.
     pub fn whitened(&self, errors: &[f64]) -> Vec<f64> {
-        let mut whitened = vec![0.0; self.size];
-        for row in 0..self.size {
-            let factor = &self.factor[row * self.size..=row * self.size + row];
-            let known: f64 = factor
-                .iter()
-                .zip(&whitened[..row])
-                .map(|(l, w)| l * w)
-                .sum();
-            whitened[row] = (errors[row] - known) / factor[row];
+        let mut whitened = self.factor.forward(errors);
+        for error in &mut whitened {
+            *error /= self.wider;
         }
         whitened
     }
@@ -56,10 +49,7 @@ impl Covariance {
     /// Widens the covariance until it explains errors that are seen: by Birge's ratio of χ² to their number.
     pub fn widen(&mut self, errors: &[f64]) {
         let square: f64 = self.whitened(errors).iter().map(|w| w * w).sum();
-        let ratio = (square / self.size as f64).max(1.0);
-        for value in &mut self.factor {
-            *value *= ratio.sqrt();
-        }
+        self.wider *= (square / self.size as f64).max(1.0).sqrt();
     }
 
     /// −2·ln of how probable errors are whose whitened squares add up to `square`, up to a constant, and its slope.

@@ -5,8 +5,8 @@
 //! pictures' gradient times a shift of the body or a turn of the head. All shifts of a pose are solved together, the
 //! pictures are unmoved, and so on. Pixels that fit badly (a highlight, a shadow's edge) count less (Huber).
 
-use super::cholesky::Cholesky;
 use super::pixels::{between, combined, dot, product};
+use crate::cholesky::Cholesky;
 use footage::motion::head_turn;
 use imaging::Mask;
 use rayon::prelude::*;

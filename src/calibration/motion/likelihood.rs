@@ -7,9 +7,9 @@
 //! and between body and head, as the alignment's equations say.
 
 use super::alignment::SHIFTS;
-use super::cholesky::Cholesky;
 use super::helmert::{contrasted, contrasts, turn};
 use super::path::Place;
+use crate::cholesky::Cholesky;
 use glam::Vec3;
 
 /// What the alignment says of one pose.

@@ -5,7 +5,6 @@
 //! different in each pose, from what lamps' shadows pretend, and say how sure that is.
 
 mod alignment;
-mod cholesky;
 mod helmert;
 mod likelihood;
 mod path;

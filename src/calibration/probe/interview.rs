@@ -1,5 +1,6 @@
 //! The interview's light as a sum of lamps, from the mirror balls.
 
+use super::super::cholesky::Cholesky;
 use super::super::code_values::{CodeValues, ResponseTable};
 use super::super::footprint::Footprint;
 use super::super::least_squares::NormalEquations;
@@ -46,29 +47,21 @@ pub(super) fn kernel(cosine: f32) -> f32 {
     shading * (1.0 - angle / PI)
 }
 
-/// The inverse of a symmetric positive matrix of `n` × `n`, which is made positive if it is not quite.
-fn inverse(matrix: &[f64], n: usize) -> Vec<f64> {
+/// The inverse of a symmetric positive matrix of `n` × `n`, which is made positive if it is not quite; `None` if it is
+/// 0, NaN or infinite.
+fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
     let trace: f64 = (0..n).map(|i| matrix[i * n + i]).sum();
-    let ridge = (1e-6 * trace / n as f64).max(f64::MIN_POSITIVE);
-    let mut a = matrix.to_vec();
+    let mut positive = matrix.to_vec();
     for i in 0..n {
-        a[i * n + i] += ridge;
+        positive[i * n + i] += 1e-6 * trace / n as f64;
     }
-    // Gauss and Jordan, in place; such a matrix needs no exchange of rows.
-    for k in 0..n {
-        let pivot = a[k * n + k].max(1e-3 * ridge);
-        a[k * n + k] = 1.0;
-        for j in 0..n {
-            a[k * n + j] /= pivot;
-        }
-        for i in (0..n).filter(|i| *i != k) {
-            let factor = std::mem::replace(&mut a[i * n + k], 0.0);
-            for j in 0..n {
-                a[i * n + j] -= factor * a[k * n + j];
-            }
-        }
-    }
-    a
+    let factor = Cholesky::new(positive, n)?;
+    let column = |i: usize| {
+        let mut unit = vec![0.0; n];
+        unit[i] = 1.0;
+        factor.solve(&unit)
+    };
+    Some((0..n).flat_map(column).collect())
 }
 
 impl Probes {
@@ -253,7 +246,9 @@ impl Probes {
                     open[nearest] += f64::from(left[c] * spread[c]);
                 }
             }
-            let inverse = inverse(&sums.grams[c], n);
+            let Some(inverse) = inverse(&sums.grams[c], n) else {
+                continue;
+            };
             for (lamp, error) in errors.iter_mut().enumerate() {
                 // The prediction of a lamp from the others, and its expected squared error, follow from the inverse
                 // (Dubrule 1983).

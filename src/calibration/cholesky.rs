@@ -1,7 +1,7 @@
 //! Positive definite systems of a few hundred unknowns.
 
 /// The lower triangle L of L·Lᵀ = `matrix` (n × n, row by row), which is positive definite.
-pub struct Cholesky {
+pub(crate) struct Cholesky {
     lower: Vec<f64>,
     n: usize,
 }
