@@ -11,7 +11,7 @@ fn info() -> CheckpointInfo {
         scale: 1.0,
         training_frames: vec![0],
         network: UNetConfig {
-            size: 8,
+            size: 16,
             lamps: 2,
             depth: Some(2),
             width: 8,
