@@ -333,8 +333,7 @@ impl Table {
     }
 
     fn network(&self, folder: &Path, name: &str, device: &Device) -> Result<UNet> {
-        let refuse =
-            |e: &dyn std::fmt::Display| Error::codec("read", &folder.join(name), e, REMEDY);
+        let refuse = |e: &dyn std::fmt::Display| Error::codec("read", folder.join(name), e, REMEDY);
         let record = ModuleRecord::from_bytes(self.read(folder, name)?).map_err(|e| refuse(&e))?;
         let record = record.cast_to_module_dtype();
         let network = (self.info.network.init(0.5, device))

@@ -179,10 +179,11 @@ impl Problem {
                     let (body, head) = (component(axis), component(axis + 2));
                     place.way[0][axis] += share * body;
                     place.way[1][axis] += share * (body + head);
-                    for which in 0..2 {
-                        place.variance[which][axis] +=
-                            share * share * spreads[part.min(1)][i][which][axis];
-                    }
+                }
+                let spread = &spreads[part.min(1)][i];
+                let both = place.variance.iter_mut().flatten();
+                for (variance, spread) in both.zip(spread.iter().flatten()) {
+                    *variance += share * share * spread;
                 }
             }
             place
@@ -206,15 +207,14 @@ fn spreads(covariance: &Cholesky, rows: &[Vec<f64>], before: &[f64]) -> Vec<[[f6
     };
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let of = |(row, before): (&Vec<f64>, &f64)| {
-        let mut spread = [[0.0; 2]; 2];
-        for axis in 0..2 {
+        let along = |axis: usize| -> [f64; 2] {
             let (body, head) = (known(row, axis), known(row, axis + 2));
             let own = dot(&body, &body);
-            spread[0][axis] = (before - own).max(0.0);
             let both = own + dot(&head, &head) + 2.0 * dot(&body, &head);
-            spread[1][axis] = (2.0 * before - both).max(0.0);
-        }
-        spread
+            [(before - own).max(0.0), (2.0 * before - both).max(0.0)]
+        };
+        let [right, down] = [along(0), along(1)];
+        [0, 1].map(|which: usize| [right[which], down[which]])
     };
     rows.iter().zip(before).map(of).collect()
 }
