@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test lint doc peers bench bench-relight bench-passes weights trials starter screenshots clean-demo
+.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes weights trials starter screenshots clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -23,12 +23,18 @@ setup:
 # commas between, what must not be missing: shared data, gpu, gpu f16, gpu clock, ffmpeg, python, amx, small disk,
 # pfspanoramic.
 SKIPPED = $(abspath $(or $(CARGO_TARGET_DIR),target))/skipped.txt
+SHOWN = $(abspath $(or $(CARGO_TARGET_DIR),target))/stability.txt
 
 test: setup
-	@mkdir -p $(dir $(SKIPPED)) && : >$(SKIPPED)
-	@AFTERLIGHT_SKIPPED=$(SKIPPED) AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
+	@mkdir -p $(dir $(SKIPPED)) && : >$(SKIPPED) && : >$(SHOWN)
+	@AFTERLIGHT_SKIPPED=$(SKIPPED) AFTERLIGHT_STABILITY=$(SHOWN) AFTERLIGHT_PYTHON=$${AFTERLIGHT_PYTHON-$(PYTHON)} \
 		$(CARGO) test --locked --workspace --no-fail-fast; \
 		code=$$?; awk -f tests/support/skipped.awk $(SKIPPED); exit $$code
+
+# The hard cases that the tests show, one line each: passes all tests and writes docs/stability.md.
+stability: test
+	$(CARGO) run --locked -q -p afterlight-test-support --bin stability $(SHOWN) >docs/stability.md.new
+	mv docs/stability.md.new docs/stability.md
 
 # The tests run in sessions without a folder of their own too: Mesa's driver then prints an error each time.
 test bench bench-relight bench-passes: export XDG_RUNTIME_DIR ?= $(CURDIR)/target

@@ -4,6 +4,7 @@ mod need;
 mod paths;
 mod programs;
 pub mod small_disk;
+pub mod stability;
 mod waiting;
 
 pub use need::{Need, found, require};

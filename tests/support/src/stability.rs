@@ -1,0 +1,226 @@
+//! What tests show of hard cases, line by line, for `docs/stability.md`.
+//!
+//! `make test` names a file in `AFTERLIGHT_STABILITY`; each case that a test shows is appended to it, and `make stability`
+//! makes the page of it.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+/// The file that cases are appended to.
+const RECORD: &str = "AFTERLIGHT_STABILITY";
+
+/// A section of the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Section {
+    /// What a project's folder says, and what files claim.
+    Strangers,
+    /// Killed programs, full disks, several programs at once.
+    Accidents,
+    /// Options, closed pipes, programs that hang.
+    Surroundings,
+    /// Light, lamps and balls that are hard to compute with.
+    Light,
+    /// The network and its training.
+    Network,
+    /// Pictures, mattes and passes.
+    Pictures,
+}
+
+impl Section {
+    const ALL: [Self; 6] = [
+        Self::Strangers,
+        Self::Accidents,
+        Self::Surroundings,
+        Self::Light,
+        Self::Network,
+        Self::Pictures,
+    ];
+
+    fn title(self) -> &'static str {
+        match self {
+            Self::Strangers => "Files from strangers",
+            Self::Accidents => "Killed, full, shared",
+            Self::Surroundings => "Options and other programs",
+            Self::Light => "Light, lamps and mirror balls",
+            Self::Network => "The network and its training",
+            Self::Pictures => "Pictures, mattes and passes",
+        }
+    }
+}
+
+/// A hard case that a test has shown to end well.
+#[derive(Clone, Copy, Debug)]
+pub struct Case<'a> {
+    pub section: Section,
+    /// What is given, such as "a panorama with NaN texels".
+    pub case: &'a str,
+    /// What could go wrong.
+    pub danger: &'a str,
+    /// What the program does about it.
+    pub done: &'a str,
+    /// What the test demands, with its unit; "" if it is a statement that holds or does not.
+    pub bound: &'a str,
+    /// What the test measured, with its unit; "" as above.
+    pub measured: &'a str,
+}
+
+/// Records a [`Case`](crate::stability::Case) for `docs/stability.md`, under the name of the test that it stands in. To be
+/// written after the test's last assertion.
+///
+/// ```ignore
+/// shown!(Light, "A sun of one texel", danger: "it falls between two cells", done: "texels are split by area",
+///     bound: "energy within 1e-5", measured: format!("{error:.1e}"));
+/// shown!(Strangers, "`.lock` is a link", danger: "its target is emptied", done: "a link is refused");
+/// ```
+#[macro_export]
+macro_rules! shown {
+    ($section:ident, $case:expr, danger: $danger:expr, done: $done:expr $(,)?) => {
+        $crate::shown!($section, $case, danger: $danger, done: $done, bound: "", measured: "")
+    };
+    ($section:ident, $case:expr, danger: $danger:expr, done: $done:expr, bound: $bound:expr, measured: $measured:expr $(,)?) => {{
+        fn here() {}
+        let case = $crate::stability::Case {
+            section: $crate::stability::Section::$section,
+            case: $case,
+            danger: $danger,
+            done: $done,
+            bound: &$bound.to_string(),
+            measured: &$measured.to_string(),
+        };
+        $crate::stability::record(env!("CARGO_PKG_NAME"), std::any::type_name_of_val(&here), &case);
+    }};
+}
+
+/// Appends a case to the file that `AFTERLIGHT_STABILITY` names, if it names one. `place` is the path of a function in the
+/// test.
+///
+/// # Panics
+/// If that file cannot be written.
+pub fn record(package: &str, place: &str, case: &Case) {
+    let Some(path) = std::env::var_os(RECORD) else {
+        return;
+    };
+    // In one piece, for other tests write at the same time.
+    std::fs::OpenOptions::new()
+        .append(true)
+        .create(true)
+        .open(&path)
+        .and_then(|mut file| file.write_all(line(package, place, case).as_bytes()))
+        .unwrap_or_else(|e| {
+            panic!(
+                "cannot record a case in {}: {e}",
+                Path::new(&path).display()
+            )
+        });
+}
+
+/// The line of a case: what it holds with tabs between.
+fn line(package: &str, place: &str, case: &Case) -> String {
+    let test = place
+        .trim_end_matches("::here")
+        .replace("::{{closure}}", "");
+    let test = test.split_once("::").map_or(&*test, |(_, test)| test);
+    let section = case.section.title();
+    let words = [
+        section,
+        package,
+        test,
+        case.case,
+        case.danger,
+        case.done,
+        case.bound,
+        case.measured,
+    ];
+    let words = words.map(|words| words.split_whitespace().collect::<Vec<_>>().join(" "));
+    words.join("\t") + "\n"
+}
+
+/// The page of recorded cases: for each section a table, in the order of crates and tests. Of a case that was recorded
+/// twice the last stays.
+///
+/// # Panics
+/// If a line is none of [`record`]'s.
+pub fn page(record: &str) -> String {
+    let rows = record.lines().map(|line| {
+        let row: [&str; 8] = (line.split('\t').collect::<Vec<_>>().try_into())
+            .unwrap_or_else(|_| panic!("this is no recorded case: {line:?}"));
+        row
+    });
+    let mut cases: Vec<[&str; 8]> = Vec::new();
+    for row in rows {
+        match cases.iter_mut().find(|case| case[1..4] == row[1..4]) {
+            Some(case) => *case = row,
+            None => cases.push(row),
+        }
+    }
+    cases.sort_by_key(|case| [case[1], case[2]]);
+    let mut page = String::from(include_str!("stability.md"));
+    for title in Section::ALL.map(Section::title) {
+        let mut cases = cases.iter().filter(|case| case[0] == title).peekable();
+        if cases.peek().is_none() {
+            continue;
+        }
+        let _ = write!(
+            page,
+            "\n## {title}\n\n\
+             | case | what could go wrong | what is done | bound | measured | test |\n|---|---|---|---|---|---|\n"
+        );
+        for [_, package, test, words @ ..] in cases {
+            let words = words.map(|words| words.replace('|', "\\|"));
+            let package = package.trim_start_matches("afterlight-");
+            let _ = writeln!(page, "| {} | `{package}` `{test}` |", words.join(" | "));
+        }
+    }
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recorded_case_is_a_row_of_its_section() {
+        let case = Case {
+            section: Section::Light,
+            case: "a sun of\none texel",
+            danger: "it is lost",
+            done: "split | by area",
+            bound: "1e-5",
+            measured: "3e-7",
+        };
+        let old = line(
+            "afterlight-light",
+            "light::sun::tests::kept::here",
+            &Case {
+                measured: "2",
+                ..case
+            },
+        );
+        let new = line(
+            "afterlight-light",
+            "light::sun::tests::kept::{{closure}}::here",
+            &case,
+        );
+        let other = line(
+            "afterlight",
+            "stability::lock::here",
+            &Case {
+                section: Section::Strangers,
+                ..case
+            },
+        );
+        let page = page(&(old + &new + &other));
+        let row = "| a sun of one texel | it is lost | split \\| by area | 1e-5 | 3e-7 | `light` `sun::tests::kept` |";
+        assert_eq!(page.matches(row).count(), 1, "{page}");
+        assert_eq!(page.matches("a sun").count(), 2, "{page}");
+        let titles = [
+            "## Files from strangers",
+            "`lock`",
+            "## Light",
+            "`sun::tests::kept`",
+        ];
+        let at = titles.map(|title| page.find(title).unwrap());
+        assert!(at.is_sorted(), "{page}");
+    }
+}
