@@ -5,6 +5,7 @@
 //! reflects a lamp is never brighter than the lamp. A bank of lamps shows several such parts beside each other. Thin
 //! streaks, from scratches and dust, are cut off, so that a clipped lamp is found by its outline.
 
+mod bank;
 mod grid;
 mod shape;
 #[cfg(test)]
@@ -20,6 +21,7 @@ pub(super) use grid::{Grid, Levels};
 use super::code_values::ResponseTable;
 use super::footprint::Footprint;
 use super::median::median;
+use bank::{SAME_BANK, alike, bank};
 use glam::Vec3;
 use rayon::prelude::*;
 use shape::{inner_radius, opened, widened};
@@ -53,11 +55,6 @@ const BRIGHT: f32 = 0.5;
 const FAINT: f32 = 0.2;
 /// The same for a bank, some of whose lamps the ball may nearly hide.
 const FAINT_IN_BANK: f32 = 0.01;
-/// Lamps of a bank have at least this share of the main one's inner radius. By their light they cannot be told from
-/// reflections, because near the rim some of them melt together.
-const SAME_BANK: f32 = 0.45;
-/// Lamps of a bank are at most this far apart, edge to edge.
-const BANK_GAP_DEG: f32 = 15.0;
 /// Parts that show in more than this share of the other photographs belong to the room.
 const SHARED: f32 = 0.5;
 /// The same part in another photograph has at most this many times as much light, or as little.
@@ -66,9 +63,6 @@ const SAME_LIGHT: f32 = 8.0;
 const STREAK: f32 = 0.8;
 /// From this many parts on a lamp is a bank, whose parts are not opened: their joints are wider than they are.
 const BANK: usize = 3;
-/// Lamps of one bank that are far apart have at least this share of the light of the one with the most. Reflections
-/// have less, but one or two of them may come near it.
-const SAME_GLINT: f32 = 0.25;
 
 /// Says of each footprint of a series which part of it is the lamp. `series` holds the same photographs, reduced by
 /// the response `provisional`.
@@ -125,15 +119,6 @@ fn find(grid: &Grid, series: &[Levels], room: &[f32]) -> Vec<Option<Highlight>> 
         .collect()
 }
 
-/// The parts that may be lamps of one bank with the first.
-fn alike(mut parts: Vec<Part>) -> Vec<Part> {
-    if let Some(first) = parts.first() {
-        let (energy, radius) = (SAME_GLINT * first.energy, SAME_BANK * first.inner_radius);
-        parts.retain(|part| part.energy >= energy && part.inner_radius >= radius);
-    }
-    parts
-}
-
 /// One photograph of a series, without the room.
 struct Photograph<'a> {
     grid: &'a Grid,
@@ -163,14 +148,6 @@ struct Part {
     /// Middle and radius in degrees without streaks.
     core: Vec3,
     core_radius_deg: f32,
-}
-
-impl Part {
-    /// Whether a part of the given middle and radius is so near that both can be lamps of one bank.
-    fn is_near(&self, direction: Vec3, radius_deg: f32) -> bool {
-        let apart = self.direction.angle_between(direction).to_degrees();
-        apart - self.radius_deg - radius_deg < BANK_GAP_DEG
-    }
 }
 
 impl<'a> Photograph<'a> {
@@ -436,31 +413,4 @@ fn headroom(room: f32) -> f32 {
 pub(super) fn clipped_weight(share: f32) -> f32 {
     let t = ((share - 0.02) / 0.18).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
-}
-
-/// The strongest part with those that form a bank with it, and the others. Parts are sorted by their light.
-fn bank(parts: Vec<&Part>) -> (Vec<&Part>, Vec<&Part>) {
-    let least = SAME_BANK * parts[0].inner_radius;
-    let (alike, unlike): (Vec<&Part>, Vec<&Part>) =
-        (parts.into_iter()).partition(|part| part.inner_radius >= least);
-    let mut others = alike;
-    let mut bank = vec![others.remove(0)];
-    gather(&mut bank, &mut others);
-    others.extend(unlike);
-    // Near the rim lamps of a bank are thin, and what the ball hides of them makes them thinner.
-    if bank.len() >= BANK {
-        gather(&mut bank, &mut others);
-    }
-    (bank, others)
-}
-
-/// Moves those of the others that are near some of the bank to the bank.
-fn gather<'a>(bank: &mut Vec<&'a Part>, others: &mut Vec<&'a Part>) {
-    let mut next = 0;
-    while next < bank.len() {
-        let from = bank[next];
-        let near = others.extract_if(.., |part| from.is_near(part.direction, part.radius_deg));
-        bank.extend(near);
-        next += 1;
-    }
 }

@@ -89,6 +89,14 @@ impl Response {
         }
     }
 
+    /// The dual gamma nearest to the curve, see [`DualGamma::nearest`], and its distance: itself and 0 if it is one.
+    pub fn nearest_dual_gamma(&self) -> (DualGamma, f32) {
+        match self {
+            Self::Dual(curve) => (*curve, 0.0),
+            _ => DualGamma::nearest(|encoded| self.decode_value(encoded)),
+        }
+    }
+
     /// Linear value of an encoded one.
     pub fn decode_value(&self, encoded: f32) -> f32 {
         let x = f64::from(unit(encoded));
@@ -396,7 +404,9 @@ mod tests {
         for text in ["log,30", " Log, 30 "] {
             assert_eq!(text.parse(), Ok(Response::Log(30.0)));
         }
-        for text in ["log", "log,", "log,0", "log,nan", "log,3000", "log,30,2"] {
+        for text in [
+            "", "log", "log,", "log,0", "log,nan", "log,3000", "log,30,2", "9,9",
+        ] {
             assert!(text.parse::<Response>().is_err(), "{text}");
         }
         // ln(1 + 30·0.18)/ln 31 = 0.5406.
@@ -416,5 +426,27 @@ mod tests {
             let back = curve.encode(&light);
             assert_eq!(back.0.at(7, 1)[2], curve.encode_value(light.at(7, 1)[2]));
         }
+    }
+
+    #[test]
+    fn a_log_curve_runs_from_black_to_white_and_lifts_the_middle() {
+        let log = Response::Log(30.0);
+        assert_eq!(log.decode_value(0.0), 0.0);
+        assert!((log.decode_value(1.0) - 1.0).abs() < 1e-6);
+        assert!(log.decode_value(0.5) < Response::Srgb.decode_value(0.5));
+    }
+
+    #[test]
+    fn the_nearest_dual_gamma_is_the_curve_itself_or_close_to_it() {
+        let own = DualGamma {
+            gamma1: 1.4,
+            gamma2: 3.0,
+        };
+        assert_eq!(Response::Dual(own).nearest_dual_gamma(), (own, 0.0));
+        let power = Response::Power(2.4).nearest_dual_gamma();
+        assert!((power.0.gamma1 - 2.4).abs() < 1e-2 && (power.0.gamma2 - 2.4).abs() < 1e-2);
+        assert!(power.1 < 1e-4);
+        let srgb = Response::Srgb.nearest_dual_gamma();
+        assert!((1e-4..0.02).contains(&srgb.1), "{srgb:?}");
     }
 }

@@ -129,12 +129,12 @@ pub fn save(
             checksums,
             info: info.clone(),
         };
-        save_table(folder, &table)
+        save_table(folder, table)
     };
     written().inspect_err(|_| {
         // The files that were written are useless without the rest.
         if let Ok(table) = table(folder) {
-            remove_unnamed(folder, &table);
+            remove_unnamed(folder, table);
         }
     })
 }
@@ -159,7 +159,7 @@ pub fn pack(from: &Path, to: &Path) -> Result<CheckpointInfo> {
         checksums: [(STARTER_WEIGHTS.to_owned(), crc32fast::hash(&small))].into(),
         info: info.clone(),
     };
-    save_table(to, &table)?;
+    save_table(to, table)?;
     Ok(info)
 }
 
@@ -211,7 +211,7 @@ pub fn link(from: &Path, to: &Path) -> Result<()> {
     table.checksums = (std::mem::take(&mut table.checksums).into_iter())
         .filter_map(|(name, sum)| Some((renamed.remove(&name)?, sum)))
         .collect();
-    save_table(to, &table)
+    save_table(to, table)
 }
 
 /// Whether the checkpoint in `folder` has an optimiser's state, so that training continues as if it had not
@@ -221,23 +221,18 @@ pub fn has_optimizer(folder: &Path) -> Result<bool> {
 }
 
 /// Makes `table` the folder's checkpoint and removes weights that it does not name.
-fn save_table(folder: &Path, table: &Table) -> Result<()> {
-    save_toml(&folder.join("checkpoint.toml"), table)?;
+fn save_table(folder: &Path, table: Table) -> Result<()> {
+    save_toml(&folder.join("checkpoint.toml"), &table)?;
     remove_unnamed(folder, table);
     Ok(())
 }
 
 /// Removes weights that the folder's table does not name.
-fn remove_unnamed(folder: &Path, table: &Table) {
-    let named = [
-        Some(&table.weights),
-        table.average_weights.as_ref(),
-        table.live_weights.as_ref(),
-        table.optimizer.as_ref(),
-    ];
+fn remove_unnamed(folder: &Path, mut table: Table) {
+    let named: Vec<&mut String> = table.names().collect();
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let file = entry.file_name().to_string_lossy().into_owned();
-        if file.ends_with(".bpk") && !named.contains(&Some(&file)) {
+        if file.ends_with(".bpk") && named.iter().all(|name| **name != file) {
             // A leftover that cannot be removed only costs space.
             let _ = std::fs::remove_file(entry.path());
         }

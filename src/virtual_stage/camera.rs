@@ -1,12 +1,11 @@
 //! The camera: rays through pixels, and what the sensor makes of light.
 
 use super::jpeg::through_jpeg;
-use super::response::Curve;
 use super::trouble::Trouble;
 use base::Result;
 use chacha20::ChaCha8Rng;
 use glam::Vec3;
-use imaging::{DualGamma, Encoded, Image, Raster};
+use imaging::{DualGamma, Encoded, Image, Raster, Response};
 use rand::{RngExt, SeedableRng};
 
 /// Where the camera stands.
@@ -31,7 +30,7 @@ pub fn field_of_view_deg() -> f64 {
 
 /// A camera's sensor: noise, response and eight bits.
 pub struct Sensor {
-    pub response: Curve,
+    pub response: Response,
     /// Least linear value of every code but 0.
     thresholds: Vec<f32>,
     seed: u64,

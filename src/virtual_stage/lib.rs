@@ -10,7 +10,7 @@
 //! light there, with shadows marched through the baked `grid`. `probe` traces the mirror ball, `camera` turns light
 //! into photographs, `shoot` writes everything to disk. `trouble` says what is unlike the plain stage, by settings or
 //! drawn from the seed: `interview_light` that is no sum of the banks (`panel`, `room`), other skin and `accessories`,
-//! a subject that moves (`sway`), a ball that shows more than lamps (`ball_view`), another `response`, `jpeg`. Only what a material or the geometry needs is traced;
+//! a subject that moves (`sway`), a ball that shows more than lamps (`ball_view`), another response, `jpeg`. Only what a material or the geometry needs is traced;
 //! `effects` counts it.
 
 mod accessories;
@@ -30,7 +30,6 @@ mod motion;
 mod panel;
 mod picture;
 mod probe;
-mod response;
 mod room;
 mod session;
 mod shape;
@@ -45,7 +44,6 @@ mod trouble;
 mod truth;
 
 pub use effects::Effect;
-pub use response::Curve;
 pub use shoot::write_shoot;
 pub use trouble::{Hair, LightKind, TroubleSettings};
 

@@ -6,9 +6,9 @@ use super::dome::{Dome, LAMP_RADIUS_M, RADIUS_M};
 use super::motion::{FRAME_RATE, Pose};
 use super::panel::Panel;
 use super::probe::{BALL_RADIUS_M, ball_radius_px};
-use super::response::Curve;
 use super::trouble::Trouble;
-use serde::Serialize;
+use imaging::Response;
+use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 
 /// `manifest.json`. Paths are relative to it.
@@ -171,7 +171,8 @@ pub struct TroubleTruth {
     pub trouble: Trouble,
     /// The camera's response. `g1` and `g2` are the dual gamma nearest to it, as far away as this: the root mean square
     /// difference of encoded values.
-    pub response: Curve,
+    #[serde(serialize_with = "told")]
+    pub response: Response,
     pub response_distance: f32,
     /// The interview's lamps that are not the stage's, in metres; radiance in units of `bank_weights_unit_radiance`.
     pub panels: Vec<Panel>,
@@ -183,6 +184,14 @@ pub struct TroubleTruth {
     /// Per pose and lamp, how far the face was from its place in the pose's matte and truth, in pixels to the right and
     /// down; empty if the subject sat still.
     pub sway_px: Vec<Vec<[f32; 2]>>,
+}
+
+/// A response as its own files have it, but a log curve by its K alone, `{"log": 30}`.
+fn told<S: Serializer>(response: &Response, serializer: S) -> Result<S::Ok, S::Error> {
+    match response {
+        Response::Log(k) => BTreeMap::from([("log", k)]).serialize(serializer),
+        other => other.serialize(serializer),
+    }
 }
 
 /// Text of `noise`.

@@ -1,6 +1,5 @@
 //! What can go wrong or be unlike the usual on a real shoot, as settings and drawn from the seed.
 
-use super::response::Curve;
 use base::error::{Error, Result};
 use base::numbers;
 use chacha20::ChaCha8Rng;
@@ -33,7 +32,7 @@ pub struct TroubleSettings {
     pub exposure_change: Option<f32>,
     /// The camera's response: γ1,γ2 or srgb, rec709, linear, or log,K for a curve ln(1 + K·light).
     #[arg(long)]
-    pub response: Option<Curve>,
+    pub response: Option<Response>,
     /// Factor on the sensor's noise, from 0 to 20.
     #[arg(long, value_name = "FACTOR")]
     pub noise: Option<f32>,
@@ -115,7 +114,7 @@ pub struct Trouble {
     pub exposure_change: f32,
     /// `None`: a dual gamma drawn from the seed within what consumer cameras have.
     #[serde(skip)]
-    pub response: Option<Curve>,
+    pub response: Option<Response>,
     pub noise: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jpeg: Option<u8>,
@@ -292,13 +291,11 @@ impl Trouble {
         let (some, stops) = (within(0.0, 1.0) < 0.2, within(-1.0, 1.0));
         let exposure_change = if some { stops.exp2() } else { 1.0 };
         let kind = within(0.0, 1.0);
-        let log = Curve::Log {
-            log: within(10.0f32.ln(), 60.0f32.ln()).exp(),
-        };
+        let log = Response::Log(within(10.0f32.ln(), 60.0f32.ln()).exp());
         let dual = dual_gamma(&mut within);
         let response = Some(match kind {
             x if x < 0.75 => dual,
-            x if x < 0.90 => Curve::Known(Response::Srgb),
+            x if x < 0.90 => Response::Srgb,
             _ => log,
         });
         let noise = within(0.5f32.ln(), 4.0f32.ln()).exp();
@@ -354,7 +351,7 @@ impl Trouble {
 }
 
 /// A dual gamma that never falls, exponents from 1.2 to 3.2.
-fn dual_gamma(within: &mut impl FnMut(f32, f32) -> f32) -> Curve {
+fn dual_gamma(within: &mut impl FnMut(f32, f32) -> f32) -> Response {
     loop {
         if let Ok(curve) = DualGamma::new(within(1.2, 3.2), within(1.2, 3.2)) {
             return curve.into();

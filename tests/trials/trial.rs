@@ -14,7 +14,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
 use tempfile::TempDir;
-use virtual_stage::{Curve, StageSettings, TroubleSettings, write_shoot};
+use virtual_stage::{StageSettings, TroubleSettings, write_shoot};
 
 /// Width and height of the pictures if nothing else is asked for.
 pub const SIZE: usize = 64;
@@ -195,7 +195,7 @@ impl Truth {
 
     /// The row with what a calibration found.
     fn compare(&self, found: &Calibration, row: Row) -> Row {
-        let (curve, _) = Curve::Known(found.response).nearest_dual_gamma();
+        let (curve, _) = found.response.nearest_dual_gamma();
         let [within1, within2, within_exposure] = within(&found.gamma_evidence.intervals, &row);
         let light: Vec<[f64; 3]> = found
             .interview_light()

@@ -3,7 +3,7 @@
 use super::brightness::ExposurePrior;
 use super::objective::{Objective, Score};
 use super::{Case, CurveFit, GAMMA_PRIOR};
-use imaging::{DualGamma, Response};
+use imaging::Response;
 
 /// How often cameras have each curve; all others have a dual gamma.
 const SRGB: f64 = 0.1;
@@ -36,7 +36,7 @@ fn either(costs: impl IntoIterator<Item = f64>) -> f64 {
 
 /// The dual gamma that is nearest to a curve.
 fn nearest(response: &Response) -> [f64; 2] {
-    let (curve, _) = DualGamma::nearest(|encoded| response.decode_value(encoded));
+    let (curve, _) = response.nearest_dual_gamma();
     [f64::from(curve.gamma1), f64::from(curve.gamma2)]
 }
 

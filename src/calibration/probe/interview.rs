@@ -55,13 +55,7 @@ fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
     for i in 0..n {
         positive[i * n + i] += 1e-6 * trace / n as f64;
     }
-    let factor = Cholesky::new(positive, n)?;
-    let column = |i: usize| {
-        let mut unit = vec![0.0; n];
-        unit[i] = 1.0;
-        factor.solve(&unit)
-    };
-    Some((0..n).flat_map(column).collect())
+    Some(Cholesky::new(positive, n)?.inverse())
 }
 
 impl Probes {
