@@ -6,7 +6,7 @@
 use super::error::{Error, Result};
 use std::ffi::OsStr;
 use std::fs::{File, FileType, OpenOptions, TryLockError};
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Component, Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use tempfile::NamedTempFile;
@@ -49,6 +49,29 @@ pub fn open_own(path: &Path, options: &OpenOptions) -> io::Result<File> {
     }
     #[cfg(not(target_os = "linux"))]
     options.open(path)
+}
+
+/// Bytes of an ordinary text file that the program reads: far more than it ever writes. Tables take up to fifty times as
+/// much memory.
+pub const MOST_TEXT: u64 = 16 << 20;
+
+/// Reads a text file of at most `most` bytes.
+///
+/// # Errors
+/// As [`open`], and when the file is longer or no UTF-8.
+pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
+    let file = open(path)?;
+    let length = file.metadata()?.len();
+    if length > most {
+        return Err(io::Error::new(
+            ErrorKind::InvalidData,
+            format!("it has {length} bytes, and such a file has at most {most}"),
+        ));
+    }
+    let mut text = String::new();
+    // It may grow meanwhile.
+    file.take(most).read_to_string(&mut text)?;
+    Ok(text)
 }
 
 fn not_a_file(kind: FileType) -> io::Error {
@@ -277,6 +300,24 @@ mod tests {
         assert!(!at("gone").exists());
         assert_eq!(std::fs::read_to_string(at("file")).unwrap(), "text");
         open_own(&at("new"), &options).unwrap();
+    }
+
+    #[test]
+    fn a_text_that_is_too_long_is_refused_unread() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notes.toml");
+        std::fs::write(&path, "four").unwrap();
+        assert_eq!(read_text(&path, 4).unwrap(), "four");
+        let said = read_text(&path, 3).unwrap_err().to_string();
+        assert!(
+            said.contains("4 bytes") && said.contains("at most 3"),
+            "{said}"
+        );
+        // 64 GB that take no room on the disk.
+        File::create(&path).unwrap().set_len(1 << 36).unwrap();
+        assert!(read_text(&path, MOST_TEXT).is_err());
+        test_support::shown!(Strangers, "A text file of 64 GB", danger: "all memory is taken",
+            done: "at most 16 MB of a project's text are read");
     }
 
     #[test]

@@ -27,6 +27,7 @@ pub use settings::{CalibrateSettings, Trial};
 pub use silhouette::Circle;
 
 use base::error::{Error, Result};
+use base::files;
 use base::progress::Progress;
 use code_values::ResponseTable;
 use footage::Motion;
@@ -321,8 +322,8 @@ impl Calibration {
     pub fn load(project: &Project) -> Result<Self> {
         const REMEDY: &str = "Run `afterlight calibrate` on the project";
         let path = project.calibration_path();
-        let text =
-            std::fs::read_to_string(&path).map_err(|e| Error::io("open", &path, e, REMEDY))?;
+        let text = files::read_text(&path, files::MOST_TEXT)
+            .map_err(|e| Error::io("open", &path, e, REMEDY))?;
         let calibration: Self =
             toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
         let refuse = |problem: String| {
