@@ -4,7 +4,6 @@
 //! head's outline nearly where it is.
 
 use base::error::{Error, Result};
-use base::files;
 use imaging::{Image, Mask, Raster};
 use project::Project;
 use serde::{Deserialize, Serialize};
@@ -102,8 +101,7 @@ impl Correction {
         if !path.exists() {
             return Ok(None);
         }
-        let text = files::read_text(&path, files::MOST_TEXT)
-            .map_err(|e| Error::io("open", &path, e, REMEDY))?;
+        let text = project::read_sealed(&path, REMEDY)?;
         let kept: Kept =
             toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
         let name = &project.settings.shoot.poses[pose];
