@@ -229,6 +229,12 @@ mod tests {
         assert!(said.to_string().contains("kept.txt"), "{said}");
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        test_support::shown!(
+            Accidents,
+            "A file cannot be written to its end",
+            danger: "the old one is gone, the new one is half",
+            done: "it is written beside, and renamed once it is whole",
+        );
     }
 
     #[test]
@@ -274,6 +280,12 @@ mod tests {
         std::fs::write(&dead, "").unwrap();
         remove_left_over(folder.path());
         assert!(dead.exists());
+        test_support::shown!(
+            Accidents,
+            "A program was killed while it wrote",
+            danger: "its unfinished files stay for ever, or files of a living program are removed",
+            done: "names are random and locked; what no living program locks is removed when a project is locked",
+        );
     }
 
     #[cfg(unix)]
@@ -300,6 +312,12 @@ mod tests {
         assert!(!at("gone").exists());
         assert_eq!(std::fs::read_to_string(at("file")).unwrap(), "text");
         open_own(&at("new"), &options).unwrap();
+        test_support::shown!(
+            Strangers,
+            "A picture is a device, a pipe or a folder",
+            danger: "`/dev/zero` fills the memory, a pipe is waited for for ever",
+            done: "only files are opened",
+        );
     }
 
     #[test]
