@@ -2,7 +2,9 @@
 
 use super::layout::Layout;
 use super::saver::Saver;
+use base::files;
 use serde::{Deserialize, Serialize};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Number of recent projects.
@@ -37,14 +39,17 @@ impl Preferences {
 
     /// Those in `file`, which need not exist.
     pub fn from_file(file: &Path) -> Self {
-        let saved = std::fs::read(file).ok().map(|bytes| {
-            serde_json::from_slice(&bytes).unwrap_or_else(|_| {
-                // It is kept for the person to look at, if it can be renamed.
-                let _ = std::fs::rename(file, file.with_extension("json.old"));
-                PreferencesFile::default()
-            })
-        });
-        let PreferencesFile { recent, layout } = saved.unwrap_or_default();
+        let saved = match files::read_text(file, files::MOST_TEXT) {
+            Err(e) if e.kind() == ErrorKind::NotFound => PreferencesFile::default(),
+            text => {
+                (text.ok().and_then(|text| serde_json::from_str(&text).ok())).unwrap_or_else(|| {
+                    // It is kept for the person to look at, if it can be renamed.
+                    let _ = std::fs::rename(file, file.with_extension("json.old"));
+                    PreferencesFile::default()
+                })
+            }
+        };
+        let PreferencesFile { recent, layout } = saved;
         Self {
             saved: PreferencesFile {
                 recent,

@@ -2,11 +2,13 @@
 
 use super::look::LookSettings;
 use base::error::{Error, Result};
+use base::files;
 use light::Lighting;
 use light::keyframes::Keyframes;
 use project::Project;
 use scene::{Background, Effects};
 use serde::{Deserialize, Serialize};
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// What of a look is saved. A file may leave anything out: it is as in a new window then.
@@ -51,10 +53,12 @@ impl SavedLook {
     /// When the file cannot be understood: it is renamed to `look.json.old`.
     pub fn load(project: &Project) -> Result<Option<Self>> {
         let path = Self::path(project);
-        let Ok(bytes) = std::fs::read(&path) else {
-            return Ok(None);
+        let text = match files::read_text(&path, files::MOST_TEXT) {
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+            text => text.map_err(|e| e.to_string()),
         };
-        serde_json::from_slice(&bytes).map(Some).map_err(|e| {
+        let read = text.and_then(|text| serde_json::from_str(&text).map_err(|e| e.to_string()));
+        read.map(Some).map_err(|e| {
             let aside = path.with_extension("json.old");
             // If it cannot be renamed, the next change overwrites it, and the error says so.
             let moved = std::fs::rename(&path, &aside);
