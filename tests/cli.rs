@@ -72,6 +72,13 @@ fn a_small_shoot_goes_all_the_way() {
             "lamps",
         ],
     );
+    let given = succeed(at, &["calibrate", "film", "--gamma", "srgb", "--json"]);
+    assert_eq!(given["curve"], "srgb");
+    for exponent in ["gamma1", "gamma2"] {
+        let exponent = given[exponent].as_f64().unwrap();
+        assert!((1.8..2.6).contains(&exponent), "{exponent}");
+    }
+    succeed(at, &["calibrate", "film", "--json"]);
     let lamps = calibration["lamps"].as_array().unwrap();
     assert_eq!(lamps.len(), 12);
     has_keys(&lamps[0], &["name", "direction", "energy", "confidence"]);
@@ -450,6 +457,52 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
             "{wrong:?}"
         );
     }
+    let relight = ["relight", "film", "--environment", "nave", "--to", "x.png"];
+    let probe = ["probe", "ball.png", "--to", "x.exr"];
+    let cases: [(&[&str], &str, &str); 22] = [
+        (&relight, "--exposure nan", "from -10 to 10"),
+        (&relight, "--intensity inf", "from -10 to 10"),
+        (&relight, "--yaw nan", "from -100000 to 100000"),
+        (&relight, "--pitch inf", "from -100000 to 100000"),
+        (&relight, "--temperature -5", "from 1667 to 25000"),
+        (&relight, "--tint 1e9", "from -100 to 100"),
+        (&relight, "--vignette -0.1", "from 0 to 0.9"),
+        (&relight, "--grain nan", "from 0 to 4"),
+        (&relight, "--size -16", "from 16 to 8192"),
+        (&relight, "--light 0,0,nan,1", "AZIMUTH"),
+        (&relight, "--yaw-keys 0:nan", "nor"),
+        (&relight, "--front inf", "degrees of yaw"),
+        (&probe, "--fov nan", "from 0.1 to 179"),
+        (&probe, "--height -1", "from 1 to 4096"),
+        (&probe, "--reflectivity 1,nan,1", "from 0.01 to 1"),
+        (&probe, "--stops inf", "from -40 to 40"),
+        (&["stage", "x"], "--ambient nan", "from 0 to 0.9"),
+        (
+            &["import", "x", "--shoot", "y"],
+            "--size 100",
+            "from 16 to 1024",
+        ),
+        (&["train", "x"], "--set shift=-1", "from 0 to 0.5"),
+        (&["train", "x"], "--set learning-rate=nan", "from 0 to 1"),
+        (&["train", "x"], "--set rendering-every=0", "from 1 to"),
+        (&["train", "x"], "--minutes nan", "above 0"),
+    ];
+    for (command, option, range) in cases {
+        let arguments: Vec<&str> = (command.iter().copied()).chain(option.split(' ')).collect();
+        let output = afterlight(folder.path(), &arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{option}: {said}");
+        assert!(said.contains(range), "{option}: {said}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    test_support::shown!(
+        Surroundings,
+        "An option is NaN, infinite, negative or out of range",
+        danger: "black pictures, a network that learns nothing, a crash",
+        done: "it is refused with its range before anything is read or written",
+        bound: "exit code 2",
+        measured: format!("{} options", cases.len()),
+    );
     for command in [
         "stage",
         "import",
@@ -475,6 +528,55 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
     assert!(
         missing.contains("nowhere") && missing.contains("afterlight import"),
         "{missing}"
+    );
+}
+
+/// A script may close the other end, and a disk may be full.
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_nobody_takes_is_no_crash() {
+    use std::io::{BufRead, BufReader};
+    use std::process::Stdio;
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    test_shoot::TestShoot::default().import(at, "film");
+    let check = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_afterlight"));
+        command.args(["check", "film", "--json"]).current_dir(at);
+        command.stderr(Stdio::piped());
+        command
+    };
+    let full = || {
+        std::fs::File::options()
+            .write(true)
+            .open("/dev/full")
+            .unwrap()
+    };
+    let output = check().stdout(full()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("stdout") && said.contains("work itself is done"),
+        "{said}"
+    );
+    // Nothing can be said then, and the exit code still tells.
+    let output = check().stdout(full()).stderr(full()).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let output = check().stderr(full()).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    // The reader goes before the first line is written.
+    let mut gone = check().stdout(Stdio::piped()).spawn().unwrap();
+    drop(gone.stdout.take());
+    let said: Vec<String> = BufReader::new(gone.stderr.take().unwrap())
+        .lines()
+        .map_while(Result::ok)
+        .collect();
+    assert_eq!(gone.wait().unwrap().code(), Some(0), "{said:?}");
+    test_support::shown!(
+        Surroundings,
+        "Output goes to a full disk, or to a program that has ended",
+        danger: "a crash after the work was done",
+        done: "a full disk is named, exit code 1; a reader that has gone is no error",
     );
 }
 
@@ -701,7 +803,9 @@ fn nine_hundred_and_thirty_one_lamps_go_all_the_way() {
     let refused = [
         "stage", "larger", "--size", "16", "--frames", "1", "--lamps", "932",
     ];
-    assert!(fail(at, &refused).contains("from 4 to 931"));
+    let refused = afterlight(at, &refused);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("from 4 to 931"));
 }
 
 /// What `make` does without a display, but for a shorter training.

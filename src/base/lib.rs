@@ -4,7 +4,7 @@
 pub mod error;
 pub mod files;
 pub mod memory;
-mod numbers;
+pub mod numbers;
 pub mod progress;
 pub mod turn;
 

@@ -12,10 +12,11 @@ use light::Mapping;
 use light::mapping::convert_turned;
 use light::weights::rotation;
 use serde::Serialize;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// The most rows of the panorama that is unwrapped before it is turned or mapped.
-const MAX_ROWS: usize = 4096;
+/// Rows of the panorama that is unwrapped before it is turned or mapped.
+pub const ROWS: RangeInclusive<usize> = 1..=4096;
 
 /// One ball as one camera saw it.
 #[derive(Clone, Debug)]
@@ -95,11 +96,13 @@ struct Ball {
 /// # Errors
 /// When a photograph cannot be read or shows no ball, or a value is impossible.
 pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
-    if !(1..=MAX_ROWS).contains(&settings.height) {
+    if !ROWS.contains(&settings.height) {
         return Err(Error::invalid(
             format!(
-                "a light probe cannot have {} rows, only 1 to {MAX_ROWS}",
-                settings.height
+                "a light probe cannot have {} rows, only {} to {}",
+                settings.height,
+                ROWS.start(),
+                ROWS.end()
             ),
             "Give a height such as 512",
         ));

@@ -36,7 +36,7 @@ use imaging::Response;
 use light::subset::{self, Subset};
 use light::{Lamp, Rig};
 use probe::Probes;
-use project::{Project, save_toml};
+use project::{Project, read_sealed, save_sealed};
 use rig_check::Fault;
 use serde::{Deserialize, Serialize};
 use silhouette::Photographs;
@@ -321,8 +321,7 @@ impl Calibration {
     pub fn load(project: &Project) -> Result<Self> {
         const REMEDY: &str = "Run `afterlight calibrate` on the project";
         let path = project.calibration_path();
-        let text =
-            std::fs::read_to_string(&path).map_err(|e| Error::io("open", &path, e, REMEDY))?;
+        let text = read_sealed(&path, REMEDY)?;
         let calibration: Self =
             toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
         let refuse = |problem: String| {
@@ -379,7 +378,7 @@ impl Calibration {
 
     /// Writes the calibration into the project.
     pub fn save(&self, project: &Project) -> Result<()> {
-        save_toml(&project.calibration_path(), self)
+        save_sealed(&project.calibration_path(), self)
     }
 
     /// The weights of all lamps in the interview's light, exposure included: interview = Σ interview_light_i ·

@@ -40,7 +40,7 @@ impl CheckArgs {
         };
         let console = Console::new(self.output.json);
         let outcome = console.run(|progress| job.run(progress))?;
-        console.finish(&outcome, || outcome.sentence());
+        console.finish(&outcome, || outcome.sentence())?;
         match outcome {
             Outcome::Checked(report) if self.strict && report.level != Level::Good => {
                 Err(Error::invalid(

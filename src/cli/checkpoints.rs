@@ -41,8 +41,7 @@ impl CheckpointsArgs {
             [] => "No checkpoint is saved yet: training saves some while it runs".to_owned(),
             kept => kept.iter().map(line).collect::<Vec<_>>().join("\n"),
         };
-        Console::new(self.output.json).finish(&figures, sentences);
-        Ok(())
+        Console::new(self.output.json).finish(&figures, sentences)
     }
 }
 

@@ -1,9 +1,11 @@
 //! What a person sees of a command: bars on stderr, figures on stdout.
 
+use base::error::{Error, Result};
 use base::progress::{Control, Progress, Report};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use std::io::IsTerminal;
+use std::fmt::Display;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -35,10 +37,10 @@ impl Console {
                 std::process::exit(130);
             }
             asked.stop();
-            eprintln!("Stopping after this step; press Ctrl-C again to stop at once");
+            say("Stopping after this step; press Ctrl-C again to stop at once");
         });
         if let Err(e) = handler {
-            eprintln!("Ctrl-C will end the program at once: {e}");
+            say(format_args!("Ctrl-C will end the program at once: {e}"));
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         let terminal = std::io::stderr().is_terminal();
@@ -72,9 +74,7 @@ impl Console {
             .unwrap_or_else(std::sync::PoisonError::into_inner);
         match report {
             Report::Saved | Report::Training(_) => {}
-            Report::Blocked(sentence) | Report::Say(sentence) => {
-                bar.bar.suspend(|| eprintln!("{sentence}"))
-            }
+            Report::Blocked(sentence) | Report::Say(sentence) => bar.bar.suspend(|| say(sentence)),
             Report::Step {
                 stage,
                 done,
@@ -85,17 +85,44 @@ impl Console {
     }
 
     /// Prints a command's result: `figures` as JSON, or `sentences`.
-    pub fn finish(&self, figures: &impl Serialize, sentences: impl FnOnce() -> String) {
+    ///
+    /// # Errors
+    /// As [`print`].
+    pub fn finish(
+        &self,
+        figures: &impl Serialize,
+        sentences: impl FnOnce() -> String,
+    ) -> Result<()> {
         if self.json {
             // Our own figures always serialise; NaN becomes null.
-            println!(
-                "{}",
-                serde_json::to_string(figures).unwrap_or_else(|e| format!("{{\"error\":\"{e}\"}}"))
-            );
+            let figures = serde_json::to_string(figures);
+            print(&figures.unwrap_or_else(|e| format!("{{\"error\":\"{e}\"}}")))
         } else {
-            println!("{}", sentences());
+            print(&sentences())
         }
     }
+}
+
+/// Prints lines on stdout. A reader that has gone, such as `head`, has read what it wanted.
+///
+/// # Errors
+/// When they cannot be written for another reason, such as a full disk.
+pub fn print(lines: &str) -> Result<()> {
+    let mut out = std::io::stdout();
+    match writeln!(out, "{lines}").and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::io(
+            "write",
+            "the figures to stdout",
+            e,
+            "The work itself is done. Give the output to a file on a disk with room",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Says something on stderr. Where nobody reads it, work goes on.
+fn say(sentence: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{sentence}");
 }
 
 impl Bar {
@@ -121,7 +148,7 @@ impl Bar {
         let finished = done >= total;
         if !self.terminal && (finished || self.printed.elapsed() > LINE_INTERVAL) {
             let percent = 100 * done / total.max(1);
-            eprintln!("{stage}: {percent} % {note}");
+            say(format_args!("{stage}: {percent} % {note}"));
             self.printed = Instant::now();
         }
     }

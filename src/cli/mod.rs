@@ -184,6 +184,19 @@ struct DeviceArgs {
 }
 
 impl Cli {
+    /// Refuses settings that no run could have, before anything is read or written.
+    ///
+    /// # Errors
+    /// Then: which one, and what it can be.
+    pub fn check(&self) -> Result<()> {
+        match &self.command {
+            Some(Command::Stage(args)) => args.settings.check(),
+            Some(Command::Import(args)) => project::check_size(args.settings.size),
+            Some(Command::Train(args)) => args.config().map(drop),
+            _ => Ok(()),
+        }
+    }
+
     /// Does what was asked.
     ///
     /// # Errors
@@ -196,7 +209,7 @@ impl Cli {
             Command::Studio(args) => {
                 open_studio(args.project.clone(), args.device.device)?;
                 if args.output.json {
-                    println!("{}", serde_json::json!({ "project": args.project }));
+                    console::print(&serde_json::json!({ "project": args.project }).to_string())?;
                 }
                 Ok(())
             }
@@ -265,8 +278,7 @@ fn do_job(output: OutputArgs, job: Result<Job>) -> Result<()> {
     let console = Console::new(output.json);
     let _lock = job.lock()?;
     let outcome = console.run(|progress| job.run(progress))?;
-    console.finish(&outcome, || outcome.sentence());
-    Ok(())
+    console.finish(&outcome, || outcome.sentence())
 }
 
 fn open_studio(project: Option<PathBuf>, device: DeviceChoice) -> Result<()> {

@@ -2,9 +2,12 @@
 
 use base::numbers;
 
-pub fn parse_rgb(text: &str) -> std::result::Result<[f32; 3], String> {
-    let rgb: [f64; 3] = numbers(text, "R,G,B such as 0.6,0.6,0.6")?;
-    Ok(rgb.map(|v| v as f32))
+pub fn parse_shares(text: &str) -> std::result::Result<[f32; 3], String> {
+    let names = "R,G,B from 0.01 to 1, such as 0.6,0.6,0.6";
+    let shares = numbers(text, names)?.map(|v: f64| v as f32);
+    (shares.iter().all(|share| (0.01..=1.0).contains(share)))
+        .then_some(shares)
+        .ok_or_else(|| format!("{text:?} is not {names}"))
 }
 
 pub fn parse_count(text: &str) -> std::result::Result<usize, String> {

@@ -1,15 +1,20 @@
 //! `afterlight probe`.
 
 use super::OutputArgs;
-use super::parse::parse_rgb;
+use super::parse::parse_shares;
+use base::numbers::{ANGLES, within};
 use calibration::Circle;
-use calibration::develop::{BallPictures, DevelopSettings, Lens};
+use calibration::develop::{BallPictures, DevelopSettings, Lens, ROWS};
 use calibration::light_probe::{BallCamera, ClippedLight};
 use clap::Args;
 use imaging::Response;
 use light::Mapping;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use worker::Job;
+
+/// Exposures that a camera may have beside another, in stops.
+const STOPS: RangeInclusive<f32> = -40.0..=40.0;
 
 /// Make a light probe, a panorama of the light, from photographs of a mirror ball.
 #[derive(Debug, Args)]
@@ -21,7 +26,7 @@ pub struct ProbeArgs {
     #[arg(required = true)]
     photographs: Vec<PathBuf>,
     /// Exposures of the photographs in stops, in their order.
-    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_delimiter = ',', allow_negative_numbers = true, value_parser = within(STOPS))]
     stops: Vec<f32>,
     /// The ball's centre and radius in pixels [default: found in the photographs].
     #[arg(long, value_name = "X,Y,RADIUS")]
@@ -34,6 +39,7 @@ pub struct ProbeArgs {
         long,
         value_delimiter = ',',
         allow_negative_numbers = true,
+        value_parser = within(STOPS),
         requires = "second"
     )]
     second_stops: Vec<f32>,
@@ -42,23 +48,24 @@ pub struct ProbeArgs {
         long,
         value_name = "DEG",
         default_value_t = 90.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = within(-180.0f32..=180.0)
     )]
     second_angle: f32,
     /// The camera's field of view across the picture's width [default: a camera far away].
-    #[arg(long, value_name = "DEG", group = "lens")]
+    #[arg(long, value_name = "DEG", group = "lens", allow_negative_numbers = true, value_parser = within(0.1f64..=179.0))]
     fov: Option<f64>,
     /// The camera's focal length in pixels.
-    #[arg(long, value_name = "PIXELS", group = "lens")]
+    #[arg(long, value_name = "PIXELS", group = "lens", allow_negative_numbers = true, value_parser = within(1.0f64..=1e7))]
     focal_length: Option<f64>,
     /// The camera's distance from the ball's centre in radii of the ball.
-    #[arg(long, value_name = "RADII", group = "lens")]
+    #[arg(long, value_name = "RADII", group = "lens", allow_negative_numbers = true, value_parser = within(1.01f64..=1e6))]
     distance: Option<f64>,
     /// The camera's response: two exponents, srgb, rec709, linear, or log,K.
     #[arg(long, value_name = "RESPONSE", default_value = "2.2,2.2")]
     gamma: Response,
     /// The share of light that the ball reflects, in red, green and blue.
-    #[arg(long, value_name = "R,G,B", default_value = "1,1,1", value_parser = parse_rgb)]
+    #[arg(long, value_name = "R,G,B", default_value = "1,1,1", value_parser = parse_shares)]
     reflectivity: [f32; 3],
     /// Estimate clipped light from its surroundings; otherwise clipped pixels are only counted.
     #[arg(long)]
@@ -68,14 +75,15 @@ pub struct ProbeArgs {
         long,
         value_name = "DEG",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = within(ANGLES)
     )]
     yaw: f32,
     /// How the sphere is laid out in the picture.
     #[arg(long, value_enum, default_value = "lat-long")]
     mapping: Mapping,
     /// Rows of the picture.
-    #[arg(long, default_value_t = 512)]
+    #[arg(long, default_value_t = 512, allow_negative_numbers = true, value_parser = within(ROWS))]
     height: usize,
     /// The EXR to write.
     #[arg(long, value_name = "FILE.exr")]

@@ -8,7 +8,7 @@ use evaluation::Truth;
 use project::Project;
 use reflectance::Precision;
 use std::path::PathBuf;
-use training::{Preset, TrainSettings};
+use training::{Preset, TrainSettings, TrainingConfig};
 use worker::Job;
 
 /// Train the project's network, or continue training it. Ctrl-C stops it and keeps the checkpoint.
@@ -55,11 +55,12 @@ pub struct TrainArgs {
 }
 
 impl TrainArgs {
-    /// The job that was asked for.
-    pub fn job(self) -> Result<Job> {
-        let mut settings = self.settings;
-        let config = &mut settings.config;
-        *config = self.preset.config();
+    /// The settings that were asked for.
+    ///
+    /// # Errors
+    /// When one of them cannot be.
+    pub fn config(&self) -> Result<TrainingConfig> {
+        let mut config = self.preset.config();
         if let Some(precision) = self.precision {
             config.precision = precision;
         }
@@ -70,12 +71,22 @@ impl TrainArgs {
             config.epochs = epochs;
             config.minutes = None;
         }
-        config.features = self.features;
+        config.features = self.features.clone();
         config.lamps_per_step = self.lamps_per_step;
         config.rendering_every = self.rendering_every;
         self.set
             .iter()
             .try_for_each(|setting| config.set(setting))?;
+        Ok(config)
+    }
+
+    /// The job that was asked for.
+    pub fn job(self) -> Result<Job> {
+        let config = self.config()?;
+        let mut settings = TrainSettings {
+            config,
+            ..self.settings
+        };
         if let Some(truth) = &self.exclude_truth {
             let truth = Truth::open(&Project::open(&self.project)?, truth)?;
             settings.exclude_frames.extend(truth.frames);

@@ -1,5 +1,6 @@
 //! What a person chooses between when something is to be written.
 
+use base::numbers::within;
 use std::ops::RangeInclusive;
 
 /// Kinds of files.
@@ -94,7 +95,7 @@ pub struct Files {
     #[arg(skip)]
     pub existing: Existing,
     /// Width and height in pixels, 16 to 8192 [default: the working size].
-    #[arg(long, value_name = "PIXELS")]
+    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, value_parser = within(Self::SIZES))]
     pub size: Option<usize>,
     /// Bits of a PNG's channels.
     #[arg(long, value_enum, default_value_t)]

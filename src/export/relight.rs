@@ -3,6 +3,7 @@
 use super::writer::{Lights, Writer, check};
 use super::{Files, LightLayers, Rebuild};
 use base::error::{Error, Result};
+use base::numbers::{ANGLES, within};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::{
@@ -17,7 +18,7 @@ use light::panorama::{self, ReadSettings};
 use light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use project::{KnownEnvironment, Project};
 use reflectance::Predictor;
-use scene::{Background, Effects, Output, Scene};
+use scene::{Background, EXPOSURE_STOPS, Effects, Output, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,7 +46,8 @@ pub struct RelightSettings {
         long = "yaw",
         value_name = "DEG",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = within(ANGLES)
     )]
     pub yaw_deg: f32,
     /// Turn the environment once around over the frames, starting at --yaw.
@@ -64,11 +66,12 @@ pub struct RelightSettings {
     /// Frames A to B, both included [default: all].
     #[arg(long, value_name = "A-B", value_parser = range)]
     pub frames: Option<(usize, usize)>,
-    /// Exposure in stops.
+    /// Exposure in stops, −10 to 10.
     #[arg(
         long = "exposure",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = within(EXPOSURE_STOPS)
     )]
     pub exposure_stops: f32,
     #[arg(skip)]

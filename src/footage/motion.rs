@@ -101,8 +101,7 @@ impl Correction {
         if !path.exists() {
             return Ok(None);
         }
-        let text =
-            std::fs::read_to_string(&path).map_err(|e| Error::io("open", &path, e, REMEDY))?;
+        let text = project::read_sealed(&path, REMEDY)?;
         let kept: Kept =
             toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;
         let name = &project.settings.shoot.poses[pose];

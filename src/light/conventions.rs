@@ -179,9 +179,10 @@ impl FromStr for Front {
                     text,
                     "afterlight, openexr, usd, nuke, mitsuba, threejs, blender or degrees of yaw",
                 )?;
-                return match yaw_deg.is_finite() {
-                    true => Ok(Self::new(yaw_deg as f32)),
-                    false => Err(format!("{text:?} is not an angle")),
+                let yaw_deg = yaw_deg as f32;
+                return match numbers::ANGLES.contains(&yaw_deg) {
+                    true => Ok(Self::new(yaw_deg)),
+                    false => Err(format!("{text:?} is not an angle within 100000°")),
                 };
             }
         };

@@ -3,6 +3,7 @@
 use super::placed::PlacedLight;
 use super::weights::{LightWeights, Partition, Weighting, rotation};
 use super::{Environment, Rig, YawTable, white};
+use base::numbers::{ANGLES, within};
 use glam::Quat;
 use imaging::{Image, color::luminance};
 use serde::{Deserialize, Serialize};
@@ -19,7 +20,8 @@ pub struct Lighting {
         long = "pitch",
         value_name = "DEG",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = within(ANGLES)
     )]
     pub pitch_deg: f32,
     /// Turn the environment counter-clockwise, after its yaw and pitch.
@@ -27,7 +29,8 @@ pub struct Lighting {
         long = "roll",
         value_name = "DEG",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = within(ANGLES)
     )]
     pub roll_deg: f32,
     /// Brightness of the environment in stops, −10 to 10.
@@ -35,21 +38,29 @@ pub struct Lighting {
         long = "intensity",
         value_name = "STOPS",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = within(Self::STOPS)
     )]
     pub intensity_stops: f32,
-    /// Colour temperature that makes the environment's white warmer or cooler.
-    #[arg(long = "temperature", value_name = "KELVIN", default_value_t = white::NEUTRAL_K)]
+    /// Colour temperature that makes the environment's white warmer or cooler, 1667 to 25000.
+    #[arg(
+        long = "temperature",
+        value_name = "KELVIN",
+        default_value_t = white::NEUTRAL_K,
+        allow_negative_numbers = true,
+        value_parser = within(white::RANGE_K)
+    )]
     pub temperature_k: f32,
     /// Tint of the environment, −100 green to 100 magenta.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = within(-100.0f32..=100.0))]
     pub tint: f32,
     /// Turn the background further than the light.
     #[arg(
         long = "background-yaw",
         value_name = "DEG",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = within(ANGLES)
     )]
     pub background_yaw_deg: f32,
     /// A soft light of SIZE degrees across, at an azimuth (−90 camera-left, 90 camera-right, 180 at the camera) and an

@@ -18,10 +18,12 @@
 mod environments;
 mod framing;
 mod lock;
+mod sealed;
 
 pub use environments::{EnvironmentChange, KnownEnvironment, NamedEnvironment, free_name};
 pub use framing::{Framing, Framings, Padding};
 pub use lock::Lock;
+pub use sealed::{read_sealed, save_sealed};
 
 use base::error::{Error, Result};
 use base::files::write_beside;
@@ -266,12 +268,15 @@ impl Project {
     /// the file system can lock a folder.)
     ///
     /// # Errors
-    /// As [`Self::open`], [`Self::save`] and `change`; nothing is written then.
+    /// As [`Self::open`], [`Self::save`] and `change`, and when another process has been changing it for
+    /// ten seconds; nothing is written then.
     pub fn change<T>(root: &Path, change: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         static ONE: Mutex<()> = Mutex::new(());
         let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
-        let folder = File::open(root);
-        let _locked = folder.as_ref().map(File::lock);
+        let folder = File::open(root).ok();
+        if let Some(folder) = &folder {
+            lock::wait_for(folder, root)?;
+        }
         let before = Self::open(root)?;
         let mut project = before.clone();
         let made = change(&mut project)?;

@@ -5,6 +5,10 @@ use base::files;
 use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// A change of `project.toml` takes milliseconds; on a slow network drive a second.
+const CHANGE: Duration = Duration::from_secs(10);
 
 /// The right to write into a project, until it is dropped. The system releases it when the process ends, even after
 /// a crash.
@@ -55,6 +59,27 @@ impl Drop for Lock {
         // If this fails, nothing is lost: the name is read only while the lock is held.
         let _ = self.file.set_len(0);
     }
+}
+
+/// Locks a project's `folder`, which is `root`, for a change; where folders cannot be locked nobody is kept out.
+///
+/// # Errors
+/// [`Error::Busy`] if another process holds it for longer than a change can take.
+pub(super) fn wait_for(folder: &File, root: &Path) -> Result<()> {
+    let until = Instant::now() + CHANGE;
+    while let Err(TryLockError::WouldBlock) = folder.try_lock() {
+        if Instant::now() >= until {
+            return Err(Error::busy(
+                format!(
+                    "{} has been in use for {CHANGE:?}",
+                    root.join("project.toml").display()
+                ),
+                "Another program changes it and does not go on: close that program",
+            ));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Ok(())
 }
 
 /// Who holds the lock, if it can be read: some systems lock the file's contents too.

@@ -9,6 +9,9 @@ pub use pass::{Effects, Pass, STRENGTHS, Strength};
 use light::Lighting;
 use serde::{Deserialize, Serialize};
 
+/// Range of the exposure in stops: beyond it a display shows nothing but black or white.
+pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
+
 /// What one relit picture asks for, apart from the pixels themselves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {

@@ -2,6 +2,7 @@
 //! command line, files and bounds read.
 
 use super::{Forced, Inspection, ViewTransform};
+use base::numbers::within;
 use serde::{Deserialize, Serialize};
 
 /// Makes [`Pass`], [`Effects`] and [`STRENGTHS`] of one table.
@@ -39,7 +40,13 @@ macro_rules! passes {
         pub struct Effects {
             $($(
                 #[doc = $hint]
-                #[arg(long, default_value_t = 0.0, help = format!("{} [0 to {}]", $hint, $most))]
+                #[arg(
+                    long,
+                    default_value_t = 0.0,
+                    allow_negative_numbers = true,
+                    value_parser = within(0.0f32..=$most),
+                    help = format!("{} [0 to {}]", $hint, $most)
+                )]
                 pub $field: f32,
             )?)*
             /// The view transform: how light becomes display codes.

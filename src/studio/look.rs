@@ -9,11 +9,8 @@ use super::training::TrainChoice;
 use calibration::{Circle, Trial};
 use light::Lighting;
 use light::keyframes::Keyframes;
-use scene::{Background, Effects, Inspection};
+use scene::{Background, EXPOSURE_STOPS, Effects, Inspection};
 use std::sync::Arc;
-
-/// Range of the exposure in stops: beyond it a display shows nothing but black or white.
-pub const EXPOSURE_STOPS: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
 /// The settings that can be undone.
 #[derive(Clone, Debug, Default, PartialEq)]

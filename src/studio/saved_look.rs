@@ -80,6 +80,11 @@ impl SavedLook {
         look.follow(0);
     }
 
+    /// What [`Self::text`] gave the text of.
+    pub fn of_text(text: &str) -> Option<Self> {
+        serde_json::from_str(text).ok()
+    }
+
     /// The text of the file.
     pub fn text(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default()

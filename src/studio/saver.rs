@@ -3,32 +3,36 @@
 use base::error::Result;
 use base::files::write_beside;
 use std::cell::RefCell;
+use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use worker::background::{Background, Handler, Request};
+
+/// The newest text of each file that has not been written yet.
+#[derive(Clone, Default)]
+struct Unwritten(Arc<Mutex<HashMap<PathBuf, Arc<str>>>>);
 
 /// The thread that writes. Dropping it waits until everything is written.
 pub struct Saver {
     thread: Background<SaveRequest>,
     /// The files that were saved, by the number that their requests have.
     files: RefCell<Vec<PathBuf>>,
+    unwritten: Unwritten,
     failures: Receiver<String>,
 }
 
-enum SaveRequest {
-    /// Write this text into the file of this number.
-    Write {
-        file: usize,
-        path: PathBuf,
-        text: String,
-    },
-    /// Say that every write before it has been tried.
-    Tell(Sender<()>),
+/// To write this text into the file of this number.
+struct SaveRequest {
+    file: usize,
+    path: PathBuf,
+    text: Arc<str>,
 }
 
 struct Saving<Save, Wake> {
     write: Save,
+    unwritten: Unwritten,
     failures: Sender<String>,
     wake: Wake,
 }
@@ -47,14 +51,18 @@ impl Saver {
         write: impl FnMut(&Path, &str) -> Result<()> + Send + 'static,
     ) -> Self {
         let (fail, failures) = channel();
+        let unwritten = Unwritten::default();
+        let own = unwritten.clone();
         let thread = Background::spawn("autosave", move |_| Saving {
             write,
+            unwritten: own,
             failures: fail,
             wake,
         });
         Self {
             thread,
             files: RefCell::default(),
+            unwritten,
             failures,
         }
     }
@@ -68,15 +76,14 @@ impl Saver {
             files.push(path.clone());
             files.len() - 1
         });
-        self.thread.put(SaveRequest::Write { file, path, text });
+        let text: Arc<str> = text.into();
+        self.unwritten.put(&path, text.clone());
+        self.thread.put(SaveRequest { file, path, text });
     }
 
-    /// Waits until every write so far has been tried. Call it before reading a file that may be among them.
-    pub fn settle(&self) {
-        let (done, told) = channel();
-        self.thread.put(SaveRequest::Tell(done));
-        // It fails if the thread is gone: then there is nothing to wait for.
-        let _ = told.recv();
+    /// The newest text for a file, if writing it has not been tried yet: what is in the file is older.
+    pub fn unwritten(&self, path: &Path) -> Option<Arc<str>> {
+        self.unwritten.get(path)
     }
 
     /// What could not be written since the last call.
@@ -85,17 +92,37 @@ impl Saver {
     }
 }
 
-impl Request for SaveRequest {
-    /// One lane for each file; those who wait are told after all writes.
-    fn lane(&self) -> Option<usize> {
-        match self {
-            Self::Write { file, .. } => Some(*file),
-            Self::Tell(_) => None,
+impl Unwritten {
+    fn get(&self, path: &Path) -> Option<Arc<str>> {
+        let texts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        texts.get(path).cloned()
+    }
+
+    fn put(&self, path: &Path, text: Arc<str>) {
+        let mut texts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        texts.insert(path.to_path_buf(), text);
+    }
+
+    /// Writing this text has been tried.
+    fn tried(&self, path: &Path, text: &Arc<str>) {
+        let mut texts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if texts
+            .get(path)
+            .is_some_and(|newest| Arc::ptr_eq(newest, text))
+        {
+            texts.remove(path);
         }
+    }
+}
+
+impl Request for SaveRequest {
+    /// One lane for each file.
+    fn lane(&self) -> Option<usize> {
+        Some(self.file)
     }
 
     fn is_kept(&self) -> bool {
-        matches!(self, Self::Write { .. })
+        true
     }
 }
 
@@ -108,10 +135,7 @@ where
     type Answer = ();
 
     fn work(&mut self, request: &mut SaveRequest) -> Result<()> {
-        match request {
-            SaveRequest::Write { path, text, .. } => (self.write)(path, text),
-            SaveRequest::Tell(_) => Ok(()),
-        }
+        (self.write)(&request.path, &request.text)
     }
 
     fn deliver(&mut self, request: SaveRequest, answer: Result<()>) {
@@ -120,16 +144,47 @@ where
             let _ = self.failures.send(e.to_string());
             (self.wake)();
         }
-        if let SaveRequest::Tell(done) = request {
-            // The one who asked may be gone.
-            let _ = done.send(());
-        }
+        self.unwritten.tried(&request.path, &request.text);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use test_support::wait_for;
+
+    /// Waits until writing these files has been tried.
+    fn settle(saver: &Saver, files: &[PathBuf]) {
+        let waits = || files.iter().any(|file| saver.unwritten(file).is_some());
+        wait_for(|| (!waits()).then_some(()));
+    }
+
+    #[test]
+    fn what_waits_is_known_while_the_disk_is_slow() {
+        let (go, may_go) = channel::<()>();
+        let saver = Saver::by(
+            || {},
+            move |_, _| {
+                // It fails at the end of the test.
+                let _ = may_go.recv();
+                Ok(())
+            },
+        );
+        let path = Path::new("look.json");
+        assert_eq!(saver.unwritten(path), None);
+        saver.save(path.into(), "first".to_owned());
+        saver.save(path.into(), "second".to_owned());
+        assert_eq!(saver.unwritten(path).as_deref(), Some("second"));
+        assert_eq!(saver.unwritten(Path::new("other.json")), None);
+        drop(go);
+        settle(&saver, &[path.into()]);
+        test_support::shown!(
+            Accidents,
+            "A project is opened again before its look has been written to a slow disk",
+            danger: "the window stands still, or shows the older look",
+            done: "what has not been written yet is read from memory",
+        );
+    }
 
     #[test]
     fn the_last_version_of_each_file_is_written_and_failures_are_told() {
@@ -142,7 +197,10 @@ mod tests {
         // A file cannot stand below another file.
         std::fs::write(folder.path().join("c"), "").unwrap();
         saver.save(folder.path().join("c/d"), String::new());
-        saver.settle();
+        settle(
+            &saver,
+            &["a", "b", "c/d"].map(|name| folder.path().join(name)),
+        );
         let failures: Vec<String> = saver.failures().collect();
         assert!(
             failures.len() == 1 && failures[0].contains("c/d"),
@@ -180,7 +238,7 @@ mod tests {
             },
         );
         saver.save("look".into(), "bad".to_owned());
-        saver.settle();
+        settle(&saver, &["look".into()]);
         let failures: Vec<String> = saver.failures().collect();
         assert_eq!(failures.len(), 1);
         for said in ["on purpose", "bug in Afterlight"] {

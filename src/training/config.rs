@@ -5,6 +5,7 @@ use clap::ValueEnum;
 use gpu::DeviceChoice;
 use reflectance::{Formulation, Normalization, Precision, Statistics};
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// A named configuration.
@@ -204,10 +205,57 @@ impl TrainingConfig {
             let parsed = parsed.ok().and_then(|mut table| table.remove("v"));
             table.insert(key.to_owned(), parsed.unwrap_or_else(quoted));
         }
-        *self = table
+        let changed: Self = table
             .try_into()
             .map_err(|e: toml::de::Error| refuse(e.message().trim().to_owned()))?;
+        changed.check().map_err(refuse)?;
+        *self = changed;
         Ok(())
+    }
+
+    /// Refuses numbers that no run can be made with; what depends on the project is checked when it starts.
+    ///
+    /// # Errors
+    /// Then: the setting, and its range.
+    fn check(&self) -> std::result::Result<(), String> {
+        let optional = |number: Option<f64>| number.unwrap_or(1.0);
+        let count = |number: Option<usize>| optional(number.map(|n| n as f64));
+        let ranges: [(&str, f64, RangeInclusive<f64>); _] = [
+            ("depth", count(self.depth), 1.0..=16.0),
+            ("width", self.width as f64, 8.0..=1024.0),
+            ("most-channels", self.most_channels as f64, 8.0..=1024.0),
+            ("reconstruction", self.reconstruction.into(), 0.0..=1e6),
+            ("rendering", self.rendering.into(), 0.0..=1e6),
+            ("perceptual", self.perceptual.into(), 0.0..=1e6),
+            ("pixel", self.pixel.into(), 0.0..=1e6),
+            ("lamps-per-step", count(self.lamps_per_step), 1.0..=1e6),
+            ("rendering-every", self.rendering_every as f64, 1.0..=1e9),
+            ("learning-rate", self.learning_rate, 0.0..=1.0),
+            ("warm-up", self.warm_up as f64, 0.0..=1e9),
+            ("gradient-norm", self.gradient_norm.into(), 1e-6..=1e6),
+            // With 1 the average never learns.
+            ("averaging", self.averaging.into(), 0.0..=0.99999),
+            ("shift", self.shift.into(), 0.0..=0.5),
+            ("zoom", self.zoom.into(), 0.0..=0.5),
+            ("gain", self.gain.into(), 0.0..=4.0),
+            ("exemplar-epochs", self.exemplar_epochs.into(), 0.0..=1e6),
+            ("video-epochs", self.video_epochs.into(), 0.0..=1e6),
+            ("frames-per-epoch", count(self.frames_per_epoch), 1.0..=1e6),
+            ("minutes", optional(self.minutes), 1e-3..=1e6),
+            ("checkpoint-seconds", self.checkpoint_seconds, 0.0..=1e6),
+        ];
+        // NaN is in no range.
+        match ranges
+            .into_iter()
+            .find(|(_, number, range)| !range.contains(number))
+        {
+            Some((name, _, range)) => Err(format!(
+                "{name} can be from {} to {}",
+                range.start(),
+                range.end()
+            )),
+            None => Ok(()),
+        }
     }
 }
 
@@ -241,6 +289,26 @@ mod tests {
     #[test]
     fn a_setting_that_is_not_there_or_cannot_be_is_refused_and_changes_nothing() {
         let mut config = Preset::Paper.config();
+        let beside = |setting: &str| setting.split('=').next().unwrap().to_owned();
+        let ranged = [
+            "shift=-1",
+            "shift=nan",
+            "learning-rate=nan",
+            "learning-rate=inf",
+            "gain=-inf",
+            "rendering-every=0",
+            "lamps-per-step=0",
+            "frames-per-epoch=0",
+            "checkpoint-seconds=-1",
+            "minutes=0",
+            "averaging=1",
+            "depth=0",
+        ];
+        for setting in ranged {
+            let refused = config.set(setting).unwrap_err().to_string();
+            let range = format!("{} can be from ", beside(setting));
+            assert!(refused.contains(&range), "{refused}");
+        }
         for setting in [
             "widht=32",
             "width",

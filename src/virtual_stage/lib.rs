@@ -84,7 +84,10 @@ impl Default for StageSettings {
 
 impl StageSettings {
     /// Refuses settings that cannot be produced or would fill the disk.
-    fn check(&self) -> Result<()> {
+    ///
+    /// # Errors
+    /// Then: which one, and its range.
+    pub fn check(&self) -> Result<()> {
         let within = |what: &str, value: usize, range: RangeInclusive<usize>| {
             if range.contains(&value) {
                 return Ok(());

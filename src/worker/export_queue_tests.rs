@@ -141,3 +141,21 @@ fn a_paused_export_goes_on_and_a_dropped_worker_ends_the_line() {
     drop(worker);
     assert!(tell_next.send(()).is_err(), "nobody listens any more");
 }
+
+/// The jobs' thread may have looked at its mailbox just before the worker is dropped.
+#[test]
+fn nothing_begins_once_the_worker_is_about_to_stop() {
+    let current = job_thread::CurrentJob::default();
+    let running = current.begin(None).unwrap();
+    current.close();
+    assert!(running.stopped());
+    let late = job_thread::CurrentJob::default();
+    late.close();
+    assert!(matches!(late.begin(None), Err(Error::Busy { .. })));
+    test_support::shown!(
+        Accidents,
+        "An export is about to begin while its project is closed",
+        danger: "the window waits until the whole clip is written",
+        done: "nothing begins once closing has begun",
+    );
+}

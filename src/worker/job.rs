@@ -11,11 +11,12 @@ use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use export::relight::{RelightReport, RelightSettings, find_environment, relight};
 use footage::{self, FrameReport, FrameSettings, ImportSettings};
 use gpu::DeviceChoice;
+use imaging::DualGamma;
 use light::Lighting;
 use light::subset::Subset;
 use project::{EnvironmentChange, KnownEnvironment, Lock, Project};
 use reflectance::checkpoint::{self, CheckpointInfo};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use training::{self, TrainReport, TrainSettings, checkpoints};
@@ -103,7 +104,7 @@ pub enum Outcome {
     Imported(ImportReport),
     Listed(EnvironmentsReport),
     Developed(DevelopReport),
-    Calibrated(Box<Calibration>),
+    Calibrated(#[serde(serialize_with = "calibrated")] Box<Calibration>),
     Checked(CheckReport),
     Trained(TrainReport),
     Relit(RelightReport),
@@ -326,6 +327,24 @@ impl ImportReport {
             separation_deg: subset.map(|s| s.separation_deg),
         }
     }
+}
+
+/// Of a response that has no exponents, those of the nearest dual gamma are told too: scripts read them.
+fn calibrated<S: Serializer>(found: &Calibration, to: S) -> std::result::Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Figures<'a> {
+        #[serde(flatten)]
+        nearest: Option<DualGamma>,
+        #[serde(flatten)]
+        found: &'a Calibration,
+    }
+    let response = &found.response;
+    let has_exponents = response.exponents().is_some();
+    Figures {
+        nearest: (!has_exponents).then(|| response.nearest_dual_gamma().0),
+        found,
+    }
+    .serialize(to)
 }
 
 impl Outcome {

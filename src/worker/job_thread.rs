@@ -41,9 +41,16 @@ pub(super) enum Done {
     Nothing,
 }
 
-/// The job or export that was asked for or runs; None if there is none.
+/// The job or export that was asked for or runs, if there is one.
 #[derive(Clone, Default)]
-pub(super) struct CurrentJob(Arc<Mutex<Option<Running>>>);
+pub(super) struct CurrentJob(Arc<Mutex<Current>>);
+
+#[derive(Default)]
+struct Current {
+    running: Option<Running>,
+    /// None may be begun any more.
+    closed: bool,
+}
 
 struct Running {
     /// What the job does, in words; None for an export.
@@ -56,12 +63,15 @@ impl CurrentJob {
     /// Begins a job, named by what it does, or an export.
     ///
     /// # Errors
-    /// [`Error::Busy`] while another job or export runs.
+    /// [`Error::Busy`] while another job or export runs, and after [`Self::close`].
     pub fn begin(&self, job: Option<&'static str>) -> Result<Control> {
-        let mut running = self.0.lock();
-        idle(running.as_ref())?;
+        let mut current = self.0.lock();
+        current.idle()?;
+        if current.closed {
+            return Err(Error::busy("The project is being closed", "Open it again"));
+        }
         let control = Control::default();
-        *running = Some(Running {
+        current.running = Some(Running {
             job,
             control: control.clone(),
         });
@@ -69,20 +79,27 @@ impl CurrentJob {
     }
 
     fn end(&self) {
-        *self.0.lock() = None;
+        self.0.lock().running = None;
+    }
+
+    /// Asks what runs to stop, and lets nothing be begun any more.
+    pub fn close(&self) {
+        let mut current = self.0.lock();
+        current.closed = true;
+        if let Some(running) = &current.running {
+            running.control.stop();
+        }
     }
 
     /// How the current job or export is paused and stopped.
     pub fn control(&self) -> Option<Control> {
-        self.0
-            .lock()
-            .as_ref()
-            .map(|running| running.control.clone())
+        let current = self.0.lock();
+        (current.running.as_ref()).map(|running| running.control.clone())
     }
 
     /// What the current job does, in words.
     pub fn job(&self) -> Option<&'static str> {
-        self.0.lock().as_ref()?.job
+        self.0.lock().running.as_ref()?.job
     }
 
     /// Whether neither a job nor an export runs.
@@ -90,17 +107,19 @@ impl CurrentJob {
     /// # Errors
     /// [`Error::Busy`] if one does.
     pub fn idle(&self) -> Result<()> {
-        idle(self.0.lock().as_ref())
+        self.0.lock().idle()
     }
 }
 
-fn idle(running: Option<&Running>) -> Result<()> {
-    match running {
-        None => Ok(()),
-        Some(_) => Err(Error::busy(
-            "Another job is running",
-            "Wait until it ends, or stop it",
-        )),
+impl Current {
+    fn idle(&self) -> Result<()> {
+        match self.running {
+            None => Ok(()),
+            Some(_) => Err(Error::busy(
+                "Another job is running",
+                "Wait until it ends, or stop it",
+            )),
+        }
     }
 }
 

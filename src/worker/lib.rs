@@ -315,7 +315,8 @@ impl Drop for Worker {
         self.network.stop();
         self.relighter.stop();
         self.jobs.stop();
-        self.cancel();
+        // The jobs' thread may be about to begin an export.
+        self.current_job.close();
     }
 }
 

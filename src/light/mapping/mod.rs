@@ -42,7 +42,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Mapping {
-    /// Longitude along the rows, latitude along the columns; see [`super::latlong`].
+    /// Longitude along the rows, latitude along the columns.
     LatLong,
     /// Debevec's angular map ("light probe"): the middle shows −Z, the rim +Z, and the distance from
     /// the middle is proportional to the angle from −Z.

@@ -72,8 +72,10 @@ impl Autosave {
     /// # Errors
     /// When the file cannot be understood: it is renamed, and the look stays.
     pub fn load_look(&mut self, project: &Project, look: &mut LookSettings) -> Result<()> {
-        self.saver.settle();
-        let loaded = SavedLook::load(project);
+        let loaded = match self.saver.unwritten(&SavedLook::path(project)) {
+            Some(text) => Ok(SavedLook::of_text(&text)),
+            None => SavedLook::load(project),
+        };
         let loaded = loaded.map(|saved| saved.into_iter().for_each(|saved| saved.apply(look)));
         self.look = SavedLook::of(look);
         loaded

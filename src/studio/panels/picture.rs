@@ -2,13 +2,14 @@
 
 use crate::command::{Command, LookCommand};
 use crate::icons;
-use crate::look::EXPOSURE_STOPS;
 use crate::panel_context::PanelContext;
 use crate::panels::number_ui;
 use crate::panels::rows::{FIELD, NAME, Row, choice_ui};
 use crate::theme::GAP;
 use egui::{DragValue, Grid, Ui};
-use scene::{Background, Channel, Effects, Inspection, STRENGTHS, Strength, ViewTransform};
+use scene::{
+    Background, Channel, EXPOSURE_STOPS, Effects, Inspection, STRENGTHS, Strength, ViewTransform,
+};
 
 /// The panel has no state of its own.
 #[derive(Default)]
