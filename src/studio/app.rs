@@ -5,6 +5,7 @@ mod autosave;
 mod commands;
 mod dialogs;
 mod drops;
+mod errands;
 mod exports;
 mod gpu_lost;
 mod jobs;
@@ -36,6 +37,7 @@ use autosave::Autosave;
 use dialogs::Dialogs;
 use eframe::egui_wgpu::RenderState;
 use egui::Context;
+use errands::Errands;
 use exports::Exports;
 use gpu::{DeviceChoice, Gpu};
 use picker::ProjectPicker;
@@ -60,6 +62,7 @@ pub struct StudioApp {
     exports: Exports,
     picker: ProjectPicker,
     dialogs: Dialogs,
+    errands: Errands,
     autosave: Autosave,
     view: WindowView,
     /// The panes that were drawn last.
@@ -133,6 +136,7 @@ impl StudioApp {
             exports: Exports::new(wake.clone()),
             picker: ProjectPicker::new(wake.clone()),
             dialogs: Dialogs::new(wake.clone()),
+            errands: Errands::default(),
             autosave: Autosave::new(preferences, wake),
             view: WindowView::default(),
             shown: Vec::new(),
@@ -219,6 +223,7 @@ impl StudioApp {
     fn receive(&mut self) {
         self.receive_events();
         self.readers.receive(&self.ctx);
+        self.finish_errands();
         self.open_made();
         self.exports.destination.receive();
         let unsaved = self.autosave.failures().chain(self.library.receive());

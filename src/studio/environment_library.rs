@@ -6,6 +6,8 @@ use light::Environment;
 use project::Project;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+use std::thread::JoinHandle;
 use worker::{EnvironmentListWriter, Origin, Panorama, PanoramaLoader};
 
 /// An environment in the list.
@@ -46,6 +48,18 @@ pub struct EnvironmentLibrary {
     /// The open project's folder, and the thread that writes there.
     root: Option<PathBuf>,
     writer: Option<EnvironmentListWriter>,
+    /// Those that wait for the writers of projects before.
+    retired: Vec<JoinHandle<()>>,
+}
+
+impl Drop for EnvironmentLibrary {
+    /// No list is lost.
+    fn drop(&mut self) {
+        for thread in self.retired.drain(..) {
+            // If it panicked, there is nothing to wait for.
+            let _ = thread.join();
+        }
+    }
 }
 
 impl EnvironmentLibrary {
@@ -59,15 +73,14 @@ impl EnvironmentLibrary {
             list: Arc::default(),
             root: None,
             writer: None,
+            retired: Vec::new(),
         }
     }
 
-    /// Calls `read`, which reads a project, after the open one's list has been written: they may be the same.
-    pub fn written<T>(&mut self, read: impl FnOnce() -> T) -> T {
-        self.writer = None;
-        let read = read();
-        self.writer = self.start();
-        read
+    /// Tells once the open project's list has been written as it is now. A project that is read before may be the
+    /// same, and lack what changed.
+    pub fn settled(&self) -> Option<Receiver<()>> {
+        Some(self.writer.as_ref()?.settled())
     }
 
     fn start(&self) -> Option<EnvironmentListWriter> {
@@ -90,7 +103,11 @@ impl EnvironmentLibrary {
     ) -> (Arc<Vec<ListedEnvironment>>, Vec<String>) {
         let list = Arc::new(environment_list::of_project(project));
         self.entries.clear();
-        self.writer = None;
+        if let Some(old) = self.writer.take() {
+            // It waits until the list is written.
+            self.retired.retain(|thread| !thread.is_finished());
+            self.retired.push(std::thread::spawn(move || drop(old)));
+        }
         self.follow(&list);
         self.root = saved.then(|| project.root.clone());
         self.writer = self.start();

@@ -11,8 +11,14 @@ type List = Vec<NamedEnvironment>;
 
 /// The writing thread of an open project. Dropping it waits until the newest list has been written.
 pub struct EnvironmentListWriter {
-    thread: Background<List>,
+    thread: Background<ListRequest>,
     failures: Receiver<String>,
+}
+
+enum ListRequest {
+    Write(List),
+    /// To tell when every list before has been tried.
+    Tell(Sender<()>),
 }
 
 struct Writing<Wake> {
@@ -40,7 +46,14 @@ impl EnvironmentListWriter {
     /// Has this list written soon. Its files are those that the list at the start had, or paths that can be
     /// opened.
     pub fn keep(&self, list: List) {
-        self.thread.put(list);
+        self.thread.put(ListRequest::Write(list));
+    }
+
+    /// Tells once writing every list so far has been tried; fails if this is dropped before.
+    pub fn settled(&self) -> Receiver<()> {
+        let (done, told) = channel();
+        self.thread.put(ListRequest::Tell(done));
+        told
     }
 
     /// What could not be written since the last call.
@@ -49,24 +62,38 @@ impl EnvironmentListWriter {
     }
 }
 
-impl Request for List {
+impl Request for ListRequest {
+    /// Only the newest list is written; those who wait are told after it.
+    fn lane(&self) -> Option<usize> {
+        matches!(self, Self::Write(_)).then_some(0)
+    }
+
     fn is_kept(&self) -> bool {
-        true
+        matches!(self, Self::Write(_))
     }
 }
 
 impl<Wake: Fn()> Handler for Writing<Wake> {
-    type Request = List;
+    type Request = ListRequest;
     type Answer = ();
 
-    fn work(&mut self, list: &mut List) -> Result<()> {
-        Project::change(&self.root, |project| bring(project, &self.written, list))
+    fn work(&mut self, request: &mut ListRequest) -> Result<()> {
+        match request {
+            ListRequest::Write(list) => {
+                Project::change(&self.root, |project| bring(project, &self.written, list))
+            }
+            ListRequest::Tell(_) => Ok(()),
+        }
     }
 
-    fn deliver(&mut self, list: List, answer: Result<()>) {
-        match answer {
-            Ok(()) => self.written = list,
-            Err(e) => {
+    fn deliver(&mut self, request: ListRequest, answer: Result<()>) {
+        match (request, answer) {
+            (ListRequest::Write(list), Ok(())) => self.written = list,
+            (ListRequest::Tell(done), _) => {
+                // Who asked may be gone.
+                let _ = done.send(());
+            }
+            (ListRequest::Write(_), Err(e)) => {
                 // Nobody listens once the window is closed.
                 let _ = self.failures.send(e.to_string());
                 (self.wake)();
@@ -131,6 +158,10 @@ mod tests {
             "{said:?}"
         );
         // The next list still brings what the failed one did not.
+        writer.keep(vec![named(first.clone())]);
+        writer.settled().recv().unwrap();
+        let environments = || Project::open(folder.path()).unwrap().environments().len();
+        assert_eq!(environments(), 1);
         writer.keep(vec![named(first), named(second)]);
         drop(writer);
         assert_eq!(

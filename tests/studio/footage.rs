@@ -133,11 +133,22 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
     window.get_by_label("Footage");
     window.get_by_label("Whole").click();
     window.run();
-    // Nothing is lost by now, so nothing is asked.
+    // Nothing is lost by now, so nothing is asked. Another program writes into the project, and the window goes on.
+    let other = std::fs::File::open(&project.root).unwrap();
+    other.lock().unwrap();
     window.get_by_label("Use this framing").click();
+    window.run();
+    assert_eq!(framing(&project), chosen);
+    drop(other);
     until(&mut window, "whole picture", |_| {
         framing(&project) == Framing::whole((32, 32))
     });
+    test_support::shown!(
+        Accidents,
+        "A project is framed or opened while another program writes into it",
+        danger: "the window stands still",
+        done: "the window goes on; after ten seconds it says who is to be closed",
+    );
 }
 
 #[test]

@@ -47,13 +47,11 @@ impl StudioApp {
                 self.make(job, project);
             }
             ProjectCommand::Locate(folder) => {
-                let located = self.change_project(|project| {
+                let locate = move |project: &mut Project| {
                     project.locate(&folder)?;
                     Ok(project.root.clone())
-                });
-                if let Some(root) = located {
-                    self.open_folder(&root);
-                }
+                };
+                self.change_project(locate, |app, root| app.open_folder(&root));
             }
             ProjectCommand::Reframe(framing) => self.reframe(framing),
             ProjectCommand::Thumbnails(frames) => self.readers.footage.want(frames),
@@ -65,15 +63,25 @@ impl StudioApp {
         if let Err(sentence) = self.session.can_leave() {
             return self.status.refuse(sentence);
         }
-        match self.library.written(|| Project::open(folder)) {
-            Ok(project) => {
-                let title = title(Some(&project));
-                self.ctx.send_viewport_cmd(ViewportCommand::Title(title));
-                let worker = Worker::start(project.clone(), self.device, self.wake());
-                self.open(project, worker);
-            }
-            Err(e) => self.status.refuse(e.to_string()),
+        let folder = folder.to_path_buf();
+        self.errand(
+            move || Project::open(&folder),
+            |app, opened| match opened.map_err(|e| e.to_string()) {
+                Ok(project) => app.leave_for(project),
+                Err(sentence) => app.status.refuse(sentence),
+            },
+        );
+    }
+
+    /// Shows a project that was read, unless a job was begun meanwhile.
+    fn leave_for(&mut self, project: Project) {
+        if let Err(sentence) = self.session.can_leave() {
+            return self.status.refuse(sentence);
         }
+        let title = title(Some(&project));
+        self.ctx.send_viewport_cmd(ViewportCommand::Title(title));
+        let worker = Worker::start(project.clone(), self.device, self.wake());
+        self.open(project, worker);
     }
 
     /// Shows another project, with `worker` behind it.
@@ -133,41 +141,50 @@ impl StudioApp {
         }
     }
 
-    /// Changes the open project on the disk; None if that cannot be done, and says why.
-    fn change_project<T>(&mut self, change: impl FnOnce(&mut Project) -> Result<T>) -> Option<T> {
-        let root = self.session.project.as_ref()?.root.clone();
-        let free = self.session.writable().and_then(|()| self.session.idle());
-        let changed = free.and_then(|()| {
-            let changed = self.library.written(|| Project::change(&root, change));
-            changed.map_err(|e| e.to_string())
-        });
-        match changed {
-            Ok(done) => {
-                self.status.refusal = None;
-                Some(done)
-            }
-            Err(sentence) => {
-                self.status.refuse(sentence);
-                None
-            }
+    /// Changes the open project on the disk, and then calls `then` with what `change` made; or says why it cannot be
+    /// changed.
+    fn change_project<T: Send + 'static>(
+        &mut self,
+        change: impl FnOnce(&mut Project) -> Result<T> + Send + 'static,
+        then: impl FnOnce(&mut Self, T) + Send + 'static,
+    ) {
+        let Some(project) = &self.session.project else {
+            return;
+        };
+        if let Err(sentence) = self.session.writable().and_then(|()| self.session.idle()) {
+            return self.status.refuse(sentence);
         }
+        let root = project.root.clone();
+        self.errand(
+            move || Project::change(&root, change),
+            |app, changed| match changed {
+                Ok(made) => {
+                    app.status.refusal = None;
+                    then(app, made);
+                }
+                Err(e) => app.status.refuse(e.to_string()),
+            },
+        );
     }
 
     /// Works with another square of the pictures; what is set in the window stays.
     fn reframe(&mut self, framing: Framing) {
-        let framed = self.change_project(|project| {
+        let change = move |project: &mut Project| {
             let aside = project.frame(framing)?;
             Ok((project.clone(), aside))
-        });
-        if let Some((project, aside)) = framed {
-            let worker = Worker::start(project.clone(), self.device, self.wake());
-            self.start(project, worker);
+        };
+        self.change_project(change, |app, (project, aside)| {
+            if let Err(sentence) = app.session.can_leave() {
+                return app.status.refuse(sentence);
+            }
+            let worker = Worker::start(project.clone(), app.device, app.wake());
+            app.start(project, worker);
             if let Some(folder) = aside {
-                self.status.say(format!(
+                app.status.say(format!(
                     "What was made with the previous framing is in {} now",
                     folder.display()
                 ));
             }
-        }
+        });
     }
 }
