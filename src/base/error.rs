@@ -55,6 +55,24 @@ pub enum Error {
     Bug { problem: String },
 }
 
+/// Letters of a cause or problem that are shown.
+const LONGEST: usize = 1000;
+
+/// What a file or another program said, fit to be shown: not endless, and without characters that steer a terminal.
+fn shown(said: &str) -> String {
+    let plain = |c: char| match c {
+        '\n' => c,
+        _ if c.is_control() => char::REPLACEMENT_CHARACTER,
+        _ => c,
+    };
+    let mut letters = said.chars().map(plain);
+    let mut shown: String = letters.by_ref().take(LONGEST).collect();
+    if letters.next().is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
 impl Error {
     /// The operating system refused to `action` the file at `path`.
     pub fn io(
@@ -81,7 +99,7 @@ impl Error {
         Self::Codec {
             action,
             path: path.as_ref().to_path_buf(),
-            cause: cause.to_string(),
+            cause: shown(&cause.to_string()),
             remedy: remedy.into(),
         }
     }
@@ -89,7 +107,7 @@ impl Error {
     /// A setting, file or picture cannot be used as it is.
     pub fn invalid(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Invalid {
-            problem: problem.into(),
+            problem: shown(&problem.into()),
             remedy: remedy.into(),
         }
     }
@@ -115,7 +133,7 @@ impl Error {
     /// Something that is needed or was asked for does not exist.
     pub fn missing(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Missing {
-            problem: problem.into(),
+            problem: shown(&problem.into()),
             remedy: remedy.into(),
         }
     }
@@ -123,7 +141,7 @@ impl Error {
     /// Somebody else is using it.
     pub fn busy(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Busy {
-            problem: problem.into(),
+            problem: shown(&problem.into()),
             remedy: remedy.into(),
         }
     }
@@ -140,6 +158,17 @@ impl Error {
     pub fn bug(problem: impl Into<String>) -> Self {
         Self::Bug {
             problem: problem.into(),
+        }
+    }
+
+    /// The same error of a setting, with the file that holds the setting. Other kinds stay as they are.
+    pub fn within(self, path: &Path) -> Self {
+        match self {
+            Self::Invalid { problem, remedy } => Self::Invalid {
+                problem: format!("{}: {problem}", path.display()),
+                remedy,
+            },
+            other => other,
         }
     }
 
@@ -181,6 +210,24 @@ mod tests {
             sentence.ends_with(". Make room; 2 frames are kept"),
             "{sentence}"
         );
+    }
+
+    #[test]
+    fn what_files_say_is_neither_endless_nor_able_to_steer_a_terminal() {
+        let hostile = format!("\u{1b}[2J\0{}", "ä".repeat(100_000));
+        for error in [
+            Error::codec("read", "a.hdr", &hostile, "Check it"),
+            Error::invalid(&*hostile, "Check it"),
+            Error::missing(&*hostile, "Check it"),
+            Error::busy(&*hostile, "Check it"),
+        ] {
+            let sentence = error.to_string();
+            assert!(sentence.chars().count() < 1100 && sentence.ends_with("…. Check it"));
+            assert!(!sentence.contains(char::is_control), "{sentence}");
+        }
+        test_support::shown!(Strangers, "A file's words in an error",
+            danger: "pages of it, or characters that steer the terminal",
+            done: "the first 1000 letters are shown, control characters replaced");
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use super::error::{Error, Result};
 use std::ffi::OsStr;
 use std::fs::{File, FileType, OpenOptions, TryLockError};
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Component, Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use tempfile::NamedTempFile;
@@ -49,6 +49,29 @@ pub fn open_own(path: &Path, options: &OpenOptions) -> io::Result<File> {
     }
     #[cfg(not(target_os = "linux"))]
     options.open(path)
+}
+
+/// Bytes of an ordinary text file that the program reads: far more than it ever writes. Tables take up to fifty times as
+/// much memory.
+pub const MOST_TEXT: u64 = 16 << 20;
+
+/// Reads a text file of at most `most` bytes.
+///
+/// # Errors
+/// As [`open`], and when the file is longer or no UTF-8.
+pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
+    let file = open(path)?;
+    let length = file.metadata()?.len();
+    if length > most {
+        return Err(io::Error::new(
+            ErrorKind::InvalidData,
+            format!("it has {length} bytes, and such a file has at most {most}"),
+        ));
+    }
+    let mut text = String::new();
+    // It may grow meanwhile.
+    file.take(most).read_to_string(&mut text)?;
+    Ok(text)
 }
 
 fn not_a_file(kind: FileType) -> io::Error {
@@ -206,6 +229,12 @@ mod tests {
         assert!(said.to_string().contains("kept.txt"), "{said}");
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        test_support::shown!(
+            Accidents,
+            "A file cannot be written to its end",
+            danger: "the old one is gone, the new one is half",
+            done: "it is written beside, and renamed once it is whole",
+        );
     }
 
     #[test]
@@ -251,6 +280,12 @@ mod tests {
         std::fs::write(&dead, "").unwrap();
         remove_left_over(folder.path());
         assert!(dead.exists());
+        test_support::shown!(
+            Accidents,
+            "A program was killed while it wrote",
+            danger: "its unfinished files stay for ever, or files of a living program are removed",
+            done: "names are random and locked; what no living program locks is removed when a project is locked",
+        );
     }
 
     #[cfg(unix)]
@@ -277,6 +312,30 @@ mod tests {
         assert!(!at("gone").exists());
         assert_eq!(std::fs::read_to_string(at("file")).unwrap(), "text");
         open_own(&at("new"), &options).unwrap();
+        test_support::shown!(
+            Strangers,
+            "A picture is a device, a pipe or a folder",
+            danger: "`/dev/zero` fills the memory, a pipe is waited for for ever",
+            done: "only files are opened",
+        );
+    }
+
+    #[test]
+    fn a_text_that_is_too_long_is_refused_unread() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notes.toml");
+        std::fs::write(&path, "four").unwrap();
+        assert_eq!(read_text(&path, 4).unwrap(), "four");
+        let said = read_text(&path, 3).unwrap_err().to_string();
+        assert!(
+            said.contains("4 bytes") && said.contains("at most 3"),
+            "{said}"
+        );
+        // 64 GB that take no room on the disk.
+        File::create(&path).unwrap().set_len(1 << 36).unwrap();
+        assert!(read_text(&path, MOST_TEXT).is_err());
+        test_support::shown!(Strangers, "A text file of 64 GB", danger: "all memory is taken",
+            done: "at most 16 MB of a project's text are read");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
 use imaging::file::dimensions;
-use project::{self, Ball, FORMAT, Framings, Project, Settings, Shoot, relative};
+use project::{self, FORMAT, Framings, Project, Settings, Shoot, relative};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,8 @@ pub struct ImportSettings {
     #[arg(long, default_value_t = 128)]
     pub size: usize,
     /// Seed of every random draw of the project.
-    #[arg(long, default_value_t = 1)]
+    // A larger one could not be written into project.toml.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub seed: u64,
 }
 
@@ -62,7 +63,7 @@ pub fn import(
     let (ball, frame_rate) = (manifest.ball(), manifest.frame_rate());
     let second_ball = manifest.second_ball(shoot);
     for ball in std::iter::once(&ball).chain(second_ball.as_ref().map(|second| &second.ball)) {
-        check_ball(&manifest_path, ball)?;
+        ball.check().map_err(|e| e.within(&manifest_path))?;
     }
     // Without the ball's size, distances in metres say nothing about what it shows.
     let dome_radius_m = manifest.dome_radius_m.filter(|_| !ball.is_far());
@@ -120,6 +121,8 @@ pub fn import(
             framing: Framings::default(),
         },
     };
+    let shoot = &project.settings.shoot;
+    shoot.check().map_err(|e| e.within(&manifest_path))?;
     check_pictures(&project, progress)?;
     project.save()?;
     Ok(project)
@@ -201,28 +204,6 @@ const FAR: &str = "The manifest does not hold the ball's radius and the camera's
                    the lamps count as far away. A lamp's direction is then off by up to 57° divided by the camera's \
                    distance in ball radii (1.1° at 50), most near the ball's rim, and by up to as much for the lamp's \
                    distance. Give `camera.position` and `probes.ball_radius_m` in the manifest to avoid that";
-
-fn check_ball(manifest: &Path, ball: &Ball) -> Result<()> {
-    let positive = [ball.radius_m, ball.camera_distance_m]
-        .iter()
-        .all(|v| *v > 0.0 && v.is_finite())
-        && ball.radius_px >= 0.0
-        && ball.radius_px.is_finite();
-    if positive
-        && ball.camera_distance_m > ball.radius_m
-        && ball.center_px.iter().all(|v| v.is_finite())
-    {
-        return Ok(());
-    }
-    Err(Error::invalid(
-        format!(
-            "{} describes an impossible mirror ball ({ball:?}): it must have a positive size and be nearer to the \
-             origin than the camera",
-            manifest.display()
-        ),
-        "Correct `probes` and `camera` in the manifest",
-    ))
-}
 
 fn same_size(a: &Path, a_size: (usize, usize), b: &Path, b_size: (usize, usize)) -> Result<()> {
     if a_size == b_size {

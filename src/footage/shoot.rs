@@ -1,8 +1,9 @@
 //! A shoot's folder: its manifest and its files.
 
 use base::error::{Error, Result};
+use base::files;
 use glam::Vec3;
-use project::{Ball, NamedEnvironment, SecondBall};
+use project::{Ball, NamedEnvironment, SecondBall, Shoot};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -84,7 +85,7 @@ impl Manifest {
     /// When it is missing or invalid.
     pub fn read(shoot: &Path) -> Result<Self> {
         let path = shoot.join(MANIFEST);
-        let text = std::fs::read_to_string(&path).map_err(|e| {
+        let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| {
             Error::io(
                 "open",
                 &path,
@@ -130,7 +131,7 @@ impl Manifest {
 
     /// Frames per second of the interview; 24 if the manifest does not say.
     pub fn frame_rate(&self) -> f64 {
-        let said = self.frame_rate.filter(|r| *r > 0.0 && r.is_finite());
+        let said = (self.frame_rate).filter(|rate| Shoot::FRAME_RATES.contains(rate));
         said.unwrap_or(24.0)
     }
 

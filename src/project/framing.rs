@@ -55,7 +55,10 @@ impl Framing {
     }
 
     fn centred((width, height): (usize, usize), side: usize) -> Self {
-        let middle = |length: usize| (length as i32 - side as i32).div_euclid(2);
+        let middle = |length: usize| {
+            let free = (length.min(LONGEST_SIDE) as i32) - (side.min(LONGEST_SIDE) as i32);
+            free.div_euclid(2)
+        };
         Self {
             source: [width, height],
             x: middle(width),
@@ -67,7 +70,7 @@ impl Framing {
 
     /// The square moved and resized so that [`Self::check`] passes; the source stays.
     pub fn bounded(self) -> Self {
-        let [width, height] = self.source.map(|length| length.max(1));
+        let [width, height] = self.source.map(|length| length.clamp(1, LONGEST_SIDE));
         let side = self.side.clamp(1, MAX_SIDES * width.max(height));
         let within = |at: i32, length: usize| at.clamp(1 - side as i32, length as i32 - 1);
         Self {
@@ -83,7 +86,8 @@ impl Framing {
     /// # Errors
     /// Then.
     pub fn check(&self) -> Result<()> {
-        if *self == self.bounded() && !self.source.contains(&0) {
+        let is_picture = |length: &usize| (1..=LONGEST_SIDE).contains(length);
+        if *self == self.bounded() && self.source.iter().all(is_picture) {
             return Ok(());
         }
         let [width, height] = self.source;
@@ -93,11 +97,13 @@ impl Framing {
                  some of it and be at most {MAX_SIDES} times as large",
                 self.side, self.x, self.y
             ),
-            "Correct `framing` in project.toml, or remove it to use the largest square in the middle",
+            "Correct `framing` in project.toml, whose `source` is the picture's size, up to a million on each side, or remove it to use the largest square in the middle",
         ))
     }
 }
 
+/// No picture is longer.
+const LONGEST_SIDE: usize = 1 << 20;
 /// The largest side of a square, in longer sides of the pictures.
 const MAX_SIDES: usize = 4;
 
@@ -192,6 +198,16 @@ mod tests {
             assert!(bad.check().is_err(), "{bad:?}");
             bad.bounded().check().unwrap();
         }
+        for source in [[1 << 62, 1], [usize::MAX; 2], [0, 1]] {
+            let bad = Framing { source, ..good };
+            let said = bad.check().unwrap_err().to_string();
+            assert!(said.contains("project.toml"), "{said}");
+            bad.bounded();
+            Framing::largest((source[0], source[1]));
+            Framing::whole((source[0], source[1]));
+        }
+        test_support::shown!(Strangers, "`framing` in project.toml for pictures of 2^62 pixels",
+            danger: "a panic: the sum is too large for a number", done: "refused, with the largest size");
         Framing {
             x: -29,
             y: 29,

@@ -26,10 +26,11 @@ pub use lock::Lock;
 pub use sealed::{read_sealed, save_sealed};
 
 use base::error::{Error, Result};
-use base::files::write_beside;
+use base::files::{self, write_beside};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
+use std::ops::RangeInclusive;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -154,7 +155,81 @@ impl Ball {
     }
 }
 
+impl Ball {
+    /// Refuses a ball that no camera can have photographed.
+    ///
+    /// # Errors
+    /// Then.
+    pub fn check(&self) -> Result<()> {
+        // A million pixels, and ten times as far as a camera that counts as far away.
+        const LARGEST: f32 = 1e6;
+        let is_size = |v: f32| v > 0.0 && v <= LARGEST;
+        let is_place = |v: &f32| v.abs() <= LARGEST;
+        if is_size(self.radius_m)
+            && is_size(self.camera_distance_m)
+            && self.camera_distance_m > self.radius_m
+            && (0.0..=LARGEST).contains(&self.radius_px)
+            && self.center_px.iter().all(is_place)
+        {
+            return Ok(());
+        }
+        Err(Error::invalid(
+            format!(
+                "an impossible mirror ball ({self:?}): it must have a positive size and be nearer to the origin than \
+                 the camera, and no number may exceed {LARGEST}"
+            ),
+            "Correct the ball's and the camera's numbers",
+        ))
+    }
+}
+
 impl Shoot {
+    /// Frames per second that an interview may have.
+    pub const FRAME_RATES: RangeInclusive<f64> = 0.001..=100_000.0;
+
+    /// Refuses numbers that no shoot has, and names that are not those of files in its folders.
+    ///
+    /// # Errors
+    /// Then.
+    pub fn check(&self) -> Result<()> {
+        const CORRECT: &str = "Correct it, or import the shoot again";
+        if !Self::FRAME_RATES.contains(&self.frame_rate) {
+            let problem = format!(
+                "a frame rate of {} is not from {} to {} frames a second",
+                self.frame_rate,
+                Self::FRAME_RATES.start(),
+                Self::FRAME_RATES.end()
+            );
+            return Err(Error::invalid(problem, CORRECT));
+        }
+        let mut names = (self.poses.iter())
+            .chain(self.all_lamps())
+            .chain(&self.frames);
+        if let Some(name) = names.find(|name| !files::is_bare(name)) {
+            let problem = format!("{name:?} is not the name of a pose, lamp or frame");
+            return Err(Error::invalid(problem, CORRECT));
+        }
+        self.ball.check()?;
+        if let Some(second) = &self.second_ball {
+            second.ball.check()?;
+        }
+        let positions = self.second_ball.as_ref().and_then(|b| b.positions_m);
+        let is_direction = |v: &Vec3| v.is_finite() && v.length_squared() > 0.0;
+        let lamps = self.all_lamps().len();
+        let problem = if (self.dome_radius_m).is_some_and(|r| !(r > 0.0 && r <= 1e6)) {
+            "`dome_radius_m` is not a positive length in metres"
+        } else if positions.is_some_and(|both| !both.iter().all(|at| at.is_finite())) {
+            "`positions_m` of the second ball are not finite"
+        } else if !self.lamp_layout.is_empty()
+            && (self.lamp_layout.len() != lamps || !self.lamp_layout.iter().all(is_direction))
+        {
+            "`lamp_layout` is not a direction for each lamp"
+        } else {
+            return Ok(());
+        };
+        Err(Error::invalid(problem, CORRECT))
+    }
+
     /// Where the centres of two mirror balls stood, in metres from the subject; `None` if there is one ball, or
     /// positions or sizes are unknown.
     pub fn ball_positions_m(&self) -> Option<[Vec3; 2]> {
@@ -224,7 +299,7 @@ impl Project {
     /// When `project.toml` is missing, is not understood or is of another format version.
     pub fn open(root: &Path) -> Result<Self> {
         let path = root.join("project.toml");
-        let text = std::fs::read_to_string(&path).map_err(|e| {
+        let text = files::read_text(&path, files::MOST_TEXT).map_err(|e| {
             Error::io(
                 "open",
                 &path,
@@ -250,8 +325,10 @@ impl Project {
                 "Open it with the version of Afterlight that wrote it, or import the shoot again",
             ));
         }
-        check_size(settings.size)?;
-        settings.framing.check()?;
+        check_size(settings.size)
+            .and_then(|()| settings.framing.check())
+            .and_then(|()| settings.shoot.check())
+            .map_err(|e| e.within(&path))?;
         Ok(Self {
             root: root.to_path_buf(),
             settings,

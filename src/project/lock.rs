@@ -144,5 +144,17 @@ mod tests {
         let gone = folder.path().join("gone");
         let refused = Lock::take(&gone, "the studio").unwrap_err().to_string();
         assert!(refused.contains("gone"), "{refused}");
+        test_support::shown!(
+            Strangers,
+            "`.lock` is a link",
+            danger: "what it leads to is emptied",
+            done: "a link is refused",
+        );
+        test_support::shown!(
+            Accidents,
+            "A program was killed while it held a project's lock",
+            danger: "nobody can write into the project any more",
+            done: "the system releases the lock",
+        );
     }
 }

@@ -4,7 +4,7 @@
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use serde::Serialize;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
 
 /// The first line, before the CRC-32 in hexadecimal digits.
@@ -26,10 +26,8 @@ pub fn save_sealed(path: &Path, value: &impl Serialize) -> Result<()> {
 /// # Errors
 /// When it cannot be read, or is not as it was written; with `remedy`, which says what to do.
 pub fn read_sealed(path: &Path, remedy: &str) -> Result<String> {
-    let mut text = String::new();
-    files::open(path)
-        .and_then(|mut file| file.read_to_string(&mut text))
-        .map_err(|e| Error::io("open", path, e, remedy))?;
+    let text =
+        files::read_text(path, files::MOST_TEXT).map_err(|e| Error::io("open", path, e, remedy))?;
     let sealed = (text.strip_prefix(SEAL)).and_then(|rest| rest.split_once('\n'));
     if let Some((sum, rest)) = sealed
         && sum != format!("{:08x}", crc32fast::hash(rest.as_bytes()))

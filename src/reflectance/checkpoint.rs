@@ -294,9 +294,7 @@ pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
 
 fn table(folder: &Path) -> Result<Table> {
     let path = folder.join("checkpoint.toml");
-    let mut text = String::new();
-    files::open(&path)
-        .and_then(|mut file| file.read_to_string(&mut text))
+    let text = files::read_text(&path, files::MOST_TEXT)
         .map_err(|e| Error::io("open", &path, e, "Train first: afterlight train PROJECT"))?;
     let mut table: Table =
         toml::from_str(&text).map_err(|e| Error::codec("read", &path, e.message(), REMEDY))?;

@@ -72,6 +72,12 @@ fn one_flipped_byte_in_any_file_is_noticed() {
         let said = refused(folder.path());
         assert!(said.contains(name) && said.contains("damaged"), "{said}");
     }
+    test_support::shown!(
+        Strangers,
+        "One byte of the weights, or of the optimiser's state, changes on the disk",
+        danger: "pictures up to 183 codes off, and nobody is told",
+        done: "the table holds a checksum of each file",
+    );
 }
 
 #[test]
@@ -92,6 +98,12 @@ fn weights_that_are_nan_are_refused_where_no_checksum_tells() {
         .unwrap_err()
         .to_string();
     assert!(said.contains("NaN"), "{said}");
+    test_support::shown!(
+        Strangers,
+        "Weights from elsewhere are NaN",
+        danger: "black pictures",
+        done: "the network is refused, and the file named",
+    );
 }
 
 #[test]
@@ -105,6 +117,12 @@ fn a_table_names_only_files_beside_it() {
         assert!(link(folder.path(), &to).is_err());
         assert!(!folder.path().join("weights.bpk").exists());
     }
+    test_support::shown!(
+        Strangers,
+        "`checkpoint.toml` names files elsewhere, such as `../../x` or `/dev/zero`",
+        danger: "files outside the project are written, or memory fills up",
+        done: "names in a table are names of files beside it",
+    );
 }
 
 #[test]
@@ -115,6 +133,12 @@ fn an_impossible_network_is_refused_before_memory_is_taken() {
         let said = refused(folder.path());
         assert!(said.contains(lamps), "{said}");
     }
+    test_support::shown!(
+        Strangers,
+        "`checkpoint.toml` asks for a network of a billion lamps",
+        danger: "memory for it is taken, and the program ends",
+        done: "the shape is checked before memory is taken",
+    );
 }
 
 #[test]

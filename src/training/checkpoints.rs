@@ -331,5 +331,11 @@ mod tests {
             clean(folder.path());
             assert!(of(".ssh").join("file").exists());
         }
+        test_support::shown!(
+            Strangers,
+            "`checkpoints/` holds a person's own hidden folders, or links to folders",
+            danger: "cleaning up removes them",
+            done: "only unfinished checkpoints are removed, by name, and links are not followed",
+        );
     }
 }

@@ -154,5 +154,11 @@ mod tests {
             );
         }
         assert_eq!(std::fs::read_to_string(&diary).unwrap(), "dear diary");
+        test_support::shown!(
+            Strangers,
+            "`training.csv` is a link",
+            danger: "what it leads to is replaced",
+            done: "a link is refused",
+        );
     }
 }

@@ -117,6 +117,14 @@ fn a_step_that_is_not_finite_leaves_no_trace() {
         assert_eq!(spoilt, clean, "{normalization:?}");
         assert_ne!(spoilt, before);
     }
+    test_support::shown!(
+        Network,
+        "A picture is NaN or infinite",
+        danger: "weights, their average or the statistics of batch normalisation become NaN",
+        done: "the step is skipped, and the next ones are as if it had never been",
+        bound: "equal bit for bit",
+        measured: "equal",
+    );
 }
 
 #[test]
@@ -153,6 +161,12 @@ fn gradients_that_overflow_are_not_taken_and_end_a_run_without_a_checkpoint() {
         said.contains("3 steps in a row had losses that are not finite"),
         "{said}"
     );
+    test_support::shown!(
+        Network,
+        "Gradients overflow step after step",
+        danger: "training goes on for hours and learns nothing",
+        done: "after three such steps training stops and says so",
+    );
 }
 
 /// Names and contents of the checkpoint's files.
@@ -182,9 +196,9 @@ fn weights_that_are_not_finite_are_never_saved() {
     let steps = train(&project, &calibration, &good, &silent).unwrap().steps;
     let before = contents(&project);
     // It saves after each step, or at the end alone.
-    for checkpoint_seconds in [0.0, 1e9] {
+    for (learning_rate, checkpoint_seconds) in [(1e30, 0.0), (1e30, 1e9), (f64::NAN, 0.0)] {
         let wild = settings(TrainingConfig {
-            learning_rate: 1e30,
+            learning_rate,
             checkpoint_seconds,
             epochs: 2,
             ..quick()
@@ -201,6 +215,12 @@ fn weights_that_are_not_finite_are_never_saved() {
     });
     let report = train(&project, &calibration, &gone_on, &silent).unwrap();
     assert!(report.steps > steps && report.skipped_steps == 0);
+    test_support::shown!(
+        Network,
+        "The learning rate is so high that weights become NaN, and each step is saved",
+        danger: "the last good network is replaced by a broken one",
+        done: "weights are checked before they are saved; training stops, and the last network stays",
+    );
 }
 
 /// The best network's running statistics were once those of the average, which goes on.

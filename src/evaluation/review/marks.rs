@@ -1,6 +1,7 @@
 //! A reviewer's verdicts and notes on lamps and frames, in the project's `review.toml`.
 
 use base::error::{Error, Result};
+use base::files;
 use project::{Project, save_toml};
 use serde::{Deserialize, Serialize};
 
@@ -84,7 +85,7 @@ impl Marks {
     /// When the file cannot be read, is damaged, or has another format version.
     pub fn load(project: &Project) -> Result<Self> {
         let path = project.marks_path();
-        let text = match std::fs::read_to_string(&path) {
+        let text = match files::read_text(&path, files::MOST_TEXT) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
             Err(e) => return Err(Error::io("open", path, e, "Check that it can be read")),

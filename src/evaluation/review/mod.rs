@@ -19,7 +19,7 @@ pub use measure::{ReviewReport, ReviewSettings, own_truth, review};
 
 use super::metrics::pooled;
 use base::error::{Error, Result};
-use base::files::write_beside;
+use base::files::{self, write_beside};
 use clap::ValueEnum;
 use project::Project;
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,9 @@ use std::path::PathBuf;
 
 /// The version of `measured.json` that this program writes and reads.
 const FORMAT: u32 = 1;
+
+/// Bytes of `measured.json` that are read: a million scores.
+const MOST_FIGURES: u64 = 128 << 20;
 
 /// What a network is measured on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -221,7 +224,7 @@ impl Review {
     pub fn load(project: &Project) -> Result<Option<Self>> {
         const REMEDY: &str = "Measure again: afterlight review PROJECT --fresh";
         let path = project.measured_path();
-        let text = match std::fs::read_to_string(&path) {
+        let text = match files::read_text(&path, MOST_FIGURES) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(Error::io("open", path, e, REMEDY)),
