@@ -13,6 +13,8 @@ use tempfile::NamedTempFile;
 
 /// The end of the names of files that are being written.
 const UNFINISHED: &str = ".afterlight";
+/// Random letters and digits in those names.
+const RANDOM: usize = 6;
 /// A file that is younger may be about to be locked by its writer.
 const YOUNG: Duration = Duration::from_secs(10);
 /// Where files cannot be locked, an unfinished one that was not written for so long is left over.
@@ -134,7 +136,7 @@ impl Unfinished {
         start.push(OsStr::new(&*shortened(&name.to_string_lossy())));
         start.push(".");
         let mut builder = tempfile::Builder::new();
-        builder.prefix(&start).suffix(UNFINISHED);
+        (builder.prefix(&start).suffix(UNFINISHED)).rand_bytes(RANDOM);
         #[cfg(unix)]
         {
             // As any new file, not as a secret one.
@@ -203,12 +205,18 @@ pub fn remove_left_over(folder: &Path) {
     }
 }
 
-/// Files of a folder that are being written, or were left so.
+/// Files of a folder that are being written, or were left so: `.NAME.RANDOM.afterlight`, as [`Unfinished::beside`] names
+/// them. A person's `.notes.afterlight` is none.
 fn unfinished(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let is_ours = |name: &OsStr| {
         let name = name.to_string_lossy();
-        name.starts_with('.') && name.ends_with(UNFINISHED) && name.len() > UNFINISHED.len()
+        let inner = name
+            .strip_prefix('.')
+            .and_then(|name| name.strip_suffix(UNFINISHED));
+        (inner.and_then(|inner| inner.rsplit_once('.'))).is_some_and(|(_, random)| {
+            random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric())
+        })
     };
     entries
         .filter(|entry| is_ours(&entry.file_name()))
@@ -261,8 +269,16 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("big.bin");
         let living = Unfinished::beside(&path).unwrap();
-        let dead = folder.path().join(format!(".big.bin.x1{UNFINISHED}"));
-        let others = [".big.bin.x2", "big.afterlight", UNFINISHED].map(|n| folder.path().join(n));
+        let dead = folder.path().join(format!(".big.bin.x1y2z3{UNFINISHED}"));
+        let others = [
+            ".big.bin.x2",
+            "big.afterlight",
+            UNFINISHED,
+            ".notes.afterlight",
+            ".my.notes.afterlight",
+            "a.abcdef.afterlight",
+        ]
+        .map(|name| folder.path().join(name));
         let long_ago = SystemTime::now() - 2 * YOUNG;
         let age = |path: &Path| {
             let file = OpenOptions::new().write(true).open(path).unwrap();

@@ -222,14 +222,15 @@ impl Job {
                 lamps,
                 name,
             } => {
-                let mut project = footage::import(&project, &shoot, &settings, progress)?;
+                let mut project = footage::plan_import(&project, &shoot, &settings, progress)?;
                 if let Some(name) = name {
                     project.settings.name = name;
-                    project.save()?;
                 }
+                // Saved once all of it succeeded: a project that is there is not imported again.
                 let subset = lamps
                     .map(|count| calibration::keep_lamps(&mut project, count, progress))
                     .transpose()?;
+                project.save()?;
                 Ok(Outcome::Imported(ImportReport::of(
                     &project,
                     subset.as_ref(),
