@@ -126,11 +126,19 @@ impl Unfinished {
     /// file is [not left over](remove_left_over).
     ///
     /// # Errors
-    /// When the folder cannot be written.
+    /// When the folder cannot be written, and when `path` is, or leads to, anything but a file: a device would be replaced.
     pub fn beside(path: &Path) -> io::Result<Self> {
         let name = path.file_name().ok_or(ErrorKind::InvalidFilename)?;
+        if let Ok(data) = std::fs::metadata(path)
+            && !data.is_file()
+        {
+            return Err(not_a_file(data.file_type()));
+        }
         let folder = folder_of(path);
-        std::fs::create_dir_all(folder)?;
+        std::fs::create_dir_all(folder).map_err(|e| match e.kind() {
+            ErrorKind::AlreadyExists => ErrorKind::NotADirectory.into(),
+            _ => e,
+        })?;
         let mut start = std::ffi::OsString::from(".");
         // Names may be as long as the file system allows.
         start.push(OsStr::new(&*shortened(&name.to_string_lossy())));
@@ -328,11 +336,25 @@ mod tests {
         assert!(!at("gone").exists());
         assert_eq!(std::fs::read_to_string(at("file")).unwrap(), "text");
         open_own(&at("new"), &options).unwrap();
+        // A device is not replaced by what is written, nor is a link to one.
+        let device = Path::new("/dev/full");
+        for path in [device, &at("zeros"), folder.path()] {
+            let before = std::fs::symlink_metadata(path).unwrap().file_type();
+            let said = write_beside(path, |_| Ok(())).unwrap_err().to_string();
+            assert!(said.contains("this is"), "{said}");
+            assert_eq!(std::fs::symlink_metadata(path).unwrap().file_type(), before);
+        }
         test_support::shown!(
             Strangers,
             "A picture is a device, a pipe or a folder",
             danger: "`/dev/zero` fills the memory, a pipe is waited for for ever",
             done: "only files are opened",
+        );
+        test_support::shown!(
+            Surroundings,
+            "A picture or report is to be written to a device",
+            danger: "the system's device is replaced by a file",
+            done: "only files are replaced",
         );
     }
 

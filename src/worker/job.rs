@@ -534,11 +534,9 @@ fn evaluated(report: &EvaluateReport) -> String {
     let olats = scores
         .olat_psnr_db
         .map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
-    format!(
-        "{method}: {}{olats}; frames {:?}",
-        relit.join(", "),
-        scores.frames
-    )
+    let frames: Vec<String> = scores.frames.iter().map(ToString::to_string).collect();
+    let (relit, frames) = (relit.join(", "), frames.join(", "));
+    format!("{method}: {relit}{olats}; frames {frames}")
 }
 
 fn reviewed(report: &ReviewReport) -> String {
