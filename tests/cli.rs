@@ -433,9 +433,17 @@ fn a_project_is_checked_and_a_strict_check_stops_a_pipeline() {
     assert_ne!(known["level"], "unknown");
     let text = afterlight(at, &["check", "film"]).stdout;
     let text = String::from_utf8(text).unwrap();
+    // The last line leads to the hard cases.
     assert_eq!(
         text.lines().count(),
-        known["checks"].as_array().unwrap().len()
+        known["checks"].as_array().unwrap().len() + 1
+    );
+    assert!(
+        text.trim_end()
+            .lines()
+            .last()
+            .unwrap()
+            .contains("docs/stability.md")
     );
     assert!(text.contains("Camera response"), "{text}");
     assert!(fail(at, &["check", "film", "--environment", "none.hdr"]).contains("none.hdr"));

@@ -10,6 +10,7 @@ use glam::Quat;
 use imaging::{Image, Response, file};
 use light::Mapping;
 use light::mapping::convert_turned;
+use light::weights::rotation;
 use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -172,7 +173,7 @@ pub fn develop(settings: &DevelopSettings) -> Result<DevelopReport> {
 
 fn mapped(panorama: &Image, settings: &DevelopSettings, size: (usize, usize)) -> Result<Image> {
     // A yaw moves the content towards larger u, against the right-handed turn about +Y.
-    let turn = Quat::from_rotation_y(-settings.yaw_deg.to_radians());
+    let turn = rotation(settings.yaw_deg, 0.0, 0.0);
     let converted = convert_turned(panorama, Mapping::LatLong, settings.mapping, size, turn)?;
     Ok(converted.image)
 }

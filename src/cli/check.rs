@@ -8,6 +8,9 @@ use clap::Args;
 use std::path::PathBuf;
 use worker::{Job, Outcome};
 
+/// The last line, for those who want to know what was not looked at.
+const HARD_CASES: &str = "Damaged files, extreme light and other hard cases: docs/stability.md says what is done about each";
+
 /// Say how far a project can be trusted: lamps, camera response, interview light, frames, environments. Each check is
 /// green, amber, red or not known, with a sentence and a remedy.
 ///
@@ -40,7 +43,7 @@ impl CheckArgs {
         };
         let console = Console::new(self.output.json);
         let outcome = console.run(|progress| job.run(progress))?;
-        console.finish(&outcome, || outcome.sentence())?;
+        console.finish(&outcome, || format!("{}\n{HARD_CASES}", outcome.sentence()))?;
         match outcome {
             Outcome::Checked(report) if self.strict && report.level != Level::Good => {
                 Err(Error::invalid(

@@ -171,6 +171,7 @@ mod tests {
     use super::super::latlong::texel_direction;
     use super::*;
     use proptest::prelude::*;
+    use test_support::shown;
 
     fn speckled(width: usize, height: usize, seed: usize) -> Environment {
         let image = Image::from_fn(width, height, |x, y| {
@@ -211,6 +212,10 @@ mod tests {
             assert_same_energy(&day, &day.reduced(128));
             assert_same_energy(&day, &day.reduced(100));
         }
+        shown!(Light, "A sun of 10⁶ in one texel of a panorama that is reduced",
+            danger: "a filter skips it, or loses it at the pole",
+            done: "columns are averaged by width, rows by solid angle",
+            bound: "energy within 2e-6", measured: "holds");
     }
 
     #[test]
@@ -225,6 +230,10 @@ mod tests {
         assert_eq!(repaired.radiance.pixels[0], [1.0; 3]);
         assert_eq!(repaired.radiance.pixels[9], [900.0, 2.0, 0.0]);
         assert_eq!(repaired.radiance.pixels[20], [0.0; 3]);
+        shown!(Light, "NaN, ±∞ and negative texels in a panorama",
+            danger: "one NaN makes every sum NaN",
+            done: "NaN takes its neighbours' median, ∞ the largest finite value, less than nothing becomes black; counted",
+            bound: "every other texel as it was", measured: "exactly");
     }
 
     #[test]

@@ -42,6 +42,8 @@ pub fn texel_solid_angle(y: usize, width: usize, height: usize) -> f64 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::cell::Cell;
+    use test_support::shown;
 
     #[test]
     fn the_signs_are_those_of_the_method() {
@@ -63,11 +65,19 @@ mod tests {
         }
     }
 
-    proptest! {
-        #[test]
-        fn positions_round_trip(u in 0.001f32..0.999, v in 0.001f32..0.999) {
+    #[test]
+    fn positions_round_trip() {
+        let largest = Cell::new(0.0f32);
+        proptest!(|(u in 0.001f32..0.999, v in 0.001f32..0.999)| {
             let (u2, v2) = uv_from_direction(direction_from_uv(u, v) * 3.0);
-            prop_assert!((u - u2).abs() < 1e-4 && (v - v2).abs() < 1e-4);
-        }
+            let error = (u - u2).abs().max((v - v2).abs());
+            prop_assert!(error < 1e-4);
+            largest.set(largest.get().max(error));
+        });
+        shown!(Light, "Positions in a panorama to directions and back",
+            danger: "light lands beside its texel",
+            done: "one pair of functions serves everybody",
+            bound: "1e-4 of the panorama, also beside the poles",
+            measured: format!("{:.1e}", largest.get()));
     }
 }

@@ -199,7 +199,7 @@ impl EnvironmentWeights {
                 / total;
         }
         for (weight, placed) in weights.per_lamp.iter_mut().zip(&placed.per_lamp) {
-            *weight = std::array::from_fn(|c| weight[c] + placed[c]);
+            *weight = std::array::from_fn(|c| (weight[c] + placed[c]).min(f32::MAX));
         }
         weights
     }

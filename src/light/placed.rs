@@ -79,7 +79,7 @@ impl PlacedLight {
 
     /// The unit direction from the subject towards the light.
     pub fn direction(&self) -> glam::Vec3 {
-        let (sin_yaw, cos_yaw) = self.yaw_deg.to_radians().sin_cos();
+        let (sin_yaw, cos_yaw) = (self.yaw_deg % 360.0).to_radians().sin_cos();
         let (sin_pitch, cos_pitch) = self.pitch_deg.clamp(-90.0, 90.0).to_radians().sin_cos();
         glam::Vec3::new(cos_pitch * sin_yaw, sin_pitch, -cos_pitch * cos_yaw)
     }

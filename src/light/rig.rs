@@ -31,13 +31,20 @@ pub struct Rig {
 }
 
 impl Lamp {
+    /// The least energy that can be divided by: with less, an environment's energy of 10⁸ would need a weight beyond
+    /// what f32 holds.
+    const LEAST_ENERGY: f32 = 1e-30;
+
     /// Whether the lamp can be used: the ball shows it, in every channel. A lamp without light in one channel would
     /// need an infinite weight there.
     pub fn is_usable(&self) -> bool {
         self.confidence > 0.0
             && self.direction.is_finite()
             && self.direction.length_squared() > 0.0
-            && self.energy.iter().all(|e| e.is_finite() && *e > 0.0)
+            && self
+                .energy
+                .iter()
+                .all(|e| e.is_finite() && *e >= Self::LEAST_ENERGY)
     }
 }
 

@@ -337,7 +337,22 @@ impl Project {
     }
 
     /// Writes `project.toml`.
+    ///
+    /// # Errors
+    /// When it cannot be written, or a path in it is not text.
     pub fn save(&self) -> Result<()> {
+        let shoot = &self.settings.shoot;
+        let environments = self.settings.environments.iter();
+        let mut paths = environments.map(|one| &one.file).chain([&shoot.folder]);
+        if let Some(path) = paths.find(|path| path.to_str().is_none()) {
+            return Err(Error::invalid(
+                format!(
+                    "project.toml cannot hold the path {}, because it is not UTF-8",
+                    path.display()
+                ),
+                "Rename the file or folder",
+            ));
+        }
         save_toml(&self.root.join("project.toml"), &self.settings)
     }
 

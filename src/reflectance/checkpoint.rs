@@ -11,7 +11,7 @@ use super::unet::{Halved, UNet, UNetConfig};
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use burn::module::Module;
-use burn::store::ModuleRecord;
+use burn::store::{ModuleRecord, RecordError};
 use burn::tensor::{Bytes, Device};
 use project::save_toml;
 use serde::{Deserialize, Serialize};
@@ -232,10 +232,28 @@ fn remove_unnamed(folder: &Path, mut table: Table) {
     let named: Vec<&mut String> = table.names().collect();
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let file = entry.file_name().to_string_lossy().into_owned();
-        if file.ends_with(".bpk") && named.iter().all(|name| **name != file) {
+        if is_ours(&file) && named.iter().all(|name| **name != file) {
             // A leftover that cannot be removed only costs space.
             let _ = std::fs::remove_file(entry.path());
         }
+    }
+}
+
+/// Whether this is a name that this program gives weight files, such as `live-0001200-2.bpk`. What else is in the folder
+/// is a person's.
+fn is_ours(name: &str) -> bool {
+    let Some(stem) = name.strip_suffix(".bpk") else {
+        return false;
+    };
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    match stem.split('-').collect::<Vec<_>>()[..] {
+        [_] => name == STARTER_WEIGHTS,
+        [what, step, ref more @ ..] => {
+            ["weights", "average", "live", "optimizer"].contains(&what)
+                && digits(step)
+                && more.iter().all(|number| digits(number))
+        }
+        [] => false,
     }
 }
 
@@ -351,7 +369,12 @@ impl Table {
         let record = record.cast_to_module_dtype();
         let network = (self.info.network.init(0.5, device))
             .try_load_record(record)
-            .map_err(|e| refuse(&e))?;
+            .map_err(|e| match e {
+                RecordError::Validation(_) => {
+                    refuse(&"it holds a network of another shape than checkpoint.toml says")
+                }
+                RecordError::Io(problem) => refuse(&problem),
+            })?;
         if !network.is_finite() {
             return Err(refuse(&"it holds weights that are NaN or infinite"));
         }

@@ -162,3 +162,73 @@ fn a_checkpoint_of_the_same_step_does_not_touch_the_one_before() {
     load_training(folder.path(), &Device::flex()).unwrap();
     assert!(table_of(folder.path()).contains("[checksums]"));
 }
+
+#[test]
+fn weights_of_another_shape_are_told_in_words() {
+    let folder = saved();
+    let other = UNetConfig {
+        width: 16,
+        most_channels: 16,
+        ..info().network
+    };
+    let network = other.init(0.5, &Device::flex());
+    let weights = folder.path().join("weights-0000007.bpk");
+    std::fs::write(weights, &weight_bytes(&network).unwrap()[..]).unwrap();
+    let text = table_of(folder.path());
+    let (before, after) = text.split_once("[checksums]").unwrap();
+    let rest = &after[after.find("[info").unwrap()..];
+    std::fs::write(
+        folder.path().join("checkpoint.toml"),
+        format!("{before}{rest}"),
+    )
+    .unwrap();
+    let said = refused(folder.path());
+    assert!(
+        said.contains("weights-0000007.bpk") && said.contains("another shape"),
+        "{said}"
+    );
+    let differs = info().network.differences(&other);
+    assert_eq!(differs, "most_channels is 8, not 16; width is 8, not 16");
+    let deeper = UNetConfig {
+        depth: None,
+        ..info().network
+    };
+    assert_eq!(
+        info().network.differences(&deeper),
+        "depth is 2, not the default"
+    );
+    assert!(!said.contains(['{', '[']), "{said}");
+    test_support::shown!(
+        Network,
+        "Weights of another network",
+        danger: "the sentence prints the program's own structures",
+        done: "the sentence names the file; settings that differ are named as checkpoint.toml names them"
+    );
+}
+
+#[test]
+fn only_weights_that_training_wrote_are_removed() {
+    let folder = saved();
+    let at = |name: &str| folder.path().join(name);
+    let (old, mine) = (
+        ["weights.bpk", "live-0000003.bpk", "optimizer-0000007-2.bpk"],
+        [
+            "backup.bpk",
+            "live-best.bpk",
+            "weights-0000003-mine.bpk",
+            "live-0000003.bpk.txt",
+        ],
+    );
+    for name in old.iter().chain(&mine) {
+        std::fs::write(at(name), "").unwrap();
+    }
+    save_network(folder.path(), &info().network.init(0.5, &Device::flex()));
+    assert!(old.iter().all(|name| !at(name).exists()));
+    assert!(mine.iter().all(|name| at(name).exists()));
+    test_support::shown!(
+        Strangers,
+        "A person's own files in `checkpoint/`",
+        danger: "training removes every .bpk that its table does not name",
+        done: "it removes only files that are named as it names them"
+    );
+}

@@ -39,6 +39,8 @@ impl Preferences {
 
     /// Those in `file`, which need not exist.
     pub fn from_file(file: &Path) -> Self {
+        // What windows left when they were killed.
+        file.parent().into_iter().for_each(files::remove_left_over);
         let saved = match files::read_text(file, files::MOST_TEXT) {
             Err(e) if e.kind() == ErrorKind::NotFound => PreferencesFile::default(),
             text => {
@@ -72,6 +74,10 @@ impl Preferences {
     /// A project was opened.
     pub fn opened(&mut self, project: &Path) {
         let project = std::path::absolute(project).unwrap_or_else(|_| project.to_path_buf());
+        // The file holds text: a path that is none would keep all else from being saved.
+        if project.to_str().is_none() {
+            return;
+        }
         self.saved.recent.retain(|one| *one != project);
         self.saved.recent.insert(0, project);
         self.saved.recent.truncate(RECENT);
@@ -113,6 +119,14 @@ mod tests {
         assert_eq!(read.recent().len(), RECENT);
         assert!(read.recent()[0].ends_with("p3"));
         assert!(*read.layout() != Layout::default());
+
+        // A path that is no text would keep all from being saved.
+        #[cfg(unix)]
+        {
+            use std::os::unix::ffi::OsStrExt;
+            read.opened(Path::new(std::ffi::OsStr::from_bytes(b"/caf\xe9")));
+            assert!(read.recent()[0].ends_with("p3"));
+        }
 
         std::fs::write(&file, b"{ no settings").unwrap();
         assert!(Preferences::from_file(&file).saved == PreferencesFile::default());

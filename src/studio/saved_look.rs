@@ -47,11 +47,11 @@ impl SavedLook {
         }
     }
 
-    /// What is saved in a project; None if nothing is yet.
+    /// What is saved in a project; None if nothing is yet. `mine` says whether this window may write there.
     ///
     /// # Errors
-    /// When the file cannot be understood: it is renamed to `look.json.old`.
-    pub fn load(project: &Project) -> Result<Option<Self>> {
+    /// When the file cannot be understood: if it is `mine`, it is renamed to `look.json.old`.
+    pub fn load(project: &Project, mine: bool) -> Result<Option<Self>> {
         let path = Self::path(project);
         let text = match files::read_text(&path, files::MOST_TEXT) {
             Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
@@ -60,6 +60,10 @@ impl SavedLook {
         let read = text.and_then(|text| serde_json::from_str(&text).map_err(|e| e.to_string()));
         read.map(Some).map_err(|e| {
             let aside = path.with_extension("json.old");
+            if !mine {
+                let remedy = "It is left as it is, because this window only reads the project";
+                return Error::codec("understand the look in", path, e, remedy);
+            }
             // If it cannot be renamed, the next change overwrites it, and the error says so.
             let moved = std::fs::rename(&path, &aside);
             let remedy = match moved {
@@ -95,18 +99,23 @@ impl SavedLook {
     }
 }
 
+#[cfg(all(test, target_os = "linux"))]
+#[path = "saved_look_crash_tests.rs"]
+mod crash_tests;
+
 #[cfg(test)]
 mod tests {
     use super::super::command::{LookCommand, ViewCommand};
     use super::super::keyframed::Keyframed;
     use super::super::state::State;
     use super::*;
+    use test_support::small_disk::names;
 
     #[test]
     fn a_look_comes_back_and_a_broken_file_is_put_aside() {
         let folder = tempfile::tempdir().unwrap();
         let project = project::Project::without_shoot(folder.path());
-        assert_eq!(SavedLook::load(&project).unwrap(), None);
+        assert_eq!(SavedLook::load(&project, true).unwrap(), None);
         let mut state = State::new(10, 24.0);
         state.change(LookCommand::Yaw(40.0));
         state.change(LookCommand::Exposure(-1.5));
@@ -114,7 +123,7 @@ mod tests {
         let kept = SavedLook::of(&state.look);
         std::fs::write(SavedLook::path(&project), kept.text()).unwrap();
         let mut other = State::new(10, 24.0);
-        let read = SavedLook::load(&project).unwrap().unwrap();
+        let read = SavedLook::load(&project, true).unwrap().unwrap();
         read.apply(&mut other.look);
         assert_eq!(other.look, state.look);
 
@@ -126,14 +135,27 @@ mod tests {
         assert_eq!(other.look.yaw_deg, 40.0);
 
         std::fs::write(SavedLook::path(&project), "{\"exposure_stops\": 99}").unwrap();
-        let read = SavedLook::load(&project).unwrap().unwrap();
+        let read = SavedLook::load(&project, true).unwrap().unwrap();
         read.apply(&mut other.look);
         assert_eq!((other.look.exposure_stops, other.look.yaw_deg), (10.0, 0.0));
 
         std::fs::write(SavedLook::path(&project), "half a f").unwrap();
-        let said = SavedLook::load(&project).unwrap_err().to_string();
+        // Another window's file stays where it is.
+        let said = SavedLook::load(&project, false).unwrap_err().to_string();
+        assert!(
+            said.contains("look.json") && !said.contains(".old"),
+            "{said}"
+        );
+        assert_eq!(names(folder.path()), ["look.json"]);
+        let said = SavedLook::load(&project, true).unwrap_err().to_string();
         assert!(said.contains("look.json.old"), "{said}");
         let aside = folder.path().join("look.json.old");
         assert_eq!(std::fs::read_to_string(aside).unwrap(), "half a f");
+        test_support::shown!(
+            Accidents,
+            "`look.json` that cannot be understood",
+            danger: "a second window, which only reads, renames a file that another window writes",
+            done: "only the window that may write puts it aside; any other leaves it and says so"
+        );
     }
 }

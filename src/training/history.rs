@@ -134,7 +134,7 @@ fn point(fields: &[&str]) -> Option<LossPoint> {
     })
 }
 
-/// Letters of a line, far more than any of ours has. What follows a longer one is not read.
+/// Bytes of a line that is read.
 const LONGEST_LINE: u64 = 4096;
 
 /// Passes the fields of each complete line to `take`; a missing file has no lines.
@@ -151,9 +151,9 @@ fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
     let mut line = Vec::new();
     loop {
         line.clear();
-        (lines.by_ref().take(LONGEST_LINE))
-            .read_until(b'\n', &mut line)
-            .map_err(fail)?;
+        // What is longer is no line of ours, and may have no end.
+        let mut one = lines.by_ref().take(LONGEST_LINE);
+        one.read_until(b'\n', &mut line).map_err(fail)?;
         if line.pop() != Some(b'\n') {
             return Ok(());
         }
@@ -212,6 +212,34 @@ mod tests {
         assert_eq!(steps, (1..=30).collect::<Vec<_>>());
         history.push(point(1));
         assert_eq!(history.points(), [point(1)]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_log_without_an_end_is_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("training.csv");
+        std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+        let said = History::read(folder.path()).unwrap_err().to_string();
+        assert!(
+            said.contains("training.csv") && said.contains("device"),
+            "{said}"
+        );
+        std::fs::remove_file(&path).unwrap();
+        let step = "1,0.250,0.5,0.25,1e-3,2.5,true";
+        let endless = "9".repeat(1 << 20);
+        std::fs::write(
+            &path,
+            format!("{STEPS_HEADER}\n{step}\n{endless}\n{step}\n"),
+        )
+        .unwrap();
+        assert_eq!(History::read(folder.path()).unwrap().points().len(), 1);
+        test_support::shown!(
+            Strangers,
+            "`training.csv` is a device, or has a line without an end",
+            danger: "the window waits for ever, or memory fills up",
+            done: "only files are read, and lines of up to 4096 bytes",
+        );
     }
 
     #[test]

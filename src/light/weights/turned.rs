@@ -3,14 +3,17 @@
 use super::super::Environment;
 use super::super::latlong::{texel_direction, texel_solid_angle, uv_from_direction};
 use super::{LightWeights, Partition, add};
-use glam::Quat;
+use glam::{DQuat, Quat};
 
 /// The turn of an environment by yaw, then pitch, then roll, in degrees, as the camera sees what is behind
-/// the subject: positive yaw moves it to the right, pitch up, roll counter-clockwise.
+/// the subject: positive yaw moves it to the right, pitch up, roll counter-clockwise. Whole turns change no bit.
 pub fn rotation(yaw_deg: f32, pitch_deg: f32, roll_deg: f32) -> Quat {
-    Quat::from_rotation_z(roll_deg.to_radians())
-        * Quat::from_rotation_x(pitch_deg.to_radians())
-        * Quat::from_rotation_y(-yaw_deg.to_radians())
+    // In degrees whole turns are taken off exactly; in radians 10⁶ of them would leave an error of 14°.
+    let [yaw, pitch, roll] =
+        [yaw_deg, pitch_deg, roll_deg].map(|a| f64::from(a).rem_euclid(360.0).to_radians());
+    let turn =
+        DQuat::from_rotation_z(roll) * DQuat::from_rotation_x(pitch) * DQuat::from_rotation_y(-yaw);
+    turn.as_quat()
 }
 
 impl Partition {

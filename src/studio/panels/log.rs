@@ -1,18 +1,30 @@
-//! The log: messages of jobs, and errors with what to do about them, to read again and to copy.
+//! The log: messages of jobs, and errors with what to do about them, to read again and to copy. Beside it the hard
+//! cases that are tested.
 
 use crate::command::{Command, WindowCommand};
 use crate::icons;
 use crate::panel_context::PanelContext;
+use crate::panels::hard_cases::hard_cases_ui;
 use crate::status::Severity;
 use crate::theme;
 use egui::{RichText, ScrollArea, Ui};
 
-/// The panel has no state of its own.
 #[derive(Default)]
-pub struct LogPanel;
+pub struct LogPanel {
+    /// Hard cases are shown, not messages.
+    hard_cases: bool,
+}
 
 impl LogPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        ui.horizontal(|ui| {
+            for (is_hard_cases, name) in [(false, "Messages"), (true, "Hard cases")] {
+                ui.selectable_value(&mut self.hard_cases, is_hard_cases, name);
+            }
+        });
+        if self.hard_cases {
+            return hard_cases_ui(ui);
+        }
         let lines = &context.status.log;
         if lines.is_empty() {
             ui.label(RichText::new("No messages yet").color(theme::QUIET));

@@ -7,6 +7,7 @@ mod export;
 mod footage;
 mod front;
 mod gamma;
+mod hard_cases;
 mod job;
 mod light;
 mod log;
