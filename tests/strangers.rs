@@ -298,7 +298,7 @@ fn a_look_and_preferences_of_any_content_are_used_or_put_aside() {
     let first = fuzz::run!(
         Target::of_text("look", SavedLook::path(&project), seeds),
         |_: &Path| {
-            let read = SavedLook::load(&project).map_err(|e| e.to_string())?;
+            let read = SavedLook::load(&project, true).map_err(|e| e.to_string())?;
             let mut state = State::new(10, 24.0);
             read.unwrap().apply(&mut state.look);
             assert!(state.look.yaw_deg.is_finite() && state.look.exposure_stops.is_finite());
