@@ -205,8 +205,9 @@ impl Shoot {
         let mut names = (self.poses.iter())
             .chain(self.all_lamps())
             .chain(&self.frames);
-        if let Some(name) = names.find(|name| !files::is_bare(name)) {
-            let problem = format!("{name:?} is not the name of a pose, lamp or frame");
+        // File systems have no longer ones.
+        if let Some(name) = names.find(|name| !files::is_bare(name) || name.len() > 255) {
+            let problem = format!("{name:.300?} is not the name of a pose, lamp or frame");
             return Err(Error::invalid(problem, CORRECT));
         }
         self.ball.check()?;

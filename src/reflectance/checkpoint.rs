@@ -339,7 +339,17 @@ fn table(folder: &Path) -> Result<Table> {
         let problem = format!("{name:?} is not the name of a file beside it");
         return Err(Error::codec("read", &path, problem, REMEDY));
     }
-    table.info.network.check()?;
+    let info = &table.info;
+    (info.network.check()).map_err(|e| e.within(&path))?;
+    let is_time = info.seconds >= 0.0 && info.seconds.is_finite();
+    let is_scale = info.scale > 0.0 && info.scale.is_finite();
+    if !(is_time && is_scale) {
+        let problem = format!(
+            "`seconds` is {} and `scale` is {}; both must be finite, and `scale` above 0",
+            info.seconds, info.scale
+        );
+        return Err(Error::codec("read", &path, problem, REMEDY));
+    }
     Ok(table)
 }
 
@@ -364,7 +374,17 @@ impl Table {
 
     fn network(&self, folder: &Path, name: &str, device: &Device) -> Result<UNet> {
         let refuse = |e: &dyn std::fmt::Display| Error::codec("read", folder.join(name), e, REMEDY);
-        let record = ModuleRecord::from_bytes(self.read(folder, name)?).map_err(|e| refuse(&e))?;
+        let bytes = self.read(folder, name)?;
+        // Before memory is taken for the network: half floats are the smallest that are written.
+        let weights = self.info.network.cost().parameters;
+        if (bytes.len() as u64) < 2 * weights {
+            let problem = format!(
+                "checkpoint.toml describes a network of {weights} weights, and this file has only {} bytes",
+                bytes.len()
+            );
+            return Err(refuse(&problem));
+        }
+        let record = ModuleRecord::from_bytes(bytes).map_err(|e| refuse(&e))?;
         let record = record.cast_to_module_dtype();
         let network = (self.info.network.init(0.5, device))
             .try_load_record(record)

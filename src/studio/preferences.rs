@@ -2,8 +2,9 @@
 
 use super::layout::Layout;
 use super::saver::Saver;
-use base::files::remove_left_over;
+use base::files;
 use serde::{Deserialize, Serialize};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Number of recent projects.
@@ -39,15 +40,18 @@ impl Preferences {
     /// Those in `file`, which need not exist.
     pub fn from_file(file: &Path) -> Self {
         // What windows left when they were killed.
-        file.parent().into_iter().for_each(remove_left_over);
-        let saved = std::fs::read(file).ok().map(|bytes| {
-            serde_json::from_slice(&bytes).unwrap_or_else(|_| {
-                // It is kept for the person to look at, if it can be renamed.
-                let _ = std::fs::rename(file, file.with_extension("json.old"));
-                PreferencesFile::default()
-            })
-        });
-        let PreferencesFile { recent, layout } = saved.unwrap_or_default();
+        file.parent().into_iter().for_each(files::remove_left_over);
+        let saved = match files::read_text(file, files::MOST_TEXT) {
+            Err(e) if e.kind() == ErrorKind::NotFound => PreferencesFile::default(),
+            text => {
+                (text.ok().and_then(|text| serde_json::from_str(&text).ok())).unwrap_or_else(|| {
+                    // It is kept for the person to look at, if it can be renamed.
+                    let _ = std::fs::rename(file, file.with_extension("json.old"));
+                    PreferencesFile::default()
+                })
+            }
+        };
+        let PreferencesFile { recent, layout } = saved;
         Self {
             saved: PreferencesFile {
                 recent,

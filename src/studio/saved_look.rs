@@ -2,11 +2,13 @@
 
 use super::look::LookSettings;
 use base::error::{Error, Result};
+use base::files;
 use light::Lighting;
 use light::keyframes::Keyframes;
 use project::Project;
 use scene::{Background, Effects};
 use serde::{Deserialize, Serialize};
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// What of a look is saved. A file may leave anything out: it is as in a new window then.
@@ -51,10 +53,13 @@ impl SavedLook {
     /// When the file cannot be understood: if it is `mine`, it is renamed to `look.json.old`.
     pub fn load(project: &Project, mine: bool) -> Result<Option<Self>> {
         let path = Self::path(project);
-        let Ok(bytes) = std::fs::read(&path) else {
-            return Ok(None);
+        let parsed = match files::read_text(&path, files::MOST_TEXT) {
+            Ok(text) => serde_json::from_str(&text).map_err(|e| e.to_string()),
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+            // It cannot be read, holds no text or far too much, or is no file at all.
+            Err(e) => Err(e.to_string()),
         };
-        serde_json::from_slice(&bytes).map(Some).map_err(|e| {
+        parsed.map(Some).map_err(|e| {
             let aside = path.with_extension("json.old");
             if !mine {
                 let remedy = "It is left as it is, because this window only reads the project";
@@ -147,6 +152,14 @@ mod tests {
         assert!(said.contains("look.json.old"), "{said}");
         let aside = folder.path().join("look.json.old");
         assert_eq!(std::fs::read_to_string(aside).unwrap(), "half a f");
+        // What has no end is put aside too.
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("/dev/zero", SavedLook::path(&project)).unwrap();
+            let said = SavedLook::load(&project, true).unwrap_err().to_string();
+            assert!(said.contains("device"), "{said}");
+            assert_eq!(names(folder.path()), ["look.json.old"]);
+        }
         test_support::shown!(
             Accidents,
             "`look.json` that cannot be understood",

@@ -84,7 +84,10 @@ impl History {
         whole_lines(&root.join(STEPS), |fields| {
             if let Some(mut point) = point(fields) {
                 point.held_out_db = judged.get(&point.step).copied();
-                if pace.back().is_some_and(|&(step, _)| point.step != step + 1) {
+                if pace
+                    .back()
+                    .is_some_and(|&(step, _)| point.step.checked_sub(1) != Some(step))
+                {
                     pace.clear();
                 }
                 pace.push_back((point.step, point.seconds));
@@ -124,7 +127,7 @@ fn point(fields: &[&str]) -> Option<LossPoint> {
     let loss = |text: &str| text.parse::<f32>().ok().filter(|loss| loss.is_finite());
     Some(LossPoint {
         step: step.parse().ok()?,
-        seconds: seconds.parse().ok()?,
+        seconds: (seconds.parse().ok()).filter(|s: &f64| s.is_finite())?,
         reconstruction: loss(reconstruction),
         rendering: loss(rendering),
         held_out_db: None,
