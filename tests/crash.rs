@@ -12,6 +12,8 @@ mod hanging;
 mod import;
 #[path = "crash/killed.rs"]
 mod killed;
+#[path = "crash/odd.rs"]
+mod odd;
 #[path = "crash/shared.rs"]
 mod shared;
 

@@ -50,7 +50,7 @@ pub struct HeldOut {
     pub decibels: f32,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(PartialEq, Serialize, Deserialize)]
 struct Table {
     weights: String,
     average_weights: Option<String>,
@@ -276,9 +276,10 @@ pub fn info(folder: &Path) -> Result<CheckpointInfo> {
 
 /// Loads the network of the checkpoint in `folder` for prediction.
 pub fn load(folder: &Path, device: &Device) -> Result<(CheckpointInfo, UNet)> {
-    let table = table(folder)?;
-    let network = table.network(folder, &table.weights, device)?;
-    Ok((table.info, network))
+    read_whole(folder, |table| {
+        let network = table.network(folder, &table.weights, device)?;
+        Ok((table.info.clone(), network))
+    })
 }
 
 /// Everything that training needs to continue.
@@ -296,18 +297,36 @@ pub struct Resumed {
 
 /// Loads what training needs to continue from the checkpoint in `folder`.
 pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
-    let table = table(folder)?;
-    let live = table.live_weights.as_ref().unwrap_or(&table.weights);
-    let average = table.average_weights.as_ref().unwrap_or(&table.weights);
-    Ok(Resumed {
-        best: table.network(folder, &table.weights, device)?,
-        average: table.network(folder, average, device)?,
-        live: table.network(folder, live, &device.clone().autodiff())?,
-        optimizer: (table.optimizer.as_ref())
-            .map(|name| table.read(folder, name))
-            .transpose()?,
-        info: table.info,
+    read_whole(folder, |table| {
+        let live = table.live_weights.as_ref().unwrap_or(&table.weights);
+        let average = table.average_weights.as_ref().unwrap_or(&table.weights);
+        Ok(Resumed {
+            best: table.network(folder, &table.weights, device)?,
+            average: table.network(folder, average, device)?,
+            live: table.network(folder, live, &device.clone().autodiff())?,
+            optimizer: (table.optimizer.as_ref())
+                .map(|name| table.read(folder, name))
+                .transpose()?,
+            info: table.info.clone(),
+        })
     })
+}
+
+/// What `read` makes of the folder's table and its files. A training in another process may replace both meanwhile: then
+/// the new ones are read.
+fn read_whole<T>(folder: &Path, read: impl Fn(&Table) -> Result<T>) -> Result<T> {
+    let mut found = table(folder)?;
+    loop {
+        let failed = match read(&found) {
+            Err(e) => e,
+            read => return read,
+        };
+        let now = table(folder)?;
+        if now == found {
+            return Err(failed);
+        }
+        found = now;
+    }
 }
 
 fn table(folder: &Path) -> Result<Table> {

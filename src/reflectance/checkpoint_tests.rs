@@ -232,3 +232,39 @@ fn only_weights_that_training_wrote_are_removed() {
         done: "it removes only files that are named as it names them"
     );
 }
+
+#[test]
+fn a_checkpoint_is_read_whole_while_another_program_replaces_it() {
+    let folder = saved();
+    let over = std::sync::atomic::AtomicBool::new(false);
+    let is_over = || over.load(std::sync::atomic::Ordering::Relaxed);
+    let (saves, reads) = std::thread::scope(|threads| {
+        let saving = threads.spawn(|| {
+            let network = info().network.init(0.5, &Device::flex());
+            let mut saves = 0;
+            while !is_over() {
+                save_network(folder.path(), &network);
+                saves += 1;
+            }
+            saves
+        });
+        let mut reads = 0;
+        let failed = (0..300).find_map(|_| {
+            reads += 1;
+            let resumed = load_training(folder.path(), &Device::flex());
+            resumed.and(load(folder.path(), &Device::flex())).err()
+        });
+        over.store(true, std::sync::atomic::Ordering::Relaxed);
+        let saves: u32 = saving.join().unwrap();
+        assert!(failed.is_none(), "{failed:?} at read {reads}");
+        (saves, reads)
+    });
+    test_support::shown!(
+        Accidents,
+        "A network is read while training saves the next one",
+        danger: "the weights that the table names are gone when they are opened",
+        done: "if the table changed meanwhile, the new one is read",
+        bound: "no read fails",
+        measured: format!("{reads} reads beside {saves} saves")
+    );
+}
