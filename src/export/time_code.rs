@@ -73,6 +73,8 @@ mod tests {
         assert_eq!(said(1799, 29.97), "00:00:59:29");
         assert_eq!(said(25 * 86_400, 25.0), "00:00:00:00");
         assert_eq!(said(3, 0.01), "00:00:03:00");
+        test_support::shown!(Pictures, "Time codes of a day and of 0.01 frames a second", danger: "hours beyond 24, a division by 0",
+ done: "days are taken off; the rate is rounded to 1 at least", bound: "as on a slate", measured: "holds");
     }
 
     #[test]
