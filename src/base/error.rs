@@ -12,7 +12,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system refused to read, write, move or start something.
-    #[error("cannot {action} {}: {source}. {remedy}", path.display())]
+    #[error("cannot {action} {}: {source}. {remedy}", shown(&path.to_string_lossy()))]
     Io {
         action: &'static str,
         path: PathBuf,
@@ -20,7 +20,7 @@ pub enum Error {
         remedy: String,
     },
     /// A file could not be decoded or encoded: it is damaged, of another kind, or of another version.
-    #[error("cannot {action} {}: {cause}. {remedy}", path.display())]
+    #[error("cannot {action} {}: {cause}. {remedy}", shown(&path.to_string_lossy()))]
     Codec {
         action: &'static str,
         path: PathBuf,
@@ -225,6 +225,9 @@ mod tests {
             assert!(sentence.chars().count() < 1100 && sentence.ends_with("…. Check it"));
             assert!(!sentence.contains(char::is_control), "{sentence}");
         }
+        let path = Path::new(&hostile).join("a");
+        let error = Error::io("open", path, io::ErrorKind::NotFound.into(), "Check it");
+        assert!(!error.to_string().contains(char::is_control));
         test_support::shown!(Strangers, "A file's words in an error",
             danger: "pages of it, or characters that steer the terminal",
             done: "the first 1000 letters are shown, control characters replaced");

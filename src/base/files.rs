@@ -13,6 +13,8 @@ use tempfile::NamedTempFile;
 
 /// The end of the names of files that are being written.
 const UNFINISHED: &str = ".afterlight";
+/// Random letters and digits in those names.
+const RANDOM: usize = 6;
 /// A file that is younger may be about to be locked by its writer.
 const YOUNG: Duration = Duration::from_secs(10);
 /// Where files cannot be locked, an unfinished one that was not written for so long is left over.
@@ -124,17 +126,25 @@ impl Unfinished {
     /// file is [not left over](remove_left_over).
     ///
     /// # Errors
-    /// When the folder cannot be written.
+    /// When the folder cannot be written, and when `path` is, or leads to, anything but a file: a device would be replaced.
     pub fn beside(path: &Path) -> io::Result<Self> {
         let name = path.file_name().ok_or(ErrorKind::InvalidFilename)?;
+        if let Ok(data) = std::fs::metadata(path)
+            && !data.is_file()
+        {
+            return Err(not_a_file(data.file_type()));
+        }
         let folder = folder_of(path);
-        std::fs::create_dir_all(folder)?;
+        std::fs::create_dir_all(folder).map_err(|e| match e.kind() {
+            ErrorKind::AlreadyExists => ErrorKind::NotADirectory.into(),
+            _ => e,
+        })?;
         let mut start = std::ffi::OsString::from(".");
         // Names may be as long as the file system allows.
         start.push(OsStr::new(&*shortened(&name.to_string_lossy())));
         start.push(".");
         let mut builder = tempfile::Builder::new();
-        builder.prefix(&start).suffix(UNFINISHED);
+        (builder.prefix(&start).suffix(UNFINISHED)).rand_bytes(RANDOM);
         #[cfg(unix)]
         {
             // As any new file, not as a secret one.
@@ -203,12 +213,18 @@ pub fn remove_left_over(folder: &Path) {
     }
 }
 
-/// Files of a folder that are being written, or were left so.
+/// Files of a folder that are being written, or were left so: `.NAME.RANDOM.afterlight`, as [`Unfinished::beside`] names
+/// them. A person's `.notes.afterlight` is none.
 fn unfinished(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let is_ours = |name: &OsStr| {
         let name = name.to_string_lossy();
-        name.starts_with('.') && name.ends_with(UNFINISHED) && name.len() > UNFINISHED.len()
+        let inner = name
+            .strip_prefix('.')
+            .and_then(|name| name.strip_suffix(UNFINISHED));
+        (inner.and_then(|inner| inner.rsplit_once('.'))).is_some_and(|(_, random)| {
+            random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric())
+        })
     };
     entries
         .filter(|entry| is_ours(&entry.file_name()))
@@ -261,8 +277,16 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("big.bin");
         let living = Unfinished::beside(&path).unwrap();
-        let dead = folder.path().join(format!(".big.bin.x1{UNFINISHED}"));
-        let others = [".big.bin.x2", "big.afterlight", UNFINISHED].map(|n| folder.path().join(n));
+        let dead = folder.path().join(format!(".big.bin.x1y2z3{UNFINISHED}"));
+        let others = [
+            ".big.bin.x2",
+            "big.afterlight",
+            UNFINISHED,
+            ".notes.afterlight",
+            ".my.notes.afterlight",
+            "a.abcdef.afterlight",
+        ]
+        .map(|name| folder.path().join(name));
         let long_ago = SystemTime::now() - 2 * YOUNG;
         let age = |path: &Path| {
             let file = OpenOptions::new().write(true).open(path).unwrap();
@@ -312,11 +336,25 @@ mod tests {
         assert!(!at("gone").exists());
         assert_eq!(std::fs::read_to_string(at("file")).unwrap(), "text");
         open_own(&at("new"), &options).unwrap();
+        // A device is not replaced by what is written, nor is a link to one.
+        let device = Path::new("/dev/full");
+        for path in [device, &at("zeros"), folder.path()] {
+            let before = std::fs::symlink_metadata(path).unwrap().file_type();
+            let said = write_beside(path, |_| Ok(())).unwrap_err().to_string();
+            assert!(said.contains("this is"), "{said}");
+            assert_eq!(std::fs::symlink_metadata(path).unwrap().file_type(), before);
+        }
         test_support::shown!(
             Strangers,
             "A picture is a device, a pipe or a folder",
             danger: "`/dev/zero` fills the memory, a pipe is waited for for ever",
             done: "only files are opened",
+        );
+        test_support::shown!(
+            Surroundings,
+            "A picture or report is to be written to a device",
+            danger: "the system's device is replaced by a file",
+            done: "only files are replaced",
         );
     }
 

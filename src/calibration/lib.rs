@@ -367,7 +367,9 @@ impl Calibration {
             && found
                 .iter()
                 .all(|lamp| lamp.direction.is_normalized() && lamp.energy.iter().all(is_light));
-        if !sound {
+        let light = calibration.interview_light().into_iter();
+        let mut light = light.chain(calibration.learnt_light()).flatten();
+        if !sound || !light.all(|v| v.is_finite()) {
             return refuse(
                 "has a weight or energy that is negative, NaN or infinite, or a direction that is not of unit length"
                     .into(),

@@ -56,12 +56,16 @@ impl MirrorBall {
             && ball.radius_m > 0.0
             && is_beyond(ball.camera_distance_m)
             && dome_radius_m.is_none_or(is_beyond);
+        let [x, y] = ball.center_px;
         if !possible {
+            let dome = dome_radius_m.map_or(String::new(), |metres| format!(", dome {metres} m"));
             return Err(Error::invalid(
                 format!(
-                    "the mirror ball in project.toml is impossible ({ball:?}, dome {dome_radius_m:?}): its radius must \
-                     be more than one pixel and at most {LARGEST} times the longer side of the photograph of \
-                     {width} × {height} pixels, and the ball smaller than the dome and the camera's distance"
+                    "the mirror ball in project.toml is impossible (centre {x}, {y}, radius {} pixels or {} m, camera {} m \
+                     away{dome}): its radius must be more than one pixel and at most {LARGEST} times the longer side of \
+                     the photograph of {width} × {height} pixels, and the ball smaller than the dome and the camera's \
+                     distance",
+                    ball.radius_px, ball.radius_m, ball.camera_distance_m
                 ),
                 "Correct the ball's centre, radius and camera distance, and the dome's radius",
             ));
@@ -98,9 +102,9 @@ impl MirrorBall {
         if pixels.is_empty() {
             return Err(Error::invalid(
                 format!(
-                    "the mirror ball in project.toml, centre {:?} and radius {} pixels, is not within the photograph \
+                    "the mirror ball in project.toml, centre {x}, {y} and radius {} pixels, is not within the photograph \
                      of {width} × {height} pixels",
-                    ball.center_px, ball.radius_px
+                    ball.radius_px
                 ),
                 "Correct the ball's centre and radius",
             ));

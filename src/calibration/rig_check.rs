@@ -4,10 +4,12 @@ mod layout;
 
 use super::median::median;
 use base::error::{Error, Result};
+use base::files;
 use glam::Vec3;
 use imaging::color::luminance;
 use light::{Lamp, Rig};
 use serde::{Deserialize, Serialize};
+use std::io::Read;
 use std::path::PathBuf;
 
 /// What can be wrong with lamps.
@@ -162,7 +164,10 @@ pub fn same_pictures(paths: &[PathBuf]) -> Result<Vec<Vec<usize>>> {
     for candidates in of_length.into_values().filter(|c| c.len() > 1) {
         let mut of_content = std::collections::BTreeMap::<Vec<u8>, Vec<usize>>::new();
         for i in candidates {
-            let bytes = std::fs::read(&paths[i]).map_err(|e| refuse(&paths[i], e))?;
+            let mut bytes = Vec::new();
+            files::open(&paths[i])
+                .and_then(|mut file| file.read_to_end(&mut bytes))
+                .map_err(|e| refuse(&paths[i], e))?;
             of_content.entry(bytes).or_default().push(i);
         }
         groups.extend(of_content.into_values().filter(|same| same.len() > 1));

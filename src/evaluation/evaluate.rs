@@ -3,7 +3,7 @@
 use super::display::{display_gain, display_picture};
 use super::{Method, Row, Scores, Truth, excluded_check, markdown, score};
 use base::error::{Error, Result};
-use base::files::write_beside;
+use base::files::{self, write_beside};
 use base::progress::Progress;
 use calibration::Calibration;
 use export::{Tile, contact_sheet};
@@ -153,7 +153,7 @@ fn row<'a>(scores: &'a Scores, trained: &'a str) -> Row<'a> {
 
 /// Replaces the section headed `## title` of a Markdown file, or adds it at the end.
 fn write_section(path: &Path, title: &str, table: &str) -> Result<()> {
-    let old = match std::fs::read_to_string(path) {
+    let old = match files::read_text(path, files::MOST_TEXT) {
         Ok(text) => text,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
         Err(e) => return Err(Error::io("open", path, e, "Check that it is a text file")),

@@ -1,19 +1,16 @@
 //! A movie, encoded by the system's ffmpeg as a child process that reads raw frames.
 
+use super::encoder::{Encoder, PATIENCE, Unanswered};
 use super::rational_rate;
 use super::still::{no_display, no_light, straight, word_from_unit};
 use super::time_code::TimeCode;
 use base::error::{Error, Result};
 use base::files::Unfinished;
+use base::progress::Progress;
 use compositor::Picture;
 use imaging::color::byte_from_unit;
-use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::thread::JoinHandle;
-
-/// How much of ffmpeg's complaints is kept.
-const TAIL: usize = 2000;
+use std::time::Duration;
 
 /// Writes a movie frame by frame. `.mp4` is H.264 for review; `.mov` is ProRes 4444 with straight alpha.
 /// Both are tagged Rec.709. The file appears under its name when [`ClipWriter::finish`] has returned;
@@ -21,13 +18,12 @@ const TAIL: usize = 2000;
 #[derive(Debug)]
 pub struct ClipWriter {
     path: PathBuf,
+    // In this order: ffmpeg has ended when its file is removed.
+    encoder: Encoder,
     /// What ffmpeg writes; `None` once it has its name.
     unfinished: Option<Unfinished>,
     size: (usize, usize),
     alpha: bool,
-    child: Child,
-    frames: Option<ChildStdin>,
-    complaints: Option<JoinHandle<String>>,
 }
 
 impl ClipWriter {
@@ -43,11 +39,11 @@ impl ClipWriter {
         frame_rate: f64,
         first: usize,
     ) -> Result<Self> {
-        Self::create_with("ffmpeg", path, size, frame_rate, first)
+        Self::create_with(("ffmpeg", PATIENCE), path, size, frame_rate, first)
     }
 
     fn create_with(
-        program: &str,
+        (program, patience): (&str, Duration),
         path: &Path,
         (width, height): (usize, usize),
         frame_rate: f64,
@@ -75,41 +71,27 @@ impl ClipWriter {
         let alpha = path
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("mov"));
-        let mut child = Command::new(program)
-            .args(arguments((width, height), frame_rate, first, alpha))
-            // Without the scheme a colon in the name would be read as one.
-            .arg({
-                let mut file = std::ffi::OsString::from("file:");
-                file.push(unfinished.path());
-                file
-            })
-            .stdin(Stdio::piped())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .map_err(|e| {
-                let remedy = "Movies need ffmpeg: install it (apt install ffmpeg) or write stills, such as out.%04d.png";
-                Error::io("start ffmpeg for", path, e, remedy)
-            })?;
-        let stderr = child.stderr.take();
-        // Read while frames are written: a full pipe of complaints would stop ffmpeg for good.
-        let complaints = std::thread::spawn(move || stderr.map(tail).unwrap_or_default());
+        let line = arguments((width, height), frame_rate, first, alpha);
+        let output = unfinished.path().to_path_buf();
+        let encoder = Encoder::start(program, line, output, patience).map_err(|e| {
+            let remedy = "Movies need ffmpeg: install it (apt install ffmpeg) or write stills, such as out.%04d.png";
+            Error::io("start ffmpeg for", path, e, remedy)
+        })?;
         Ok(Self {
             path: path.to_path_buf(),
+            encoder,
             unfinished: Some(unfinished),
             size: (width, height),
             alpha,
-            frames: child.stdin.take(),
-            child,
-            complaints: Some(complaints),
         })
     }
 
     /// Adds a frame.
     ///
     /// # Errors
-    /// When the picture has another size or no display codes, or ffmpeg has stopped.
-    pub fn push(&mut self, picture: &Picture) -> Result<()> {
+    /// When the picture has another size or no display codes, ffmpeg has stopped or does not answer, or a stop was asked
+    /// for.
+    pub fn push(&mut self, picture: &Picture, progress: &Progress) -> Result<()> {
         if picture.alpha.size() != self.size {
             let say = |(w, h): (usize, usize)| format!("{w} × {h} pixels");
             return Err(Error::invalid(
@@ -140,22 +122,26 @@ impl ClipWriter {
                 .collect();
             padded(&pixels, self.size).flatten().collect()
         };
-        match self.frames.as_mut().map(|frames| frames.write_all(&bytes)) {
-            Some(Ok(())) => Ok(()),
+        match self.encoder.feed(bytes, progress) {
+            Ok(()) => Ok(()),
             // A closed pipe says nothing: the reason is among ffmpeg's own words.
-            _ => Err(self.failure()),
+            Err(Unanswered::Io(_)) => Err(match self.encoder.end(progress) {
+                Ok(status) => self.failure(&format!("ffmpeg ended with {status}")),
+                Err(why) => self.unanswered(&why),
+            }),
+            Err(why) => Err(self.unanswered(&why)),
         }
     }
 
     /// Ends the movie and gives it its name.
     ///
     /// # Errors
-    /// When ffmpeg fails; then there is no file.
-    pub fn finish(mut self) -> Result<()> {
-        drop(self.frames.take());
-        match self.child.wait() {
+    /// When ffmpeg fails or does not end, or a stop was asked for; then there is no file.
+    pub fn finish(mut self, progress: &Progress) -> Result<()> {
+        match self.encoder.end(progress) {
             Ok(status) if status.success() => (),
-            _ => return Err(self.failure()),
+            Ok(status) => return Err(self.failure(&format!("ffmpeg ended with {status}"))),
+            Err(why) => return Err(self.unanswered(&why)),
         }
         let unfinished = self.unfinished.take();
         unfinished
@@ -170,40 +156,47 @@ impl ClipWriter {
             })
     }
 
-    /// The error that ffmpeg explains.
-    fn failure(&mut self) -> Error {
-        drop(self.frames.take());
-        // It ends by itself once its input is closed; one that has ended cannot be waited for twice.
-        let status = self
-            .child
-            .wait()
-            .map_or_else(|e| e.to_string(), |s| s.to_string());
-        let said = self
-            .complaints
-            .take()
-            .and_then(|thread| thread.join().ok())
-            .unwrap_or_default();
-        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-        let cause = if said.is_empty() {
-            format!("ffmpeg ended with {status}")
-        } else {
-            format!("ffmpeg says: {said}")
+    /// The error of an ffmpeg that did not answer, which is killed.
+    fn unanswered(&mut self, why: &Unanswered) -> Error {
+        self.encoder.kill();
+        match why {
+            Unanswered::Stopped => Error::Cancelled {
+                kept: "no movie was written".to_owned(),
+            },
+            Unanswered::Hung(patience) => self.failure(&format!(
+                "ffmpeg neither took a frame nor wrote anything for {} s and was ended",
+                patience.as_secs()
+            )),
+            Unanswered::Io(e) => self.failure(&format!("ffmpeg cannot be waited for: {e}")),
+        }
+    }
+
+    /// The error of an ffmpeg that has ended, as it explains it itself, if it does.
+    fn failure(&self, ending: &str) -> Error {
+        let said = self.encoder.complaints();
+        let cause = match &*said {
+            "" => ending.to_owned(),
+            _ => format!("{ending}. ffmpeg says: {said}"),
         };
-        let remedy = if cause.contains("No space left") {
-            "Make room on the disk, or write to another one"
-        } else {
-            "Check that this ffmpeg can encode H.264 and ProRes, or write stills"
-        };
-        Error::codec("write", &self.path, cause, remedy)
+        Error::codec("write", &self.path, cause, remedy(&said))
     }
 }
 
-impl Drop for ClipWriter {
-    fn drop(&mut self) {
-        // After `finish` the child has ended: then these find nothing to do. The unfinished file goes with this.
-        drop(self.frames.take());
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+/// What to do about what ffmpeg says.
+fn remedy(said: &str) -> &'static str {
+    let says = |words: &[&str]| words.iter().any(|word| said.contains(word));
+    if says(&["No space left", "Disk quota exceeded", "File too large"]) {
+        "Make room on the disk, or write to another one"
+    } else if says(&[
+        "Permission denied",
+        "Read-only file system",
+        "not permitted",
+    ]) {
+        "Check that the folder can be written, also by ffmpeg, or write elsewhere"
+    } else if says(&["ncoder", "codec"]) {
+        "Check that this ffmpeg can encode H.264 and ProRes, or write stills"
+    } else {
+        "Check that this ffmpeg works (ffmpeg -version), or write stills, such as out.%04d.png"
     }
 }
 
@@ -245,17 +238,6 @@ fn padded<T: Copy>(pixels: &[T], (width, height): (usize, usize)) -> impl Iterat
         let row = &pixels[y.min(height - 1) * width..][..width];
         (0..width.next_multiple_of(2)).map(move |x| row[x.min(width - 1)])
     })
-}
-
-/// The last words of a stream.
-fn tail(mut stream: impl Read) -> String {
-    let (mut kept, mut buffer) = (Vec::new(), [0u8; 1024]);
-    // A stream that breaks has said what it had to say.
-    while let Ok(n @ 1..) = stream.read(&mut buffer) {
-        kept.extend_from_slice(&buffer[..n]);
-        kept.drain(..kept.len().saturating_sub(TAIL));
-    }
-    String::from_utf8_lossy(&kept).into_owned()
 }
 
 #[cfg(test)]

@@ -1,6 +1,17 @@
+use super::super::encoder::{TAIL, tail};
 use super::super::still::tests::picture;
 use super::*;
-use test_support::ffmpeg;
+use base::progress::Control;
+use std::process::Command;
+use test_support::small_disk::names;
+use test_support::{ffmpeg, wait_for};
+
+/// Long enough for a test that waits for something else.
+const LONG: Duration = Duration::from_secs(3600);
+
+fn silent() -> Progress<'static> {
+    Progress::silent()
+}
 
 /// Decoded frames as RGBA bytes.
 fn decoded(path: &Path) -> Vec<u8> {
@@ -37,8 +48,8 @@ fn a_movie_has_the_frames_and_colours_that_were_pushed() {
     for name in ["new/clip.mp4", "a:b %d.mov"] {
         let path = folder.path().join(name);
         let mut writer = ClipWriter::create(&path, (33, 17), 29.97, 0).unwrap();
-        (0..3).for_each(|_| writer.push(&shown).unwrap());
-        writer.finish().unwrap();
+        (0..3).for_each(|_| writer.push(&shown, &silent()).unwrap());
+        writer.finish(&silent()).unwrap();
         let bytes = decoded(&path);
         assert_eq!(bytes.len(), 3 * 34 * 18 * 4);
         // Limited range and halved colour cost a few codes; a wrong matrix costs twenty.
@@ -67,8 +78,8 @@ fn a_mov_keeps_straight_alpha() {
     let path = folder.path().join("cut.mov");
     let shown = picture(64, 16, [0.5; 3], false);
     let mut writer = ClipWriter::create(&path, (64, 16), 24.0, 24 * 61 + 5).unwrap();
-    writer.push(&shown).unwrap();
-    writer.finish().unwrap();
+    writer.push(&shown, &silent()).unwrap();
+    writer.finish(&silent()).unwrap();
     let bytes = decoded(&path);
     for (x, pixel) in bytes.chunks(4).take(48).enumerate() {
         let alpha = byte_from_unit(shown.alpha.pixels[x]);
@@ -92,8 +103,8 @@ fn a_movie_says_its_colours_its_rate_and_its_time() {
     ] {
         let path = folder.path().join(name);
         let mut writer = ClipWriter::create(&path, (32, 16), 23.976, 24 * 61 + 5).unwrap();
-        (0..2).for_each(|_| writer.push(&shown).unwrap());
-        writer.finish().unwrap();
+        (0..2).for_each(|_| writer.push(&shown, &silent()).unwrap());
+        writer.finish(&silent()).unwrap();
         let probed = Command::new("ffprobe")
             .args(["-v", "error", "-show_streams", "-of", "json"])
             .arg(&path)
@@ -131,10 +142,12 @@ fn a_writer_that_is_dropped_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let mut writer =
         ClipWriter::create(&folder.path().join("clip.mp4"), (16, 16), 24.0, 0).unwrap();
-    writer.push(&picture(16, 16, [0.5; 3], true)).unwrap();
+    writer
+        .push(&picture(16, 16, [0.5; 3], true), &silent())
+        .unwrap();
     assert!(
         writer
-            .push(&picture(8, 16, [0.5; 3], true))
+            .push(&picture(8, 16, [0.5; 3], true), &silent())
             .unwrap_err()
             .to_string()
             .contains("8 × 16")
@@ -147,7 +160,7 @@ fn a_writer_that_is_dropped_leaves_nothing() {
 fn a_missing_ffmpeg_is_a_sentence_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("clip.mp4");
-    let error = ClipWriter::create_with("no-such-ffmpeg", &path, (16, 16), 24.0, 0)
+    let error = ClipWriter::create_with(("no-such-ffmpeg", PATIENCE), &path, (16, 16), 24.0, 0)
         .unwrap_err()
         .to_string();
     assert!(
@@ -161,11 +174,13 @@ fn what_ffmpeg_says_reaches_the_person() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("clip.mp4");
     // A program that knows none of ffmpeg's options says so, and fails.
-    let begun = || ClipWriter::create_with("ls", &path, (16, 16), 24.0, 0).unwrap();
-    let at_the_end = begun().finish().unwrap_err();
+    let begun = || ClipWriter::create_with(("ls", PATIENCE), &path, (16, 16), 24.0, 0).unwrap();
+    let at_the_end = begun().finish(&silent()).unwrap_err();
     let (mut writer, shown) = (begun(), picture(16, 16, [0.5; 3], true));
     // More than fits into a pipe that nobody reads.
-    let in_the_middle = (0..1000).find_map(|_| writer.push(&shown).err()).unwrap();
+    let in_the_middle = (0..1000)
+        .find_map(|_| writer.push(&shown, &silent()).err())
+        .unwrap();
     drop(writer);
     for error in [at_the_end, in_the_middle] {
         let said = error.to_string();
@@ -176,4 +191,120 @@ fn what_ffmpeg_says_reaches_the_person() {
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     assert_eq!(tail(&[b'x'; 10_000][..]).len(), TAIL);
+}
+
+/// A program of a shell script that stands for ffmpeg.
+#[cfg(unix)]
+fn script(folder: &Path, text: &str) -> String {
+    let (source, program) = (folder.join("source"), folder.join("ffmpeg"));
+    std::fs::write(&source, format!("#!/bin/sh\n{text}\n")).unwrap();
+    // A file that this process wrote may still be open in a child of another test, and cannot be started then.
+    let installed = Command::new("install").args([&source, &program]).status();
+    assert!(installed.unwrap().success());
+    program.display().to_string()
+}
+
+/// Makes a movie with `program` until that fails.
+#[cfg(unix)]
+fn fail(program: &str, patience: Duration, path: &Path, progress: &Progress) -> Error {
+    let mut writer = ClipWriter::create_with((program, patience), path, (64, 64), 24.0, 0).unwrap();
+    let shown = picture(64, 64, [0.5; 3], true);
+    let failed = (0..100).find_map(|_| writer.push(&shown, progress).err());
+    failed.unwrap_or_else(|| writer.finish(progress).unwrap_err())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_ffmpeg_that_hangs_is_ended_with_all_that_it_started() {
+    // Whatever it does not do any more: it never reads, stops reading, closes its input, or does not end.
+    let hangs = ["", "head -c 70000 >/dev/null", "exec <&-", "cat >/dev/null"];
+    for before in hangs {
+        for stop in [false, true] {
+            let tools = tempfile::tempdir().unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            let pids = tools.path().join("pids");
+            let program = script(
+                tools.path(),
+                &format!(
+                    "{before}\nsleep 100000 &\necho $$ $! >{0}.new; mv {0}.new {0}\nwait",
+                    pids.display()
+                ),
+            );
+            let path = folder.path().join("clip.mp4");
+            let control = Control::default();
+            let progress = Progress::new(&|_| {}, control.clone());
+            let patience = if stop {
+                LONG
+            } else {
+                Duration::from_millis(600)
+            };
+            let failed = std::thread::scope(|threads| {
+                let failing = threads.spawn(|| fail(&program, patience, &path, &progress));
+                if stop {
+                    wait_for(|| pids.exists().then_some(()));
+                    control.stop();
+                }
+                failing.join().unwrap()
+            });
+            match failed {
+                Error::Cancelled { kept } => assert!(stop && kept == "no movie was written"),
+                failed => {
+                    let said = failed.to_string();
+                    let words = ["clip.mp4", "neither took a frame", "ffmpeg -version"];
+                    assert!(
+                        !stop && words.iter().all(|word| said.contains(word)),
+                        "{said}"
+                    );
+                }
+            }
+            assert!(names(folder.path()).is_empty());
+            let started = std::fs::read_to_string(&pids).unwrap_or_default();
+            for process in started.split_whitespace() {
+                let stat = format!("/proc/{process}/stat");
+                // A zombie waits for its new parent, and does nothing.
+                wait_for(|| {
+                    let state = std::fs::read_to_string(&stat).unwrap_or_default();
+                    (state.is_empty() || state.contains(") Z ")).then_some(())
+                });
+            }
+        }
+    }
+    test_support::shown!(
+        Surroundings,
+        "ffmpeg that hangs: it never reads, stops reading, closes its input, or does not end",
+        danger: "an export that never ends; Ctrl-C and the closing window wait for it",
+        done: "when it gives no sign of life for two minutes, and at once on a stop, it is killed with all that it started",
+        bound: "no file and no process is left",
+        measured: "none"
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_cannot_be_written_is_not_blamed_on_the_encoder() {
+    let folder = tempfile::tempdir().unwrap();
+    let unwritable = Path::new("/proc/clip.mp4");
+    let refused = ClipWriter::create(unwritable, (16, 16), 24.0, 0).unwrap_err();
+    let program = script(
+        folder.path(),
+        "echo clip.mp4: Permission denied >&2; exit 1",
+    );
+    let denied = fail(&program, LONG, &folder.path().join("clip.mp4"), &silent());
+    for said in [refused.to_string(), denied.to_string()] {
+        assert!(
+            said.contains("clip.mp4")
+                && said.contains("folder can be written")
+                && !said.contains("H.264"),
+            "{said}"
+        );
+    }
+    let program = script(folder.path(), "echo Unknown encoder libx264 >&2; exit 1");
+    let said = fail(&program, LONG, &folder.path().join("clip.mp4"), &silent()).to_string();
+    assert!(said.contains("can encode H.264"), "{said}");
+    test_support::shown!(
+        Surroundings,
+        "A movie in a folder that cannot be written",
+        danger: "the sentence blames ffmpeg's encoders",
+        done: "the sentence names the folder; encoders are named only if ffmpeg speaks of them"
+    );
 }

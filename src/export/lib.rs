@@ -2,6 +2,7 @@
 
 mod clip;
 mod destination;
+mod encoder;
 mod exr_channels;
 mod format;
 mod layers;

@@ -161,9 +161,9 @@ pub fn relight(
         progress.check(&clip.writer.keeps())?;
         let note = format!("frame {index}");
         progress.step("relighting", done as u64, count as u64, note);
-        clip.relight_frame(index, done as f32 / count as f32)?;
+        clip.relight_frame(index, done as f32 / count as f32, progress)?;
     }
-    clip.writer.finish()?;
+    clip.writer.finish(progress)?;
     progress.step("relighting", count as u64, count as u64, "");
     for pass in &mut clip.passes {
         pass.ms = pass.ms.map(|ms| ms / count as f64);
@@ -269,7 +269,7 @@ impl<'a> Clip<'a> {
     }
 
     /// Predicts, lights and writes a frame.
-    fn relight_frame(&mut self, index: usize, share: f32) -> Result<()> {
+    fn relight_frame(&mut self, index: usize, share: f32, progress: &Progress) -> Result<()> {
         let scene = self.scene(index, share);
         let frame = Frame::load(self.project, &self.calibration.response, index)?;
         let started = Instant::now();
@@ -303,7 +303,7 @@ impl<'a> Clip<'a> {
         let picture = self.series.compose(&scene, plate, &of)?;
         let lamps = || lights(&scene, &of, rig);
         let lights = self.settings.files.layers.then(lamps).transpose()?;
-        let check = self.writer.write(index, &picture, lights)?;
+        let check = self.writer.write(index, &picture, lights, progress)?;
         self.rebuild = match (self.rebuild, check) {
             (Some(worst), Some(check)) => Some(worst.and(check)),
             (worst, check) => worst.or(check),

@@ -19,7 +19,8 @@ pub struct TimeCode {
 impl TimeCode {
     /// The time of frame `frame` of a clip of `frame_rate` frames per second; after a day it starts again.
     pub fn of(frame: usize, frame_rate: f64) -> Self {
-        let rate = frame_rate.round().clamp(1.0, 1000.0) as usize;
+        let rate = if frame_rate.is_nan() { 1.0 } else { frame_rate };
+        let rate = rate.round().clamp(1.0, 1000.0) as usize;
         let seconds = frame / rate;
         Self {
             hours: (seconds / 3600 % 24) as u8,
@@ -73,8 +74,11 @@ mod tests {
         assert_eq!(said(1799, 29.97), "00:00:59:29");
         assert_eq!(said(25 * 86_400, 25.0), "00:00:00:00");
         assert_eq!(said(3, 0.01), "00:00:03:00");
-        test_support::shown!(Pictures, "Time codes of a day and of 0.01 frames a second", danger: "hours beyond 24, a division by 0",
- done: "days are taken off; the rate is rounded to 1 at least", bound: "as on a slate", measured: "holds");
+        for rate in [f64::NAN, -1.0, f64::INFINITY, f64::NEG_INFINITY] {
+            said(usize::MAX, rate);
+        }
+        test_support::shown!(Strangers, "A frame rate that is NaN", danger: "the time code divides by 0",
+            done: "project.toml is refused; a time code takes NaN for 1");
     }
 
     #[test]

@@ -5,8 +5,11 @@ use super::layers::{LightLayers, Rebuild};
 use super::still::{About, no_light, write_still};
 use super::{ClipWriter, Destination, scaled, untaken};
 use base::error::{Error, Result};
+use base::files::remove_left_over;
+use base::progress::Progress;
 use compositor::{Picture, view};
 use scene::{Effects, Inspection, Output, Pass};
+use std::path::PathBuf;
 
 /// What takes the frames, in order.
 pub(super) struct Writer {
@@ -45,6 +48,10 @@ impl Writer {
         };
         let destination = check(files, &to, last - first + 1)?;
         let written = files.size.unwrap_or(size);
+        // What exports to this folder left when they were killed.
+        if let Some(folder) = destination.files(first, last).next().and_then(folder) {
+            remove_left_over(&folder);
+        }
         let clip = match &destination {
             Destination::Clip(path) => Some(ClipWriter::create(
                 path,
@@ -90,8 +97,9 @@ impl Writer {
         frame: usize,
         picture: &Picture,
         lights: Option<Lights>,
+        progress: &Progress,
     ) -> Result<Option<Rebuild>> {
-        let check = self.put(frame, picture, lights).map_err(|e| self.kept(e))?;
+        let check = (self.put(frame, picture, lights, progress)).map_err(|e| self.kept(e))?;
         self.done += 1;
         Ok(check)
     }
@@ -101,6 +109,7 @@ impl Writer {
         frame: usize,
         picture: &Picture,
         lights: Option<Lights>,
+        progress: &Progress,
     ) -> Result<Option<Rebuild>> {
         let mut shown = match self.size {
             Some(size) => scaled(picture, size),
@@ -129,7 +138,7 @@ impl Writer {
                 });
                 check.transpose()
             }
-            (Destination::Clip(_), Some(clip)) => clip.push(&shown).map(|()| None),
+            (Destination::Clip(_), Some(clip)) => clip.push(&shown, progress).map(|()| None),
             (Destination::Clip(_), None) => Ok(None),
         }
     }
@@ -138,8 +147,8 @@ impl Writer {
     ///
     /// # Errors
     /// When it cannot be ended; then there is none.
-    pub fn finish(&mut self) -> Result<()> {
-        self.clip.take().map_or(Ok(()), ClipWriter::finish)
+    pub fn finish(&mut self, progress: &Progress) -> Result<()> {
+        (self.clip.take()).map_or(Ok(()), |clip| clip.finish(progress))
     }
 
     /// What there is if it ends now.
@@ -154,6 +163,17 @@ impl Writer {
     fn kept(&self, error: Error) -> Error {
         error.with_note(&self.keeps())
     }
+}
+
+/// The folder that holds a file.
+fn folder(file: PathBuf) -> Option<PathBuf> {
+    let folder = file.parent()?;
+    let here = folder.as_os_str().is_empty();
+    Some(if here {
+        ".".into()
+    } else {
+        folder.to_path_buf()
+    })
 }
 
 /// The destination `to`, as far as `frames` frames can be written there as `files` says.

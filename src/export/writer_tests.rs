@@ -21,9 +21,10 @@ fn noise(size: usize) -> Picture {
 
 /// Writes frames until one cannot be written.
 fn fill(writer: &mut Writer, shown: &Picture) -> Error {
-    let fails = (0..200).find_map(|frame| writer.write(frame, shown, None).err());
+    let fails =
+        (0..200).find_map(|frame| writer.write(frame, shown, None, &Progress::silent()).err());
     fails
-        .or_else(|| writer.finish().err())
+        .or_else(|| writer.finish(&Progress::silent()).err())
         .expect("the disk has no room for this")
 }
 
@@ -82,9 +83,11 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
         };
         let mut writer = Writer::open(&files, (3, 4), 16, 24.0).unwrap();
         for frame in [3, 4] {
-            writer.write(frame, &shown, None).unwrap();
+            writer
+                .write(frame, &shown, None, &Progress::silent())
+                .unwrap();
         }
-        writer.finish().unwrap();
+        writer.finish(&Progress::silent()).unwrap();
     }
     let wanted = [
         "shot.03.png",
@@ -105,7 +108,12 @@ fn pictures_are_written_at_the_size_that_is_asked_for() {
         };
         let mut writer = Writer::open(&files, (0, 0), 32, 24.0).unwrap();
         writer
-            .write(0, &picture(32, 32, [0.5; 3], false), None)
+            .write(
+                0,
+                &picture(32, 32, [0.5; 3], false),
+                None,
+                &Progress::silent(),
+            )
             .unwrap();
         let found = imaging::file::dimensions(&folder.path().join(name)).unwrap();
         assert_eq!(found, (size, size));
@@ -131,7 +139,7 @@ fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
         display: None,
         ..picture(16, 16, [0.3, 0.2, 0.1], true)
     };
-    writer.write(0, &linear, None).unwrap();
+    writer.write(0, &linear, None, &Progress::silent()).unwrap();
     let codes = view(linear.linear.as_ref().unwrap(), linear.view).0.pixels[0];
     let read = read_encoded(&path).unwrap().0.pixels[0];
     assert!((0..3).all(|c| (codes[c] - read[c]).abs() < 1.0 / 65535.0));
@@ -147,4 +155,28 @@ fn what_a_destination_cannot_hold_is_refused() {
     files.size = Some(3);
     assert!(refused(&files, 9).contains("16 to 8192"));
     assert!(refused(&Files::to("a.png"), 2).contains("2 frames"));
+}
+
+#[test]
+fn the_next_export_removes_what_a_killed_one_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let long_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(60);
+    for name in [
+        ".clip.mov.A1b2C3.afterlight",
+        "clip.mov",
+        ".mine.afterlight",
+    ] {
+        let file = std::fs::File::create(at(name)).unwrap();
+        file.set_modified(long_ago).unwrap();
+    }
+    let to = at("shot.%02d.png").display().to_string();
+    Writer::open(&Files::to(to), (0, 3), 16, 24.0).unwrap();
+    assert_eq!(names(folder.path()), [".mine.afterlight", "clip.mov"]);
+    test_support::shown!(
+        Accidents,
+        "An export that was killed",
+        danger: "its unfinished file stays in the person's folder",
+        done: "the next export to that folder removes it, and nothing that is not named as the program names such files"
+    );
 }

@@ -25,10 +25,25 @@ pub struct ImportSettings {
 /// copies nothing, and stores the shoot's place relative to the project's.
 ///
 /// # Errors
+/// As [`plan_import`], and when `project.toml` cannot be written.
+pub fn import(
+    root: &Path,
+    shoot: &Path,
+    settings: &ImportSettings,
+    progress: &Progress,
+) -> Result<Project> {
+    let project = plan_import(root, shoot, settings, progress)?;
+    project.save()?;
+    Ok(project)
+}
+
+/// The project that [`import`] makes, before it is saved.
+///
+/// # Errors
 /// When the manifest is invalid; a pose lacks a lamp that others have; a probe or a matte is missing; pictures that
 /// belong together differ in size; a file cannot be read; or the folder holds a project already. The error names
 /// the file.
-pub fn import(
+pub fn plan_import(
     root: &Path,
     shoot: &Path,
     settings: &ImportSettings,
@@ -124,7 +139,6 @@ pub fn import(
     let shoot = &project.settings.shoot;
     shoot.check().map_err(|e| e.within(&manifest_path))?;
     check_pictures(&project, progress)?;
-    project.save()?;
     Ok(project)
 }
 

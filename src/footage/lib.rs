@@ -15,6 +15,6 @@ pub use exemplar::{Exemplar, OlatReader};
 pub use frame::Frame;
 pub use framed::{read_encoded, read_linear, read_mask};
 pub use framing::{FrameReport, FrameSettings, Square};
-pub use import::{ImportSettings, import};
+pub use import::{ImportSettings, import, plan_import};
 pub use motion::{Motion, PoseMotion, SeenIn};
 pub use tracking::TrackingFrames;

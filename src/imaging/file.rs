@@ -4,6 +4,8 @@ use super::color::byte_from_unit;
 use super::raster::{Encoded, Image, Mask, Raster};
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
+use exr::meta::MetaData;
+use exr::meta::header::Header;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 use std::fs::File;
@@ -14,6 +16,8 @@ use std::path::Path;
 pub const MAX_PIXELS: usize = 1 << 27;
 /// A decoder may take that many bytes: 16 for each pixel, and 64 MiB.
 const MAX_DECODER_BYTES: u64 = 16 * MAX_PIXELS as u64 + (64 << 20);
+/// Bytes of a block of lines or of a tile: as much as a panorama of 16384 × 8192 half floats in one tile.
+const MAX_BLOCK_BYTES: usize = 1 << 30;
 const REMEDY: &str = "Check that the file is there and is a complete picture";
 
 /// Opens a picture and looks which format it has.
@@ -29,6 +33,28 @@ fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>> {
         .map_err(|e| Error::io("read", path, e, REMEDY))
 }
 
+/// Refuses an OpenEXR file whose blocks (lines or tiles that are decoded at once) would take more than
+/// [`MAX_BLOCK_BYTES`]: decoders take that memory before they look at the block's content.
+///
+/// # Errors
+/// Then: what is wrong.
+pub fn check_openexr(parts: &[Header]) -> std::result::Result<(), String> {
+    for part in parts {
+        let (block, layer) = (part.max_block_pixel_size(), part.layer_size);
+        let (width, height) = (block.x().min(layer.x()), block.y().min(layer.y()));
+        let bytes = (width.checked_mul(height))
+            .and_then(|pixels| pixels.checked_mul(part.channels.bytes_per_pixel));
+        if bytes.is_none_or(|bytes| bytes > MAX_BLOCK_BYTES) {
+            return Err(format!(
+                "its blocks have {width} × {height} pixels of {} bytes, and at most {MAX_BLOCK_BYTES} bytes are read \
+                 at once",
+                part.channels.bytes_per_pixel
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Decodes a picture unless it has more than [`MAX_PIXELS`], or its decoder wants far more memory than these need.
 ///
 /// # Errors
@@ -36,6 +62,13 @@ fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>> {
 pub fn decode_within_limits<R: BufRead + Seek>(
     mut reader: ImageReader<R>,
 ) -> std::result::Result<image::DynamicImage, String> {
+    if reader.format() == Some(image::ImageFormat::OpenExr) {
+        let mut file = reader.into_inner();
+        let parts = MetaData::read_from_buffered(&mut file, false).map_err(|e| e.to_string())?;
+        check_openexr(&parts.headers)?;
+        file.rewind().map_err(|e| e.to_string())?;
+        reader = ImageReader::with_format(file, image::ImageFormat::OpenExr);
+    }
     let mut limits = image::Limits::no_limits();
     limits.max_alloc = Some(MAX_DECODER_BYTES);
     reader.limits(limits);

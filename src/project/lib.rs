@@ -205,8 +205,9 @@ impl Shoot {
         let mut names = (self.poses.iter())
             .chain(self.all_lamps())
             .chain(&self.frames);
-        if let Some(name) = names.find(|name| !files::is_bare(name)) {
-            let problem = format!("{name:?} is not the name of a pose, lamp or frame");
+        // File systems have no longer ones.
+        if let Some(name) = names.find(|name| !files::is_bare(name) || name.len() > 255) {
+            let problem = format!("{name:.300?} is not the name of a pose, lamp or frame");
             return Err(Error::invalid(problem, CORRECT));
         }
         self.ball.check()?;
@@ -336,7 +337,22 @@ impl Project {
     }
 
     /// Writes `project.toml`.
+    ///
+    /// # Errors
+    /// When it cannot be written, or a path in it is not text.
     pub fn save(&self) -> Result<()> {
+        let shoot = &self.settings.shoot;
+        let environments = self.settings.environments.iter();
+        let mut paths = environments.map(|one| &one.file).chain([&shoot.folder]);
+        if let Some(path) = paths.find(|path| path.to_str().is_none()) {
+            return Err(Error::invalid(
+                format!(
+                    "project.toml cannot hold the path {}, because it is not UTF-8",
+                    path.display()
+                ),
+                "Rename the file or folder",
+            ));
+        }
         save_toml(&self.root.join("project.toml"), &self.settings)
     }
 

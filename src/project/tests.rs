@@ -90,3 +90,34 @@ fn another_framing_puts_aside_what_was_made_under_the_old_one() {
     assert_eq!(read.settings.framing.of((40, 30)).x, 2);
     assert!(frame(40).is_err());
 }
+
+#[cfg(unix)]
+#[test]
+fn a_path_that_is_not_utf_8_is_named_and_is_no_bug() {
+    use std::os::unix::ffi::OsStrExt;
+    let base = tempfile::tempdir().unwrap();
+    let mut project = project(base.path());
+    let before = std::fs::read(project.root.join("project.toml")).unwrap();
+    let odd = Path::new(std::ffi::OsStr::from_bytes(b"../caf\xe9"));
+    project.settings.shoot.folder = odd.to_path_buf();
+    let shoot = project.save().unwrap_err().to_string();
+    project.settings.shoot.folder = "../shoot".into();
+    project.add_environment(odd, None);
+    let environment = project.save().unwrap_err().to_string();
+    for said in [shoot, environment] {
+        assert!(
+            said.contains("caf") && said.contains("UTF-8") && !said.contains("bug"),
+            "{said}"
+        );
+    }
+    assert_eq!(
+        std::fs::read(project.root.join("project.toml")).unwrap(),
+        before
+    );
+    test_support::shown!(
+        Surroundings,
+        "A path that is not UTF-8",
+        danger: "the program calls it its own bug",
+        done: "the path is refused with a sentence; the project stays as it was"
+    );
+}

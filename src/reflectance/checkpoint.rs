@@ -11,7 +11,7 @@ use super::unet::{Halved, UNet, UNetConfig};
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
 use burn::module::Module;
-use burn::store::ModuleRecord;
+use burn::store::{ModuleRecord, RecordError};
 use burn::tensor::{Bytes, Device};
 use project::save_toml;
 use serde::{Deserialize, Serialize};
@@ -50,7 +50,7 @@ pub struct HeldOut {
     pub decibels: f32,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(PartialEq, Serialize, Deserialize)]
 struct Table {
     weights: String,
     average_weights: Option<String>,
@@ -232,10 +232,28 @@ fn remove_unnamed(folder: &Path, mut table: Table) {
     let named: Vec<&mut String> = table.names().collect();
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let file = entry.file_name().to_string_lossy().into_owned();
-        if file.ends_with(".bpk") && named.iter().all(|name| **name != file) {
+        if is_ours(&file) && named.iter().all(|name| **name != file) {
             // A leftover that cannot be removed only costs space.
             let _ = std::fs::remove_file(entry.path());
         }
+    }
+}
+
+/// Whether this is a name that this program gives weight files, such as `live-0001200-2.bpk`. What else is in the folder
+/// is a person's.
+fn is_ours(name: &str) -> bool {
+    let Some(stem) = name.strip_suffix(".bpk") else {
+        return false;
+    };
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    match stem.split('-').collect::<Vec<_>>()[..] {
+        [_] => name == STARTER_WEIGHTS,
+        [what, step, ref more @ ..] => {
+            ["weights", "average", "live", "optimizer"].contains(&what)
+                && digits(step)
+                && more.iter().all(|number| digits(number))
+        }
+        [] => false,
     }
 }
 
@@ -258,9 +276,10 @@ pub fn info(folder: &Path) -> Result<CheckpointInfo> {
 
 /// Loads the network of the checkpoint in `folder` for prediction.
 pub fn load(folder: &Path, device: &Device) -> Result<(CheckpointInfo, UNet)> {
-    let table = table(folder)?;
-    let network = table.network(folder, &table.weights, device)?;
-    Ok((table.info, network))
+    read_whole(folder, |table| {
+        let network = table.network(folder, &table.weights, device)?;
+        Ok((table.info.clone(), network))
+    })
 }
 
 /// Everything that training needs to continue.
@@ -278,18 +297,36 @@ pub struct Resumed {
 
 /// Loads what training needs to continue from the checkpoint in `folder`.
 pub fn load_training(folder: &Path, device: &Device) -> Result<Resumed> {
-    let table = table(folder)?;
-    let live = table.live_weights.as_ref().unwrap_or(&table.weights);
-    let average = table.average_weights.as_ref().unwrap_or(&table.weights);
-    Ok(Resumed {
-        best: table.network(folder, &table.weights, device)?,
-        average: table.network(folder, average, device)?,
-        live: table.network(folder, live, &device.clone().autodiff())?,
-        optimizer: (table.optimizer.as_ref())
-            .map(|name| table.read(folder, name))
-            .transpose()?,
-        info: table.info,
+    read_whole(folder, |table| {
+        let live = table.live_weights.as_ref().unwrap_or(&table.weights);
+        let average = table.average_weights.as_ref().unwrap_or(&table.weights);
+        Ok(Resumed {
+            best: table.network(folder, &table.weights, device)?,
+            average: table.network(folder, average, device)?,
+            live: table.network(folder, live, &device.clone().autodiff())?,
+            optimizer: (table.optimizer.as_ref())
+                .map(|name| table.read(folder, name))
+                .transpose()?,
+            info: table.info.clone(),
+        })
     })
+}
+
+/// What `read` makes of the folder's table and its files. A training in another process may replace both meanwhile: then
+/// the new ones are read.
+fn read_whole<T>(folder: &Path, read: impl Fn(&Table) -> Result<T>) -> Result<T> {
+    let mut found = table(folder)?;
+    loop {
+        let failed = match read(&found) {
+            Err(e) => e,
+            read => return read,
+        };
+        let now = table(folder)?;
+        if now == found {
+            return Err(failed);
+        }
+        found = now;
+    }
 }
 
 fn table(folder: &Path) -> Result<Table> {
@@ -302,7 +339,17 @@ fn table(folder: &Path) -> Result<Table> {
         let problem = format!("{name:?} is not the name of a file beside it");
         return Err(Error::codec("read", &path, problem, REMEDY));
     }
-    table.info.network.check()?;
+    let info = &table.info;
+    (info.network.check()).map_err(|e| e.within(&path))?;
+    let is_time = info.seconds >= 0.0 && info.seconds.is_finite();
+    let is_scale = info.scale > 0.0 && info.scale.is_finite();
+    if !(is_time && is_scale) {
+        let problem = format!(
+            "`seconds` is {} and `scale` is {}; both must be finite, and `scale` above 0",
+            info.seconds, info.scale
+        );
+        return Err(Error::codec("read", &path, problem, REMEDY));
+    }
     Ok(table)
 }
 
@@ -327,11 +374,26 @@ impl Table {
 
     fn network(&self, folder: &Path, name: &str, device: &Device) -> Result<UNet> {
         let refuse = |e: &dyn std::fmt::Display| Error::codec("read", folder.join(name), e, REMEDY);
-        let record = ModuleRecord::from_bytes(self.read(folder, name)?).map_err(|e| refuse(&e))?;
+        let bytes = self.read(folder, name)?;
+        // Before memory is taken for the network: half floats are the smallest that are written.
+        let weights = self.info.network.cost().parameters;
+        if (bytes.len() as u64) < 2 * weights {
+            let problem = format!(
+                "checkpoint.toml describes a network of {weights} weights, and this file has only {} bytes",
+                bytes.len()
+            );
+            return Err(refuse(&problem));
+        }
+        let record = ModuleRecord::from_bytes(bytes).map_err(|e| refuse(&e))?;
         let record = record.cast_to_module_dtype();
         let network = (self.info.network.init(0.5, device))
             .try_load_record(record)
-            .map_err(|e| refuse(&e))?;
+            .map_err(|e| match e {
+                RecordError::Validation(_) => {
+                    refuse(&"it holds a network of another shape than checkpoint.toml says")
+                }
+                RecordError::Io(problem) => refuse(&problem),
+            })?;
         if !network.is_finite() {
             return Err(refuse(&"it holds weights that are NaN or infinite"));
         }

@@ -162,3 +162,109 @@ fn a_checkpoint_of_the_same_step_does_not_touch_the_one_before() {
     load_training(folder.path(), &Device::flex()).unwrap();
     assert!(table_of(folder.path()).contains("[checksums]"));
 }
+
+#[test]
+fn weights_of_another_shape_are_told_in_words() {
+    let folder = saved();
+    let other = UNetConfig {
+        width: 16,
+        most_channels: 16,
+        ..info().network
+    };
+    let network = other.init(0.5, &Device::flex());
+    let weights = folder.path().join("weights-0000007.bpk");
+    std::fs::write(weights, &weight_bytes(&network).unwrap()[..]).unwrap();
+    let text = table_of(folder.path());
+    let (before, after) = text.split_once("[checksums]").unwrap();
+    let rest = &after[after.find("[info").unwrap()..];
+    std::fs::write(
+        folder.path().join("checkpoint.toml"),
+        format!("{before}{rest}"),
+    )
+    .unwrap();
+    let said = refused(folder.path());
+    assert!(
+        said.contains("weights-0000007.bpk") && said.contains("another shape"),
+        "{said}"
+    );
+    let differs = info().network.differences(&other);
+    assert_eq!(differs, "most_channels is 8, not 16; width is 8, not 16");
+    let deeper = UNetConfig {
+        depth: None,
+        ..info().network
+    };
+    assert_eq!(
+        info().network.differences(&deeper),
+        "depth is 2, not the default"
+    );
+    assert!(!said.contains(['{', '[']), "{said}");
+    test_support::shown!(
+        Network,
+        "Weights of another network",
+        danger: "the sentence prints the program's own structures",
+        done: "the sentence names the file; settings that differ are named as checkpoint.toml names them"
+    );
+}
+
+#[test]
+fn only_weights_that_training_wrote_are_removed() {
+    let folder = saved();
+    let at = |name: &str| folder.path().join(name);
+    let (old, mine) = (
+        ["weights.bpk", "live-0000003.bpk", "optimizer-0000007-2.bpk"],
+        [
+            "backup.bpk",
+            "live-best.bpk",
+            "weights-0000003-mine.bpk",
+            "live-0000003.bpk.txt",
+        ],
+    );
+    for name in old.iter().chain(&mine) {
+        std::fs::write(at(name), "").unwrap();
+    }
+    save_network(folder.path(), &info().network.init(0.5, &Device::flex()));
+    assert!(old.iter().all(|name| !at(name).exists()));
+    assert!(mine.iter().all(|name| at(name).exists()));
+    test_support::shown!(
+        Strangers,
+        "A person's own files in `checkpoint/`",
+        danger: "training removes every .bpk that its table does not name",
+        done: "it removes only files that are named as it names them"
+    );
+}
+
+#[test]
+fn a_checkpoint_is_read_whole_while_another_program_replaces_it() {
+    let folder = saved();
+    let over = std::sync::atomic::AtomicBool::new(false);
+    let is_over = || over.load(std::sync::atomic::Ordering::Relaxed);
+    let (saves, reads) = std::thread::scope(|threads| {
+        let saving = threads.spawn(|| {
+            let network = info().network.init(0.5, &Device::flex());
+            let mut saves = 0;
+            while !is_over() {
+                save_network(folder.path(), &network);
+                saves += 1;
+            }
+            saves
+        });
+        let mut reads = 0;
+        let failed = (0..300).find_map(|_| {
+            reads += 1;
+            let resumed = load_training(folder.path(), &Device::flex());
+            resumed.and(load(folder.path(), &Device::flex())).err()
+        });
+        over.store(true, std::sync::atomic::Ordering::Relaxed);
+        let saves: u32 = saving.join().unwrap();
+        assert!(failed.is_none(), "{failed:?} at read {reads}");
+        (saves, reads)
+    });
+    test_support::shown!(
+        Accidents,
+        "A network is read while training saves the next one",
+        danger: "the weights that the table names are gone when they are opened",
+        done: "if the table changed meanwhile, the new one is read",
+        bound: "no read fails",
+        measured: format!("{reads} reads beside {saves} saves")
+    );
+}

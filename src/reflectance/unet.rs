@@ -7,6 +7,7 @@ use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, GroupNorm, GroupNormConfig, PaddingConfig2d};
 use burn::tensor::{DType, Device, FloatDType, Tensor};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// The slope of the encoder's leaky ReLU below zero.
 const LEAK: f32 = 0.2;
@@ -134,6 +135,23 @@ impl UNetConfig {
             Normalization::Group if pixels > 4 => Normalization::Group,
             _ => Normalization::None,
         }
+    }
+
+    /// Where it differs from the one that was `asked` for, in the words of `checkpoint.toml`.
+    pub fn differences(&self, asked: &Self) -> String {
+        let table = |config: &Self| toml::Table::try_from(config).unwrap_or_default();
+        let (here, asked) = (table(self), table(asked));
+        let keys: BTreeSet<&String> = here.keys().chain(asked.keys()).collect();
+        let value = |of: &toml::Table, key: &str| {
+            (of.get(key)).map_or("the default".to_owned(), ToString::to_string)
+        };
+        let different = keys
+            .into_iter()
+            .filter(|key| here.get(*key) != asked.get(*key));
+        different
+            .map(|key| format!("{key} is {}, not {}", value(&here, key), value(&asked, key)))
+            .collect::<Vec<_>>()
+            .join("; ")
     }
 
     /// Refuses a configuration that no network can have.

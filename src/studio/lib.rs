@@ -50,6 +50,7 @@ pub use network_review::NetworkReview;
 pub use preferences::Preferences;
 pub use project_check::ProjectCheck;
 pub use recents::{Recent, Recents};
+pub use saved_look::SavedLook;
 pub use state::{State, View};
 pub use status::{LogLine, Phase, RunningJob, Severity, Status};
 pub use training::{TrainChoice, Training};

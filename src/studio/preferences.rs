@@ -2,7 +2,9 @@
 
 use super::layout::Layout;
 use super::saver::Saver;
+use base::files;
 use serde::{Deserialize, Serialize};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Number of recent projects.
@@ -37,14 +39,19 @@ impl Preferences {
 
     /// Those in `file`, which need not exist.
     pub fn from_file(file: &Path) -> Self {
-        let saved = std::fs::read(file).ok().map(|bytes| {
-            serde_json::from_slice(&bytes).unwrap_or_else(|_| {
-                // It is kept for the person to look at, if it can be renamed.
-                let _ = std::fs::rename(file, file.with_extension("json.old"));
-                PreferencesFile::default()
-            })
-        });
-        let PreferencesFile { recent, layout } = saved.unwrap_or_default();
+        // What windows left when they were killed.
+        file.parent().into_iter().for_each(files::remove_left_over);
+        let saved = match files::read_text(file, files::MOST_TEXT) {
+            Err(e) if e.kind() == ErrorKind::NotFound => PreferencesFile::default(),
+            text => {
+                (text.ok().and_then(|text| serde_json::from_str(&text).ok())).unwrap_or_else(|| {
+                    // It is kept for the person to look at, if it can be renamed.
+                    let _ = std::fs::rename(file, file.with_extension("json.old"));
+                    PreferencesFile::default()
+                })
+            }
+        };
+        let PreferencesFile { recent, layout } = saved;
         Self {
             saved: PreferencesFile {
                 recent,
@@ -67,6 +74,10 @@ impl Preferences {
     /// A project was opened.
     pub fn opened(&mut self, project: &Path) {
         let project = std::path::absolute(project).unwrap_or_else(|_| project.to_path_buf());
+        // The file holds text: a path that is none would keep all else from being saved.
+        if project.to_str().is_none() {
+            return;
+        }
         self.saved.recent.retain(|one| *one != project);
         self.saved.recent.insert(0, project);
         self.saved.recent.truncate(RECENT);
@@ -108,6 +119,14 @@ mod tests {
         assert_eq!(read.recent().len(), RECENT);
         assert!(read.recent()[0].ends_with("p3"));
         assert!(*read.layout() != Layout::default());
+
+        // A path that is no text would keep all from being saved.
+        #[cfg(unix)]
+        {
+            use std::os::unix::ffi::OsStrExt;
+            read.opened(Path::new(std::ffi::OsStr::from_bytes(b"/caf\xe9")));
+            assert!(read.recent()[0].ends_with("p3"));
+        }
 
         std::fs::write(&file, b"{ no settings").unwrap();
         assert!(Preferences::from_file(&file).saved == PreferencesFile::default());

@@ -2,11 +2,13 @@
 
 use super::look::LookSettings;
 use base::error::{Error, Result};
+use base::files;
 use light::Lighting;
 use light::keyframes::Keyframes;
 use project::Project;
 use scene::{Background, Effects};
 use serde::{Deserialize, Serialize};
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// What of a look is saved. A file may leave anything out: it is as in a new window then.
@@ -45,17 +47,24 @@ impl SavedLook {
         }
     }
 
-    /// What is saved in a project; None if nothing is yet.
+    /// What is saved in a project; None if nothing is yet. `mine` says whether this window may write there.
     ///
     /// # Errors
-    /// When the file cannot be understood: it is renamed to `look.json.old`.
-    pub fn load(project: &Project) -> Result<Option<Self>> {
+    /// When the file cannot be understood: if it is `mine`, it is renamed to `look.json.old`.
+    pub fn load(project: &Project, mine: bool) -> Result<Option<Self>> {
         let path = Self::path(project);
-        let Ok(bytes) = std::fs::read(&path) else {
-            return Ok(None);
+        let parsed = match files::read_text(&path, files::MOST_TEXT) {
+            Ok(text) => serde_json::from_str(&text).map_err(|e| e.to_string()),
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+            // It cannot be read, holds no text or far too much, or is no file at all.
+            Err(e) => Err(e.to_string()),
         };
-        serde_json::from_slice(&bytes).map(Some).map_err(|e| {
+        parsed.map(Some).map_err(|e| {
             let aside = path.with_extension("json.old");
+            if !mine {
+                let remedy = "It is left as it is, because this window only reads the project";
+                return Error::codec("understand the look in", path, e, remedy);
+            }
             // If it cannot be renamed, the next change overwrites it, and the error says so.
             let moved = std::fs::rename(&path, &aside);
             let remedy = match moved {
@@ -91,18 +100,23 @@ impl SavedLook {
     }
 }
 
+#[cfg(all(test, target_os = "linux"))]
+#[path = "saved_look_crash_tests.rs"]
+mod crash_tests;
+
 #[cfg(test)]
 mod tests {
     use super::super::command::{LookCommand, ViewCommand};
     use super::super::keyframed::Keyframed;
     use super::super::state::State;
     use super::*;
+    use test_support::small_disk::names;
 
     #[test]
     fn a_look_comes_back_and_a_broken_file_is_put_aside() {
         let folder = tempfile::tempdir().unwrap();
         let project = project::Project::without_shoot(folder.path());
-        assert_eq!(SavedLook::load(&project).unwrap(), None);
+        assert_eq!(SavedLook::load(&project, true).unwrap(), None);
         let mut state = State::new(10, 24.0);
         state.change(LookCommand::Yaw(40.0));
         state.change(LookCommand::Exposure(-1.5));
@@ -110,7 +124,7 @@ mod tests {
         let kept = SavedLook::of(&state.look);
         std::fs::write(SavedLook::path(&project), kept.text()).unwrap();
         let mut other = State::new(10, 24.0);
-        let read = SavedLook::load(&project).unwrap().unwrap();
+        let read = SavedLook::load(&project, true).unwrap().unwrap();
         read.apply(&mut other.look);
         assert_eq!(other.look, state.look);
 
@@ -122,14 +136,35 @@ mod tests {
         assert_eq!(other.look.yaw_deg, 40.0);
 
         std::fs::write(SavedLook::path(&project), "{\"exposure_stops\": 99}").unwrap();
-        let read = SavedLook::load(&project).unwrap().unwrap();
+        let read = SavedLook::load(&project, true).unwrap().unwrap();
         read.apply(&mut other.look);
         assert_eq!((other.look.exposure_stops, other.look.yaw_deg), (10.0, 0.0));
 
         std::fs::write(SavedLook::path(&project), "half a f").unwrap();
-        let said = SavedLook::load(&project).unwrap_err().to_string();
+        // Another window's file stays where it is.
+        let said = SavedLook::load(&project, false).unwrap_err().to_string();
+        assert!(
+            said.contains("look.json") && !said.contains(".old"),
+            "{said}"
+        );
+        assert_eq!(names(folder.path()), ["look.json"]);
+        let said = SavedLook::load(&project, true).unwrap_err().to_string();
         assert!(said.contains("look.json.old"), "{said}");
         let aside = folder.path().join("look.json.old");
         assert_eq!(std::fs::read_to_string(aside).unwrap(), "half a f");
+        // What has no end is put aside too.
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("/dev/zero", SavedLook::path(&project)).unwrap();
+            let said = SavedLook::load(&project, true).unwrap_err().to_string();
+            assert!(said.contains("device"), "{said}");
+            assert_eq!(names(folder.path()), ["look.json.old"]);
+        }
+        test_support::shown!(
+            Accidents,
+            "`look.json` that cannot be understood",
+            danger: "a second window, which only reads, renames a file that another window writes",
+            done: "only the window that may write puts it aside; any other leaves it and says so"
+        );
     }
 }

@@ -2,9 +2,10 @@
 
 use super::log::{HELD_OUT, STEPS};
 use base::error::{Error, Result};
+use base::files;
 use base::progress::LossPoint;
 use std::collections::HashMap;
-use std::io::{BufRead, BufReader, ErrorKind};
+use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
 /// Most points that a history keeps: more than a window is wide.
@@ -83,7 +84,10 @@ impl History {
         whole_lines(&root.join(STEPS), |fields| {
             if let Some(mut point) = point(fields) {
                 point.held_out_db = judged.get(&point.step).copied();
-                if pace.back().is_some_and(|&(step, _)| point.step != step + 1) {
+                if pace
+                    .back()
+                    .is_some_and(|&(step, _)| point.step.checked_sub(1) != Some(step))
+                {
                     pace.clear();
                 }
                 pace.push_back((point.step, point.seconds));
@@ -123,12 +127,15 @@ fn point(fields: &[&str]) -> Option<LossPoint> {
     let loss = |text: &str| text.parse::<f32>().ok().filter(|loss| loss.is_finite());
     Some(LossPoint {
         step: step.parse().ok()?,
-        seconds: seconds.parse().ok()?,
+        seconds: (seconds.parse().ok()).filter(|s: &f64| s.is_finite())?,
         reconstruction: loss(reconstruction),
         rendering: loss(rendering),
         held_out_db: None,
     })
 }
+
+/// Bytes of a line that is read.
+const LONGEST_LINE: u64 = 4096;
 
 /// Passes the fields of each complete line to `take`; a missing file has no lines.
 fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
@@ -136,7 +143,7 @@ fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
         let remedy = "Check that it can be read, or move it away: training writes a new one";
         Error::io("read", path, e, remedy)
     };
-    let file = match std::fs::File::open(path) {
+    let file = match files::open(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
         file => file.map_err(fail)?,
     };
@@ -144,7 +151,9 @@ fn whole_lines(path: &Path, mut take: impl FnMut(&[&str])) -> Result<()> {
     let mut line = Vec::new();
     loop {
         line.clear();
-        lines.read_until(b'\n', &mut line).map_err(fail)?;
+        // What is longer is no line of ours, and may have no end.
+        let mut one = lines.by_ref().take(LONGEST_LINE);
+        one.read_until(b'\n', &mut line).map_err(fail)?;
         if line.pop() != Some(b'\n') {
             return Ok(());
         }
@@ -203,6 +212,34 @@ mod tests {
         assert_eq!(steps, (1..=30).collect::<Vec<_>>());
         history.push(point(1));
         assert_eq!(history.points(), [point(1)]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_log_without_an_end_is_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("training.csv");
+        std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+        let said = History::read(folder.path()).unwrap_err().to_string();
+        assert!(
+            said.contains("training.csv") && said.contains("device"),
+            "{said}"
+        );
+        std::fs::remove_file(&path).unwrap();
+        let step = "1,0.250,0.5,0.25,1e-3,2.5,true";
+        let endless = "9".repeat(1 << 20);
+        std::fs::write(
+            &path,
+            format!("{STEPS_HEADER}\n{step}\n{endless}\n{step}\n"),
+        )
+        .unwrap();
+        assert_eq!(History::read(folder.path()).unwrap().points().len(), 1);
+        test_support::shown!(
+            Strangers,
+            "`training.csv` is a device, or has a line without an end",
+            danger: "the window waits for ever, or memory fills up",
+            done: "only files are read, and lines of up to 4096 bytes",
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@ use base::files;
 use project::Project;
 use reflectance::checkpoint::CheckpointInfo;
 use std::fs::OpenOptions;
-use std::io::{BufWriter, Read, Write};
+use std::io::{BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Every step's losses.
@@ -97,18 +97,28 @@ impl Log {
 
 /// Removes a last line without an end, which a run leaves when it is killed.
 fn remove_torn_line(path: &Path) -> std::io::Result<()> {
-    let mut text = Vec::new();
-    match files::open_own(path, OpenOptions::new().read(true)) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        file => file?.read_to_end(&mut text)?,
+    /// Lines are far shorter.
+    const LONGEST: u64 = 1 << 16;
+    let mut file = match files::open_own(path, OpenOptions::new().read(true)) {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
+        file => file?,
     };
-    let whole = text
-        .iter()
-        .rposition(|&b| b == b'\n')
-        .map_or(0, |end| end + 1);
-    if whole < text.len() {
+    let length = file.metadata()?.len();
+    let start = length.saturating_sub(LONGEST);
+    let mut end = Vec::new();
+    file.seek(SeekFrom::Start(start))?;
+    file.take(LONGEST).read_to_end(&mut end)?;
+    let whole = match end.iter().rposition(|&b| b == b'\n') {
+        Some(at) => start + at as u64 + 1,
+        None if start == 0 => 0,
+        None => {
+            let problem = "its last line is far too long: this is no log of Afterlight's";
+            return Err(std::io::Error::new(ErrorKind::InvalidData, problem));
+        }
+    };
+    if whole < length {
         let file = files::open_own(path, OpenOptions::new().write(true))?;
-        file.set_len(whole as u64)?;
+        file.set_len(whole)?;
     }
     Ok(())
 }
@@ -134,6 +144,13 @@ mod tests {
         for text in ["", "a,"] {
             assert_eq!(after(text), "a,b\n3,4\n");
         }
+        let long = "0,1\n".repeat(50_000);
+        assert_eq!(after(&(long.clone() + "2,")), long + "3,4\n");
+        // What is no log is left.
+        let other = "x".repeat(100_000);
+        std::fs::write(&path, &other).unwrap();
+        assert!(Log::open(path.clone(), "a,b", false).is_err());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), other);
     }
 
     #[cfg(unix)]

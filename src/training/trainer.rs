@@ -380,9 +380,9 @@ fn check_resumable(folder: &Path, project: &Project, network: &UNetConfig) -> Re
     }
     Err(Error::invalid(
         format!(
-            "{} holds another network ({:?}) than the one asked for ({network:?})",
+            "{} holds another network than the one asked for: {}",
             folder.display(),
-            info.network
+            info.network.differences(network)
         ),
         "Continue with the settings that it was started with, or start over with --fresh",
     ))

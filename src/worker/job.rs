@@ -222,14 +222,15 @@ impl Job {
                 lamps,
                 name,
             } => {
-                let mut project = footage::import(&project, &shoot, &settings, progress)?;
+                let mut project = footage::plan_import(&project, &shoot, &settings, progress)?;
                 if let Some(name) = name {
                     project.settings.name = name;
-                    project.save()?;
                 }
+                // Saved once all of it succeeded: a project that is there is not imported again.
                 let subset = lamps
                     .map(|count| calibration::keep_lamps(&mut project, count, progress))
                     .transpose()?;
+                project.save()?;
                 Ok(Outcome::Imported(ImportReport::of(
                     &project,
                     subset.as_ref(),
@@ -533,11 +534,9 @@ fn evaluated(report: &EvaluateReport) -> String {
     let olats = scores
         .olat_psnr_db
         .map_or(String::new(), |db| format!("; OLATs {db:.2} dB"));
-    format!(
-        "{method}: {}{olats}; frames {:?}",
-        relit.join(", "),
-        scores.frames
-    )
+    let frames: Vec<String> = scores.frames.iter().map(ToString::to_string).collect();
+    let (relit, frames) = (relit.join(", "), frames.join(", "));
+    format!("{method}: {relit}{olats}; frames {frames}")
 }
 
 fn reviewed(report: &ReviewReport) -> String {

@@ -123,10 +123,11 @@ impl Ball {
         let pixels = usable.iter().filter(|u| **u > 0.0).count();
         if pixels == 0 {
             let (width, height) = photograph.size();
+            let [x, y] = view.centre_px;
             return Err(Error::invalid(
                 format!(
-                    "the mirror ball at {:?} with radius {} has no whole pixel in the photograph of {width} × {height} pixels",
-                    view.centre_px, view.radius_px
+                    "the mirror ball at {x}, {y} with radius {} has no whole pixel in the photograph of {width} × {height} pixels",
+                    view.radius_px
                 ),
                 "Correct the ball's centre and radius, or photograph the ball from closer",
             ));

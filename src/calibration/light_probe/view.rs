@@ -132,10 +132,15 @@ impl BallView {
                 }),
             });
         }
+        let [x, y] = self.centre_px;
+        let [r, g, b] = self.reflectivity;
         Err(Error::invalid(
             format!(
-                "the mirror ball is impossible ({self:?}): its radius must be more than one pixel, camera and \
-                 surroundings outside the ball, and its reflectivity above 0 and up to 1"
+                "the mirror ball is impossible (centre {x}, {y}, radius {} pixels, camera {} radii away, reflectivity \
+                 {r}, {g}, {b}): its radius must be more than one pixel, camera and surroundings outside the ball, and \
+                 its reflectivity above 0 and up to 1",
+                self.radius_px,
+                self.camera.distance_radii(self.radius_px)
             ),
             "Correct the ball's centre, radius, distance or reflectivity",
         ))

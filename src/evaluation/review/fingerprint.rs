@@ -1,6 +1,7 @@
 //! Hashes of the files that a review depends on, which tell whether it is still up to date.
 
 use base::error::{Error, Result};
+use base::files;
 use project::Project;
 use serde::{Deserialize, Serialize};
 
@@ -18,9 +19,10 @@ impl Fingerprint {
     /// # Errors
     /// When it has no network or no calibration.
     pub fn of(project: &Project) -> Result<Self> {
-        let mark = |path: std::path::PathBuf, remedy: &str| match std::fs::read(&path) {
-            Ok(bytes) => Ok(mark(&bytes)),
-            Err(e) => Err(Error::io("open", path, e, remedy)),
+        let mark = |path: std::path::PathBuf, remedy: &str| {
+            let text = files::read_text(&path, files::MOST_TEXT);
+            let text = text.map_err(|e| Error::io("open", path, e, remedy))?;
+            Ok(mark(text.as_bytes()))
         };
         Ok(Self {
             // The table changes with every checkpoint, since it counts seconds.

@@ -8,10 +8,12 @@ use exr::block::reader::ChunksReader;
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
 use half::f16;
+use imaging::file::check_openexr;
 use std::io::{BufRead, Seek};
 
 pub(super) fn read(panorama: &mut PanoramaReader, file: impl BufRead + Seek) -> Result<Canvas> {
     let reader = exr::block::read(file, false).map_err(|e| panorama.broken(e))?;
+    check_openexr(reader.headers()).map_err(|e| panorama.broken(e))?;
     let choice = choose(panorama, reader.headers())?;
     let header = &reader.headers()[choice.header];
     let (data, display) = (

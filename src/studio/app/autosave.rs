@@ -67,14 +67,20 @@ impl Autosave {
         self.save_preferences();
     }
 
-    /// Gives `look`, which has the project's environments, what was saved of the project's look.
+    /// Gives `look`, which has the project's environments, what was saved of the project's look. `mine` says whether
+    /// this window may write there.
     ///
     /// # Errors
-    /// When the file cannot be understood: it is renamed, and the look stays.
-    pub fn load_look(&mut self, project: &Project, look: &mut LookSettings) -> Result<()> {
+    /// When the file cannot be understood: if it is `mine`, it is renamed; the look stays.
+    pub fn load_look(
+        &mut self,
+        project: &Project,
+        mine: bool,
+        look: &mut LookSettings,
+    ) -> Result<()> {
         let loaded = match self.saver.unwritten(&SavedLook::path(project)) {
             Some(text) => Ok(SavedLook::of_text(&text)),
-            None => SavedLook::load(project),
+            None => SavedLook::load(project, mine),
         };
         let loaded = loaded.map(|saved| saved.into_iter().for_each(|saved| saved.apply(look)));
         self.look = SavedLook::of(look);

@@ -91,10 +91,11 @@ impl StudioApp {
         self.picker.opened();
         self.start(project.clone(), worker);
         self.leave_exports();
-        let (list, complaints) = (self.library).open(&project, self.session.read_only.is_none());
+        let mine = self.session.read_only.is_none();
+        let (list, complaints) = (self.library).open(&project, mine);
         self.state.look.environments = list;
         complaints.into_iter().for_each(|it| self.status.say(it));
-        if let Err(e) = self.autosave.load_look(&project, &mut self.state.look) {
+        if let Err(e) = (self.autosave).load_look(&project, mine, &mut self.state.look) {
             self.status.refuse(e.to_string());
         }
     }

@@ -4,6 +4,7 @@
 //! that rebuild tensors and containers and keeps every other one as a name: nothing in the file is run.
 
 use base::error::{Error, Result};
+use base::files;
 use burn::module::{Module, Param};
 use burn::store::pytorch_reader::PytorchReader;
 use burn::store::{ModuleStore, SafetensorsStore, bridge, burn_pack};
@@ -26,7 +27,7 @@ impl WeightFile {
     pub fn open(path: &Path) -> Result<Self> {
         let refuse = |cause: &dyn std::fmt::Display| Error::codec("read", path, cause, REMEDY);
         // Each reader words a missing file differently; the system's words are known.
-        std::fs::File::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
+        files::open(path).map_err(|e| Error::io("open", path, e, REMEDY))?;
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         let tensors = match extension.to_ascii_lowercase().as_str() {
             "safetensors" => SafetensorsStore::from_file(path)

@@ -8,20 +8,40 @@ use fuzz::{Outcome, Target};
 use imaging::Response;
 use project::{EnvironmentChange, Project};
 use std::path::Path;
+use std::sync::LazyLock;
 use test_shoot::TestShoot;
 use test_support::shown;
 
-/// A calibrated project in a folder of its own, and the texts of its files.
+/// A calibrated project in a folder of its own.
 fn made() -> (tempfile::TempDir, Project) {
+    static MADE: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let shoot = TestShoot {
+            frames: 2,
+            lamps: 4,
+            ..TestShoot::default()
+        };
+        let (project, _) = shoot.calibrate(folder.path(), "project");
+        project.save().unwrap();
+        folder
+    });
     let folder = tempfile::tempdir().unwrap();
-    let shoot = TestShoot {
-        frames: 2,
-        lamps: 4,
-        ..TestShoot::default()
-    };
-    let (project, _) = shoot.calibrate(folder.path(), "project");
-    project.save().unwrap();
+    copy(MADE.path(), folder.path());
+    let project = Project::open(&folder.path().join("project")).unwrap();
     (folder, project)
+}
+
+/// Copies what a folder holds.
+fn copy(from: &Path, to: &Path) {
+    for entry in std::fs::read_dir(from).unwrap().flatten() {
+        let (from, to) = (entry.path(), to.join(entry.file_name()));
+        if from.is_dir() {
+            std::fs::create_dir(&to).unwrap();
+            copy(&from, &to);
+        } else {
+            std::fs::copy(from, to).unwrap();
+        }
+    }
 }
 
 /// The reason of an error that names another file than the one that is changed.
@@ -57,7 +77,7 @@ fn a_project_file_of_any_content_is_used_or_refused() {
     let mut framing = project::Framing::largest((32, 32));
     framing.x = 3;
     project.settings.framing.set(framing);
-    project.settings.shoot.lamp_layout = vec![glam_up(); 4];
+    project.settings.shoot.lamp_layout = vec![glam::Vec3::Y; 4];
     project.settings.shoot.dome_radius_m = Some(2.0);
     project.save().unwrap();
     let rich = std::fs::read(&path).unwrap();
@@ -67,10 +87,6 @@ fn a_project_file_of_any_content_is_used_or_refused() {
         danger: "a panic, a hang, all memory taken, a name that leads elsewhere",
         done: "numbers have ranges, names are those of files in the shoot's folders; all else is an error that names the file",
         bound: "4 GiB at once", measured: measured);
-}
-
-fn glam_up() -> glam::Vec3 {
-    glam::Vec3::new(0.0, 1.0, 0.0)
 }
 
 #[test]

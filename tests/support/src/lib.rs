@@ -1,5 +1,6 @@
 //! What the tests of all crates share.
 
+pub mod accident;
 mod need;
 mod paths;
 mod programs;

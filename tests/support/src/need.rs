@@ -31,11 +31,13 @@ pub enum Need {
     SmallDisk,
     /// The program `pfspanoramic`.
     Pfspanoramic,
+    /// The program `prlimit`.
+    Prlimit,
 }
 
 impl Need {
     /// All of them.
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::SharedData,
         Self::Gpu,
         Self::GpuF16,
@@ -45,6 +47,7 @@ impl Need {
         Self::Amx,
         Self::SmallDisk,
         Self::Pfspanoramic,
+        Self::Prlimit,
     ];
 
     /// Its name in lists.
@@ -59,6 +62,7 @@ impl Need {
             Self::Amx => "amx",
             Self::SmallDisk => "small disk",
             Self::Pfspanoramic => "pfspanoramic",
+            Self::Prlimit => "prlimit",
         }
     }
 }

@@ -1,0 +1,219 @@
+//! ffmpeg as a child process: it is fed, waited for as long as it gives a sign of life, and killed when it must end.
+
+use base::progress::Progress;
+use std::io::{self, Read, Write};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, SystemTime};
+
+/// How long ffmpeg may neither take a byte nor write one. A slow disk or a large frame takes seconds.
+pub const PATIENCE: Duration = Duration::from_secs(120);
+/// Between two looks at whether it is still waited for.
+const TICK: Duration = Duration::from_millis(10);
+/// How much of ffmpeg's complaints is kept.
+pub const TAIL: usize = 2000;
+/// What is taken at a time counts as a sign of life.
+const PIECE: usize = 1 << 16;
+/// A process that has ended has said all by then; one that it started may keep its stderr open.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// The child process.
+#[derive(Debug)]
+pub struct Encoder {
+    child: Child,
+    /// Frames for the thread that feeds it; None once there are no more.
+    frames: Option<Sender<Vec<u8>>>,
+    /// What became of each frame.
+    taken: Receiver<io::Result<()>>,
+    /// Bytes that it took.
+    bytes: Arc<AtomicU64>,
+    complaints: Receiver<String>,
+    /// The file that it writes.
+    output: PathBuf,
+    patience: Duration,
+}
+
+/// Why it is waited for no longer.
+#[derive(Debug)]
+pub enum Unanswered {
+    /// A stop was asked for.
+    Stopped,
+    /// It gave no sign of life for this long.
+    Hung(Duration),
+    /// The system refused.
+    Io(io::Error),
+}
+
+impl Encoder {
+    /// Starts `program`, which reads frames from its input and writes `output`. It may be silent for `patience`.
+    ///
+    /// # Errors
+    /// When it cannot be started.
+    pub fn start(
+        program: &str,
+        arguments: Vec<String>,
+        output: PathBuf,
+        patience: Duration,
+    ) -> io::Result<Self> {
+        let mut command = Command::new(program);
+        command.args(arguments);
+        // Without the scheme a colon in the name would be read as one.
+        let mut file = std::ffi::OsString::from("file:");
+        file.push(&output);
+        command.arg(file);
+        #[cfg(unix)]
+        {
+            // A group of its own can be killed with all that it starts, and Ctrl-C in a terminal reaches us alone.
+            use std::os::unix::process::CommandExt;
+            command.process_group(0);
+        }
+        command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        let mut child = command.spawn()?;
+        let (stdin, stderr) = (child.stdin.take(), child.stderr.take());
+        let (say, complaints) = channel();
+        // Read while frames are written: a full pipe of complaints would stop ffmpeg for good. Nobody joins these
+        // threads: what ffmpeg started may keep its pipes open.
+        std::thread::spawn(move || say.send(stderr.map(tail).unwrap_or_default()));
+        let (frames, queue) = channel::<Vec<u8>>();
+        let (tell, taken) = channel();
+        let bytes = Arc::new(AtomicU64::new(0));
+        let count = bytes.clone();
+        std::thread::spawn(move || {
+            let mut stdin = stdin;
+            for frame in queue {
+                let fed = stdin
+                    .as_mut()
+                    .map_or(Err(io::ErrorKind::BrokenPipe.into()), |stdin| {
+                        frame.chunks(PIECE).try_for_each(|piece| {
+                            stdin.write_all(piece)?;
+                            count.fetch_add(piece.len() as u64, Ordering::Relaxed);
+                            Ok(())
+                        })
+                    });
+                if tell.send(fed).is_err() {
+                    break;
+                }
+            }
+        });
+        Ok(Self {
+            child,
+            frames: Some(frames),
+            taken,
+            bytes,
+            complaints,
+            output,
+            patience,
+        })
+    }
+
+    /// Waits until it has taken a frame's bytes.
+    ///
+    /// # Errors
+    /// When it does not; [`Unanswered::Io`] if it takes no more.
+    pub fn feed(&mut self, frame: Vec<u8>, progress: &Progress) -> Result<(), Unanswered> {
+        if let Some(frames) = &self.frames {
+            // If the thread is gone, there is no answer either.
+            let _ = frames.send(frame);
+        }
+        self.wait(progress, |encoder| match encoder.taken.recv_timeout(TICK) {
+            Ok(fed) => Some(fed),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => Some(Err(io::ErrorKind::BrokenPipe.into())),
+        })
+    }
+
+    /// Says that there are no more frames, and waits for its end.
+    ///
+    /// # Errors
+    /// When it does not end.
+    pub fn end(&mut self, progress: &Progress) -> Result<ExitStatus, Unanswered> {
+        self.frames = None;
+        self.wait(progress, |encoder| match encoder.child.try_wait() {
+            Ok(Some(status)) => Some(Ok(status)),
+            Ok(None) => {
+                std::thread::sleep(TICK);
+                None
+            }
+            Err(e) => Some(Err(e)),
+        })
+    }
+
+    /// Its last words, once it has ended; "" if it said nothing.
+    pub fn complaints(&self) -> String {
+        let said = self.complaints.recv_timeout(LAST_WORDS);
+        let said = said.unwrap_or_default();
+        said.split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
+    /// Ends it and all that it started, unless it has ended.
+    pub fn kill(&mut self) {
+        self.frames = None;
+        if !matches!(self.child.try_wait(), Ok(None)) {
+            return;
+        }
+        #[cfg(unix)]
+        if let Ok(group) = i32::try_from(self.child.id()) {
+            use nix::sys::signal::{Signal, killpg};
+            // One that ended meanwhile is not waited for yet, so that its number is still its own.
+            let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
+    /// What `get` gives, asked again and again, unless a stop is asked for or nothing happens.
+    fn wait<T>(
+        &mut self,
+        progress: &Progress,
+        mut get: impl FnMut(&mut Self) -> Option<io::Result<T>>,
+    ) -> Result<T, Unanswered> {
+        let mut signs = self.signs();
+        // Counted and not timed: while we are stopped, it may be too.
+        let mut silence = Duration::ZERO;
+        loop {
+            if let Some(got) = get(self) {
+                return got.map_err(Unanswered::Io);
+            }
+            if progress.cancelled() {
+                return Err(Unanswered::Stopped);
+            }
+            silence += TICK;
+            let now = self.signs();
+            if now != signs {
+                (signs, silence) = (now, Duration::ZERO);
+            } else if silence >= self.patience {
+                return Err(Unanswered::Hung(self.patience));
+            }
+        }
+    }
+
+    /// What changes while it lives: the bytes that it took, and the file that it writes.
+    fn signs(&self) -> (u64, Option<(u64, SystemTime)>) {
+        let file = std::fs::metadata(&self.output).ok();
+        let file = file.and_then(|data| Some((data.len(), data.modified().ok()?)));
+        (self.bytes.load(Ordering::Relaxed), file)
+    }
+}
+
+impl Drop for Encoder {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+/// The last words of a stream.
+pub fn tail(mut stream: impl Read) -> String {
+    let (mut kept, mut buffer) = (Vec::new(), [0u8; 1024]);
+    // A stream that breaks has said what it had to say.
+    while let Ok(n @ 1..) = stream.read(&mut buffer) {
+        kept.extend_from_slice(&buffer[..n]);
+        kept.drain(..kept.len().saturating_sub(TAIL));
+    }
+    String::from_utf8_lossy(&kept).into_owned()
+}

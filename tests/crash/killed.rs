@@ -1,0 +1,343 @@
+//! Commands that are killed at random moments.
+
+use crate::Ground;
+use afterlight::calibration::Calibration;
+use afterlight::project::{Lock, Project};
+use afterlight::reflectance::checkpoint;
+use burn::tensor::Device;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+use test_support::accident::{End, Moments, age, left_over};
+
+/// What came of killing a command again and again.
+#[derive(Default)]
+struct Tally {
+    killed: u32,
+    finished: u32,
+    /// Kills that left something unfinished.
+    unfinished: u32,
+}
+
+impl Tally {
+    /// A command was to be killed; it may have been faster, and must have succeeded then.
+    fn add(&mut self, end: End, left_over: usize) {
+        match end {
+            End::Killed => self.killed += 1,
+            End::Finished(status, said) => {
+                assert!(status.success(), "{said}");
+                self.finished += 1;
+                assert!(
+                    self.finished < 100 + 10 * self.killed,
+                    "it is hardly ever killed"
+                );
+            }
+        }
+        self.unfinished += u32::from(left_over > 0);
+    }
+
+    fn sentence(&self) -> String {
+        let Self {
+            killed,
+            finished,
+            unfinished,
+        } = self;
+        // For those who run it with another number of kills.
+        let sentence = format!(
+            "{killed} kills, {unfinished} of them with something unfinished; {finished} runs ended before"
+        );
+        eprintln!("{sentence}");
+        sentence
+    }
+}
+
+/// How long a command runs that nobody kills.
+fn measured(command: &mut Command) -> Duration {
+    let started = Instant::now();
+    let output = command.output().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    started.elapsed()
+}
+
+#[test]
+fn a_killed_import_leaves_no_project_or_a_whole_one() {
+    let ground = Ground::of_shoot();
+    let import = |name: &str| ground.command(&["import", name, "--shoot", "shoot", "--size", "16"]);
+    let mut moments = Moments::of("import");
+    let whole = measured(&mut import("unkilled"));
+    let wanted = Project::open(&ground.at("unkilled")).unwrap().settings;
+    let mut tally = Tally::default();
+    while tally.killed < moments.count {
+        let i = tally.killed + tally.finished;
+        let root = ground.at(&format!("import-{i}"));
+        let end = moments
+            .next(whole, &[&root])
+            .kill(&mut import(&format!("import-{i}")));
+        tally.add(end, left_over(&root).len());
+        if !root.join("project.toml").exists() {
+            // Nothing that is left stands in the way.
+            age(&left_over(&root));
+            ground.succeed(&[
+                "import",
+                &format!("import-{i}"),
+                "--shoot",
+                "shoot",
+                "--size",
+                "16",
+            ]);
+        }
+        assert_eq!(Project::open(&root).unwrap().settings, wanted);
+        ground.clean_up(&root);
+        assert!(left_over(&root).is_empty());
+    }
+    ground.check_outside();
+    test_support::shown!(
+        Accidents,
+        "`import` is killed",
+        danger: "half a project, or one that blocks the next import",
+        done: "project.toml is written beside and renamed, last",
+        bound: "each is whole or not there, and can be imported again",
+        measured: tally.sentence()
+    );
+}
+
+#[test]
+fn a_killed_calibration_leaves_the_old_one_or_the_new_one() {
+    let ground = Ground::of_shoot();
+    let gammas: [&[&str]; 2] = [&["--gamma", "srgb"], &[]];
+    let path = ground.at("film/calibration.toml");
+    let of = |which: usize| ground.command(&[&["calibrate", "film"], gammas[which]].concat());
+    let mut moments = Moments::of("calibrate");
+    let known = [0, 1].map(|which| {
+        let whole = measured(&mut of(which));
+        (whole, std::fs::read(&path).unwrap())
+    });
+    assert_ne!(known[0].1, known[1].1);
+    let settings = ground.project().settings;
+    let mut tally = Tally::default();
+    while tally.killed < moments.count {
+        let i = (tally.killed + tally.finished) as usize;
+        let moment = moments.next(known[i % 2].0, &[&ground.film()]);
+        let end = moment.kill(&mut of(i % 2));
+        tally.add(end, left_over(&ground.film()).len());
+        let now = std::fs::read(&path).unwrap();
+        assert!(known.iter().any(|(_, bytes)| *bytes == now));
+        assert_eq!(ground.project().settings, settings);
+        Calibration::load(&ground.project()).unwrap();
+        // The next one to calibrate removes it.
+        age(&left_over(&ground.film()));
+    }
+    ground.clean_up(&ground.film());
+    assert!(left_over(&ground.film()).is_empty());
+    ground.check_outside();
+    test_support::shown!(
+        Accidents,
+        "`calibrate` is killed",
+        danger: "half a calibration, or none",
+        done: "calibration.toml is written beside and renamed; the next command removes what is unfinished",
+        bound: "the old calibration or the new one, byte for byte; no file outside the project changed",
+        measured: tally.sentence()
+    );
+}
+
+#[test]
+fn a_killed_training_loses_nothing_older_than_one_save() {
+    let ground = Ground::of_shoot();
+    ground.succeed(&["calibrate", "film"]);
+    let settings = [
+        "train",
+        "film",
+        "--device",
+        "cpu",
+        "--hold-out",
+        "1",
+        "--set",
+        "width=8",
+        "--set",
+        "most-channels=16",
+        "--set",
+        "minutes=none",
+        "--set",
+        "checkpoint-seconds=0",
+    ];
+    let train = || ground.command(&settings);
+    let folder = ground.at("film/checkpoint");
+    let step = || checkpoint::info(&folder).map_or(0, |info| info.step);
+    // How long it takes until it goes on; then it goes on for ever.
+    let started = Instant::now();
+    let mut first = train().spawn().unwrap();
+    test_support::wait_for(|| (step() > 2).then_some(()));
+    let whole = 2 * started.elapsed();
+    first.kill().unwrap();
+    first.wait().unwrap();
+
+    let mut moments = Moments::of("train");
+    let mut tally = Tally::default();
+    let checkpoints = ground.at("film/checkpoints");
+    let film = ground.film();
+    let (mut before, mut resumed) = (step(), 0);
+    for _ in 0..moments.count {
+        let moment = moments.next(whole, &[&folder, &checkpoints, &film]);
+        let end = moment.kill(&mut train());
+        assert!(matches!(end, End::Killed), "{end:?}");
+        tally.add(end, left_over(&film).len());
+        let state = checkpoint::load_training(&folder, &Device::flex()).unwrap();
+        assert!(state.info.step >= before && state.optimizer.is_some());
+        resumed += u32::from(state.info.step > before);
+        before = state.info.step;
+        for kept in afterlight::training::checkpoints::list(&ground.project()) {
+            checkpoint::load(&kept.folder(&ground.project()), &Device::flex()).unwrap();
+        }
+        age(&left_over(&film));
+    }
+    ground.check_training(before, &settings);
+    ground.check_outside();
+    assert!(resumed > 0, "no run went on");
+    test_support::shown!(
+        Accidents,
+        "`train` is killed, saving after each step",
+        danger: "a checkpoint that cannot be read, or an older one",
+        done: "weights are written before the table that names them; each file is written beside and renamed",
+        bound: "the step never goes back; every kept checkpoint loads; no file outside the project changed",
+        measured: format!("{}; {resumed} runs went on", tally.sentence())
+    );
+}
+
+impl Ground {
+    /// Training goes on from `step`, its log has each step once, and nothing unfinished is left.
+    fn check_training(&self, step: u64, settings: &[&str]) {
+        let folder = self.at("film/checkpoint");
+        let mut last = self.command(settings).spawn().unwrap();
+        test_support::wait_for(|| {
+            checkpoint::info(&folder)
+                .is_ok_and(|info| info.step > step + 1)
+                .then_some(())
+        });
+        last.kill().unwrap();
+        last.wait().unwrap();
+        let log = std::fs::read_to_string(self.at("film/training.csv")).unwrap();
+        let steps: Vec<u64> = (log.lines().skip(1))
+            .filter_map(|line| line.split(',').next()?.parse().ok())
+            .collect();
+        assert!(steps.is_sorted_by(|a, b| a < b), "{steps:?}");
+        self.clean_up(&self.film());
+        // What training itself leaves, the next save removes.
+        let left = left_over(&self.film());
+        let hidden = |path: &Path| path.parent().is_some_and(|at| at.ends_with("checkpoints"));
+        assert!(
+            left.iter().all(|path| hidden(path)) && left.len() <= 1,
+            "{left:?}"
+        );
+    }
+}
+
+#[test]
+fn killed_stills_are_whole_or_not_there() {
+    let ground = Ground::new();
+    let relight = |light: &str| {
+        ground.command(&[
+            "relight",
+            "film",
+            "--device",
+            "cpu",
+            "--environment",
+            light,
+            "--to",
+            "out/%02d.png",
+        ])
+    };
+    let lights = ["nave", "courtyard"];
+    let files = || [0, 1, 2].map(|frame| std::fs::read(ground.at(&format!("out/{frame:02}.png"))));
+    let mut moments = Moments::of("stills");
+    let known = lights.map(|light| {
+        let whole = measured(&mut relight(light));
+        (whole, files().map(Result::unwrap))
+    });
+    let mut tally = Tally::default();
+    let out = ground.at("out");
+    while tally.killed < moments.count {
+        let i = (tally.killed + tally.finished) as usize;
+        let which = i % lights.len();
+        let end = moments
+            .next(known[which].0, &[&out])
+            .kill(&mut relight(lights[which]));
+        tally.add(end, left_over(&out).len());
+        for (frame, bytes) in files().into_iter().enumerate() {
+            let bytes = bytes.unwrap();
+            assert!(known.iter().any(|(_, files)| files[frame] == bytes));
+        }
+        age(&left_over(&out));
+    }
+    measured(&mut relight(lights[0]));
+    assert_eq!(files().map(Result::unwrap), known[0].1);
+    assert!(left_over(&ground.film()).is_empty() && left_over(&out).is_empty());
+    ground.check_outside();
+    test_support::shown!(
+        Accidents,
+        "`relight` is killed while it writes stills",
+        danger: "half a picture under the name of a whole one",
+        done: "each still is written beside and renamed; the next export to the folder removes what is unfinished",
+        bound: "each still is the old one or the new one, byte for byte",
+        measured: tally.sentence()
+    );
+}
+
+#[test]
+fn a_killed_movie_is_the_old_one() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let ground = Ground::new();
+    let movie = ground.at("out/clip.mp4");
+    let export = || {
+        ground.command(&[
+            "relight",
+            "film",
+            "--device",
+            "cpu",
+            "--environment",
+            "nave",
+            "--to",
+            "out/clip.mp4",
+        ])
+    };
+    let frames = || {
+        let mut probe = Command::new("ffprobe");
+        probe.args([
+            "-v",
+            "error",
+            "-count_frames",
+            "-show_entries",
+            "stream=nb_read_frames",
+        ]);
+        let output = probe.args(["-of", "csv=p=0"]).arg(&movie).output().unwrap();
+        String::from_utf8_lossy(&output.stdout).trim().to_owned()
+    };
+    let mut moments = Moments::of("clip");
+    let whole = measured(&mut export());
+    let mut tally = Tally::default();
+    let out = ground.at("out");
+    while tally.killed < moments.count {
+        let end = moments.next(whole, &[&out]).kill(&mut export());
+        tally.add(end, left_over(&out).len());
+        assert_eq!(frames(), "3");
+        age(&left_over(&out));
+    }
+    measured(&mut export());
+    assert!(left_over(&out).is_empty() && left_over(&ground.film()).is_empty());
+    ground.check_outside();
+    // Nobody has to wait for a dead one's lock.
+    drop(Lock::take(&ground.film(), "a test").unwrap());
+    test_support::shown!(
+        Accidents,
+        "`relight` is killed while ffmpeg writes a movie",
+        danger: "half a movie under the name of a whole one; ffmpeg goes on for ever",
+        done: "ffmpeg writes beside the movie and ends when its input does; the next export removes its file",
+        bound: "the movie has all its frames; no process and no file is left",
+        measured: tally.sentence()
+    );
+}
