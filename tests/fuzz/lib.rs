@@ -18,6 +18,8 @@ pub use memory::Counted;
 
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use std::cell::Cell;
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -140,7 +142,16 @@ impl Run {
 
     fn read(&self, file: &[u8], read: &dyn Fn(&Path) -> Outcome) -> Outcome {
         let place = &self.target.place;
-        std::fs::write(place, file).unwrap();
+        // Not emptied first, for which file systems would wait for the disk each time.
+        let mut written = File::options()
+            .create(true)
+            .write(true)
+            .truncate(false)
+            .open(place)
+            .unwrap();
+        written.write_all(file).unwrap();
+        written.set_len(file.len() as u64).unwrap();
+        drop(written);
         let kept = Kept::before(&self.target, file.len());
         let started = Instant::now();
         let before = memory::begin(self.target.most_memory, &place.to_string_lossy());
