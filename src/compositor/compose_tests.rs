@@ -182,6 +182,9 @@ fn a_turn_and_a_whole_turn_more_give_one_picture() {
     };
     assert_eq!(at(33.0), at(393.0));
     assert_ne!(at(33.0), at(63.0));
+    test_support::shown!(Pictures, "The background after a whole turn",
+ danger: "it is a texel off where a clip begins again", done: "the yaw is taken to 0° to 360° before anything else",
+ bound: "the same bits", measured: "the same bits");
 }
 
 #[test]
@@ -211,6 +214,9 @@ fn hard_inputs_give_finite_pictures() {
             }
         }
     }
+    test_support::shown!(Pictures, "Weights of 10⁶ and NaN in the field, mattes that are empty, half and full, 1×1 and 16×16",
+ danger: "NaN is shown, or spreads", done: "what is not finite takes the colour of its neighbours, and is counted",
+ bound: "all light finite", measured: "holds");
 }
 
 #[test]

@@ -73,9 +73,9 @@ impl Levels {
     }
 }
 
-/// A usable factor: 1 if it is not finite or not above 0.
+/// A usable factor, whose inverse is finite too: 1 if it is not normal or not above 0.
 fn positive(factor: f32) -> f32 {
-    if factor.is_finite() && factor > 0.0 {
+    if factor.is_normal() && factor > 0.0 {
         factor
     } else {
         1.0
@@ -145,6 +145,7 @@ mod tests {
             (1.0, 0.0, 1.0),
             (1.0, f32::NAN, 1.0),
             (1.0, 1.0, 0.0),
+            (f32::MAX, 1.0, 1.0),
         ] {
             let field =
                 ReflectanceField::from_olats(&vec![Image::filled(4, 4, [value; 3]); 2]).into();
@@ -156,5 +157,8 @@ mod tests {
                 "{levels:?}"
             );
         }
+        test_support::shown!(Pictures, "Levels of black light, light of 3.4·10³⁸, black or NaN fields, empty mattes",
+ danger: "levels are 0, infinite or so small that their inverse is", done: "what is not a normal number becomes 1",
+ bound: "levels and their inverses finite and above 0", measured: "holds");
     }
 }

@@ -32,7 +32,8 @@ pub(crate) const SMOOTHING: Descriptor = Descriptor {
 /// Pixels that are compared, at most.
 const SAMPLES: usize = 16_384;
 
-/// A change of level beyond this factor, either way, is a cut or a new pose and is not held back.
+/// A change of level beyond this factor, either way, is a cut or a new pose and is not held back; nor is more than this of
+/// changes that add up.
 const CUT: f32 = 1.25;
 
 /// Gains nearer to 1 than this change no value by a third of a step of 8 bits.
@@ -71,7 +72,7 @@ impl Steady {
             std::array::from_fn(|c| {
                 let ratio = median_ratio(&before.samples, &samples, c);
                 if ratio.max(1.0 / ratio) <= CUT {
-                    (before.gain[c] / ratio).powf(share)
+                    (before.gain[c] / ratio).powf(share).clamp(1.0 / CUT, CUT)
                 } else {
                     1.0
                 }
@@ -232,5 +233,8 @@ pub(super) mod tests {
                 assert_eq!(next.gain, [1.0; 3]);
             }
         }
+        test_support::shown!(Pictures, "Smoothing of frames that are NaN, infinite, black, of one pixel, or with an empty matte",
+ danger: "the ratio to the frame before is 0/0", done: "only pixels with a finite ratio above 0 are compared; without any, the light stays",
+ bound: "gain exactly 1", measured: "1");
     }
 }

@@ -4,26 +4,30 @@ use super::latlong::{texel_solid_angle, uv_from_direction};
 use glam::Vec3;
 use imaging::{Image, resample::resize_area};
 
+/// The largest radiance, eleven powers of ten above the sun's: products with weights and exposures, and sums over a
+/// picture, stay within f32.
+const MOST_RADIANCE: f32 = 1e20;
+
 /// The largest finite half float: replaces infinity in a panorama without finite light.
 pub(super) const HALF_MAX: f32 = 65504.0;
 
-/// A lat-long panorama of radiance without NaN, infinite or negative values.
+/// A lat-long panorama of radiance without NaN, negative, infinite or absurdly large values.
 #[derive(Clone, Debug)]
 pub struct Environment {
     /// Its name: the file's stem.
     pub name: String,
-    /// Radiance, finite and not negative, at any size.
+    /// Radiance from 0 to 10²⁰, at any size.
     pub radiance: Image,
-    /// Texels that were NaN, infinite or negative and have been repaired.
+    /// Texels that were NaN, negative or above 10²⁰ and have been repaired.
     pub repaired_texels: usize,
 }
 
 impl Environment {
     /// A panorama in memory. Values that are not light are repaired and counted: negative ones (a filter's ringing)
-    /// become 0, +∞ becomes the panorama's largest finite value, and NaN the median of its neighbours, which a sun
+    /// become 0, +∞ and what is above 10²⁰ become the largest value below that, and NaN the median of its neighbours, which a sun
     /// among them does not raise.
     pub fn from_radiance(name: impl Into<String>, mut radiance: Image) -> Self {
-        let is_light = |v: f32| v.is_finite() && v >= 0.0;
+        let is_light = |v: f32| (0.0..=MOST_RADIANCE).contains(&v);
         let broken: Vec<usize> = (0..radiance.pixels.len())
             .filter(|&i| !radiance.pixels[i].into_iter().all(is_light))
             .collect();
@@ -157,7 +161,7 @@ fn median_of_neighbours(image: &Image, i: usize, c: usize) -> f32 {
     let rows = y.saturating_sub(1)..(y + 2).min(height);
     let mut values: Vec<f32> = rows
         .flat_map(|row| [width - 1, 0, 1].map(|dx| image.at((x + dx) % width, row)[c]))
-        .filter(|v| v.is_finite() && *v >= 0.0)
+        .filter(|v| (0.0..=MOST_RADIANCE).contains(v))
         .collect();
     values.sort_by(f32::total_cmp);
     values

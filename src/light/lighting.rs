@@ -1,7 +1,7 @@
 //! How an environment lights the subject: turned freely, graded, and joined by lights placed by hand.
 
 use super::placed::PlacedLight;
-use super::weights::{LightWeights, Partition, Weighting, rotation};
+use super::weights::{self, LightWeights, Partition, Weighting, rotation};
 use super::{Environment, Rig, YawTable, white};
 use base::numbers::{ANGLES, within};
 use glam::Quat;
@@ -199,7 +199,7 @@ impl EnvironmentWeights {
                 / total;
         }
         for (weight, placed) in weights.per_lamp.iter_mut().zip(&placed.per_lamp) {
-            *weight = std::array::from_fn(|c| (weight[c] + placed[c]).min(f32::MAX));
+            *weight = std::array::from_fn(|c| (weight[c] + placed[c]).min(weights::MOST));
         }
         weights
     }
@@ -212,10 +212,10 @@ impl EnvironmentWeights {
     }
 }
 
-/// Multiplies by `gains`, clamped to finite values.
+/// Multiplies by `gains`, up to the largest weight.
 fn scale(weights: &mut LightWeights, gains: [f32; 3]) {
     for weight in &mut weights.per_lamp {
-        *weight = std::array::from_fn(|c| (weight[c] * gains[c]).min(f32::MAX));
+        *weight = std::array::from_fn(|c| (weight[c] * gains[c]).min(weights::MOST));
     }
 }
 

@@ -32,8 +32,8 @@ pub struct Rig {
 
 impl Lamp {
     /// The least energy that can be divided by: with less, an environment's energy of 10⁸ would need a weight beyond
-    /// what f32 holds.
-    const LEAST_ENERGY: f32 = 1e-30;
+    /// [`super::weights::MOST`].
+    const LEAST_ENERGY: f32 = 1e-17;
 
     /// Whether the lamp can be used: the ball shows it, in every channel. A lamp without light in one channel would
     /// need an infinite weight there.

@@ -47,10 +47,13 @@ pub enum Weighting {
     Fit,
 }
 
+/// The largest weight: sums of lamps, brightened by an exposure, stay within f32.
+pub const MOST: f32 = 1e25;
+
 /// An environment in terms of a rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightWeights {
-    /// For each lamp and channel the factor on its OLAT: finite and not negative.
+    /// For each lamp and channel the factor on its OLAT, from 0 to [`MOST`].
     pub per_lamp: Vec<[f32; 3]>,
     /// Share of the environment's luminance energy that comes from where the rig has no lamp, 0 to 1.
     pub uncovered: f32,
@@ -293,7 +296,7 @@ impl LampDivision {
         for ((weight, energy), lamp) in per_lamp.iter_mut().zip(&energy).zip(&self.lamp_energy) {
             for c in 0..3 {
                 if energy[c] > 0.0 {
-                    weight[c] = (energy[c] / f64::from(lamp[c])).min(f64::from(f32::MAX)) as f32;
+                    weight[c] = (energy[c] / f64::from(lamp[c])).min(f64::from(MOST)) as f32;
                 }
             }
         }

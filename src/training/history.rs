@@ -127,7 +127,8 @@ fn point(fields: &[&str]) -> Option<LossPoint> {
     let loss = |text: &str| text.parse::<f32>().ok().filter(|loss| loss.is_finite());
     Some(LossPoint {
         step: step.parse().ok()?,
-        seconds: (seconds.parse().ok()).filter(|s: &f64| s.is_finite())?,
+        // Differences of larger ones may be infinite.
+        seconds: (seconds.parse().ok()).filter(|s: &f64| (0.0..=1e12).contains(s))?,
         reconstruction: loss(reconstruction),
         rendering: loss(rendering),
         held_out_db: None,

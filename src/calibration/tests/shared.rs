@@ -225,4 +225,8 @@ fn clipped_balls_are_counted_and_leave_directions_trusted() {
         );
     }
     assert!(found.warnings().iter().any(|w| w.contains("clipped")));
+    test_support::shown!(Light, "A calibration from balls of which every lamp is clipped",
+ danger: "lamps have the wrong energy, and γ is sure of it", done: "clipping is counted, energies come from the subject too, and γ's interval is widened",
+ bound: "directions to 2.5° and weights to 5 % in the median; γ within two stated deviations",
+ measured: format!("{angle:.2}°, {:.1} %", 100.0 * weight));
 }

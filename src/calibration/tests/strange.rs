@@ -74,6 +74,9 @@ fn odd_sizes_and_balls_never_panic() {
         }
     }
     assert!(refused > 0);
+    test_support::shown!(Light, "Black, white and tiny photographs (1×1, 1×40, 41×17) of balls beyond the frame, of 10¹⁰ pixels, at NaN; 1, 2 and 6 lamps",
+ danger: "a panic, or directions that are NaN", done: "refused in a sentence, or lamps with an honest confidence",
+ bound: "unit directions, confidences from 0 to 1, all finite", measured: format!("holds; {refused} refused"));
 }
 
 #[test]
@@ -99,4 +102,97 @@ fn figures_that_no_ball_has_are_refused_in_a_sentence() {
     project.settings.shoot.lamps.clear();
     let sentence = outcome(&project).unwrap_err();
     assert!(sentence.contains("names no lamps"), "{sentence}");
+}
+
+/// Gives the balls' photographs other codes.
+fn spoil(project: &Project, code: impl Fn(f32, f32) -> f32) {
+    let mut seed = 1u64;
+    for path in project.probe_paths() {
+        let picture = file::read_encoded(&path).unwrap().0;
+        let spoilt = picture.map(|pixel| {
+            pixel.map(|v| {
+                seed = (seed.wrapping_mul(6_364_136_223_846_793_005)).wrapping_add(1);
+                // Evenly distributed with mean 0 and deviation 1.
+                let random = ((seed >> 40) as f32 / (1u64 << 24) as f32 - 0.5) * 12f32.sqrt();
+                code(v, random).clamp(0.0, 1.0)
+            })
+        });
+        file::write_png(&path, &Encoded(spoilt)).unwrap();
+    }
+}
+
+#[test]
+fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
+    let curve = DualGamma {
+        gamma1: 2.4,
+        gamma2: 1.8,
+    };
+    let dome: Vec<Vec3> = dome().into_iter().map(|(direction, _)| direction).collect();
+    let mut measured = Vec::new();
+    let kinds: [(&str, &dyn Fn(f32, f32) -> f32); 6] = [
+        ("noise of 2 % of white", &|v, random| v + 0.02 * random),
+        ("of 10 %", &|v, random| v + 0.1 * random),
+        ("of 40 %", &|v, random| v + 0.4 * random),
+        ("noise alone", &|_, random| 0.5 + 0.5 * random),
+        ("black", &|_, _| 0.0),
+        ("white", &|_, _| 1.0),
+    ];
+    for (name, code) in kinds {
+        let folder = tempfile::tempdir().unwrap();
+        let mut project = small_shoot(folder.path(), &curve);
+        spoil(&project, code);
+        let settings = CalibrateSettings {
+            keep_motion: true,
+            ..CalibrateSettings::default()
+        };
+        let found = match calibrate(&mut project, &settings, &Progress::silent()) {
+            Ok(found) => found,
+            Err(refusal) => {
+                println!("{name}: {refusal}");
+                measured.push(format!("{name}: refused"));
+                continue;
+            }
+        };
+        let angles = angles_deg(&found.rig, &dome);
+        let lamps = found.rig.lamps.iter().zip(&angles);
+        let trusted: Vec<f32> = (lamps.filter(|(lamp, _)| lamp.confidence > 0.5))
+            .map(|(_, angle)| *angle)
+            .collect();
+        let wrong = trusted.iter().filter(|angle| **angle > 5.0).count();
+        let (count, worst) = (trusted.len(), trusted.iter().copied().fold(0.0, f32::max));
+        let off = [0, 1].map(|i| {
+            let truth = [curve.gamma1, curve.gamma2][i];
+            (exponents(&found)[i] - truth).abs() / found.gamma_deviation[i]
+        });
+        println!(
+            "{name}: {count} trusted, {wrong} wrong, at most {worst:.2}°; γ off by {off:.2?} deviations {:?}; {:?}",
+            found.gamma_deviation, found.rig_findings
+        );
+        assert!(
+            found
+                .rig
+                .lamps
+                .iter()
+                .all(|l| l.energy.iter().all(|e| e.is_finite() && *e >= 0.0))
+        );
+        assert!(
+            found
+                .interview_weights
+                .iter()
+                .flatten()
+                .all(|w| w.is_finite() && *w >= 0.0)
+        );
+        assert!(wrong == 0, "{name}: {angles:?}");
+        assert!(off.iter().all(|off| *off < 3.0), "{name}: {off:?}");
+        let balls_show_nothing = ["noise alone", "black", "white"].contains(&name);
+        assert!(!balls_show_nothing || count == 0, "{name}: {count} trusted");
+        measured.push(format!(
+            "{name}: {count} of 14 trusted, {worst:.1}° off at most"
+        ));
+    }
+    test_support::shown!(Light, "Mirror balls under noise, of noise alone, black, white",
+        danger: "directions and a response that are wrong and sure",
+        done: "a lamp's confidence falls with what its ball shows; the response's interval widens; or a refusal",
+        bound: "no lamp of confidence above a half is off by 5°; none is trusted where the balls show nothing; γ within three deviations",
+        measured: measured.join("; "));
 }

@@ -191,6 +191,33 @@ mod tests {
     }
 
     #[test]
+    fn a_hundred_thousand_steps_leave_an_average_without_bias() {
+        const KEEP: f32 = 0.99;
+        let value = |step: usize, i: usize| {
+            let noise = (step * 7 + i).wrapping_mul(2_654_435_761) >> 8 & 0xffff;
+            1.0 + i as f32 + noise as f32 / 65536.0
+        };
+        let mut average: Vec<f32> = (0..8).map(|i| value(0, i)).collect();
+        let mut exact: Vec<f64> = average.iter().map(|v| f64::from(*v)).collect();
+        let mut worst = 0.0f64;
+        for step in 1..=100_000 {
+            let now: Vec<f32> = (0..8).map(|i| value(step, i)).collect();
+            follow(&mut average, &now, KEEP);
+            for ((exact, now), average) in exact.iter_mut().zip(&now).zip(&average) {
+                *exact = f64::from(KEEP) * *exact + f64::from(1.0 - KEEP) * f64::from(*now);
+                worst = worst.max((f64::from(*average) / *exact - 1.0).abs());
+            }
+        }
+        // Two products and a sum are rounded in each step, and 1 / (1 − 0.99) steps count.
+        let bound = 3.0 * 0.5 * f64::from(f32::EPSILON) * 100.0;
+        assert!(worst <= bound, "{worst:e}");
+        test_support::shown!(Network, "The running average of weights over 10⁵ steps",
+            danger: "a small share of a new value is less than a rounding of the old: the average stands still or drifts",
+            done: "the average keeps 0.99 of itself, so that rounding errors fade with it",
+            bound: "beside f64: three roundings of a hundred steps, 1.8e-5", measured: format!("{worst:.1e}"));
+    }
+
+    #[test]
     fn results_do_not_depend_on_the_number_of_threads() {
         assert_independent_of_threads(|| trained(100_003).0);
         assert_independent_of_threads(|| trained(100_003).1);

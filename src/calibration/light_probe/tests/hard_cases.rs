@@ -18,6 +18,9 @@ fn a_ball_that_the_frame_cuts_says_what_is_missing() {
     for value in probe.panorama.pixels.iter().flatten() {
         assert!((value - 1.0).abs() < 0.01, "{value}");
     }
+    test_support::shown!(Light, "A mirror ball cut in half by the frame",
+ danger: "half of the light is silently black", done: "what is not seen is filled, and its share is said",
+ bound: "share said between 45 and 55 %; an even sky stays even to 1 %", measured: format!("{:.1} %", 100.0 * probe.blind_share));
 }
 
 #[test]
@@ -138,6 +141,8 @@ fn a_black_ball_is_a_black_panorama() {
         ),
         (0.0, 0, 0.0)
     );
+    test_support::shown!(Light, "A black mirror ball", danger: "shares of no energy are 0/0", done: "a black panorama; nothing is filled or estimated",
+ bound: "exactly 0", measured: "0");
 }
 
 #[test]
@@ -154,6 +159,9 @@ fn a_wholly_clipped_ball_is_counted_and_left_as_it_is() {
         };
         assert_eq!(probe.unestimated_pixels, unestimated);
     }
+    test_support::shown!(Light, "A mirror ball that is clipped everywhere",
+ danger: "light beyond white is invented without a flank to go by", done: "all pixels are counted as clipped, and as not estimated",
+ bound: "every pixel counted, none changed", measured: "all");
 }
 
 #[test]
@@ -172,4 +180,6 @@ fn values_that_are_not_light_are_repaired_and_counted() {
             .flatten()
             .all(|v| v.is_finite() && *v >= 0.0)
     );
+    test_support::shown!(Light, "NaN, ∞ and negative pixels on a mirror ball", danger: "one of them makes the environment NaN",
+ done: "they are repaired and counted", bound: "all radiance finite and ≥ 0", measured: "holds");
 }

@@ -1,0 +1,226 @@
+//! Networks that no training would leave behind: collapsed, saturated, fed with extremes.
+
+use super::gpu;
+use afterlight::compositor::{
+    CameraView, Extra, FieldEncoder, Ingredients, Levels, Storage, Upstream, compose,
+};
+use afterlight::footage::Frame;
+use afterlight::gpu::{ComputeDevice, DeviceChoice};
+use afterlight::imaging::{Image, Mask};
+use afterlight::light::{Environment, LightWeights};
+use afterlight::reflectance::checkpoint::CheckpointInfo;
+use afterlight::reflectance::render::RATIO_FLOOR;
+use afterlight::reflectance::{
+    Formulation, Normalization, Precision, Predictor, Statistics, UNet, UNetConfig,
+};
+use afterlight::scene::{Output, Scene};
+use burn::module::{Module, ModuleMapper, Param};
+use burn::tensor::{Device, Tensor};
+use test_support::shown;
+
+const SIZE: usize = 16;
+const LAMPS: usize = 3;
+const SCALE: f32 = 3.0;
+
+fn config(
+    normalization: Normalization,
+    statistics: Statistics,
+    precision: Precision,
+) -> UNetConfig {
+    UNetConfig {
+        size: SIZE,
+        lamps: LAMPS,
+        depth: None,
+        width: 8,
+        most_channels: 16,
+        normalization,
+        statistics,
+        formulation: Formulation::Ratio,
+        precision,
+    }
+}
+
+/// Every weight times `factor`, plus `shift`.
+struct Changed {
+    factor: f32,
+    shift: f32,
+}
+
+impl ModuleMapper for Changed {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        param.map(|value| value * self.factor + self.shift)
+    }
+}
+
+fn predictor(network: &UNet, config: UNetConfig, device: &Device) -> Predictor {
+    let info = CheckpointInfo {
+        step: 0,
+        seconds: 0.0,
+        scale: SCALE,
+        training_frames: Vec::new(),
+        network: config,
+        held_out: None,
+    };
+    Predictor::new(network.clone().to_device(device), info, device)
+}
+
+/// Plates that are hard: noise, black, white, far beyond white.
+fn frames() -> Vec<Frame> {
+    let noise = |x: usize, y: usize| ((x * 7919 + y * 104_729) % 251) as f32 / 251.0;
+    let plates = [
+        Image::from_fn(SIZE, SIZE, |x, y| [noise(x, y), noise(y, x), 0.5]),
+        Image::filled(SIZE, SIZE, [0.0; 3]),
+        Image::filled(SIZE, SIZE, [1.0; 3]),
+        Image::filled(SIZE, SIZE, [1e4; 3]),
+    ];
+    let masks = [
+        Mask::filled(SIZE, SIZE, 1.0),
+        Mask::from_fn(SIZE, SIZE, |x, y| f32::from(u8::from((x, y) == (5, 9)))),
+        Mask::filled(SIZE, SIZE, 0.0),
+    ];
+    let pairs = plates
+        .iter()
+        .flat_map(|plate| masks.iter().map(move |mask| (plate, mask)));
+    pairs
+        .map(|(plate, mask)| Frame {
+            index: 0,
+            plate: plate.clone(),
+            mask: mask.clone(),
+        })
+        .collect()
+}
+
+/// Predicts and lights all frames; counts pixels that are not light within what an output of 1 stands for.
+fn wrong_pixels(predictor: &Predictor, compute: &ComputeDevice, storage: Storage) -> usize {
+    let mut wrong = 0;
+    for frame in frames() {
+        let field = predictor.predict_on_device(&frame).unwrap();
+        let field = FieldEncoder::new(storage)
+            .encode(field, compute.passes())
+            .unwrap();
+        let lit = field.relight(&[[1.0; 3]; LAMPS]).unwrap();
+        let pixels = lit
+            .pixels
+            .iter()
+            .zip(&frame.plate.pixels)
+            .zip(&frame.mask.pixels);
+        for ((pixel, plate), alpha) in pixels {
+            let light = |c: usize| {
+                let most = if *alpha > 0.0 {
+                    LAMPS as f32 * SCALE * (plate[c] + RATIO_FLOOR)
+                } else {
+                    0.0
+                };
+                // The sum of three lamps, of components at the most, each rounded.
+                (-1e-2 * most..=1.01 * most).contains(&pixel[c])
+            };
+            wrong += usize::from(!(0..3).all(light));
+        }
+    }
+    wrong
+}
+
+const KINDS: [(Normalization, Statistics); 4] = [
+    (Normalization::Group, Statistics::Own),
+    (Normalization::Batch, Statistics::Own),
+    (Normalization::Batch, Statistics::Running),
+    (Normalization::None, Statistics::Own),
+];
+
+/// Whether all pictures of the frames are finite.
+fn pictures_are_finite(predictor: &Predictor, compute: &ComputeDevice) -> bool {
+    let weights = LightWeights {
+        per_lamp: vec![[1.0; 3]; LAMPS],
+        uncovered: 0.0,
+    };
+    let scene = Scene {
+        output: Output::Linear,
+        ..Scene::default()
+    };
+    frames().iter().all(|frame| {
+        let field = predictor.predict_on_device(frame).unwrap();
+        let mut encoder = FieldEncoder::new(Storage::F16);
+        let of = Ingredients {
+            field: &encoder.encode(field, compute.passes()).unwrap(),
+            mask: &frame.mask,
+            weights: &weights,
+            environment: &Environment::from_radiance("even", Image::filled(2, 1, [1.0; 3])),
+            levels: Levels::default(),
+            view: CameraView::default(),
+            upstream: Upstream::default(),
+            extra: Extra::default(),
+        };
+        let linear = compose(&scene, &of).unwrap().linear.unwrap();
+        linear.pixels.iter().flatten().all(|v| v.is_finite())
+    })
+}
+
+/// Weights times a factor, plus a number.
+const CHANGES: [(f32, f32); 4] = [(0.0, 0.0), (1e3, 0.0), (0.0, 1e3), (0.0, -1e3)];
+
+/// The same where a picture's own variance normalises nothing: ten layers multiply by the factor.
+const UNNORMALIZED: [(f32, f32); 4] = [(0.0, 0.0), (10.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+
+fn collapsed_and_saturated(
+    compute: &ComputeDevice,
+    kinds: &[(Normalization, Statistics)],
+    storages: &[Storage],
+) {
+    let cpu = Device::flex();
+    for precision in [Precision::Full, Precision::Half] {
+        for &(normalization, statistics) in kinds {
+            let config = config(normalization, statistics, precision);
+            let network = config.init(0.3, &cpu).materialize();
+            let changed = |factor: f32, shift: f32| {
+                let network = network.clone().map(&mut Changed { factor, shift });
+                predictor(&network, config.clone(), &compute.device)
+            };
+            let normalized = normalization != Normalization::None && statistics == Statistics::Own;
+            for (factor, shift) in if normalized { CHANGES } else { UNNORMALIZED } {
+                let predictor = changed(factor, shift);
+                for &storage in storages {
+                    let wrong = wrong_pixels(&predictor, compute, storage);
+                    assert_eq!(
+                        wrong, 0,
+                        "{normalization:?} {statistics:?} {precision:?} {storage:?}: weights · {factor} + {shift}"
+                    );
+                }
+            }
+            // Beyond what layers without a normalisation can multiply within f32.
+            for factor in [1e6, 1e18] {
+                assert!(
+                    pictures_are_finite(&changed(factor, 0.0), compute),
+                    "{normalization:?} {statistics:?} {precision:?}: weights · {factor}"
+                );
+            }
+        }
+    }
+}
+
+const DANGER: &str = "a variance of 0, or one that overflows, makes the picture NaN";
+const DONE: &str = "normalisation has an ε and computes in f32; a sigmoid ends what a network can say; what overflows all \
+                    the same is mended in the picture and counted";
+const BOUND: &str = "every pixel finite, from 0 to what outputs of 1 stand for, 0 outside the matte; 10⁶ and 10¹⁸ times too \
+                     large: pictures finite";
+
+#[test]
+fn collapsed_and_saturated_networks_predict_light() {
+    let cpu = ComputeDevice::choose(DeviceChoice::Cpu);
+    let storages = [Storage::F32, Storage::F16, Storage::Compressed];
+    collapsed_and_saturated(&cpu, &KINDS, &storages);
+    shown!(Network, "Networks whose weights are all 0, all ±1000, or a thousand times too large (±1 and ten times without a normalisation), given noise, black, white and 10⁴",
+        danger: DANGER, done: DONE, bound: BOUND,
+        measured: "no pixel outside, with each normalisation, f32 and half, each storage format");
+}
+
+#[test]
+fn collapsed_and_saturated_networks_predict_light_on_a_gpu() {
+    let Some((compute, _turn)) = gpu() else {
+        return;
+    };
+    // One normalisation: compiling a network's kernels takes a software GPU long.
+    collapsed_and_saturated(&compute, &KINDS[..1], &[Storage::F16]);
+    shown!(Network, "The same networks on a GPU, f32 and f16 where it has that",
+        danger: "f16 ends at 65,504: sums over a picture are infinite, and ∞ − ∞ is NaN",
+        done: DONE, bound: BOUND, measured: "no pixel outside");
+}

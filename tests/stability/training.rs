@@ -1,0 +1,134 @@
+//! Thousands of steps on pictures that nothing can be learnt from.
+
+use afterlight::gpu::DeviceChoice;
+use afterlight::imaging::{Encoded, Image, file};
+use afterlight::progress::Progress;
+use afterlight::project::Project;
+use afterlight::reflectance::{Normalization, Precision, Statistics};
+use afterlight::training::{Preset, TrainSettings, Trainer, TrainingConfig};
+use burn::tensor::Device;
+use std::path::Path;
+use test_shoot::TestShoot;
+use test_support::shown;
+
+const STEPS: usize = 2000;
+const SIZE: usize = 16;
+
+/// Codes by picture, pixel and channel.
+type Codes = fn(usize, usize) -> f32;
+
+fn noise(picture: usize, i: usize) -> f32 {
+    ((picture * 1_000_003 + i).wrapping_mul(2_654_435_761) >> 8 & 0xff) as f32 / 255.0
+}
+
+fn settings(normalization: Normalization, precision: Precision) -> TrainSettings {
+    TrainSettings {
+        config: TrainingConfig {
+            width: 8,
+            most_channels: 16,
+            normalization,
+            statistics: Statistics::Own,
+            precision,
+            minutes: None,
+            decay: false,
+            ..Preset::Quick.config()
+        },
+        exclude_frames: Vec::new(),
+        hold_out: None,
+        fresh: true,
+        device: DeviceChoice::Cpu,
+    }
+}
+
+/// Gives all OLATs and frames these codes.
+fn paint(project: &Project, codes: Codes) {
+    let shoot = &project.settings.shoot;
+    let olats = (0..shoot.poses.len())
+        .flat_map(|pose| (0..shoot.lamps.len()).map(move |lamp| project.olat_path(pose, lamp)));
+    let frames = (0..shoot.frames.len()).map(|frame| project.frame_path(frame));
+    for (number, path) in olats.chain(frames).enumerate() {
+        // A ball of 16 pixels would be too small, so pictures are twice as large as they are worked with.
+        let picture = Image::from_fn(2 * SIZE, 2 * SIZE, |x, y| {
+            [0, 1, 2].map(|c| codes(number, 3 * (y / 2 * SIZE + x / 2) + c))
+        });
+        file::write_png(&path, &Encoded(picture)).unwrap();
+    }
+}
+
+/// A project with the light and the camera of a small shoot.
+fn project(folder: &Path) -> (Project, afterlight::calibration::Calibration) {
+    let shoot = TestShoot {
+        frames: 2,
+        lamps: 4,
+        size: 2 * SIZE,
+        working_size: SIZE,
+    };
+    shoot.calibrate(folder, "film")
+}
+
+/// Means of the losses on exemplars over the first and the last hundred steps; all must be finite and all steps taken.
+fn losses(trainer: &mut Trainer) -> [f64; 2] {
+    let mut losses = Vec::with_capacity(STEPS);
+    for step in 0..STEPS {
+        let report = trainer.step(0.0);
+        assert!(report.taken, "step {step}: {report:?}");
+        if let Some(loss) = report.reconstruction {
+            losses.push(f64::from(loss + report.rendering.unwrap_or(0.0)));
+        }
+    }
+    trainer.check_weights().unwrap();
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    [mean(&losses[..20]), mean(&losses[losses.len() - 100..])]
+}
+
+#[test]
+fn two_thousand_steps_on_noise_black_and_one_grey_end_no_worse_than_they_began() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = project(folder.path());
+    let kinds: [(&str, Codes); 3] = [
+        ("noise", noise),
+        // All black is refused; this is the darkest code.
+        ("black", |_, _| 1.0 / 255.0),
+        ("grey", |_, _| 0.5),
+    ];
+    let mut measured = Vec::new();
+    for (name, codes) in kinds {
+        paint(&project, codes);
+        for (normalization, precision) in [
+            (Normalization::Group, Precision::Full),
+            (Normalization::Batch, Precision::Half),
+        ] {
+            let (device, silent) = (Device::flex(), Progress::silent());
+            let settings = settings(normalization, precision);
+            let mut trainer =
+                Trainer::new(&project, &calibration, &settings, &device, &silent).unwrap();
+            let [first, last] = losses(&mut trainer);
+            println!("{name}, {normalization:?}, {precision:?}: {first:.4} to {last:.4}");
+            assert!(
+                last <= first,
+                "{name}, {normalization:?}: {first} became {last}"
+            );
+            measured.push(format!("{name} {first:.1e} to {last:.1e}"));
+        }
+    }
+    shown!(Network, "2,000 steps on noise, on the darkest code and on one grey, by group and by batch normalisation, f32 and half",
+        danger: "constant pictures have no variance, noise has nothing to learn: weights run away or become NaN",
+        done: "variances have an ε, gradients a common norm, and a step that is not finite is not taken",
+        bound: "every step taken, all weights finite, the loss of the last 100 steps at most that of the first 20",
+        measured: measured.join(", "));
+}
+
+#[test]
+fn black_olats_are_refused_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, calibration) = project(folder.path());
+    paint(&project, |_, _| 0.0);
+    let (device, silent) = (Device::flex(), Progress::silent());
+    let settings = settings(Normalization::Group, Precision::Full);
+    let refused = Trainer::new(&project, &calibration, &settings, &device, &silent);
+    let sentence = refused.err().expect("black teaches nothing").to_string();
+    assert!(sentence.contains("has light on it"), "{sentence}");
+    shown!(Network, "Training on OLATs that are wholly black",
+        danger: "levels are divided by the brightest pixel, which is 0",
+        done: "refused in a sentence that names the mattes' folder");
+}
