@@ -87,16 +87,21 @@ impl Console {
     /// Prints a command's result: `figures` as JSON, or `sentences`.
     ///
     /// # Errors
-    /// As [`print`].
+    /// As [`print`], and when the figures name a path that JSON cannot hold.
     pub fn finish(
         &self,
         figures: &impl Serialize,
         sentences: impl FnOnce() -> String,
     ) -> Result<()> {
         if self.json {
-            // Our own figures always serialise; NaN becomes null.
-            let figures = serde_json::to_string(figures);
-            print(&figures.unwrap_or_else(|e| format!("{{\"error\":\"{e}\"}}")))
+            // NaN becomes null; a path may be no UTF-8.
+            let figures = serde_json::to_string(figures).map_err(|e| {
+                Error::invalid(
+                    format!("the figures cannot be written as JSON: {e}"),
+                    "The work itself is done. Rename the folder or file, or leave --json out",
+                )
+            })?;
+            print(&figures)
         } else {
             print(&sentences())
         }
