@@ -478,7 +478,11 @@ fn wrong_usage_exits_with_2_and_help_has_examples() {
         (&relight, "--grain nan", "from 0 to 4"),
         (&relight, "--size -16", "from 16 to 8192"),
         (&relight, "--light 0,0,nan,1", "AZIMUTH"),
-        (&relight, "--yaw-keys 0:nan", "nor"),
+        (
+            &relight,
+            "--yaw-keys 0:nan",
+            "neither may exceed 1000000000",
+        ),
         (&relight, "--front inf", "degrees of yaw"),
         (&probe, "--fov nan", "from 0.1 to 179"),
         (&probe, "--height -1", "from 1 to 4096"),

@@ -227,7 +227,10 @@ fn a_second_studio_reads_only_and_writes_once_the_first_is_closed() {
 
     drop(first);
     second.get_by_label("Try again").click();
-    second.run_steps(3);
+    until(&mut second, "right to write", |app| {
+        app.worker().is_some_and(|worker| worker.writable().is_ok())
+    });
+    second.run();
     assert!(second.query_by_label("Read-only").is_none());
     let refused = Lock::take(folder.path(), "another")
         .unwrap_err()

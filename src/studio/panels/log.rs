@@ -17,20 +17,15 @@ pub struct LogPanel {
 
 impl LogPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
+        let lines = &context.status.log;
         ui.horizontal(|ui| {
             for (is_hard_cases, name) in [(false, "Messages"), (true, "Hard cases")] {
                 ui.selectable_value(&mut self.hard_cases, is_hard_cases, name);
             }
-        });
-        if self.hard_cases {
-            return hard_cases_ui(ui);
-        }
-        let lines = &context.status.log;
-        if lines.is_empty() {
-            ui.label(RichText::new("No messages yet").color(theme::QUIET));
-            return;
-        }
-        ui.horizontal(|ui| {
+            if self.hard_cases || lines.is_empty() {
+                return;
+            }
+            ui.separator();
             if icons::worded_ui(ui, icons::COPY, "Copy all").clicked() {
                 let text: Vec<String> = lines.iter().map(ToString::to_string).collect();
                 ui.ctx().copy_text(text.join("\n"));
@@ -39,6 +34,13 @@ impl LogPanel {
                 out.push(Command::Window(WindowCommand::ClearLog));
             }
         });
+        if self.hard_cases {
+            return hard_cases_ui(ui);
+        }
+        if lines.is_empty() {
+            ui.label(RichText::new("No messages yet").color(theme::QUIET));
+            return;
+        }
         ScrollArea::vertical()
             .auto_shrink(false)
             .stick_to_bottom(true)
