@@ -163,6 +163,8 @@ fn retype(file: &mut Vec<u8>, draw: &mut Draw) {
 }
 
 /// Corrects the checksums of a PNG's parts, so that what is behind them is read.
+// It is a repair, and others change the length.
+#[expect(clippy::ptr_arg)]
 pub fn png_checksums(file: &mut Vec<u8>) {
     let mut at = 8;
     while let Some(length) = file.get(at..at + 4) {

@@ -121,6 +121,9 @@ fn spoil(project: &Project, code: impl Fn(f32, f32) -> f32) {
     }
 }
 
+/// What a code of a ball becomes, with a draw.
+type Spoil<'a> = &'a dyn Fn(f32, f32) -> f32;
+
 #[test]
 fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
     let curve = DualGamma {
@@ -129,7 +132,7 @@ fn noisy_black_and_white_balls_are_refused_or_said_to_be_doubtful() {
     };
     let dome: Vec<Vec3> = dome().into_iter().map(|(direction, _)| direction).collect();
     let mut measured = Vec::new();
-    let kinds: [(&str, &dyn Fn(f32, f32) -> f32); 6] = [
+    let kinds: [(&str, Spoil); 6] = [
         ("noise of 2 % of white", &|v, random| v + 0.02 * random),
         ("of 10 %", &|v, random| v + 0.1 * random),
         ("of 40 %", &|v, random| v + 0.4 * random),
