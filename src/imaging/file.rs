@@ -34,7 +34,7 @@ fn reader(path: &Path) -> Result<ImageReader<BufReader<File>>> {
 }
 
 /// Refuses an OpenEXR file whose blocks (lines or tiles that are decoded at once) would take more than
-/// [`MAX_BLOCK_BYTES`]: decoders take that memory before they look at the block's content.
+/// `MAX_BLOCK_BYTES`: decoders take that memory before they look at the block's content.
 ///
 /// # Errors
 /// Then: what is wrong.
