@@ -11,7 +11,7 @@ use egui::{RichText, ScrollArea, Ui};
 
 #[derive(Default)]
 pub struct LogPanel {
-    /// Hard cases are shown, not messages.
+    /// The hard cases lie over the window.
     hard_cases: bool,
 }
 
@@ -19,13 +19,12 @@ impl LogPanel {
     pub fn ui(&mut self, ui: &mut Ui, context: &PanelContext, out: &mut Vec<Command>) {
         let lines = &context.status.log;
         ui.horizontal(|ui| {
-            for (is_hard_cases, name) in [(false, "Messages"), (true, "Hard cases")] {
-                ui.selectable_value(&mut self.hard_cases, is_hard_cases, name);
+            if ui.button("Hard cases…").clicked() {
+                self.hard_cases = true;
             }
-            if self.hard_cases || lines.is_empty() {
+            if lines.is_empty() {
                 return;
             }
-            ui.separator();
             if icons::worded_ui(ui, icons::COPY, "Copy all").clicked() {
                 let text: Vec<String> = lines.iter().map(ToString::to_string).collect();
                 ui.ctx().copy_text(text.join("\n"));
@@ -34,9 +33,11 @@ impl LogPanel {
                 out.push(Command::Window(WindowCommand::ClearLog));
             }
         });
-        if self.hard_cases {
-            return hard_cases_ui(ui);
-        }
+        egui::Window::new("Hard cases, and what is done about them")
+            .open(&mut self.hard_cases)
+            .collapsible(false)
+            .default_size([680.0, 420.0])
+            .show(ui.ctx(), hard_cases_ui);
         if lines.is_empty() {
             ui.label(RichText::new("No messages yet").color(theme::QUIET));
             return;
