@@ -96,7 +96,7 @@ fn weights_of_any_content_are_loaded_or_refused() {
         |path: &Path| { load_checkpoint(folder.path(), path) }
     );
     shown!(Strangers, "Weights (`.bpk`) of any content, without a checksum",
-        danger: "a panic, all memory taken, weights that are NaN",
+        danger: "a crash, all memory taken, weights that are NaN",
         done: "they are read within their file's size, must fit the network and be finite",
         bound: "4 GiB at once", measured: measured);
 }
@@ -212,7 +212,7 @@ fn feature_weights_of_any_content_are_loaded_or_refused() {
     };
     let second = fuzz::run!(target, read_features);
     shown!(Strangers, "Feature weights (`.safetensors`, `.pth`) of any content",
-        danger: "a panic, all memory taken, a program in them that is run",
+        danger: "a crash, all memory taken, a program in them that is run",
         done: "nothing in them is run; sizes must fit the file",
         bound: "4 GiB at once", measured: format!("{first}; {second}"));
 }
@@ -240,7 +240,7 @@ fn training_logs_of_any_content_are_drawn_or_refused() {
         assert!(history.seconds_per_step().is_none_or(f64::is_finite));
         Ok(())
     });
-    shown!(Strangers, "A `training.csv` of any content", danger: "a panic, or a curve that is NaN",
+    shown!(Strangers, "A `training.csv` of any content", danger: "a crash, or a curve that is NaN",
         done: "lines that are no step are left out", bound: "finite curves", measured: measured);
 }
 
@@ -281,7 +281,7 @@ fn a_review_of_any_content_is_shown_or_refused() {
         marks.of("frame_005", "a");
         Ok(())
     });
-    shown!(Strangers, "A `measured.json` and a `review.toml` of any content", danger: "a panic",
+    shown!(Strangers, "A `measured.json` and a `review.toml` of any content", danger: "a crash",
         done: "an error that names the file", bound: "4 GiB at once", measured: format!("{first}; {second}"));
 }
 
@@ -367,6 +367,6 @@ fn a_command_of_any_words_is_parsed_or_refused() {
         }
         Ok(())
     });
-    shown!(Strangers, "Commands, settings and time codes of any words and numbers", danger: "a panic",
+    shown!(Strangers, "Commands, settings and time codes of any words and numbers", danger: "a crash",
         done: "what cannot be is a usage error", bound: "exit code 2", measured: measured);
 }

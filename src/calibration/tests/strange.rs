@@ -75,7 +75,7 @@ fn odd_sizes_and_balls_never_panic() {
     }
     assert!(refused > 0);
     test_support::shown!(Light, "Black, white and tiny photographs (1×1, 1×40, 41×17) of balls beyond the frame, of 10¹⁰ pixels, at NaN; 1, 2 and 6 lamps",
- danger: "a panic, or directions that are NaN", done: "refused in a sentence, or lamps with an honest confidence",
+ danger: "a crash, or directions that are NaN", done: "refused in a sentence, or lamps with an honest confidence",
  bound: "unit directions, confidences from 0 to 1, all finite", measured: format!("holds; {refused} refused"));
 }
 

@@ -84,7 +84,7 @@ fn a_project_file_of_any_content_is_used_or_refused() {
     let target = Target::of_text("project", path, vec![plain, rich]);
     let measured = fuzz::run!(target, |path: &Path| use_project(path.parent().unwrap()));
     shown!(Strangers, "A `project.toml` of any content",
-        danger: "a panic, a hang, all memory taken, a name that leads elsewhere",
+        danger: "a crash, a hang, all memory taken, a name that leads elsewhere",
         done: "numbers have ranges, names are those of files in the shoot's folders; all else is an error that names the file",
         bound: "4 GiB at once", measured: measured);
 }
@@ -117,7 +117,7 @@ fn a_calibration_of_any_content_is_used_or_refused() {
         }
     );
     shown!(Strangers, "A `calibration.toml` of any content",
-        danger: "a panic, or light that is NaN, infinite or negative",
+        danger: "a crash, or light that is NaN, infinite or negative",
         done: "every number that light is computed from is checked when it is read",
         bound: "4 GiB at once", measured: measured);
 }
@@ -156,7 +156,7 @@ fn a_manifest_of_any_content_gives_a_project_that_opens_or_none() {
             .map_err(|e| e.to_string())
     });
     shown!(Strangers, "A `manifest.json` of any content",
-        danger: "a panic, or a project that cannot be opened again",
+        danger: "a crash, or a project that cannot be opened again",
         done: "its numbers have ranges; what is imported opens as it was",
         bound: "4 GiB at once", measured: measured);
 }

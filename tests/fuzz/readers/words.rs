@@ -100,6 +100,6 @@ fn whatever_is_typed_is_understood_or_refused() {
         Err(said.chars().filter(|c| !c.is_control()).take(300).collect())
     });
     shown!(Strangers, "Responses, lights, keyframes, circles and fronts as they are typed",
-        danger: "a panic, or values that are NaN or infinite",
+        danger: "a crash, or values that are NaN or infinite",
         done: "what is no such value is an error", bound: "finite light, angles and curves", measured: measured);
 }
