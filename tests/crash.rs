@@ -101,6 +101,13 @@ impl Ground {
         command
     }
 
+    /// The program relighting the interview under a built-in environment.
+    fn relight(&self, environment: &str, to: &str) -> Command {
+        let mut command = self.command(&["relight", "film", "--device", "cpu"]);
+        command.args(["--environment", environment, "--to", to]);
+        command
+    }
+
     fn run(&self, arguments: &[&str]) -> Output {
         self.command(arguments).output().unwrap()
     }

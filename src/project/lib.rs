@@ -19,18 +19,18 @@ mod environments;
 mod framing;
 mod lock;
 mod sealed;
+mod shoot;
 
 pub use environments::{EnvironmentChange, KnownEnvironment, NamedEnvironment, free_name};
 pub use framing::{Framing, Framings, Padding};
 pub use lock::Lock;
 pub use sealed::{read_sealed, save_sealed};
+pub use shoot::{Ball, SecondBall, Shoot};
 
 use base::error::{Error, Result};
 use base::files::{self, write_beside};
-use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::ops::RangeInclusive;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -66,198 +66,6 @@ pub struct Settings {
     /// Which square of the subject's pictures is used; photographs of mirror balls are used whole.
     #[serde(default, skip_serializing_if = "Framings::is_empty")]
     pub framing: Framings,
-}
-
-/// What a shoot folder holds, found once at import.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Shoot {
-    /// The shoot's folder, relative to the project's.
-    pub folder: PathBuf,
-    /// Frames per second of the interview.
-    pub frame_rate: f64,
-    /// Names of the pose folders under `exemplars/`: `pose00` …
-    pub poses: Vec<String>,
-    /// Names of the OLATs that the network learns, without extension, the same in every pose and among the
-    /// probes: `olat_00` …
-    pub lamps: Vec<String>,
-    /// Names of the other OLATs, if the network learns only some: they light the interview too, so the calibration
-    /// needs them. Lamp numbers continue from `lamps`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub other_lamps: Vec<String>,
-    /// Names of the interview frames without extension: `frame_000` …
-    pub frames: Vec<String>,
-    /// How the mirror balls were photographed.
-    pub ball: Ball,
-    /// A second mirror ball under the same lamps; `None` if there is one ball.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub second_ball: Option<SecondBall>,
-    /// Radius of the dome that carries the lamps in metres, if it is known.
-    pub dome_radius_m: Option<f32>,
-    /// Environments that belong to the shoot; their files are relative to its folder.
-    pub environments: Vec<NamedEnvironment>,
-    /// The dome's plan: unit directions from the subject to the lamps in the order of [`Shoot::all_lamps`]; empty
-    /// if the shoot has none. Only used to check the measured rig.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub lamp_layout: Vec<Vec3>,
-}
-
-/// A mirror ball in the photographs under `probes/`, all taken by one fixed camera.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Ball {
-    /// Centre in pixels from the top left corner of the photograph (0 is the left edge of column 0).
-    pub center_px: [f32; 2],
-    /// Radius of the silhouette in pixels; 0 if it is not known where the ball is.
-    pub radius_px: f32,
-    /// Radius of the ball in metres.
-    pub radius_m: f32,
-    /// Distance from the camera to the ball's centre in metres.
-    pub camera_distance_m: f32,
-}
-
-/// A second mirror ball, photographed by the same camera under the same lamps.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SecondBall {
-    /// The folder of its photographs within the shoot, named as those of the first: `probes` if they show both balls.
-    pub folder: PathBuf,
-    /// How it was photographed.
-    pub ball: Ball,
-    /// Where the first ball's centre is and where this one's, in metres from the subject (right, up, towards the
-    /// camera); `None` if that is unknown.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub positions_m: Option<[Vec3; 2]>,
-}
-
-impl Ball {
-    /// A ball of unknown size that a camera photographed from so far away that all rays are parallel.
-    pub fn far(center_px: [f32; 2], radius_px: f32) -> Self {
-        Self {
-            center_px,
-            radius_px,
-            radius_m: 1.0,
-            camera_distance_m: 1e5,
-        }
-    }
-
-    /// A ball of which nothing is known, not even where it is in its photographs.
-    pub fn unknown() -> Self {
-        Self::far([0.0; 2], 0.0)
-    }
-
-    /// Whether it is known where the ball is in its photographs.
-    pub fn has_circle(&self) -> bool {
-        self.radius_px != 0.0
-    }
-
-    /// Whether sizes and distances are unknown: see [`Self::far`].
-    pub fn is_far(&self) -> bool {
-        let far = Self::unknown();
-        (self.radius_m, self.camera_distance_m) == (far.radius_m, far.camera_distance_m)
-    }
-}
-
-impl Ball {
-    /// Refuses a ball that no camera can have photographed.
-    ///
-    /// # Errors
-    /// Then.
-    pub fn check(&self) -> Result<()> {
-        // A million pixels, and ten times as far as a camera that counts as far away.
-        const LARGEST: f32 = 1e6;
-        let is_size = |v: f32| v > 0.0 && v <= LARGEST;
-        let is_place = |v: &f32| v.abs() <= LARGEST;
-        if is_size(self.radius_m)
-            && is_size(self.camera_distance_m)
-            && self.camera_distance_m > self.radius_m
-            && (0.0..=LARGEST).contains(&self.radius_px)
-            && self.center_px.iter().all(is_place)
-        {
-            return Ok(());
-        }
-        Err(Error::invalid(
-            format!(
-                "an impossible mirror ball ({self:?}): it must have a positive size and be nearer to the origin than \
-                 the camera, and no number may exceed {LARGEST}"
-            ),
-            "Correct the ball's and the camera's numbers",
-        ))
-    }
-}
-
-impl Shoot {
-    /// Frames per second that an interview may have.
-    pub const FRAME_RATES: RangeInclusive<f64> = 0.001..=100_000.0;
-
-    /// Refuses numbers that no shoot has, and names that are not those of files in its folders.
-    ///
-    /// # Errors
-    /// Then.
-    pub fn check(&self) -> Result<()> {
-        const CORRECT: &str = "Correct it, or import the shoot again";
-        if !Self::FRAME_RATES.contains(&self.frame_rate) {
-            let problem = format!(
-                "a frame rate of {} is not from {} to {} frames a second",
-                self.frame_rate,
-                Self::FRAME_RATES.start(),
-                Self::FRAME_RATES.end()
-            );
-            return Err(Error::invalid(problem, CORRECT));
-        }
-        let mut names = (self.poses.iter())
-            .chain(self.all_lamps())
-            .chain(&self.frames);
-        // File systems have no longer ones.
-        if let Some(name) = names.find(|name| !files::is_bare(name) || name.len() > 255) {
-            let problem = format!("{name:.300?} is not the name of a pose, lamp or frame");
-            return Err(Error::invalid(problem, CORRECT));
-        }
-        self.ball.check()?;
-        if let Some(second) = &self.second_ball {
-            second.ball.check()?;
-        }
-        let positions = self.second_ball.as_ref().and_then(|b| b.positions_m);
-        let is_direction = |v: &Vec3| v.is_finite() && v.length_squared() > 0.0;
-        let lamps = self.all_lamps().len();
-        let problem = if (self.dome_radius_m).is_some_and(|r| !(r > 0.0 && r <= 1e6)) {
-            "`dome_radius_m` is not a positive length in metres"
-        } else if positions.is_some_and(|both| !both.iter().all(|at| at.is_finite())) {
-            "`positions_m` of the second ball are not finite"
-        } else if !self.lamp_layout.is_empty()
-            && (self.lamp_layout.len() != lamps || !self.lamp_layout.iter().all(is_direction))
-        {
-            "`lamp_layout` is not a direction for each lamp"
-        } else {
-            return Ok(());
-        };
-        Err(Error::invalid(problem, CORRECT))
-    }
-
-    /// Where the centres of two mirror balls stood, in metres from the subject; `None` if there is one ball, or
-    /// positions or sizes are unknown.
-    pub fn ball_positions_m(&self) -> Option<[Vec3; 2]> {
-        let second = self.second_ball.as_ref()?;
-        let sized = !self.ball.is_far() && !second.ball.is_far();
-        second.positions_m.filter(|_| sized)
-    }
-
-    /// Radius in metres of the dome on which the directions that one ball shows end; `None` if it is unknown, or if
-    /// the positions of two balls are known: then each shows directions from itself, and both are joined.
-    pub fn ball_dome_radius_m(&self) -> Option<f32> {
-        (self.dome_radius_m).filter(|_| self.ball_positions_m().is_none())
-    }
-
-    /// The names of all lamps: those that the network learns, then the others.
-    pub fn all_lamps(&self) -> impl ExactSizeIterator<Item = &String> + Clone {
-        let count = self.lamps.len() + self.other_lamps.len();
-        (0..count).map(|lamp| self.lamp(lamp))
-    }
-
-    /// The name of lamp `lamp`, counted over all lamps.
-    ///
-    /// # Panics
-    /// When the lamp does not exist.
-    pub fn lamp(&self, lamp: usize) -> &String {
-        (self.lamps.get(lamp)).unwrap_or_else(|| &self.other_lamps[lamp - self.lamps.len()])
-    }
 }
 
 impl Project {

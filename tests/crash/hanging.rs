@@ -21,16 +21,7 @@ fn ctrl_c_ends_an_export_whose_ffmpeg_hangs() {
         .status();
     assert!(installed.unwrap().success());
     let path = std::env::var("PATH").unwrap();
-    let mut command = ground.command(&[
-        "relight",
-        "film",
-        "--device",
-        "cpu",
-        "--environment",
-        "nave",
-        "--to",
-        "out/clip.mp4",
-    ]);
+    let mut command = ground.relight("nave", "out/clip.mp4");
     command
         .env("PATH", format!("{}:{path}", tools.display()))
         .stderr(Stdio::piped());

@@ -240,18 +240,7 @@ impl Ground {
 #[test]
 fn killed_stills_are_whole_or_not_there() {
     let ground = Ground::new();
-    let relight = |light: &str| {
-        ground.command(&[
-            "relight",
-            "film",
-            "--device",
-            "cpu",
-            "--environment",
-            light,
-            "--to",
-            "out/%02d.png",
-        ])
-    };
+    let relight = |light: &str| ground.relight(light, "out/%02d.png");
     let lights = ["nave", "courtyard"];
     let files = || [0, 1, 2].map(|frame| std::fs::read(ground.at(&format!("out/{frame:02}.png"))));
     let mut moments = Moments::of("stills");
@@ -295,18 +284,7 @@ fn a_killed_movie_is_the_old_one() {
     }
     let ground = Ground::new();
     let movie = ground.at("out/clip.mp4");
-    let export = || {
-        ground.command(&[
-            "relight",
-            "film",
-            "--device",
-            "cpu",
-            "--environment",
-            "nave",
-            "--to",
-            "out/clip.mp4",
-        ])
-    };
+    let export = || ground.relight("nave", "out/clip.mp4");
     let frames = || {
         let mut probe = Command::new("ffprobe");
         probe.args([
