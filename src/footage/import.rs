@@ -119,6 +119,11 @@ pub fn plan_import(
             "Check that the folder above can be written",
         )
     })?;
+    if let Frames::Clip(clip) = &frames {
+        for note in movies::open(&shoot.join(&clip.movie))?.notes() {
+            progress.say(format!("Interview: {note}"));
+        }
+    }
     let project = Project {
         root: root.to_path_buf(),
         settings: Settings {

@@ -13,7 +13,8 @@ use std::collections::BinaryHeap;
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::channel;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
@@ -243,15 +244,6 @@ impl Listed {
                 (file.reopen().map_err(refuse)?, file.into_file())
             }
         };
-        let mut arguments: Vec<std::ffi::OsString> =
-            ["-v", "error", "-of", "csv=p=0", "-select_streams"]
-                .map(Into::into)
-                .to_vec();
-        arguments.push(info.stream.to_string().into());
-        arguments.extend(["-show_entries", "packet=pts,dts,flags"].map(Into::into));
-        arguments.extend(process::input(path));
-        let mut process = Process::start(&tools.ffprobe, arguments)?;
-        let words = process.listen(|_| {});
         let listed = Arc::new(Self {
             file: Mutex::new(file),
             state: Mutex::default(),
@@ -259,58 +251,23 @@ impl Listed {
             name: path.to_path_buf(),
         });
         // The thread ends when nobody wants the index any more.
-        let (weak, patience) = (Arc::downgrade(&listed), tools.patience);
+        let weak = Arc::downgrade(&listed);
+        let (path, stream, tools) = (path.to_path_buf(), info.stream, tools.clone());
         std::thread::spawn(move || {
-            let (send, pieces) = channel();
-            let (output, signs) = (process.output(), process.signs.clone());
-            std::thread::spawn(move || {
-                let mut sorted = Sorted::default();
-                for line in output
-                    .into_iter()
-                    .flat_map(|output| BufReader::new(output).lines())
-                {
-                    signs.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                    let piece = line
-                        .map_err(|e| e.to_string())
-                        .and_then(|line| sorted.take(&line));
-                    let failed = piece.is_err();
-                    match piece {
-                        Ok(None) => {}
-                        piece => {
-                            if send.send(piece.map(Option::unwrap_or_default)).is_err() {
-                                return;
-                            }
-                        }
-                    }
-                    if failed {
-                        return;
-                    }
-                }
-                let _ = send.send(sorted.rest());
-            });
-            let mut add = || -> std::result::Result<u64, String> {
+            let mut add = |source| -> std::result::Result<u64, String> {
                 let mut count = 0;
                 let say = |e: std::io::Error| format!("its index cannot be written: {e}");
-                out.write_all(&[0; HEADER as usize]).map_err(say)?;
-                while let Some(piece) =
-                    process.wait(&pieces, patience).map_err(|e| e.to_string())?
-                {
-                    let piece = piece?;
-                    let bytes: Vec<u8> = piece
-                        .iter()
-                        .flat_map(|packed| packed.to_le_bytes())
-                        .collect();
+                out.seek(SeekFrom::Start(HEADER)).map_err(say)?;
+                list(&path, stream, source, &tools, |piece| {
+                    let bytes: Vec<u8> =
+                        (piece.iter().flat_map(|packed| packed.to_le_bytes())).collect();
                     out.write_all(&bytes).map_err(say)?;
                     count += piece.len() as u64;
-                    let Some(listed) = weak.upgrade() else {
-                        return Err("nobody wants it".to_owned());
-                    };
+                    let listed = weak.upgrade().ok_or("nobody wants it")?;
                     locked(&listed.state).count = count;
                     listed.grown.notify_all();
-                }
-                if !process.ended_well() && count == 0 {
-                    return Err(words.recv_timeout(TICK).unwrap_or_default());
-                }
+                    Ok(())
+                })?;
                 let mut head = MAGIC.to_vec();
                 head.extend(stamp.to_bytes());
                 head.extend(count.to_le_bytes());
@@ -319,7 +276,11 @@ impl Listed {
                 .map_err(say)?;
                 Ok(count)
             };
-            let ended = add();
+            let mut ended = add(Times::Packets);
+            let is_new = |listed: Arc<Self>| locked(&listed.state).count == 0;
+            if ended.as_ref().is_err_and(|e| e == NO_TIMES) && weak.upgrade().is_some_and(is_new) {
+                ended = add(Times::Frames);
+            }
             if let (Ok(1..), Some(unfinished), Some(kept)) = (&ended, unfinished, &kept) {
                 // Without it the movie is listed again next time.
                 let _ = unfinished.finish(kept);
@@ -369,27 +330,112 @@ impl Listed {
     }
 }
 
+/// Where times come from.
+#[derive(Clone, Copy, PartialEq)]
+enum Times {
+    /// The packets' stamps: nothing is decoded.
+    Packets,
+    /// Decoded frames, where packets have no stamps (MPEG program streams, AVI). Such a movie is always decoded from its
+    /// start, since decoders guess the times after a jump.
+    Frames,
+}
+
+const NO_TIMES: &str = "its pictures have no time stamps";
+
+/// Hands on the times of a movie's frames, in the order in which they are shown.
+fn list(
+    path: &Path,
+    stream: usize,
+    times: Times,
+    tools: &Tools,
+    mut add: impl FnMut(Vec<i64>) -> std::result::Result<(), String>,
+) -> std::result::Result<(), String> {
+    let entries = match times {
+        Times::Packets => "packet=pts,dts,flags",
+        Times::Frames => "frame=best_effort_timestamp",
+    };
+    let stream = stream.to_string();
+    let words = [
+        "-v",
+        "error",
+        "-of",
+        "csv=p=0",
+        "-select_streams",
+        &stream,
+        "-show_entries",
+        entries,
+    ];
+    let mut arguments: Vec<std::ffi::OsString> = words.map(Into::into).to_vec();
+    arguments.extend(process::input(path));
+    let mut process = Process::start(&tools.ffprobe, arguments).map_err(|e| e.to_string())?;
+    let words = process.listen(|_| {});
+    let (send, pieces) = sync_channel(16);
+    let (output, signs) = (process.output(), process.signs.clone());
+    std::thread::spawn(move || {
+        let mut sorted = Sorted::default();
+        let lines = output
+            .into_iter()
+            .flat_map(|output| BufReader::new(output).lines());
+        for line in lines {
+            signs.fetch_add(1, Ordering::Relaxed);
+            let piece = line
+                .map_err(|e| e.to_string())
+                .and_then(|line| sorted.take(&line, times));
+            let failed = piece.is_err();
+            if let Some(piece) = piece.transpose()
+                && (send.send(piece).is_err() || failed)
+            {
+                return;
+            }
+        }
+        let _ = send.send(sorted.rest());
+    });
+    let mut found = false;
+    while let Some(piece) = process
+        .wait(&pieces, tools.patience)
+        .map_err(|e| e.to_string())?
+    {
+        let piece = piece?;
+        found |= !piece.is_empty();
+        add(piece)?;
+    }
+    match process.ended_well() || found {
+        true => Ok(()),
+        false => Err(words.recv_timeout(TICK).unwrap_or_default()),
+    }
+}
+
 /// Puts packets into the order in which they are shown.
 #[derive(Default)]
 struct Sorted {
     heap: BinaryHeap<Reverse<i64>>,
     last: Option<i64>,
     ready: Vec<i64>,
+    /// The last time that was taken, and how long after the one before.
+    newest: i64,
+    step: i64,
 }
 
 impl Sorted {
-    /// Takes a line of ffprobe's, `pts,dts,flags`. Gives a piece of the index when one is full.
-    fn take(&mut self, line: &str) -> std::result::Result<Option<Vec<i64>>, String> {
+    /// Takes a line of ffprobe's, `pts,dts,flags` or a frame's time. Gives a piece of the index when one is full.
+    fn take(&mut self, line: &str, times: Times) -> std::result::Result<Option<Vec<i64>>, String> {
         let mut parts = line.split(',');
-        let (Some(pts), Some(dts), Some(flags)) = (parts.next(), parts.next(), parts.next()) else {
-            return Ok(None);
+        let first = parts.next().unwrap_or_default();
+        let flags = match times {
+            Times::Packets => parts.nth(1),
+            Times::Frames => (!first.is_empty()).then_some(""),
         };
         // Frames before an edit list's start are decoded, but not shown.
-        if flags.contains('D') {
+        let Some(flags) = flags.filter(|flags| !flags.contains('D')) else {
             return Ok(None);
-        }
-        let time: i64 = (pts.parse().or_else(|_| dts.parse()))
-            .map_err(|_| "its pictures have no time stamps".to_owned())?;
+        };
+        let time: i64 = match first.parse() {
+            Ok(time) => time,
+            // Decoders do not know the last frame's time.
+            Err(_) if times == Times::Frames => self.newest.saturating_add(self.step),
+            Err(_) => return Err(NO_TIMES.to_owned()),
+        };
+        (self.step, self.newest) = (time.saturating_sub(self.newest), time);
         let packed = time.checked_mul(2).ok_or("its time stamps are too large")?;
         self.heap
             .push(Reverse(packed | i64::from(flags.contains('K'))));

@@ -80,7 +80,7 @@ fn check(path: &Path, expected: &[usize]) {
         path.display()
     );
     for (i, frame) in orders(expected.len() as u64).into_iter().enumerate() {
-        if i % 7 == 0 {
+        if i % 20 == 0 {
             movie.forget();
         }
         let read = movie.frame(frame).unwrap_or_else(|e| panic!("{e}"));
@@ -244,18 +244,18 @@ fn colours_come_as_tagged() {
     for (name, filter, coding) in [
         (
             "709.mov",
-            "scale=out_color_matrix=bt709:out_range=tv",
-            "-pix_fmt yuv444p10le -c:v prores_ks -profile:v 4 -colorspace bt709 -color_range tv",
+            "scale=out_color_matrix=bt709:out_range=tv,setparams=colorspace=bt709:range=tv:color_primaries=bt709:color_trc=bt709",
+            "-pix_fmt yuv444p10le -c:v prores_ks -profile:v 4",
         ),
         (
             "601.mkv",
-            "scale=out_color_matrix=bt601:out_range=tv",
-            "-pix_fmt yuv444p -c:v ffv1 -colorspace smpte170m -color_range tv",
+            "scale=out_color_matrix=bt601:out_range=tv,setparams=colorspace=smpte170m:range=tv",
+            "-pix_fmt yuv444p -c:v ffv1",
         ),
         (
             "2020.mkv",
-            "scale=out_color_matrix=bt2020:out_range=pc",
-            "-pix_fmt yuv444p16le -c:v ffv1 -colorspace bt2020nc -color_range pc",
+            "scale=out_color_matrix=bt2020:out_range=pc,setparams=colorspace=bt2020nc:range=pc",
+            "-pix_fmt yuv444p16le -c:v ffv1",
         ),
         (
             "full.mov",
@@ -265,8 +265,8 @@ fn colours_come_as_tagged() {
         ("rgb.mkv", "null", "-pix_fmt gbrp16le -c:v ffv1"),
         (
             "alpha.mov",
-            "scale=out_color_matrix=bt709:out_range=tv,format=yuva444p10le",
-            "-c:v prores_ks -profile:v 4444 -colorspace bt709 -color_range tv",
+            "scale=out_color_matrix=bt709:out_range=tv,setparams=colorspace=bt709:range=tv:color_primaries=bt709:color_trc=bt709,format=yuva444p10le",
+            "-c:v prores_ks -profile:v 4444",
         ),
     ] {
         let path = folder.path().join(name);
@@ -283,9 +283,11 @@ fn colours_come_as_tagged() {
             .fold(0.0, f32::max);
         worst = worst.max(off);
         assert!(off < 0.012, "{name}: {pixel:?}, {:?}", movie.info());
+        let alpha = read.alpha().map(|alpha| alpha.at(5, 5));
+        // Ten bits are moved up to sixteen.
         assert_eq!(
-            read.alpha().map(|alpha| alpha.at(5, 5)),
-            (name == "alpha.mov").then_some(1.0)
+            alpha.map(|alpha| alpha > 0.999),
+            (name == "alpha.mov").then_some(true)
         );
     }
     shown!(
@@ -360,7 +362,6 @@ fn sequences_are_patterns_folders_or_first_files() {
         ("tif", "rgb48le"),
         ("jpg", "yuvj444p"),
         ("dpx", "rgb48be"),
-        ("exr", "gbrpf32le"),
     ] {
         let shots = folder.path().join(ending);
         std::fs::create_dir(&shots).unwrap();

@@ -245,7 +245,10 @@ impl Project {
         let shoot = &moved.settings.shoot;
         let frames =
             [0, shoot.frames.len().saturating_sub(1)].map(|frame| moved.frame_picture(frame));
-        let poses = (0..shoot.poses.len()).map(|pose| moved.olat_picture(pose, 0));
+        let poses = (0..shoot.poses.len()).map(|pose| match shoot.lamps.is_empty() {
+            true => moved.exemplar_matte(pose).picture().clone(),
+            false => moved.olat_picture(pose, 0),
+        });
         let mut needed = frames.into_iter().chain(poses);
         if let Some(missing) = needed.find(|picture| !picture.is_there()) {
             return Err(Error::missing(
