@@ -1,0 +1,505 @@
+//! Pass `plate`: light is smooth, detail is in the plate. The sum of lamps says how the light *changes* each pixel of
+//! the working size; that ratio is brought to the plate's size, where it multiplies the plate's own pixels.
+//!
+//! With the plate's light P, a floor ε against noise in the dark, the matte α, and D for the mean over what one pixel of
+//! the working size covers: ratio r = relit ÷ D(P + ε), picture = α · (P + ε) · U(r). U interpolates between pixels
+//! (bilinear), so D of the picture is not yet what was summed; one step of back-projection, r + (r − N r) with
+//! N r = D(α (P + ε) U(r)) ÷ D(α (P + ε)), mends that. N has nine entries a pixel and belongs to the frame: each light
+//! costs one multiplication of the plate. All of it is linear in the light, but that no ratio is negative, so pictures
+//! under single lamps add up.
+
+use super::descriptor::{Descriptor, Run, decide};
+use super::edges::extend_edges;
+use super::facts::key;
+use super::passes::{GpuPicture, PicturePasses, Recording, Shader, extent};
+use base::error::{Error, Result};
+use bytemuck::{Pod, Zeroable, bytes_of};
+use imaging::{Image, Mask, resample::resize_area};
+use rayon::prelude::*;
+use scene::Pass;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+const SHADER: Shader = Shader::new("plate", include_str!("../../shaders/plate.wgsl"));
+
+pub(crate) const PLATE: Descriptor = Descriptor {
+    fixed: |_| Some("the picture's size decides"),
+    settings: |context| key(context.facts.plate),
+    reads: |context, planned| {
+        let before = planned.last().map_or(0, |before| before.key);
+        key((before, context.facts.inputs.frame))
+    },
+    shader: Some(&SHADER),
+    run: Run::Composed,
+    ..Descriptor::new(Pass::Plate, |context| {
+        let (width, height) = context.facts.plate.unwrap_or_default();
+        decide(
+            context.facts.plate.is_some(),
+            || format!("the light is brought to the plate's {width} × {height} pixels"),
+            "the picture is as large as the plate",
+        )
+    })
+};
+
+/// What is added to the plate's light, as a share of its mean: a ratio in the dark stays finite and does not multiply
+/// noise. Measured on a shoot with its truth, 0 to 2 % are equally good there, and 10 % lose up to 0.7 dB.
+const FLOOR: f32 = 0.01;
+
+/// The smallest floor, for a plate that is black.
+const LEAST_FLOOR: f32 = 1e-6;
+
+/// Entries of a pixel's row of N: its neighbours, row by row, and itself.
+const REACH: usize = 9;
+
+/// What a GPU reads for a pixel of the working size: its row of N, then its look and its source.
+const TEXELS: usize = REACH + 1;
+
+/// A frame's plate, ready to be multiplied by light that was summed at the working size.
+#[derive(Clone, Debug)]
+pub struct Plate {
+    /// The subject's coverage, at the plate's size.
+    pub matte: Mask,
+    /// The plate's light plus the floor, its edge in the colour of the solid subject next to it, times the matte.
+    lit: Image,
+    square: PlateSquare,
+    nodes: Arc<Nodes>,
+}
+
+/// The square of a plate that the network sees, in the plate's pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlateSquare {
+    /// Its left edge, to the right of the plate's.
+    pub x: f32,
+    /// Its upper edge, below the plate's.
+    pub y: f32,
+    /// Columns and rows.
+    pub side: f32,
+}
+
+/// The pixels of the working size.
+#[derive(Debug)]
+struct Nodes {
+    size: usize,
+    each: Vec<Node>,
+}
+
+/// A pixel of the working size.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    /// The nearest pixel that holds some of the subject, whose ratio it takes; often itself.
+    source: u32,
+    /// The mean of the plate's light and the floor over the subject in it.
+    look: [f32; 3],
+    /// Its row of N, which adds up to 1.
+    spread: [[f32; 3]; REACH],
+}
+
+impl Node {
+    /// A pixel without any of the subject: it stays dark.
+    const EMPTY: Self = Self {
+        source: 0,
+        look: [1.0; 3],
+        spread: [[0.0; 3]; REACH],
+    };
+}
+
+/// Along one axis: the two pixels of the working size between whose centres a plate's pixel lies, and how far it is
+/// from the first. Beyond the outer centres the outer pixel goes on.
+#[derive(Clone, Copy)]
+struct Between {
+    first: usize,
+    second: usize,
+    share: f32,
+}
+
+/// [`Between`] for each of `length` pixels of the plate; the square begins at `start`.
+fn between(length: usize, start: f32, side: f32, size: usize) -> Vec<Between> {
+    let step = size as f32 / side;
+    let last = size.saturating_sub(1);
+    let place = |i: usize| {
+        let at = ((i as f32 + 0.5 - start) * step - 0.5).clamp(0.0, last as f32);
+        let first = (at as usize).min(last);
+        Between {
+            first,
+            second: (first + 1).min(last),
+            share: at - first as f32,
+        }
+    };
+    (0..length).map(place).collect()
+}
+
+/// Which of `size` pixels of the working size a plate's pixel belongs to; None beyond the square.
+fn cell(i: usize, start: f32, side: f32, size: usize) -> Option<usize> {
+    let at = (i as f32 + 0.5 - start) * size as f32 / side;
+    (at >= 0.0 && at < size as f32).then_some(at as usize)
+}
+
+impl Plate {
+    /// Prepares a frame: `radiance` and `matte` are the plate as it was filmed, linear, and the subject's coverage;
+    /// `square` is what `working`, the matte at the working size, shows of it. The plate may end within the square, and
+    /// the square within the plate; beyond the square the ratio at its edge goes on.
+    ///
+    /// # Errors
+    /// When plate and matte differ in size, one of them is empty, or `working` is not square.
+    pub fn new(
+        mut radiance: Image,
+        matte: Mask,
+        square: PlateSquare,
+        working: &Mask,
+    ) -> Result<Self> {
+        let size = working.width;
+        let (width, height) = matte.size();
+        let sized = radiance.size() == (width, height) && working.height == size;
+        if !sized || width * height * size == 0 || !(square.side > 0.0) {
+            return Err(Error::invalid(
+                format!(
+                    "a plate of {} × {} pixels, a matte of {width} × {height} and a working size of {size} × {} do not \
+                     belong together",
+                    radiance.width, radiance.height, working.height
+                ),
+                "Give frame and matte the same size, and make the network's square at least a pixel wide",
+            ));
+        }
+        extend_edges(&mut radiance, &matte);
+        let floor = floor(&radiance, &matte);
+        let mut lit = radiance;
+        let pixels = lit.pixels.par_iter_mut().zip(&matte.pixels);
+        pixels.with_min_len(4096).for_each(|(pixel, &alpha)| {
+            *pixel = pixel.map(|v| alpha * (v.max(0.0) + floor));
+        });
+        let nodes = Arc::new(Nodes::of(&lit, &matte, square, working));
+        Ok(Self {
+            matte,
+            lit,
+            square,
+            nodes,
+        })
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> (usize, usize) {
+        self.matte.size()
+    }
+
+    /// The memory that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.lit.pixels[..])
+            + size_of_val(&self.matte.pixels[..])
+            + size_of_val(&self.nodes.each[..])
+    }
+
+    /// Whether light of `size` pixels has to be brought to this plate: not if both are the same picture.
+    pub(crate) fn is_larger(&self, size: (usize, usize)) -> bool {
+        let whole = PlateSquare {
+            x: 0.0,
+            y: 0.0,
+            side: size.0 as f32,
+        };
+        (self.size(), self.square) != (size, whole)
+    }
+
+    /// The same plate at a `factor`-th of its width and height, rounded up, for pictures that have to be there soon.
+    #[must_use]
+    pub fn shrunk(&self, factor: usize) -> Self {
+        let (width, height) = self.size();
+        let (columns, rows) = (width.div_ceil(factor), height.div_ceil(factor));
+        let along = columns as f32 / width as f32;
+        Self {
+            matte: resize_area(&self.matte, columns, rows),
+            lit: resize_area(&self.lit, columns, rows),
+            square: PlateSquare {
+                x: self.square.x * along,
+                y: self.square.y * along,
+                side: self.square.side * along,
+            },
+            nodes: self.nodes.clone(),
+        }
+    }
+
+    /// The subject at the plate's size, premultiplied by its matte. `relit` is what [`super::reference::relight`] sums
+    /// at the working size, premultiplied by `working`, the matte there, and finite.
+    ///
+    /// # Panics
+    /// When `relit` or `working` has another size than the one that the plate was prepared for.
+    pub fn relit(&self, relit: &Image, working: &Mask) -> Image {
+        let size = self.nodes.size;
+        assert_eq!((relit.size(), working.size()), ((size, size), (size, size)));
+        let ratio = self.nodes.ratio(relit, working);
+        let (width, height) = self.size();
+        let columns = between(width, self.square.x, self.square.side, size);
+        let rows = between(height, self.square.y, self.square.side, size);
+        let mut picture = Image::filled(width, height, [0.0; 3]);
+        let lines = picture.pixels.par_chunks_mut(width);
+        let lines = lines.zip(self.lit.pixels.par_chunks(width)).zip(rows);
+        lines.for_each_init(
+            || vec![[0f32; 3]; size],
+            |across, ((line, lit), row)| {
+                let [upper, lower] =
+                    [row.first, row.second].map(|row| &ratio[row * size..][..size]);
+                for (between, (upper, lower)) in across.iter_mut().zip(upper.iter().zip(lower)) {
+                    *between = mixed(*upper, *lower, row.share);
+                }
+                for ((pixel, lit), column) in line.iter_mut().zip(lit).zip(&columns) {
+                    let ratio = mixed(across[column.first], across[column.second], column.share);
+                    *pixel = [0, 1, 2].map(|c| lit[c] * ratio[c]);
+                }
+            },
+        );
+        picture
+    }
+}
+
+fn mixed(a: [f32; 3], b: [f32; 3], share: f32) -> [f32; 3] {
+    [0, 1, 2].map(|c| a[c] + share * (b[c] - a[c]))
+}
+
+/// What is added to the light of a plate.
+fn floor(radiance: &Image, matte: &Mask) -> f32 {
+    let (mut sum, mut covered) = (0f64, 0f64);
+    for (pixel, &alpha) in radiance.pixels.iter().zip(&matte.pixels) {
+        let light: f32 = pixel.iter().map(|v| v.max(0.0)).sum();
+        sum += f64::from(alpha * light) / 3.0;
+        covered += f64::from(alpha);
+    }
+    let mean = if covered > 0.0 { sum / covered } else { 0.0 };
+    (FLOOR * mean as f32).max(LEAST_FLOOR)
+}
+
+impl Nodes {
+    fn of(lit: &Image, matte: &Mask, square: PlateSquare, working: &Mask) -> Self {
+        let size = working.width;
+        let (width, height) = matte.size();
+        let columns = between(width, square.x, square.side, size);
+        let cells: Vec<Option<usize>> = (0..width)
+            .map(|x| cell(x, square.x, square.side, size))
+            .collect();
+        let rows = between(height, square.y, square.side, size);
+        let mut rows_of = vec![Vec::new(); size];
+        for (y, row) in rows.iter().enumerate() {
+            if let Some(cell) = cell(y, square.y, square.side, size) {
+                rows_of[cell].push((y, *row));
+            }
+        }
+        let mut each = vec![Node::EMPTY; size * size];
+        let mut covered = vec![0f32; size * size];
+        each.par_chunks_mut(size)
+            .zip(covered.par_chunks_mut(size))
+            .zip(rows_of)
+            .enumerate()
+            .for_each(|(down, ((nodes, covered), rows))| {
+                for (y, row) in rows {
+                    // Neighbours above, at and below are 0, 1 and 2.
+                    let vertical = [(row.first, 1.0 - row.share), (row.second, row.share)];
+                    for (x, column) in columns.iter().enumerate() {
+                        let Some(across) = cells[x] else { continue };
+                        let alpha = matte.at(x, y);
+                        if alpha <= 0.0 {
+                            continue;
+                        }
+                        let light = lit.at(x, y);
+                        let horizontal = [
+                            (column.first, 1.0 - column.share),
+                            (column.second, column.share),
+                        ];
+                        covered[across] += alpha;
+                        for (v, by_row) in vertical {
+                            for (u, by_column) in horizontal {
+                                let place = 3 * (v + 1 - down) + (u + 1 - across);
+                                let share = by_row * by_column;
+                                let entry = &mut nodes[across].spread[place];
+                                (0..3).for_each(|c| entry[c] += share * light[c]);
+                            }
+                        }
+                    }
+                }
+                for (node, &covered) in nodes.iter_mut().zip(&*covered) {
+                    node.normalize(covered);
+                }
+            });
+        let known = |i: usize| covered[i] > 0.0 && working.pixels[i] > 0.0;
+        let sources = nearest(size, known);
+        for (node, source) in each.iter_mut().zip(sources) {
+            node.source = source;
+        }
+        Self { size, each }
+    }
+
+    /// r at every pixel, mended by one step of back-projection.
+    fn ratio(&self, relit: &Image, working: &Mask) -> Vec<[f32; 3]> {
+        let first = |node: &Node| {
+            let source = node.source as usize;
+            let (light, alpha) = (relit.pixels[source], working.pixels[source]);
+            let look = self.each[source].look;
+            let per_coverage = if alpha > 0.0 { 1.0 / alpha } else { 0.0 };
+            [0, 1, 2].map(|c| light[c] * per_coverage / look[c])
+        };
+        let ratio: Vec<[f32; 3]> = self.each.iter().map(first).collect();
+        let last = self.size as isize - 1;
+        let mended = |node: &Node| {
+            let source = node.source as usize;
+            let (x, y) = (source % self.size, source / self.size);
+            let mut sum = [0f32; 3];
+            for (place, share) in self.each[source].spread.iter().enumerate() {
+                let (right, down) = (place as isize % 3 - 1, place as isize / 3 - 1);
+                let x = (x as isize + right).clamp(0, last) as usize;
+                let y = (y as isize + down).clamp(0, last) as usize;
+                let near = ratio[y * self.size + x];
+                (0..3).for_each(|c| sum[c] += share[c] * near[c]);
+            }
+            let own = ratio[source];
+            [0, 1, 2].map(|c| (2.0 * own[c] - sum[c]).max(0.0))
+        };
+        self.each
+            .par_iter()
+            .with_min_len(1024)
+            .map(mended)
+            .collect()
+    }
+
+    /// As the shader `plate` reads it: [`TEXELS`] values a pixel, [`TEXELS`] rows to one of the working size.
+    fn texels(&self) -> (Image, Mask) {
+        let mut values = Vec::with_capacity(TEXELS * self.each.len());
+        let mut sources = vec![0f32; TEXELS * self.each.len()];
+        for (i, node) in self.each.iter().enumerate() {
+            values.extend(node.spread);
+            values.push(node.look);
+            // Whole numbers up to 2²⁴ are exact: working sizes up to 4096.
+            sources[TEXELS * i + REACH] = node.source as f32;
+        }
+        let (width, height) = (self.size, TEXELS * self.size);
+        let image = Image {
+            width,
+            height,
+            pixels: values,
+        };
+        let sources = Mask {
+            width,
+            height,
+            pixels: sources,
+        };
+        (image, sources)
+    }
+}
+
+impl Node {
+    /// From sums over the subject in the pixel, which covers `covered` of the plate's pixels.
+    fn normalize(&mut self, covered: f32) {
+        for c in 0..3 {
+            let sum: f32 = self.spread.iter().map(|entry| entry[c]).sum();
+            if covered > 0.0 && sum > 0.0 {
+                self.look[c] = sum / covered;
+                self.spread.iter_mut().for_each(|entry| entry[c] /= sum);
+            }
+        }
+    }
+}
+
+/// For each of `size` × `size` pixels the nearest that is known, in steps to the four sides; itself if none is.
+fn nearest(size: usize, known: impl Fn(usize) -> bool) -> Vec<u32> {
+    let mut source: Vec<Option<u32>> = vec![None; size * size];
+    let mut queue: VecDeque<usize> = (0..size * size).filter(|&i| known(i)).collect();
+    for &i in &queue {
+        source[i] = Some(i as u32);
+    }
+    while let Some(i) = queue.pop_front() {
+        let (x, y) = (i % size, i / size);
+        let sides = [
+            (x > 0).then(|| i - 1),
+            (x + 1 < size).then(|| i + 1),
+            (y > 0).then(|| i - size),
+            (y + 1 < size).then(|| i + size),
+        ];
+        for side in sides.into_iter().flatten() {
+            if source[side].is_none() {
+                source[side] = source[i];
+                queue.push_back(side);
+            }
+        }
+    }
+    let or_itself = |(i, source): (usize, Option<u32>)| source.unwrap_or(i as u32);
+    source.into_iter().enumerate().map(or_itself).collect()
+}
+
+/// A plate on the GPU.
+#[derive(Clone, Debug)]
+pub(crate) struct GpuPlate {
+    /// What the light multiplies, with the matte as its fourth value.
+    pub lit: GpuPicture,
+    nodes: GpuPicture,
+    size: usize,
+    square: PlateSquare,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(crate) struct PlateParams {
+    size: [u32; 2],
+    nodes: u32,
+    step: f32,
+    start: [f32; 2],
+    unused: [f32; 2],
+}
+
+impl PicturePasses {
+    /// Copies a plate to the GPU.
+    ///
+    /// # Errors
+    /// When it is larger than what the GPU binds at once.
+    pub(crate) fn upload_plate(&self, plate: &Plate) -> Result<GpuPlate> {
+        let (nodes, sources) = plate.nodes.texels();
+        Ok(GpuPlate {
+            lit: self.upload(&plate.lit, &plate.matte)?,
+            nodes: self.upload(&nodes, &sources)?,
+            size: plate.nodes.size,
+            square: plate.square,
+        })
+    }
+}
+
+impl Recording<'_> {
+    /// [`Plate::relit`] on the GPU: `subject` is premultiplied, with its matte at the working size as its fourth value,
+    /// and the result with the plate's matte.
+    ///
+    /// # Errors
+    /// When the GPU cannot hold the result.
+    pub(crate) fn plate(&mut self, subject: &GpuPicture, plate: &GpuPlate) -> Result<GpuPicture> {
+        let PlateSquare { x, y, side } = plate.square;
+        let params = |size| PlateParams {
+            size: extent(size),
+            nodes: plate.size as u32,
+            step: plate.size as f32 / side,
+            start: [x, y],
+            unused: [0.0; 2],
+        };
+        let small = subject.size();
+        let params_of = params(small);
+        let nodes = Some(&plate.nodes);
+        let ratio = self.run(
+            (&SHADER, "ratio"),
+            bytes_of(&params_of),
+            subject,
+            nodes,
+            small,
+        )?;
+        let mended = self.run(
+            (&SHADER, "mend"),
+            bytes_of(&params_of),
+            &ratio,
+            nodes,
+            small,
+        )?;
+        let size = plate.lit.size();
+        let lit = Some(&plate.lit);
+        self.run(
+            (&SHADER, "enlarge"),
+            bytes_of(&params(size)),
+            &mended,
+            lit,
+            size,
+        )
+    }
+}
+
+#[cfg(test)]
+#[path = "plate_tests.rs"]
+mod tests;
