@@ -30,7 +30,7 @@ pub struct Ingredients<'a> {
 
 impl<'a> Ingredients<'a> {
     /// The plate, if the light has to be brought to its size.
-    pub(crate) fn plate(&self) -> Option<&'a Plate> {
+    pub fn plate(&self) -> Option<&'a Plate> {
         (self.extra.plate).filter(|plate| plate.is_larger(self.mask.size()))
     }
 

@@ -14,7 +14,9 @@ use super::facts::key;
 use super::passes::{GpuPicture, PicturePasses, Recording, Shader, extent};
 use base::error::{Error, Result};
 use bytemuck::{Pod, Zeroable, bytes_of};
-use imaging::{Image, Mask, resample::resize_area};
+use footage::{FilmedFrame, Frame};
+use half::f16;
+use imaging::{Image, Mask, Raster, resample::resize_area};
 use rayon::prelude::*;
 use scene::Pass;
 use std::collections::VecDeque;
@@ -59,6 +61,8 @@ const TEXELS: usize = REACH + 1;
 pub struct Plate {
     /// The subject's coverage, at the plate's size.
     pub matte: Mask,
+    /// The plate as it was filmed.
+    filmed: Arc<Raster<[f16; 3]>>,
     /// The plate's light plus the floor, its edge in the colour of the solid subject next to it, times the matte.
     lit: Image,
     square: PlateSquare,
@@ -160,6 +164,7 @@ impl Plate {
                 "Give frame and matte the same size, and make the network's square at least a pixel wide",
             ));
         }
+        let filmed = Arc::new(radiance.map(|pixel| pixel.map(f16::from_f32)));
         extend_edges(&mut radiance, &matte);
         let floor = floor(&radiance, &matte);
         let mut lit = radiance;
@@ -170,10 +175,72 @@ impl Plate {
         let nodes = Arc::new(Nodes::of(&lit, &matte, square, working));
         Ok(Self {
             matte,
+            filmed,
             lit,
             square,
             nodes,
         })
+    }
+
+    /// The plate of a frame; `frame` is the same one at the working size.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of(filmed: FilmedFrame, frame: &Frame) -> Result<Self> {
+        let FilmedFrame {
+            plate,
+            mask,
+            framing,
+        } = filmed;
+        let square = PlateSquare {
+            x: framing.x as f32,
+            y: framing.y as f32,
+            side: framing.side as f32,
+        };
+        Self::new(plate, mask, square, &frame.mask)
+    }
+
+    /// A plate of the same size that shows nothing but the light of another subject, whose matte at the working size is
+    /// `working`: what is lit with it is only enlarged.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn without_detail(&self, working: &Mask) -> Result<Self> {
+        let (width, height) = self.size();
+        let PlateSquare { x, y, side } = self.square;
+        let columns = between(width, x, side, working.width);
+        let rows = between(height, y, side, working.height);
+        let inside = |i: usize, start: f32| (0.0..side).contains(&(i as f32 + 0.5 - start));
+        let matte = Mask::from_fn(width, height, |i, j| {
+            if !(inside(i, x) && inside(j, y)) {
+                return 0.0;
+            }
+            let (column, row) = (columns[i], rows[j]);
+            let along = |row: usize| {
+                let [a, b] = [column.first, column.second].map(|column| working.at(column, row));
+                a + column.share * (b - a)
+            };
+            let (upper, lower) = (along(row.first), along(row.second));
+            upper + row.share * (lower - upper)
+        });
+        Self::new(
+            Image::filled(width, height, [1.0; 3]),
+            matte,
+            self.square,
+            working,
+        )
+    }
+
+    /// The plate as it was filmed, background included, to 11 bits: for what is measured and shown of it.
+    pub fn filmed(&self) -> Image {
+        self.filmed.map(|pixel| pixel.map(f16::to_f32))
+    }
+
+    /// The pixel of the working size that a pixel of the plate belongs to; None beyond the square.
+    pub fn working_pixel(&self, [x, y]: [usize; 2]) -> Option<[usize; 2]> {
+        let size = self.nodes.size;
+        let column = cell(x, self.square.x, self.square.side, size)?;
+        Some([column, cell(y, self.square.y, self.square.side, size)?])
     }
 
     /// Columns and rows.
@@ -184,6 +251,7 @@ impl Plate {
     /// The memory that it takes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.lit.pixels[..])
+            + size_of_val(&self.filmed.pixels[..])
             + size_of_val(&self.matte.pixels[..])
             + size_of_val(&self.nodes.each[..])
     }
@@ -198,7 +266,8 @@ impl Plate {
         (self.size(), self.square) != (size, whole)
     }
 
-    /// The same plate at a `factor`-th of its width and height, rounded up, for pictures that have to be there soon.
+    /// The same plate at a `factor`-th of its width and height, rounded up, for pictures that have to be there soon;
+    /// [`Self::filmed`] keeps its size.
     #[must_use]
     pub fn shrunk(&self, factor: usize) -> Self {
         let (width, height) = self.size();
@@ -206,6 +275,7 @@ impl Plate {
         let along = columns as f32 / width as f32;
         Self {
             matte: resize_area(&self.matte, columns, rows),
+            filmed: self.filmed.clone(),
             lit: resize_area(&self.lit, columns, rows),
             square: PlateSquare {
                 x: self.square.x * along,

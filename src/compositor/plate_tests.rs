@@ -273,6 +273,34 @@ fn a_composed_picture_has_the_plate_s_size_and_says_so() {
 }
 
 #[test]
+fn what_has_no_detail_is_enlarged() {
+    let shot = Shot::new(4, 0.7);
+    let even = shot.plate().without_detail(&shot.working).unwrap();
+    let picture = even.relit(&shot.relit, &shot.working);
+    let side = 4 * SIZE;
+    assert_eq!(picture.size(), (side, side));
+    let mean = resize_area(&picture, SIZE, SIZE);
+    for (i, (mean, relit)) in mean.pixels.iter().zip(&shot.relit.pixels).enumerate() {
+        let solid = shot.working.pixels[i] >= 1.0;
+        assert!(!solid || (0..3).all(|c| (mean[c] - relit[c]).abs() < 0.1 * relit[c]));
+    }
+    assert_eq!(shot.plate().filmed().size(), (side, side));
+    assert_eq!(shot.plate().working_pixel([7, 13]), Some([1, 3]));
+    let corner = PlateSquare {
+        x: 2.0,
+        ..whole(side)
+    };
+    let moved = Plate::new(
+        shot.plate.clone(),
+        shot.matte.clone(),
+        corner,
+        &shot.working,
+    )
+    .unwrap();
+    assert_eq!(moved.working_pixel([1, 5]), None);
+}
+
+#[test]
 fn a_gpu_makes_the_same_of_a_plate() {
     on_every_size(|set| {
         let (width, height) = set.image.size();

@@ -87,10 +87,10 @@ impl LightLayers {
             .map(Self)
     }
 
-    /// The same with `size × size` pixels.
-    pub fn scaled(mut self, size: usize) -> Self {
+    /// The same with so many columns and rows.
+    pub fn scaled(mut self, (width, height): (usize, usize)) -> Self {
         for layer in &mut self.0 {
-            layer.picture = resize(&layer.picture, size, size);
+            layer.picture = resize(&layer.picture, width, height);
         }
         self
     }

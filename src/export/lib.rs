@@ -18,7 +18,7 @@ pub use clip::ClipWriter;
 pub use destination::{Destination, Stills, untaken};
 pub use format::{Bits, Existing, Files, Format};
 pub use layers::{LightLayer, LightLayers, Rebuild, rebuilt};
-pub use scaled::scaled;
+pub use scaled::{fitted, scaled};
 pub use sheet::{Tile, contact_sheet};
 pub use still::{About, write_still, write_still_exr, write_still_png};
 pub use time_code::TimeCode;

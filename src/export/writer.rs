@@ -2,8 +2,9 @@
 
 use super::format::{Bits, Existing, Files};
 use super::layers::{LightLayers, Rebuild};
+use super::scaled::{fitted, scaled};
 use super::still::{About, no_light, write_still};
-use super::{ClipWriter, Destination, scaled, untaken};
+use super::{ClipWriter, Destination, untaken};
 use base::error::{Error, Result};
 use base::files::remove_left_over;
 use base::progress::Progress;
@@ -19,8 +20,8 @@ pub(super) struct Writer {
     destination: Destination,
     clip: Option<ClipWriter>,
     frame_rate: f64,
-    /// Width and height that are asked for; None if they are the pictures' own.
-    size: Option<usize>,
+    /// Columns and rows that are asked for; None if they are the pictures' own.
+    size: Option<(usize, usize)>,
     /// Frames that were written.
     done: usize,
 }
@@ -32,14 +33,14 @@ pub(super) struct Lights {
 }
 
 impl Writer {
-    /// Makes ready for frames `first` to `last` of `size × size` pixels.
+    /// Makes ready for frames `first` to `last` of so many columns and rows.
     ///
     /// # Errors
     /// When the destination is not understood or cannot hold what is asked for, or a movie cannot be begun.
     pub fn open(
         files: &Files,
         (first, last): (usize, usize),
-        size: usize,
+        size: (usize, usize),
         frame_rate: f64,
     ) -> Result<Self> {
         let to = match files.existing {
@@ -47,18 +48,13 @@ impl Writer {
             Existing::Keep => untaken(&files.to, first, last)?,
         };
         let destination = check(files, &to, last - first + 1)?;
-        let written = files.size.unwrap_or(size);
+        let written = files.size.map_or(size, |longest| fitted(size, longest));
         // What exports to this folder left when they were killed.
         if let Some(folder) = destination.files(first, last).next().and_then(folder) {
             remove_left_over(&folder);
         }
         let clip = match &destination {
-            Destination::Clip(path) => Some(ClipWriter::create(
-                path,
-                (written, written),
-                frame_rate,
-                first,
-            )?),
+            Destination::Clip(path) => Some(ClipWriter::create(path, written, frame_rate, first)?),
             Destination::Stills(_) => None,
         };
         Ok(Self {
@@ -67,7 +63,7 @@ impl Writer {
             destination,
             clip,
             frame_rate,
-            size: files.size.filter(|&wanted| wanted != size),
+            size: (written != size).then_some(written),
             done: 0,
         })
     }
@@ -187,7 +183,7 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
         let (least, most) = (Files::SIZES.start(), Files::SIZES.end());
         return Err(Error::invalid(
             format!("pictures of {size} pixels cannot be written, only {least} to {most}"),
-            "Leave the size out for the working size",
+            "Leave the size out for the pictures' own",
         ));
     }
     if files.layers && destination.output() != Output::Linear {

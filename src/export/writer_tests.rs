@@ -34,7 +34,7 @@ fn stills_that_a_full_disk_had_room_for_are_kept_whole() {
         return;
     };
     let (files, shown) = (Files::to(disk.at("shot.%04d.png")), noise(80));
-    let mut writer = Writer::open(&files, (0, 199), 80, 24.0).unwrap();
+    let mut writer = Writer::open(&files, (0, 199), (80, 80), 24.0).unwrap();
     let said = fill(&mut writer, &shown).to_string();
     let kept = disk.names();
     assert!(!kept.is_empty() && kept.len() < 5, "{kept:?}");
@@ -62,7 +62,7 @@ fn a_movie_that_a_full_disk_has_no_room_for_leaves_nothing_and_what_was_there() 
         };
         std::fs::write(disk.at(name), "an older movie").unwrap();
         let files = Files::to(disk.at(name));
-        let mut writer = Writer::open(&files, (0, 199), 256, 24.0).unwrap();
+        let mut writer = Writer::open(&files, (0, 199), (256, 256), 24.0).unwrap();
         let said = fill(&mut writer, &noise(256)).to_string();
         drop(writer);
         assert!(said.contains("room"), "{said}");
@@ -81,7 +81,7 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
             existing,
             ..Files::to(&to)
         };
-        let mut writer = Writer::open(&files, (3, 4), 16, 24.0).unwrap();
+        let mut writer = Writer::open(&files, (3, 4), (16, 16), 24.0).unwrap();
         for frame in [3, 4] {
             writer
                 .write(frame, &shown, None, &Progress::silent())
@@ -106,7 +106,7 @@ fn pictures_are_written_at_the_size_that_is_asked_for() {
             size: Some(size),
             ..Files::to(folder.path().join(name).display().to_string())
         };
-        let mut writer = Writer::open(&files, (0, 0), 32, 24.0).unwrap();
+        let mut writer = Writer::open(&files, (0, 0), (32, 32), 24.0).unwrap();
         writer
             .write(
                 0,
@@ -128,7 +128,7 @@ fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
         bits: Bits::Sixteen,
         ..Files::to(path.display().to_string())
     };
-    let mut writer = Writer::open(&files, (0, 0), 16, 24.0).unwrap();
+    let mut writer = Writer::open(&files, (0, 0), (16, 16), 24.0).unwrap();
     let grainy = Effects {
         grain: 1.0,
         ..Effects::default()
@@ -171,7 +171,7 @@ fn the_next_export_removes_what_a_killed_one_left() {
         file.set_modified(long_ago).unwrap();
     }
     let to = at("shot.%02d.png").display().to_string();
-    Writer::open(&Files::to(to), (0, 3), 16, 24.0).unwrap();
+    Writer::open(&Files::to(to), (0, 3), (16, 16), 24.0).unwrap();
     assert_eq!(names(folder.path()), [".mine.afterlight", "clip.mov"]);
     test_support::shown!(
         Accidents,

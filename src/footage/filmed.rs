@@ -66,6 +66,23 @@ impl Frame {
     }
 }
 
+/// Columns and rows of pictures that show so much of the interview's frames.
+///
+/// # Errors
+/// When the first frame cannot be read.
+pub fn picture_size(project: &Project, size: PictureSize) -> Result<(usize, usize)> {
+    let working = project.settings.size;
+    if size == PictureSize::Square {
+        return Ok((working, working));
+    }
+    let plate = file::dimensions(&project.frame_path(0))?;
+    let side = project.settings.framing.of(plate).side;
+    Ok(match size {
+        PictureSize::Plate => plate,
+        _ => (side, side),
+    })
+}
+
 impl FilmedFrame {
     /// What the network sees of it.
     fn at_working_size(&self, index: usize, size: usize) -> Frame {
@@ -148,6 +165,7 @@ mod tests {
                 ((side, side), (side, side))
             );
             assert_eq!(square.square(), square);
+            assert_eq!(picture_size(&project, PictureSize::Box)?, (side, side));
             assert_eq!(resize_area(&square.plate, 16, 16), frame.plate);
             assert_eq!(
                 filmed.clone().shown(PictureSize::Plate),

@@ -7,6 +7,7 @@ use super::status::Phase;
 use compositor::Storage;
 use export::relight::RelightSettings;
 use export::{Existing, Files, Format};
+use footage::PictureSize;
 use gpu::DeviceChoice;
 use light::{Environment, Lighting};
 use project::Project;
@@ -20,7 +21,9 @@ pub struct ExportOptions {
     /// First and last frame; None for all.
     pub frames: Option<(usize, usize)>,
     pub format: Format,
-    /// Width and height in pixels; None for the working size.
+    /// What the pictures show, and at which resolution.
+    pub at: PictureSize,
+    /// Pixels of the longer side; None to leave them as they are.
     pub size: Option<usize>,
     /// What is behind the subject; None for what the picture has.
     pub background: Option<Background>,
@@ -136,6 +139,7 @@ impl ExportOptions {
                 } else {
                     Existing::Keep
                 },
+                at: self.at,
                 size: self.size,
                 bits: self.format.bits(),
                 layers: self.layers && self.format == Format::Exr,
@@ -152,6 +156,7 @@ impl Default for ExportOptions {
         Self {
             frames: None,
             format: Format::default(),
+            at: PictureSize::default(),
             size: None,
             background: None,
             layers: false,
