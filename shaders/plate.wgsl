@@ -13,61 +13,52 @@ struct Params {
     unused: vec2<f32>,
 }
 
-// What `second` holds for a pixel of the working size: nine shares of its neighbours, then its look with the pixel whose
-// ratio it takes.
-const TEXELS: u32 = 10u;
-
-fn source_of(i: u32) -> u32 {
-    return u32(second[TEXELS * i + 9u].a);
-}
-
-// How the light changes a pixel: the relit subject by its look.
+// How the light changes a pixel: the relit subject by its look, which `second` holds with the pixel whose ratio this one
+// takes.
 @compute @workgroup_size(8, 8)
 fn ratio(@builtin(global_invocation_id) id: vec3<u32>) {
     if outside(id) {
         return;
     }
-    let source = source_of(index(id));
+    let source = u32(second[index(id)].a);
     let subject = first[source];
-    let look = second[TEXELS * source + 9u].rgb;
     var changed = vec3<f32>(0.0);
     if subject.a > 0.0 {
-        changed = subject.rgb / subject.a / look;
+        changed = subject.rgb / subject.a / second[source].rgb;
     }
     result[index(id)] = vec4<f32>(changed, 1.0);
 }
 
-// One step of back-projection: what interpolation takes from the mean is given back.
-@compute @workgroup_size(8, 8)
-fn mend(@builtin(global_invocation_id) id: vec3<u32>) {
-    if outside(id) {
-        return;
-    }
-    let source = source_of(index(id));
-    let at = vec2<i32>(i32(source % params.nodes), i32(source / params.nodes));
-    let last = i32(params.nodes) - 1;
-    var sum = vec3<f32>(0.0);
-    for (var place = 0u; place < 9u; place++) {
-        let offset = vec2<i32>(i32(place % 3u) - 1, i32(place / 3u) - 1);
-        let near = clamp(at + offset, vec2<i32>(0), vec2<i32>(last));
-        sum += second[TEXELS * source + place].rgb * first[u32(near.y) * params.nodes + u32(near.x)].rgb;
-    }
-    result[index(id)] = vec4<f32>(max(2.0 * first[source].rgb - sum, vec3<f32>(0.0)), 1.0);
+// Catmull and Rom's cubic between the second and the third of four pixels.
+fn shares(t: f32) -> vec4<f32> {
+    return vec4<f32>(
+        t * (-0.5 + t * (1.0 - 0.5 * t)),
+        1.0 + t * t * (1.5 * t - 2.5),
+        t * (0.5 + t * (2.0 - 1.5 * t)),
+        t * t * (0.5 * t - 0.5),
+    );
 }
 
-// The ratio between the centres of four pixels, times the plate.
+// The ratio between the centres of the pixels, times the plate.
 @compute @workgroup_size(8, 8)
 fn enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
     if outside(id) {
         return;
     }
-    let last = f32(params.nodes - 1u);
-    let at = clamp((vec2<f32>(id.xy) + 0.5 - params.start) * params.step - 0.5, vec2<f32>(0.0), vec2<f32>(last));
-    let low = vec2<u32>(at);
-    let high = min(low + 1u, vec2<u32>(params.nodes - 1u));
-    let share = at - vec2<f32>(low);
-    let upper = mix(first[low.y * params.nodes + low.x].rgb, first[low.y * params.nodes + high.x].rgb, share.x);
-    let lower = mix(first[high.y * params.nodes + low.x].rgb, first[high.y * params.nodes + high.x].rgb, share.x);
+    let last = i32(params.nodes) - 1;
+    let at = clamp((vec2<f32>(id.xy) + 0.5 - params.start) * params.step - 0.5, vec2<f32>(0.0), vec2<f32>(f32(last)));
+    let low = vec2<i32>(at);
+    let across = shares(at.x - f32(low.x));
+    let down = shares(at.y - f32(low.y));
+    var sum = vec3<f32>(0.0);
+    for (var j = 0; j < 4; j++) {
+        let row = clamp(low.y + j - 1, 0, last) * (last + 1);
+        var line = vec3<f32>(0.0);
+        for (var i = 0; i < 4; i++) {
+            line += across[i] * first[row + clamp(low.x + i - 1, 0, last)].rgb;
+        }
+        sum += down[j] * line;
+    }
     let plate = second[index(id)];
-    result[index(id)] = vec4<f32>(plate.rgb * mix(upper, lower, share.y), plate.a);
+    result[index(id)] = vec4<f32>(plate.rgb * max(sum, vec3<f32>(0.0)), plate.a);
 }

@@ -2,11 +2,10 @@
 //! the working size; that ratio is brought to the plate's size, where it multiplies the plate's own pixels.
 //!
 //! With the plate's light P, a floor ε against noise in the dark, the matte α, and D for the mean over what one pixel of
-//! the working size covers: ratio r = relit ÷ D(P + ε), picture = α · (P + ε) · U(r). U interpolates between pixels
-//! (bilinear), so D of the picture is not yet what was summed; one step of back-projection, r + (r − N r) with
-//! N r = D(α (P + ε) U(r)) ÷ D(α (P + ε)), mends that. N has nine entries a pixel and belongs to the frame: each light
-//! costs one multiplication of the plate. All of it is linear in the light, but that no ratio is negative, so pictures
-//! under single lamps add up.
+//! the working size covers: ratio r = relit ÷ D(P + ε), picture = α · (P + ε) · max(0, U(r)). U is Catmull and Rom's
+//! cubic, which keeps what it interpolates: a step of back-projection behind it gained nothing on a shoot with its truth
+//! (`benches/plate.rs` measures the ways there are). But where U falls below zero, all of it is linear in the light, so
+//! pictures under single lamps add up to the picture under all of them.
 
 use super::descriptor::{Descriptor, Run, decide};
 use super::edges::extend_edges;
@@ -18,6 +17,7 @@ use footage::{FilmedFrame, Frame};
 use half::f16;
 use imaging::{Image, Mask, Raster, resample::resize_area};
 use rayon::prelude::*;
+use reflectance::kernels::chunks::vectorized;
 use scene::Pass;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -49,12 +49,6 @@ const FLOOR: f32 = 0.01;
 
 /// The smallest floor, for a plate that is black.
 const LEAST_FLOOR: f32 = 1e-6;
-
-/// Entries of a pixel's row of N: its neighbours, row by row, and itself.
-const REACH: usize = 9;
-
-/// What a GPU reads for a pixel of the working size: its row of N, then its look and its source.
-const TEXELS: usize = REACH + 1;
 
 /// A frame's plate, ready to be multiplied by light that was summed at the working size.
 #[derive(Clone, Debug)]
@@ -94,39 +88,33 @@ struct Node {
     source: u32,
     /// The mean of the plate's light and the floor over the subject in it.
     look: [f32; 3],
-    /// Its row of N, which adds up to 1.
-    spread: [[f32; 3]; REACH],
 }
 
-impl Node {
-    /// A pixel without any of the subject: it stays dark.
-    const EMPTY: Self = Self {
-        source: 0,
-        look: [1.0; 3],
-        spread: [[0.0; 3]; REACH],
-    };
-}
-
-/// Along one axis: the two pixels of the working size between whose centres a plate's pixel lies, and how far it is
-/// from the first. Beyond the outer centres the outer pixel goes on.
+/// Along one axis: the four pixels of the working size around a plate's pixel, and their shares. Beyond the outer
+/// centres the outer pixel goes on.
 #[derive(Clone, Copy)]
-struct Between {
-    first: usize,
-    second: usize,
-    share: f32,
+struct Taps {
+    pixels: [usize; 4],
+    shares: [f32; 4],
 }
 
-/// [`Between`] for each of `length` pixels of the plate; the square begins at `start`.
-fn between(length: usize, start: f32, side: f32, size: usize) -> Vec<Between> {
+/// [`Taps`] for each of `length` pixels of the plate; the square begins at `start`.
+fn taps(length: usize, start: f32, side: f32, size: usize) -> Vec<Taps> {
     let step = size as f32 / side;
     let last = size.saturating_sub(1);
     let place = |i: usize| {
         let at = ((i as f32 + 0.5 - start) * step - 0.5).clamp(0.0, last as f32);
         let first = (at as usize).min(last);
-        Between {
-            first,
-            second: (first + 1).min(last),
-            share: at - first as f32,
+        let t = at - first as f32;
+        let near = |k: usize| (first + k).saturating_sub(1).min(last);
+        Taps {
+            pixels: [0, 1, 2, 3].map(near),
+            shares: [
+                t * (-0.5 + t * (1.0 - 0.5 * t)),
+                1.0 + t * t * (1.5 * t - 2.5),
+                t * (0.5 + t * (2.0 - 1.5 * t)),
+                t * t * (0.5 * t - 0.5),
+            ],
         }
     };
     (0..length).map(place).collect()
@@ -208,20 +196,19 @@ impl Plate {
     pub fn without_detail(&self, working: &Mask) -> Result<Self> {
         let (width, height) = self.size();
         let PlateSquare { x, y, side } = self.square;
-        let columns = between(width, x, side, working.width);
-        let rows = between(height, y, side, working.height);
+        let columns = taps(width, x, side, working.width);
+        let rows = taps(height, y, side, working.height);
         let inside = |i: usize, start: f32| (0.0..side).contains(&(i as f32 + 0.5 - start));
         let matte = Mask::from_fn(width, height, |i, j| {
             if !(inside(i, x) && inside(j, y)) {
                 return 0.0;
             }
-            let (column, row) = (columns[i], rows[j]);
-            let along = |row: usize| {
-                let [a, b] = [column.first, column.second].map(|column| working.at(column, row));
-                a + column.share * (b - a)
+            let sum = |taps: &Taps, of: &dyn Fn(usize) -> f32| -> f32 {
+                let pairs = taps.pixels.iter().zip(taps.shares);
+                pairs.map(|(&pixel, share)| share * of(pixel)).sum()
             };
-            let (upper, lower) = (along(row.first), along(row.second));
-            upper + row.share * (lower - upper)
+            let along = |row: usize| sum(&columns[i], &|column| working.at(column, row));
+            sum(&rows[j], &along).clamp(0.0, 1.0)
         });
         Self::new(
             Image::filled(width, height, [1.0; 3]),
@@ -296,31 +283,53 @@ impl Plate {
         assert_eq!((relit.size(), working.size()), ((size, size), (size, size)));
         let ratio = self.nodes.ratio(relit, working);
         let (width, height) = self.size();
-        let columns = between(width, self.square.x, self.square.side, size);
-        let rows = between(height, self.square.y, self.square.side, size);
+        let PlateSquare { x, y, side } = self.square;
+        // Across first, for the few rows of the working size; the rest goes straight through memory.
+        let columns = taps(width, x, side, size);
+        let mut wide = vec![[0f32; 3]; width * size];
+        let lines = wide.par_chunks_mut(width).zip(ratio.par_chunks(size));
+        lines.for_each(|(line, ratio)| {
+            for (pixel, taps) in line.iter_mut().zip(&columns) {
+                let near = taps.pixels.map(|i| ratio[i]);
+                *pixel = [0, 1, 2].map(|c| (0..4).map(|k| taps.shares[k] * near[k][c]).sum());
+            }
+        });
+        let rows = taps(height, y, side, size);
         let mut picture = Image::filled(width, height, [0.0; 3]);
         let lines = picture.pixels.par_chunks_mut(width);
         let lines = lines.zip(self.lit.pixels.par_chunks(width)).zip(rows);
-        lines.for_each_init(
-            || vec![[0f32; 3]; size],
-            |across, ((line, lit), row)| {
-                let [upper, lower] =
-                    [row.first, row.second].map(|row| &ratio[row * size..][..size]);
-                for (between, (upper, lower)) in across.iter_mut().zip(upper.iter().zip(lower)) {
-                    *between = mixed(*upper, *lower, row.share);
-                }
-                for ((pixel, lit), column) in line.iter_mut().zip(lit).zip(&columns) {
-                    let ratio = mixed(across[column.first], across[column.second], column.share);
-                    *pixel = [0, 1, 2].map(|c| lit[c] * ratio[c]);
-                }
-            },
-        );
+        lines.with_min_len(8).for_each(|((line, lit), taps)| {
+            let near = taps
+                .pixels
+                .map(|row| wide[row * width..][..width].as_flattened());
+            vectorized(
+                #[inline(always)]
+                || {
+                    multiply(
+                        line.as_flattened_mut(),
+                        lit.as_flattened(),
+                        near,
+                        taps.shares,
+                    )
+                },
+            );
+        });
         picture
     }
 }
 
-fn mixed(a: [f32; 3], b: [f32; 3], share: f32) -> [f32; 3] {
-    [0, 1, 2].map(|c| a[c] + share * (b[c] - a[c]))
+/// `lit` times the sum of four rows, each times its share, where that is not negative.
+#[inline(always)]
+fn multiply(line: &mut [f32], lit: &[f32], rows: [&[f32]; 4], shares: [f32; 4]) {
+    let lit = &lit[..line.len()];
+    let rows = rows.map(|row| &row[..line.len()]);
+    for (i, value) in line.iter_mut().enumerate() {
+        let mut ratio = 0.0;
+        for k in 0..4 {
+            ratio += shares[k] * rows[k][i];
+        }
+        *value = lit[i] * ratio.max(0.0);
+    }
 }
 
 /// What is added to the light of a plate.
@@ -338,129 +347,71 @@ fn floor(radiance: &Image, matte: &Mask) -> f32 {
 impl Nodes {
     fn of(lit: &Image, matte: &Mask, square: PlateSquare, working: &Mask) -> Self {
         let size = working.width;
-        let (width, height) = matte.size();
-        let columns = between(width, square.x, square.side, size);
-        let cells: Vec<Option<usize>> = (0..width)
-            .map(|x| cell(x, square.x, square.side, size))
-            .collect();
-        let rows = between(height, square.y, square.side, size);
+        let PlateSquare { x, y, side } = square;
+        let along = |length: usize, start: f32| -> Vec<Option<usize>> {
+            (0..length).map(|i| cell(i, start, side, size)).collect()
+        };
+        let columns = along(matte.width, x);
         let mut rows_of = vec![Vec::new(); size];
-        for (y, row) in rows.iter().enumerate() {
-            if let Some(cell) = cell(y, square.y, square.side, size) {
-                rows_of[cell].push((y, *row));
+        for (row, cell) in along(matte.height, y).into_iter().enumerate() {
+            if let Some(cell) = cell {
+                rows_of[cell].push(row);
             }
         }
-        let mut each = vec![Node::EMPTY; size * size];
-        let mut covered = vec![0f32; size * size];
-        each.par_chunks_mut(size)
-            .zip(covered.par_chunks_mut(size))
-            .zip(rows_of)
-            .enumerate()
-            .for_each(|(down, ((nodes, covered), rows))| {
-                for (y, row) in rows {
-                    // Neighbours above, at and below are 0, 1 and 2.
-                    let vertical = [(row.first, 1.0 - row.share), (row.second, row.share)];
-                    for (x, column) in columns.iter().enumerate() {
-                        let Some(across) = cells[x] else { continue };
-                        let alpha = matte.at(x, y);
-                        if alpha <= 0.0 {
-                            continue;
-                        }
-                        let light = lit.at(x, y);
-                        let horizontal = [
-                            (column.first, 1.0 - column.share),
-                            (column.second, column.share),
-                        ];
-                        covered[across] += alpha;
-                        for (v, by_row) in vertical {
-                            for (u, by_column) in horizontal {
-                                let place = 3 * (v + 1 - down) + (u + 1 - across);
-                                let share = by_row * by_column;
-                                let entry = &mut nodes[across].spread[place];
-                                (0..3).for_each(|c| entry[c] += share * light[c]);
-                            }
-                        }
+        // Light, and then coverage.
+        let mut sums = vec![([0f32; 3], 0f32); size * size];
+        let lines = sums.par_chunks_mut(size).zip(rows_of);
+        lines.for_each(|(sums, rows)| {
+            for row in rows {
+                for (column, &cell) in columns.iter().enumerate() {
+                    if let Some((light, covered)) = cell.map(|cell| &mut sums[cell]) {
+                        let pixel = lit.at(column, row);
+                        (0..3).for_each(|c| light[c] += pixel[c]);
+                        *covered += matte.at(column, row);
                     }
                 }
-                for (node, &covered) in nodes.iter_mut().zip(&*covered) {
-                    node.normalize(covered);
-                }
-            });
-        let known = |i: usize| covered[i] > 0.0 && working.pixels[i] > 0.0;
-        let sources = nearest(size, known);
-        for (node, source) in each.iter_mut().zip(sources) {
-            node.source = source;
+            }
+        });
+        let known = |i: usize| sums[i].1 > 0.0 && working.pixels[i] > 0.0;
+        let node = |(source, (light, covered)): (u32, &([f32; 3], f32))| Node {
+            source,
+            look: light.map(|v| if v > 0.0 { v / covered } else { 1.0 }),
+        };
+        let sources = nearest(size, known).into_iter();
+        Self {
+            size,
+            each: sources.zip(&sums).map(node).collect(),
         }
-        Self { size, each }
     }
 
-    /// r at every pixel, mended by one step of back-projection.
+    /// r at every pixel.
     fn ratio(&self, relit: &Image, working: &Mask) -> Vec<[f32; 3]> {
-        let first = |node: &Node| {
+        let ratio = |node: &Node| {
             let source = node.source as usize;
             let (light, alpha) = (relit.pixels[source], working.pixels[source]);
             let look = self.each[source].look;
             let per_coverage = if alpha > 0.0 { 1.0 / alpha } else { 0.0 };
             [0, 1, 2].map(|c| light[c] * per_coverage / look[c])
         };
-        let ratio: Vec<[f32; 3]> = self.each.iter().map(first).collect();
-        let last = self.size as isize - 1;
-        let mended = |node: &Node| {
-            let source = node.source as usize;
-            let (x, y) = (source % self.size, source / self.size);
-            let mut sum = [0f32; 3];
-            for (place, share) in self.each[source].spread.iter().enumerate() {
-                let (right, down) = (place as isize % 3 - 1, place as isize / 3 - 1);
-                let x = (x as isize + right).clamp(0, last) as usize;
-                let y = (y as isize + down).clamp(0, last) as usize;
-                let near = ratio[y * self.size + x];
-                (0..3).for_each(|c| sum[c] += share[c] * near[c]);
-            }
-            let own = ratio[source];
-            [0, 1, 2].map(|c| (2.0 * own[c] - sum[c]).max(0.0))
-        };
-        self.each
-            .par_iter()
-            .with_min_len(1024)
-            .map(mended)
-            .collect()
+        self.each.iter().map(ratio).collect()
     }
 
-    /// As the shader `plate` reads it: [`TEXELS`] values a pixel, [`TEXELS`] rows to one of the working size.
+    /// As the shader `plate` reads it: the look of each pixel, with its source as the fourth value.
     fn texels(&self) -> (Image, Mask) {
-        let mut values = Vec::with_capacity(TEXELS * self.each.len());
-        let mut sources = vec![0f32; TEXELS * self.each.len()];
-        for (i, node) in self.each.iter().enumerate() {
-            values.extend(node.spread);
-            values.push(node.look);
-            // Whole numbers up to 2²⁴ are exact: working sizes up to 4096.
-            sources[TEXELS * i + REACH] = node.source as f32;
-        }
-        let (width, height) = (self.size, TEXELS * self.size);
-        let image = Image {
+        let (width, height) = (self.size, self.size);
+        let looks = Image {
             width,
             height,
-            pixels: values,
+            pixels: self.each.iter().map(|node| node.look).collect(),
         };
+        // Whole numbers up to 2²⁴ are exact: working sizes up to 4096.
+        let sources = self.each.iter().map(|node| node.source as f32);
         let sources = Mask {
             width,
             height,
-            pixels: sources,
+            pixels: sources.collect(),
         };
-        (image, sources)
-    }
-}
-
-impl Node {
-    /// From sums over the subject in the pixel, which covers `covered` of the plate's pixels.
-    fn normalize(&mut self, covered: f32) {
-        for c in 0..3 {
-            let sum: f32 = self.spread.iter().map(|entry| entry[c]).sum();
-            if covered > 0.0 && sum > 0.0 {
-                self.look[c] = sum / covered;
-                self.spread.iter_mut().for_each(|entry| entry[c] /= sum);
-            }
-        }
+        (looks, sources)
     }
 }
 
@@ -542,31 +493,11 @@ impl Recording<'_> {
             unused: [0.0; 2],
         };
         let small = subject.size();
-        let params_of = params(small);
-        let nodes = Some(&plate.nodes);
-        let ratio = self.run(
-            (&SHADER, "ratio"),
-            bytes_of(&params_of),
-            subject,
-            nodes,
-            small,
-        )?;
-        let mended = self.run(
-            (&SHADER, "mend"),
-            bytes_of(&params_of),
-            &ratio,
-            nodes,
-            small,
-        )?;
+        let (shader, nodes) = ((&SHADER, "ratio"), Some(&plate.nodes));
+        let ratio = self.run(shader, bytes_of(&params(small)), subject, nodes, small)?;
         let size = plate.lit.size();
-        let lit = Some(&plate.lit);
-        self.run(
-            (&SHADER, "enlarge"),
-            bytes_of(&params(size)),
-            &mended,
-            lit,
-            size,
-        )
+        let (shader, lit) = ((&SHADER, "enlarge"), Some(&plate.lit));
+        self.run(shader, bytes_of(&params(size)), &ratio, lit, size)
     }
 }
 
