@@ -1,7 +1,7 @@
 //! The relit interview: every frame predicted, lit by an environment and written.
 
 use super::writer::{Lights, Writer, check};
-use super::{Files, LightLayers, Rebuild};
+use super::{Files, Interview, LightLayers, Rebuild};
 use base::error::{Error, Result};
 use base::numbers::{ANGLES, within};
 use base::progress::Progress;
@@ -224,7 +224,7 @@ impl<'a> Clip<'a> {
         let compute = ComputeDevice::choose(settings.device);
         progress.say(format!("The network runs on the {}", compute.description));
         let predictor = Predictor::open(project, &compute.device)?;
-        let frame_rate = project.settings.shoot.frame_rate;
+        let interview = Interview::stills(project.settings.shoot.frame_rate);
         let size = picture_size(project, settings.files.at)?;
         Ok(Self {
             project,
@@ -237,7 +237,7 @@ impl<'a> Clip<'a> {
             encoder: FieldEncoder::new(settings.storage),
             light: None,
             series: Series::default(),
-            writer: Writer::open(&settings.files, frames, size, frame_rate)?,
+            writer: Writer::open(&settings.files, frames, size, &interview, progress)?,
             rebuild: None,
             passes: Vec::new(),
             uncovered_energy: 0.0,
@@ -350,7 +350,7 @@ fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
     let names = rig.lamps.iter().map(|lamp| &lamp.name);
     let mut layers = LightLayers::of(of.field, of.mask, names.zip(weights))?;
     if let Some(plate) = of.plate() {
-        for layer in &mut layers.0 {
+        for layer in &mut layers.lamps {
             layer.picture = plate.relit(&layer.picture, of.mask);
         }
     }

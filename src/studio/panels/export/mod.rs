@@ -1,5 +1,6 @@
 //! What to export: frames, format, size, background, layers and file name; and the export queue.
 
+mod format;
 mod queue;
 
 use crate::command::{Command, Dialog, ExportCommand};
@@ -45,7 +46,7 @@ impl ExportPanel {
             if std::mem::take(&mut self.focus) {
                 first.request_focus();
             }
-            format_ui(ui, &mut options);
+            format::ui(ui, &mut options);
             picture_ui(ui, &mut options);
             let own = longer_side(context, project, &options);
             size_ui(ui, &mut options, own, out);
@@ -112,21 +113,6 @@ fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> boo
         WidgetInfo::selected(Role::RadioButton, true, chosen, format!("{of} {name}"))
     });
     response.on_hover_text(hint).clicked()
-}
-
-fn format_ui(ui: &mut Ui, options: &mut ExportOptions) {
-    ui.label("Format");
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 2.0;
-        ui.spacing_mut().button_padding.x = 6.0;
-        for format in Format::ALL {
-            let (name, hint) = (format.name(), format.describe());
-            if choice_ui(ui, "Format", name, hint, options.format == format) {
-                options.format = format;
-            }
-        }
-    });
-    ui.end_row();
 }
 
 fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
