@@ -1,6 +1,8 @@
 //! A movie, encoded by the system's ffmpeg as a child process that reads raw frames.
 
-use super::encoder::{Encoder, PATIENCE, Unanswered};
+use super::codec::{Codec, Container};
+use super::colors::Encoding;
+use super::encoder::{Encoder, PATIENCE, Unanswered, file_url};
 use super::rational_rate;
 use super::still::{no_display, no_light, straight, word_from_unit};
 use super::time_code::TimeCode;
@@ -9,11 +11,26 @@ use base::files::Unfinished;
 use base::progress::Progress;
 use compositor::Picture;
 use imaging::color::byte_from_unit;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Writes a movie frame by frame. `.mp4` is H.264 for review; `.mov` is ProRes 4444 with straight alpha.
-/// Both are tagged Rec.709. The file appears under its name when [`ClipWriter::finish`] has returned;
+/// What a movie is besides its pictures.
+#[derive(Clone, Debug)]
+pub struct Movie {
+    pub codec: Codec,
+    /// In frames per second; 23.976 and its like stand for 24000/1001.
+    pub frame_rate: f64,
+    /// Of the first frame. None for a movie without.
+    pub time_code: Option<TimeCode>,
+    /// Of the interview's movie.
+    pub reel: Option<String>,
+    pub encoding: Encoding,
+    /// A file with the sound of exactly these frames.
+    pub sound: Option<PathBuf>,
+}
+
+/// Writes a movie frame by frame. The file appears under its name when [`ClipWriter::finish`] has returned;
 /// a writer that is dropped before leaves nothing.
 #[derive(Debug)]
 pub struct ClipWriter {
@@ -23,36 +40,30 @@ pub struct ClipWriter {
     /// What ffmpeg writes; `None` once it has its name.
     unfinished: Option<Unfinished>,
     size: (usize, usize),
-    alpha: bool,
+    codec: Codec,
+    encoding: Encoding,
 }
 
 impl ClipWriter {
-    /// Starts a movie of `width × height` pixels (odd sizes are padded by repeating the last column or
-    /// row, since H.264 halves its colour) at `frame_rate` frames per second. Its first frame is number
-    /// `first` of the interview, which a `.mov` keeps as its time code.
+    /// Starts a movie of `width × height` pixels. Odd sizes are padded by repeating the last column or
+    /// row, except in FFV1.
     ///
     /// # Errors
     /// When ffmpeg is not installed, the size or rate is impossible, or the folder cannot be made.
-    pub fn create(
-        path: &Path,
-        size: (usize, usize),
-        frame_rate: f64,
-        first: usize,
-    ) -> Result<Self> {
-        Self::create_with(("ffmpeg", PATIENCE), path, size, frame_rate, first)
+    pub fn create(path: &Path, size: (usize, usize), movie: &Movie) -> Result<Self> {
+        Self::create_with(("ffmpeg", PATIENCE), path, size, movie)
     }
 
     fn create_with(
         (program, patience): (&str, Duration),
         path: &Path,
         (width, height): (usize, usize),
-        frame_rate: f64,
-        first: usize,
+        movie: &Movie,
     ) -> Result<Self> {
         let impossible = |problem: String| {
             Error::invalid(
                 format!("cannot write {}: {problem}", path.display()),
-                "Check the project's size and frame rate",
+                "Check the project's size and frame rate, or choose another codec",
             )
         };
         if width == 0 || height == 0 {
@@ -60,18 +71,21 @@ impl ClipWriter {
                 "a picture of {width} × {height} pixels is empty"
             )));
         }
+        let frame_rate = movie.frame_rate;
         if !(0.01..=1000.0).contains(&frame_rate) {
             return Err(impossible(format!(
                 "the frame rate {frame_rate} is outside 0.01 to 1000"
             )));
         }
+        let container = Container::of(path).unwrap_or(Container::Mp4);
+        let rate = rational_rate(frame_rate);
+        if let Some(obstacle) = (movie.codec).obstacle((width, height), container, rate) {
+            return Err(impossible(obstacle));
+        }
         let fail =
             |e: std::io::Error| Error::io("write", path, e, "Check that the folder can be written");
         let unfinished = Unfinished::beside(path).map_err(fail)?;
-        let alpha = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("mov"));
-        let line = arguments((width, height), frame_rate, first, alpha);
+        let line = arguments((width, height), container, movie);
         let output = unfinished.path().to_path_buf();
         let encoder = Encoder::start(program, line, output, patience).map_err(|e| {
             let remedy = "Movies need ffmpeg: install it (apt install ffmpeg) or write stills, such as out.%04d.png";
@@ -82,7 +96,8 @@ impl ClipWriter {
             encoder,
             unfinished: Some(unfinished),
             size: (width, height),
-            alpha,
+            codec: movie.codec,
+            encoding: movie.encoding.clone(),
         })
     }
 
@@ -108,19 +123,21 @@ impl ClipWriter {
             .display
             .as_ref()
             .ok_or_else(|| no_display(&self.path))?;
-        let bytes: Vec<u8> = if self.alpha {
-            let word = |v: f32| word_from_unit(v).to_le_bytes();
-            let straight = straight(picture).ok_or_else(|| no_light(&self.path))?;
+        let word = |v: f32| word_from_unit(v).to_le_bytes();
+        let (from, to) = (self.size, self.codec.padded(self.size));
+        let bytes: Vec<u8> = if self.codec.has_alpha() {
+            let straight = straight(picture, &self.encoding).ok_or_else(|| no_light(&self.path))?;
             let pixels: Vec<_> = straight.map(|p| p.map(word)).collect();
-            padded(&pixels, self.size).flatten().flatten().collect()
+            padded(&pixels, from, to).flatten().flatten().collect()
         } else {
-            let pixels: Vec<[u8; 3]> = display
-                .0
-                .pixels
-                .iter()
-                .map(|p| p.map(byte_from_unit))
-                .collect();
-            padded(&pixels, self.size).flatten().collect()
+            let codes = display.0.pixels.iter().copied().map(self.encoding.codes());
+            if self.codec.is_deep() {
+                let pixels: Vec<_> = codes.map(|p| p.map(word)).collect();
+                padded(&pixels, from, to).flatten().flatten().collect()
+            } else {
+                let pixels: Vec<_> = codes.map(|p| p.map(byte_from_unit)).collect();
+                padded(&pixels, from, to).flatten().collect()
+            }
         };
         match self.encoder.feed(bytes, progress) {
             Ok(()) => Ok(()),
@@ -194,49 +211,73 @@ fn remedy(said: &str) -> &'static str {
     ]) {
         "Check that the folder can be written, also by ffmpeg, or write elsewhere"
     } else if says(&["ncoder", "codec"]) {
-        "Check that this ffmpeg can encode H.264 and ProRes, or write stills"
+        "Check that this ffmpeg can encode H.264 and ProRes, choose another codec, or write stills"
     } else {
         "Check that this ffmpeg works (ffmpeg -version), or write stills, such as out.%04d.png"
     }
 }
 
-fn arguments(
-    (width, height): (usize, usize),
-    frame_rate: f64,
-    first: usize,
-    alpha: bool,
-) -> Vec<String> {
-    let even = |n: usize| n.next_multiple_of(2);
-    let (frames, seconds) = rational_rate(frame_rate);
-    let input = if alpha { "rgba64le" } else { "rgb24" };
-    // ffmpeg would use the matrix of standard definition unless told, and leaves ProRes without tags
-    // unless the frames carry them.
-    let colors = "scale=out_color_matrix=bt709:out_range=tv,\
-                  setparams=range=tv:color_primaries=bt709:color_trc=bt709:colorspace=bt709";
+/// ffmpeg's arguments, up to the name of what it writes. The frames come through its input.
+fn arguments(size: (usize, usize), container: Container, movie: &Movie) -> Vec<OsString> {
+    let codec = movie.codec;
+    let (width, height) = codec.padded(size);
+    let (frames, seconds) = rational_rate(movie.frame_rate);
     // Without `-xerror` a movie that the disk had no room for would end as if nothing had happened.
-    let mut line = format!(
-        "-hide_banner -loglevel error -xerror -nostats -y -f rawvideo -pixel_format {input} \
-         -video_size {}x{} -framerate {frames}/{seconds} -i pipe:0 -an -vf {colors} ",
-        even(width),
-        even(height),
-    );
-    // A second of less than one frame has no time code.
-    if alpha && frame_rate >= 1.0 {
-        line += &format!("-timecode {} ", TimeCode::of(first, frame_rate));
+    let mut line = words(&format!(
+        "-hide_banner -loglevel error -xerror -nostats -y -protocol_whitelist file,pipe -f rawvideo -pixel_format {} \
+         -video_size {width}x{height} -framerate {frames}/{seconds} -i pipe:0",
+        codec.input(),
+    ));
+    match &movie.sound {
+        Some(sound) => {
+            line.extend(words("-protocol_whitelist file -i"));
+            line.push(file_url(sound));
+            line.extend(words("-map 0:v -map 1:a -c:a"));
+            line.extend(words(match container {
+                Container::Mp4 => "aac -b:a 256k",
+                Container::Mov | Container::Mkv | Container::Mxf => "pcm_s24le",
+            }));
+        }
+        None => line.push("-an".into()),
     }
-    line += if alpha {
-        "-c:v prores_ks -profile:v 4444 -pix_fmt yuva444p10le -alpha_bits 16 -f mov"
-    } else {
-        "-c:v libx264 -preset medium -crf 16 -pix_fmt yuv420p -movflags +faststart -f mp4"
-    };
-    line.split_whitespace().map(str::to_owned).collect()
+    line.extend(["-vf".into(), codec.filter(movie.encoding.space).into()]);
+    // A second of less than one frame has no time code.
+    if let Some(time) = movie.time_code.filter(|_| movie.frame_rate >= 1.0) {
+        line.extend(["-timecode".into(), time.to_string().into()]);
+        if container == Container::Mp4 {
+            line.extend(words("-write_tmcd on"));
+        }
+    }
+    if let Some(reel) = &movie.reel {
+        let plain = |c: char| if c.is_control() { '_' } else { c };
+        let reel: String = reel.chars().map(plain).collect();
+        let key = match container {
+            Container::Mxf => "-metadata",
+            _ => "-metadata:s:v:0",
+        };
+        line.extend([key.into(), format!("reel_name={reel}").into()]);
+    }
+    line.extend(words(codec.encoder()));
+    if container == Container::Mp4 {
+        line.extend(words("-movflags +faststart"));
+    }
+    line.extend(words(&format!("-f {}", container.muxer())));
+    line
 }
 
-/// Pixels row by row, with the last column and the last row repeated where their number is odd.
-fn padded<T: Copy>(pixels: &[T], (width, height): (usize, usize)) -> impl Iterator<Item = T> + '_ {
-    (0..height.next_multiple_of(2)).flat_map(move |y| {
+fn words(line: &str) -> Vec<OsString> {
+    line.split_whitespace().map(OsString::from).collect()
+}
+
+/// Pixels row by row, with the last column and the last row repeated up to the size `to`.
+fn padded<T: Copy>(
+    pixels: &[T],
+    (width, height): (usize, usize),
+    to: (usize, usize),
+) -> impl Iterator<Item = T> + '_ {
+    (0..to.1).flat_map(move |y| {
         let row = &pixels[y.min(height - 1) * width..][..width];
-        (0..width.next_multiple_of(2)).map(move |x| row[x.min(width - 1)])
+        (0..to.0).map(move |x| row[x.min(width - 1)])
     })
 }
 

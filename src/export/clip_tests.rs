@@ -9,6 +9,19 @@ use test_support::{ffmpeg, wait_for};
 /// Long enough for a test that waits for something else.
 const LONG: Duration = Duration::from_secs(3600);
 
+/// The movie that its name alone asks for, whose first frame has this number.
+fn movie(path: &Path, frame_rate: f64, first: usize) -> Movie {
+    let codec = Codec::of(None, path).unwrap();
+    Movie {
+        codec,
+        frame_rate,
+        time_code: (codec != Codec::H264).then(|| TimeCode::of(first, frame_rate)),
+        reel: None,
+        encoding: Encoding::default(),
+        sound: None,
+    }
+}
+
 fn silent() -> Progress<'static> {
     Progress::silent()
 }
@@ -47,7 +60,7 @@ fn a_movie_has_the_frames_and_colours_that_were_pushed() {
     let code = shown.display.as_ref().unwrap().0.pixels[0].map(byte_from_unit);
     for name in ["new/clip.mp4", "a:b %d.mov"] {
         let path = folder.path().join(name);
-        let mut writer = ClipWriter::create(&path, (33, 17), 29.97, 0).unwrap();
+        let mut writer = ClipWriter::create(&path, (33, 17), &movie(&path, 29.97, 0)).unwrap();
         (0..3).for_each(|_| writer.push(&shown, &silent()).unwrap());
         writer.finish(&silent()).unwrap();
         let bytes = decoded(&path);
@@ -77,7 +90,7 @@ fn a_mov_keeps_straight_alpha() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cut.mov");
     let shown = picture(64, 16, [0.5; 3], false);
-    let mut writer = ClipWriter::create(&path, (64, 16), 24.0, 24 * 61 + 5).unwrap();
+    let mut writer = ClipWriter::create(&path, (64, 16), &movie(&path, 24.0, 24 * 61 + 5)).unwrap();
     writer.push(&shown, &silent()).unwrap();
     writer.finish(&silent()).unwrap();
     let bytes = decoded(&path);
@@ -102,7 +115,8 @@ fn a_movie_says_its_colours_its_rate_and_its_time() {
         ("a.mov", "prores", "yuva444p12le"),
     ] {
         let path = folder.path().join(name);
-        let mut writer = ClipWriter::create(&path, (32, 16), 23.976, 24 * 61 + 5).unwrap();
+        let mut writer =
+            ClipWriter::create(&path, (32, 16), &movie(&path, 23.976, 24 * 61 + 5)).unwrap();
         (0..2).for_each(|_| writer.push(&shown, &silent()).unwrap());
         writer.finish(&silent()).unwrap();
         let probed = Command::new("ffprobe")
@@ -140,8 +154,8 @@ fn a_writer_that_is_dropped_leaves_nothing() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut writer =
-        ClipWriter::create(&folder.path().join("clip.mp4"), (16, 16), 24.0, 0).unwrap();
+    let path = folder.path().join("clip.mp4");
+    let mut writer = ClipWriter::create(&path, (16, 16), &movie(&path, 24.0, 0)).unwrap();
     writer
         .push(&picture(16, 16, [0.5; 3], true), &silent())
         .unwrap();
@@ -160,9 +174,14 @@ fn a_writer_that_is_dropped_leaves_nothing() {
 fn a_missing_ffmpeg_is_a_sentence_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("clip.mp4");
-    let error = ClipWriter::create_with(("no-such-ffmpeg", PATIENCE), &path, (16, 16), 24.0, 0)
-        .unwrap_err()
-        .to_string();
+    let error = ClipWriter::create_with(
+        ("no-such-ffmpeg", PATIENCE),
+        &path,
+        (16, 16),
+        &movie(&path, 24.0, 0),
+    )
+    .unwrap_err()
+    .to_string();
     assert!(
         error.contains("clip.mp4") && error.contains("install"),
         "{error}"
@@ -174,7 +193,9 @@ fn what_ffmpeg_says_reaches_the_person() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("clip.mp4");
     // A program that knows none of ffmpeg's options says so, and fails.
-    let begun = || ClipWriter::create_with(("ls", PATIENCE), &path, (16, 16), 24.0, 0).unwrap();
+    let begun = || {
+        ClipWriter::create_with(("ls", PATIENCE), &path, (16, 16), &movie(&path, 24.0, 0)).unwrap()
+    };
     let at_the_end = begun().finish(&silent()).unwrap_err();
     let (mut writer, shown) = (begun(), picture(16, 16, [0.5; 3], true));
     // More than fits into a pipe that nobody reads.
@@ -207,7 +228,9 @@ fn script(folder: &Path, text: &str) -> String {
 /// Makes a movie with `program` until that fails.
 #[cfg(unix)]
 fn fail(program: &str, patience: Duration, path: &Path, progress: &Progress) -> Error {
-    let mut writer = ClipWriter::create_with((program, patience), path, (64, 64), 24.0, 0).unwrap();
+    let mut writer =
+        ClipWriter::create_with((program, patience), path, (64, 64), &movie(path, 24.0, 0))
+            .unwrap();
     let shown = picture(64, 64, [0.5; 3], true);
     let failed = (0..100).find_map(|_| writer.push(&shown, progress).err());
     failed.unwrap_or_else(|| writer.finish(progress).unwrap_err())
@@ -284,7 +307,8 @@ fn an_ffmpeg_that_hangs_is_ended_with_all_that_it_started() {
 fn what_cannot_be_written_is_not_blamed_on_the_encoder() {
     let folder = tempfile::tempdir().unwrap();
     let unwritable = Path::new("/proc/clip.mp4");
-    let refused = ClipWriter::create(unwritable, (16, 16), 24.0, 0).unwrap_err();
+    let refused =
+        ClipWriter::create(unwritable, (16, 16), &movie(unwritable, 24.0, 0)).unwrap_err();
     let program = script(
         folder.path(),
         "echo clip.mp4: Permission denied >&2; exit 1",

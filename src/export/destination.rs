@@ -1,5 +1,6 @@
 //! Where pictures go, as a person writes it: `out.%04d.png`, `look.exr`, `clip.mp4`.
 
+use super::codec::Container;
 use base::error::{Error, Result};
 use scene::Output;
 use std::path::{Path, PathBuf};
@@ -7,9 +8,9 @@ use std::path::{Path, PathBuf};
 /// A destination for one picture or many.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination {
-    /// One file per frame: PNG for a display or EXR in linear light.
+    /// One file per frame: PNG or TIFF for a display, or EXR in linear light.
     Stills(Stills),
-    /// One movie: `.mp4`, or `.mov` with alpha.
+    /// One movie: `.mp4`, `.mov`, `.mkv` or `.mxf`.
     Clip(PathBuf),
 }
 
@@ -29,13 +30,15 @@ impl Destination {
     /// # Errors
     /// When the extension is another one, or the pattern is not understood.
     pub fn parse(text: &str) -> Result<Self> {
+        if Container::of(Path::new(text)).is_some() {
+            return Ok(Self::Clip(PathBuf::from(text)));
+        }
         let extension = Path::new(text)
             .extension()
             .unwrap_or_default()
             .to_ascii_lowercase();
         match extension.to_str() {
-            Some("png" | "exr") => Ok(Self::Stills(Stills::parse(text)?)),
-            Some("mp4" | "mov") => Ok(Self::Clip(PathBuf::from(text))),
+            Some("png" | "exr" | "tif" | "tiff") => Ok(Self::Stills(Stills::parse(text)?)),
             _ => Err(Error::invalid(
                 if extension.is_empty() {
                     format!("the destination {text} has no extension")
@@ -45,7 +48,7 @@ impl Destination {
                         extension.display()
                     )
                 },
-                "Give a name that ends in .png, .exr, .mp4 or .mov, such as out.%04d.png or clip.mp4",
+                "Give a name that ends in .png, .tif, .exr, .mp4, .mov, .mkv or .mxf, such as out.%04d.png or clip.mp4",
             )),
         }
     }
@@ -142,6 +145,13 @@ impl Stills {
     pub fn is_linear(&self) -> bool {
         self.after.to_ascii_lowercase().ends_with(".exr")
             || self.before.to_ascii_lowercase().ends_with(".exr")
+    }
+
+    /// Whether the files are TIFFs.
+    pub fn is_tiff(&self) -> bool {
+        let ending = Path::new(&self.after).extension();
+        let ending = ending.or(Path::new(&self.before).extension());
+        ending.is_some_and(|e| e.eq_ignore_ascii_case("tif") || e.eq_ignore_ascii_case("tiff"))
     }
 
     fn parse(text: &str) -> Result<Self> {

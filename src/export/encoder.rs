@@ -1,8 +1,9 @@
 //! ffmpeg as a child process: it is fed, waited for as long as it gives a sign of life, and killed when it must end.
 
 use base::progress::Progress;
+use std::ffi::OsString;
 use std::io::{self, Read, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -54,16 +55,13 @@ impl Encoder {
     /// When it cannot be started.
     pub fn start(
         program: &str,
-        arguments: Vec<String>,
+        arguments: Vec<OsString>,
         output: PathBuf,
         patience: Duration,
     ) -> io::Result<Self> {
         let mut command = Command::new(program);
         command.args(arguments);
-        // Without the scheme a colon in the name would be read as one.
-        let mut file = std::ffi::OsString::from("file:");
-        file.push(&output);
-        command.arg(file);
+        command.arg(file_url(&output));
         #[cfg(unix)]
         {
             // A group of its own can be killed with all that it starts, and Ctrl-C in a terminal reaches us alone.
@@ -205,6 +203,13 @@ impl Drop for Encoder {
     fn drop(&mut self) {
         self.kill();
     }
+}
+
+/// A file's name for ffmpeg: without the scheme a colon in it would be read as one, and a dash as an option.
+pub fn file_url(path: &Path) -> OsString {
+    let mut url = OsString::from("file:");
+    url.push(path);
+    url
 }
 
 /// The last words of a stream.

@@ -1,18 +1,87 @@
-//! Half-float channels of an EXR.
+//! Channels of an EXR, and the rectangle of a picture that they hold.
 
+use super::exr_settings::Samples;
 use exr::prelude::{AnyChannel, FlatSamples, f16};
-use imaging::Image;
+use imaging::{Image, Mask, Raster};
 
 /// A half float, clipped to ±65504.
 pub fn half(value: f32) -> f16 {
     f16::from_f32(value.clamp(-65504.0, 65504.0))
 }
 
-/// Channels R, G and B whose names begin with `prefix`. Values beyond half floats are clipped to ±65504.
-pub fn color_channels(prefix: &str, picture: &Image) -> [AnyChannel<FlatSamples>; 3] {
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    pub x: usize,
+    pub y: usize,
+    pub width: usize,
+    pub height: usize,
+}
+
+impl Window {
+    /// All of a picture.
+    pub fn whole((width, height): (usize, usize)) -> Self {
+        Self {
+            x: 0,
+            y: 0,
+            width,
+            height,
+        }
+    }
+
+    /// The least rectangle with everything that is not 0; one pixel if nothing is.
+    pub fn of(light: &Image, alpha: &Mask) -> Self {
+        let is_full = |i: usize| alpha.pixels[i] != 0.0 || light.pixels[i] != [0.0; 3];
+        let (mut left, mut top) = alpha.size();
+        let (mut right, mut bottom) = (0, 0);
+        for i in (0..alpha.pixels.len()).filter(|&i| is_full(i)) {
+            let (x, y) = (i % alpha.width, i / alpha.width);
+            (left, right) = (left.min(x), right.max(x + 1));
+            (top, bottom) = (top.min(y), bottom.max(y + 1));
+        }
+        if right == 0 {
+            return Self::whole((1, 1));
+        }
+        Self {
+            x: left,
+            y: top,
+            width: right - left,
+            height: bottom - top,
+        }
+    }
+
+    fn values<'a, T: Copy>(self, raster: &'a Raster<T>) -> impl Iterator<Item = T> + 'a {
+        (self.y..self.y + self.height)
+            .flat_map(move |y| &raster.pixels[y * raster.width + self.x..][..self.width])
+            .copied()
+    }
+}
+
+/// A channel of a raster's values within a window. Half floats are clipped to ±65504.
+pub fn channel<T: Copy>(
+    name: &str,
+    raster: &Raster<T>,
+    window: Window,
+    samples: Samples,
+    value: impl Fn(T) -> f32,
+) -> AnyChannel<FlatSamples> {
+    let values = window.values(raster).map(value);
+    let samples = match samples {
+        Samples::Half => FlatSamples::F16(values.map(half).collect()),
+        Samples::Float => FlatSamples::F32(values.collect()),
+    };
+    AnyChannel::new(name, samples)
+}
+
+/// Channels R, G and B whose names begin with `prefix`.
+pub fn color_channels(
+    prefix: &str,
+    picture: &Image,
+    window: Window,
+    samples: Samples,
+) -> [AnyChannel<FlatSamples>; 3] {
     [0, 1, 2].map(|c| {
         let name = format!("{prefix}{}", ["R", "G", "B"][c]);
-        let values = picture.pixels.iter().map(|pixel| half(pixel[c]));
-        AnyChannel::new(name.as_str(), FlatSamples::F16(values.collect()))
+        channel(&name, picture, window, samples, |pixel| pixel[c])
     })
 }

@@ -1,7 +1,12 @@
 //! What a person chooses between when something is to be written.
 
+use super::codec::Codec;
+use super::colors::OutputSpace;
+use super::exr_settings::ExrSettings;
 use base::numbers::within;
+use footage::PictureSize;
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
 /// Kinds of files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -9,23 +14,36 @@ pub enum Format {
     #[default]
     Png8,
     Png16,
+    Tiff,
     Exr,
-    H264,
-    ProRes,
+    Movie(Codec),
 }
 
 impl Format {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Png8, Self::Png16, Self::Exr, Self::H264, Self::ProRes];
+    pub const ALL: [Self; 12] = [
+        Self::Png8,
+        Self::Png16,
+        Self::Tiff,
+        Self::Exr,
+        Self::Movie(Codec::H264),
+        Self::Movie(Codec::H265),
+        Self::Movie(Codec::ProRes422Hq),
+        Self::Movie(Codec::ProRes4444),
+        Self::Movie(Codec::DnxhrHq),
+        Self::Movie(Codec::DnxhrHqx),
+        Self::Movie(Codec::Dnxhr444),
+        Self::Movie(Codec::Ffv1),
+    ];
 
     /// What people call it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Png8 => "PNG",
             Self::Png16 => "PNG 16",
+            Self::Tiff => "TIFF 16",
             Self::Exr => "EXR",
-            Self::H264 => "H.264",
-            Self::ProRes => "ProRes",
+            Self::Movie(codec) => codec.name(),
         }
     }
 
@@ -34,27 +52,52 @@ impl Format {
         match self {
             Self::Png8 => "Stills for a display: 8 bits, straight alpha",
             Self::Png16 => "Stills for a display: 16 bits, straight alpha",
+            Self::Tiff => "Stills for a display: 16 bits, straight alpha, as a TIFF",
             Self::Exr => {
                 "Stills in linear light: half floats, ZIP, premultiplied alpha; time code, frame rate and \
                  colour space in the header"
             }
-            Self::H264 => "A movie for review: 8 bits, Rec. 709",
-            Self::ProRes => "A movie for editing: ProRes 4444 with straight alpha, Rec. 709",
+            Self::Movie(Codec::H264) => "A movie for review: 8 bits, Rec. 709",
+            Self::Movie(Codec::H265) => "A movie for review: 10 bits, Rec. 709",
+            Self::Movie(Codec::ProRes422Hq) => "A movie for editing: 4:2:2, 10 bits",
+            Self::Movie(Codec::ProRes4444) => {
+                "A movie for editing: ProRes 4444 with straight alpha, Rec. 709"
+            }
+            Self::Movie(Codec::DnxhrHq) => {
+                "A movie for editing: 4:2:2, 8 bits, 256 × 120 pixels and more"
+            }
+            Self::Movie(Codec::DnxhrHqx) => {
+                "A movie for editing: 4:2:2, 10 bits, 256 × 120 pixels and more"
+            }
+            Self::Movie(Codec::Dnxhr444) => {
+                "A movie for editing: 4:4:4, 10 bits, 256 × 120 pixels and more"
+            }
+            Self::Movie(Codec::Ffv1) => {
+                "A movie to keep: RGB of 16 bits with straight alpha, compressed without loss"
+            }
         }
     }
 
     /// Whether all frames go into one file.
     pub fn is_movie(self) -> bool {
-        matches!(self, Self::H264 | Self::ProRes)
+        self.codec().is_some()
+    }
+
+    /// How a movie is encoded; None for stills.
+    pub fn codec(self) -> Option<Codec> {
+        match self {
+            Self::Movie(codec) => Some(codec),
+            _ => None,
+        }
     }
 
     /// What stands behind the name, as [`super::Destination::parse`] understands it.
     pub fn ending(self) -> &'static str {
         match self {
             Self::Png8 | Self::Png16 => ".%04d.png",
+            Self::Tiff => ".%04d.tif",
             Self::Exr => ".%04d.exr",
-            Self::H264 => ".mp4",
-            Self::ProRes => ".mov",
+            Self::Movie(codec) => codec.ending(),
         }
     }
 
@@ -89,12 +132,29 @@ pub enum Existing {
 /// Where pictures are written, and how.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct Files {
-    /// What to write: out.%04d.png, out.%04d.exr, clip.mp4, or clip.mov with alpha.
+    /// What to write: stills as out.%04d.png, .tif or .exr, a movie as clip.mp4, .mov, .mkv or .mxf.
     #[arg(long)]
     pub to: String,
+    /// How a movie is encoded [default: H.264 in .mp4, ProRes 4444 in .mov, FFV1 in .mkv, DNxHR HQ in .mxf].
+    #[arg(long, value_enum)]
+    pub codec: Option<Codec>,
+    /// Colour space of what is written; an EXR is linear in its primaries [default: sRGB; linear Rec. 709 in an EXR].
+    #[arg(long = "space", value_enum)]
+    pub space: Option<OutputSpace>,
+    /// Bake a .cube look-up table, which reads and gives sRGB codes, into PNG, TIFF or a movie.
+    #[arg(long, value_name = "FILE")]
+    pub lut: Option<PathBuf>,
+    /// Write no sound, although the interview's movie has some.
+    #[arg(long)]
+    pub no_sound: bool,
+    #[command(flatten)]
+    pub exr: ExrSettings,
     #[arg(skip)]
     pub existing: Existing,
-    /// Width and height in pixels, 16 to 8192 [default: the working size].
+    /// What the pictures show, and at which resolution.
+    #[arg(long, value_enum, default_value_t)]
+    pub at: PictureSize,
+    /// Pixels of the longer side, 16 to 8192, if the pictures are to be resized.
     #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, value_parser = within(Self::SIZES))]
     pub size: Option<usize>,
     /// Bits of a PNG's channels.
@@ -109,7 +169,7 @@ impl Files {
     /// Sizes that can be asked for, in pixels.
     pub const SIZES: RangeInclusive<usize> = 16..=8192;
 
-    /// Pictures of the working size, 8 bits where they are PNGs.
+    /// Pictures of the plate's size, 8 bits where they are PNGs.
     pub fn to(to: impl Into<String>) -> Self {
         Self {
             to: to.into(),

@@ -1,27 +1,36 @@
 //! The subject under each lamp alone, as layers of an EXR, and the check that the layers times their weights
-//! give back the relit subject.
+//! give back the picture.
 //!
 //! Layer `light_07` is the subject as lamp 7 at weight 1 shows it, premultiplied by its coverage. The header's
 //! attribute `lightWeights` says in JSON which lamp each layer is of and with what weight per channel it
-//! goes into the picture, exposure included. What is behind the subject and what effects do are not in it.
+//! goes into the picture, exposure included. What is behind the subject and what effects do is the layer `rest`, if
+//! there is any: the picture is the sum of the layers, each times its weight, and `rest`. In another colour space than
+//! Rec. 709, layers are multiplied by their weights already and have weight 1, since weights of channels hold in the
+//! working space alone.
 
-use super::exr_channels::color_channels;
-use base::error::{Error, Result};
+use super::exr_settings::LayerFiles;
+use base::error::Result;
 use compositor::Field;
 use compositor::reference::extend_edges;
 use exr::meta::attribute::{AttributeValue, Text};
-use exr::prelude::{AnyChannel, FlatSamples};
+use imaging::color_space::ColorSpace;
 use imaging::resample::resize;
 use imaging::{Image, Mask};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The header's attribute.
-const WEIGHTS: &str = "lightWeights";
+pub(super) const WEIGHTS: &str = "lightWeights";
+/// The layer of what no lamp does.
+pub(super) const REST: &str = "rest";
 
 /// The layers of one frame, in the order of the lamps.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LightLayers(pub Vec<LightLayer>);
+pub struct LightLayers {
+    pub lamps: Vec<LightLayer>,
+    /// What the picture has besides: linear, premultiplied. None if there is nothing.
+    pub rest: Option<Image>,
+}
 
 /// What one lamp shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,23 +43,15 @@ pub struct LightLayer {
     pub picture: Image,
 }
 
-/// How well layers gave back what they are layers of.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Rebuild {
-    /// Layers of a frame.
-    pub layers: usize,
-    /// The largest difference of a channel.
-    pub residual: f32,
-    /// The largest value that was to be given back.
-    pub brightest: f32,
-}
-
 /// An entry of the header's attribute.
 #[derive(Serialize, Deserialize)]
-struct Written {
-    layer: String,
-    lamp: String,
-    weight: [f32; 3],
+pub(super) struct Written {
+    pub layer: String,
+    pub lamp: String,
+    pub weight: [f32; 3],
+    /// Where it is, if not in the picture's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
 }
 
 impl LightLayers {
@@ -84,122 +85,128 @@ impl LightLayers {
             .enumerate()
             .map(layer)
             .collect::<Result<_>>()
-            .map(Self)
+            .map(|lamps| Self { lamps, rest: None })
     }
 
-    /// The same with `size × size` pixels.
-    pub fn scaled(mut self, size: usize) -> Self {
-        for layer in &mut self.0 {
-            layer.picture = resize(&layer.picture, size, size);
+    /// The same with `width × height` pixels.
+    pub fn scaled(mut self, (width, height): (usize, usize)) -> Self {
+        let lamps = self.lamps.iter_mut().map(|layer| &mut layer.picture);
+        for picture in lamps.chain(&mut self.rest) {
+            *picture = resize(picture, width, height);
         }
         self
     }
 
+    /// The same with what the picture has besides the subject that the lamps add up to, if it has anything.
+    pub fn with_rest(mut self, picture: &Image, subject: &Image) -> Self {
+        let pairs = picture.pixels.iter().zip(&subject.pixels);
+        let rest = pairs.map(|(whole, part)| std::array::from_fn(|c| whole[c] - part[c]));
+        let rest: Vec<[f32; 3]> = rest.collect();
+        if rest.iter().flatten().any(|v| *v != 0.0) {
+            self.rest = Some(Image {
+                pixels: rest,
+                ..picture.clone()
+            });
+        }
+        self
+    }
+
+    /// The same for a file in these primaries: weights per channel hold in Rec. 709 alone.
+    pub fn in_space(mut self, space: ColorSpace) -> Self {
+        if space != ColorSpace::Rec709 {
+            for layer in &mut self.lamps {
+                let weight = std::mem::replace(&mut layer.weight, [1.0; 3]);
+                for pixel in &mut layer.picture.pixels {
+                    *pixel = std::array::from_fn(|c| pixel[c] * weight[c]);
+                }
+            }
+        }
+        self
+    }
+
+    /// The name of a lamp's layer: never digits alone, which some programs take for numbers.
     fn name(&self, index: usize) -> String {
-        let digits = (self.0.len().saturating_sub(1)).to_string().len().max(2);
+        let digits = (self.lamps.len().saturating_sub(1))
+            .to_string()
+            .len()
+            .max(2);
         format!("light_{index:0digits$}")
     }
 
-    /// The channels of all layers.
-    pub(super) fn channels(&self) -> impl Iterator<Item = AnyChannel<FlatSamples>> + '_ {
-        self.0.iter().enumerate().flat_map(|(index, layer)| {
-            color_channels(&format!("{}.", self.name(index)), &layer.picture)
-        })
+    /// All layers with their names.
+    pub(super) fn pictures(&self) -> impl Iterator<Item = (String, &Image)> + '_ {
+        let lamps = self.lamps.iter().enumerate();
+        let lamps = lamps.map(|(index, layer)| (self.name(index), &layer.picture));
+        lamps.chain(self.rest.iter().map(|rest| (REST.to_owned(), rest)))
+    }
+
+    fn written(&self, path: Option<&Path>) -> Vec<Written> {
+        let lamps = self.lamps.iter().enumerate();
+        lamps
+            .map(|(index, layer)| Written {
+                layer: self.name(index),
+                lamp: layer.lamp.clone(),
+                weight: layer.weight,
+                file: path.map(|path| file_name(&beside(path, &self.name(index)))),
+            })
+            .collect()
     }
 
     /// What the header says of them.
-    pub(super) fn attribute(&self) -> (Text, AttributeValue) {
-        // Headers know few letters beyond these.
-        let plain = |c: char| if c.is_ascii_graphic() { c } else { '_' };
-        let written = self.0.iter().enumerate().map(|(index, layer)| Written {
-            layer: self.name(index),
-            lamp: layer.lamp.chars().map(plain).collect(),
-            weight: layer.weight,
-        });
-        let text = serde_json::to_string(&written.collect::<Vec<_>>()).unwrap_or_default();
+    pub(super) fn attribute(&self, files: LayerFiles) -> (Text, AttributeValue) {
+        let mut written = self.written(None);
+        for entry in &mut written {
+            // Headers know few letters beyond these.
+            let plain = |c: char| if c.is_ascii_graphic() { c } else { '_' };
+            entry.lamp = entry.lamp.chars().map(plain).collect();
+        }
+        // What is in other files stands in the JSON file, which knows their names.
+        if files == LayerFiles::Files {
+            written.clear();
+        }
+        let text = serde_json::to_string(&written).unwrap_or_default();
         (WEIGHTS.into(), AttributeValue::Text(text.as_str().into()))
     }
+
+    /// The text of the JSON file beside the picture `path`.
+    pub(super) fn weights(&self, path: &Path, files: LayerFiles) -> String {
+        let of_files = (files == LayerFiles::Files).then_some(path);
+        let rest = self.rest.as_ref().map(|_| {
+            let file = of_files.map(|path| file_name(&beside(path, REST)));
+            serde_json::json!({ "layer": REST, "file": file })
+        });
+        let figures = serde_json::json!({
+            "picture": file_name(path),
+            "sum": "picture = sum of weight × layer, and rest",
+            "layers": self.written(of_files),
+            "rest": rest,
+        });
+        format!("{figures:#}\n")
+    }
 }
 
-/// The sum of a file's light layers, each times the weight that its header says: the relit subject, linear
-/// and premultiplied.
-///
-/// # Errors
-/// When the file cannot be read, or it has no light layers with weights.
-pub fn rebuilt(path: &Path) -> Result<Image> {
-    let remedy = "Export it again with its light layers";
-    let missing = |what: &str| Error::missing(format!("{} has no {what}", path.display()), remedy);
-    let layer = exr::prelude::read_first_flat_layer_from_file(path)
-        .map_err(|e| Error::codec("read", path, e, remedy))?
-        .layer_data;
-    let written = match layer.attributes.other.get(&Text::from(WEIGHTS)) {
-        Some(AttributeValue::Text(text)) => text.to_string(),
-        _ => return Err(missing("weights of light layers in the header")),
+fn file_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+/// The JSON file beside a picture's.
+pub(super) fn weights_file(picture: &Path) -> PathBuf {
+    picture.with_extension("json")
+}
+
+/// The file of a layer beside that of its picture: `out.light_00.0001.exr` beside `out.0001.exr`.
+pub(super) fn beside(picture: &Path, layer: &str) -> PathBuf {
+    let stem = picture.file_stem().unwrap_or_default().to_string_lossy();
+    let before_number = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    let (name, number) = stem.split_at(before_number.len());
+    let name = name.trim_end_matches(['.', '_', '-']);
+    let gap = &before_number[name.len()..];
+    let stem = match (gap, number) {
+        (_, "") | ("", _) => format!("{stem}.{layer}"),
+        _ if name.is_empty() => format!("{layer}{gap}{number}"),
+        _ => format!("{name}.{layer}{gap}{number}"),
     };
-    let written: Vec<Written> =
-        serde_json::from_str(&written).map_err(|e| Error::codec("read", path, e, remedy))?;
-    let (width, height) = (layer.size.width(), layer.size.height());
-    let mut sums = vec![[0f64; 3]; width * height];
-    for entry in &written {
-        for (c, color) in ["R", "G", "B"].into_iter().enumerate() {
-            let name = format!("{}.{color}", entry.layer);
-            let channel = (layer.channel_data.list.iter())
-                .find(|channel| channel.name.eq(&name))
-                .ok_or_else(|| missing(&format!("channel {name}")))?;
-            let weight = f64::from(entry.weight[c]);
-            for (sum, value) in sums.iter_mut().zip(channel.sample_data.values_as_f32()) {
-                sum[c] += weight * f64::from(value);
-            }
-        }
-    }
-    Ok(Image {
-        width,
-        height,
-        pixels: sums.into_iter().map(|sum| sum.map(|v| v as f32)).collect(),
-    })
-}
-
-impl Rebuild {
-    /// Compares what the layers of the file `path`, `layers` in number, add up to with `wanted`.
-    ///
-    /// # Errors
-    /// As [`rebuilt`].
-    pub fn check(path: &Path, layers: usize, wanted: &Image) -> Result<Self> {
-        let rebuilt = rebuilt(path)?;
-        let pairs = rebuilt
-            .pixels
-            .iter()
-            .flatten()
-            .zip(wanted.pixels.iter().flatten());
-        let mut check = Self {
-            layers,
-            residual: 0.0,
-            brightest: 0.0,
-        };
-        for (rebuilt, wanted) in pairs {
-            check.residual = check.residual.max((rebuilt - wanted).abs());
-            check.brightest = check.brightest.max(wanted.abs());
-        }
-        Ok(check)
-    }
-
-    /// The worse of two frames.
-    #[must_use]
-    pub fn and(self, other: Self) -> Self {
-        Self {
-            layers: self.layers,
-            residual: self.residual.max(other.residual),
-            brightest: self.brightest.max(other.brightest),
-        }
-    }
-
-    /// What was found, in a sentence.
-    pub fn sentence(&self) -> String {
-        let percent = 100.0 * self.residual / self.brightest.max(f32::MIN_POSITIVE);
-        format!(
-            "The {} light layers, weighted and added, equal the relit subject to within {:.2e}, {percent:.3} % of its \
-             brightest light",
-            self.layers, self.residual
-        )
-    }
+    let ending = picture.extension().unwrap_or_default().to_string_lossy();
+    picture.with_file_name(format!("{stem}.{ending}"))
 }

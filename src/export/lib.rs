@@ -1,26 +1,38 @@
-//! Export: pictures as PNG and EXR stills, with light layers, as movies, and as contact sheets.
+//! Export: pictures as PNG, TIFF and EXR stills, with light layers, as movies, and as contact sheets.
 
 mod clip;
+mod codec;
+mod colors;
 mod destination;
 mod encoder;
 mod exr_channels;
+mod exr_settings;
+mod exr_still;
 mod format;
+mod interview;
 mod layers;
 mod lettering;
+mod rebuild;
 pub mod relight;
 mod scaled;
 mod sheet;
+mod sound;
 mod still;
 mod time_code;
 mod writer;
 
-pub use clip::ClipWriter;
+pub use clip::{ClipWriter, Movie};
+pub use codec::{Codec, Container};
+pub use colors::{Encoding, OutputSpace};
 pub use destination::{Destination, Stills, untaken};
+pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Samples};
 pub use format::{Bits, Existing, Files, Format};
-pub use layers::{LightLayer, LightLayers, Rebuild, rebuilt};
-pub use scaled::scaled;
+pub use interview::{Interview, Source};
+pub use layers::{LightLayer, LightLayers};
+pub use rebuild::{Rebuild, rebuilt};
+pub use scaled::{fitted, scaled};
 pub use sheet::{Tile, contact_sheet};
-pub use still::{About, write_still, write_still_exr, write_still_png};
+pub use still::{About, write_still};
 pub use time_code::TimeCode;
 
 /// Frames per second as a fraction. The rates of television (23.976, 29.97, 59.94 …) are recognised,

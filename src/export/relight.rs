@@ -1,16 +1,16 @@
 //! The relit interview: every frame predicted, lit by an environment and written.
 
 use super::writer::{Lights, Writer, check};
-use super::{Files, LightLayers, Rebuild};
+use super::{Files, Interview, LightLayers, Rebuild};
 use base::error::{Error, Result};
 use base::numbers::{ANGLES, within};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::{
-    EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Series,
-    Storage, Upstream, compose,
+    EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Plate,
+    Series, Storage, Upstream, compose,
 };
-use footage::Frame;
+use footage::{Frame, picture_size};
 use gpu::{ComputeDevice, DeviceChoice};
 use light::conventions::Front;
 use light::keyframes::Keyframes;
@@ -224,8 +224,8 @@ impl<'a> Clip<'a> {
         let compute = ComputeDevice::choose(settings.device);
         progress.say(format!("The network runs on the {}", compute.description));
         let predictor = Predictor::open(project, &compute.device)?;
-        let frame_rate = project.settings.shoot.frame_rate;
-        let size = project.settings.size;
+        let interview = Interview::stills(project.settings.shoot.frame_rate);
+        let size = picture_size(project, settings.files.at)?;
         Ok(Self {
             project,
             settings,
@@ -237,7 +237,7 @@ impl<'a> Clip<'a> {
             encoder: FieldEncoder::new(settings.storage),
             light: None,
             series: Series::default(),
-            writer: Writer::open(&settings.files, frames, size, frame_rate)?,
+            writer: Writer::open(&settings.files, frames, size, &interview, progress)?,
             rebuild: None,
             passes: Vec::new(),
             uncovered_energy: 0.0,
@@ -271,7 +271,9 @@ impl<'a> Clip<'a> {
     /// Predicts, lights and writes a frame.
     fn relight_frame(&mut self, index: usize, share: f32, progress: &Progress) -> Result<()> {
         let scene = self.scene(index, share);
-        let frame = Frame::load(self.project, &self.calibration.response, index)?;
+        let (frame, filmed) = Frame::load_filmed(self.project, &self.calibration.response, index)?;
+        let filmed = filmed.shown(self.settings.files.at);
+        let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
         let started = Instant::now();
         let predicted = self.predictor.predict_on_device(&frame)?;
         let field = self.encoder.encode(predicted, self.compute.passes())?;
@@ -291,6 +293,7 @@ impl<'a> Clip<'a> {
                 weights_ms,
             },
             extra: Extra {
+                plate: plate.as_ref(),
                 identity: Identity {
                     frame: index as u64,
                     ..Identity::default()
@@ -345,12 +348,21 @@ fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
     let weights = of.weights.per_lamp.iter();
     let weights = weights.map(|weight| weight.map(|share| share * factor));
     let names = rig.lamps.iter().map(|lamp| &lamp.name);
+    let mut layers = LightLayers::of(of.field, of.mask, names.zip(weights))?;
+    if let Some(plate) = of.plate() {
+        for layer in &mut layers.lamps {
+            layer.picture = plate.relit(&layer.picture, of.mask);
+        }
+    }
     Ok(Lights {
-        layers: LightLayers::of(of.field, of.mask, names.zip(weights))?,
+        layers,
         subject: compose(
             &plain,
             &Ingredients {
-                extra: Extra::default(),
+                extra: Extra {
+                    plate: of.extra.plate,
+                    ..Extra::default()
+                },
                 ..*of
             },
         )?,

@@ -5,17 +5,26 @@ use imaging::Encoded;
 use imaging::color::{linear_from_srgb, srgb_from_linear};
 use imaging::resample::resize;
 
-/// The picture with `size × size` pixels. Scene-linear light and coverage are averaged (or interpolated) as
+/// Columns and rows of a picture of `size` whose longer side is resized to `longest` pixels.
+pub fn fitted((width, height): (usize, usize), longest: usize) -> (usize, usize) {
+    let along = |side: usize| {
+        let scaled = side as f64 * longest as f64 / width.max(height).max(1) as f64;
+        (scaled.round() as usize).max(1)
+    };
+    (along(width), along(height))
+}
+
+/// The picture with so many columns and rows. Scene-linear light and coverage are averaged (or interpolated) as
 /// they are, codes of a display as the light that it would show: so grain, dither and what is brighter than
 /// white average as they would look from afar.
-pub fn scaled(picture: &Picture, size: usize) -> Picture {
+pub fn scaled(picture: &Picture, (width, height): (usize, usize)) -> Picture {
     let display = picture.display.as_ref().map(|codes| {
         let light = codes.0.map(|pixel| pixel.map(linear_from_srgb));
-        Encoded(resize(&light, size, size).map(|pixel| pixel.map(srgb_from_linear)))
+        Encoded(resize(&light, width, height).map(|pixel| pixel.map(srgb_from_linear)))
     });
     Picture {
-        linear: (picture.linear.as_ref()).map(|linear| resize(linear, size, size)),
-        alpha: resize(&picture.alpha, size, size),
+        linear: (picture.linear.as_ref()).map(|linear| resize(linear, width, height)),
+        alpha: resize(&picture.alpha, width, height),
         display,
         ..picture.clone()
     }
@@ -35,7 +44,7 @@ mod tests {
             display: Some(Encoded(Raster::from_fn(8, 8, checks))),
             ..picture(8, 8, [0.0; 3], true)
         };
-        let small = scaled(&sharp, 4);
+        let small = scaled(&sharp, (4, 4));
         assert_eq!(small.linear.as_ref().unwrap().pixels, [[0.5; 3]; 16]);
         let grey = srgb_from_linear(0.5);
         let codes = small.display.unwrap().0;
@@ -49,9 +58,16 @@ mod tests {
     }
 
     #[test]
+    fn the_longer_side_is_what_is_asked_for() {
+        assert_eq!(fitted((1080, 1920), 960), (540, 960));
+        assert_eq!(fitted((128, 128), 64), (64, 64));
+        assert_eq!(fitted((8000, 2), 16), (16, 1));
+    }
+
+    #[test]
     fn straight_colour_stays_where_coverage_is_resized() {
         // Red of one brightness under a coverage that falls from left to right.
-        let shown = scaled(&picture(16, 16, [0.5, 0.0, 0.0], false), 6);
+        let shown = scaled(&picture(16, 16, [0.5, 0.0, 0.0], false), (6, 6));
         assert_eq!(shown.alpha.size(), (6, 6));
         for (light, alpha) in shown.linear.unwrap().pixels.iter().zip(&shown.alpha.pixels) {
             assert!((light[0] - 0.5 * alpha).abs() < 1e-6);

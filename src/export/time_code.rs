@@ -1,10 +1,11 @@
-//! The time of a frame as post-production counts it: SMPTE 12M, from the clip's frame 0 at 00:00:00:00.
+//! The time of a frame as post-production counts it: SMPTE 12M.
 
 use exr::meta::attribute;
 use std::fmt;
 
-/// Hours, minutes, seconds and frames. Rates of television count as the next whole one, without dropped
-/// numbers: 23.976 as 24, 29.97 as 30.
+/// Hours, minutes, seconds and frames. Rates of television count as the next whole one: 23.976 as 24, 29.97 as 30.
+/// With drop-frame counting (29.97 and 59.94) the first numbers of each minute but every tenth are left out, so that
+/// the count follows the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeCode {
     pub hours: u8,
@@ -14,22 +15,97 @@ pub struct TimeCode {
     pub frame: u16,
     /// Frames that count as a second.
     pub rate: u16,
+    /// Whether numbers are left out.
+    pub drop: bool,
 }
 
 impl TimeCode {
-    /// The time of frame `frame` of a clip of `frame_rate` frames per second; after a day it starts again.
+    /// The time of frame `frame` of a clip of `frame_rate` frames per second that begins at 00:00:00:00, without
+    /// dropped numbers; after a day it starts again.
     pub fn of(frame: usize, frame_rate: f64) -> Self {
-        let rate = if frame_rate.is_nan() { 1.0 } else { frame_rate };
-        let rate = rate.round().clamp(1.0, 1000.0) as usize;
-        let seconds = frame / rate;
+        Self {
+            hours: 0,
+            minutes: 0,
+            seconds: 0,
+            frame: 0,
+            rate: whole(frame_rate),
+            drop: false,
+        }
+        .plus(frame)
+    }
+
+    /// Reads `HH:MM:SS:FF` of a clip of `frame_rate` frames per second; a semicolon or a dot before the frames says that
+    /// numbers are dropped. None if it is no time code of that rate.
+    pub fn parse(text: &str, frame_rate: f64) -> Option<Self> {
+        let text = text.trim();
+        let rate = whole(frame_rate);
+        let parts: Vec<&str> = text.split([':', ';', '.']).collect();
+        let is_number =
+            |part: &&str| (1..=3).contains(&part.len()) && part.bytes().all(|b| b.is_ascii_digit());
+        if parts.len() != 4 || !parts.iter().all(is_number) {
+            return None;
+        }
+        let number = |i: usize| parts[i].parse::<u16>().ok();
+        let drop = text.contains([';', '.']);
+        let television = (frame_rate - f64::from(rate)).abs() > 1e-3;
+        let (hours, minutes, seconds, frame) = (number(0)?, number(1)?, number(2)?, number(3)?);
+        let fits = hours < 24 && minutes < 60 && seconds < 60 && frame < rate;
+        let can_drop = rate.is_multiple_of(30) && television;
+        (fits && (!drop || can_drop)).then_some(Self {
+            hours: hours as u8,
+            minutes: minutes as u8,
+            seconds: seconds as u8,
+            frame,
+            rate,
+            drop,
+        })
+    }
+
+    /// The time `frames` frames later.
+    #[must_use]
+    pub fn plus(self, frames: usize) -> Self {
+        let rate = u64::from(self.rate);
+        let dropped = self.dropped();
+        let minute = 60 * rate - dropped;
+        // The first of ten minutes is whole.
+        let ten_minutes = 10 * minute + dropped;
+        let mut count = (self.count() + frames as u64 % (144 * ten_minutes)) % (144 * ten_minutes);
+        if dropped > 0 {
+            let (tens, rest) = (count / ten_minutes, count % ten_minutes);
+            count += 9 * dropped * tens + dropped * (rest.saturating_sub(dropped) / minute);
+        }
+        let seconds = count / rate;
         Self {
             hours: (seconds / 3600 % 24) as u8,
             minutes: (seconds / 60 % 60) as u8,
             seconds: (seconds % 60) as u8,
-            frame: (frame % rate) as u16,
-            rate: rate as u16,
+            frame: (count % rate) as u16,
+            ..self
         }
     }
+
+    /// Frames since midnight.
+    fn count(self) -> u64 {
+        let minutes = 60 * u64::from(self.hours) + u64::from(self.minutes);
+        let numbers =
+            (60 * minutes + u64::from(self.seconds)) * u64::from(self.rate) + u64::from(self.frame);
+        numbers - self.dropped() * (minutes - minutes / 10)
+    }
+
+    /// Numbers that are left out in a minute: 2 of 30, 4 of 60.
+    fn dropped(self) -> u64 {
+        if self.drop {
+            u64::from(self.rate) / 15
+        } else {
+            0
+        }
+    }
+}
+
+/// Frames that count as a second.
+fn whole(frame_rate: f64) -> u16 {
+    let rate = if frame_rate.is_nan() { 1.0 } else { frame_rate };
+    rate.round().clamp(1.0, 1000.0) as u16
 }
 
 impl From<TimeCode> for attribute::TimeCode {
@@ -43,6 +119,7 @@ impl From<TimeCode> for attribute::TimeCode {
             seconds: time.seconds,
             frame: (time.frame / together) as u8,
             field_phase: !time.frame.is_multiple_of(together),
+            drop_frame: time.drop,
             ..Self::default()
         }
     }
@@ -57,7 +134,8 @@ impl fmt::Display for TimeCode {
             frame,
             ..
         } = self;
-        write!(f, "{hours:02}:{minutes:02}:{seconds:02}:{frame:02}")
+        let mark = if self.drop { ';' } else { ':' };
+        write!(f, "{hours:02}:{minutes:02}:{seconds:02}{mark}{frame:02}")
     }
 }
 
@@ -94,5 +172,56 @@ mod tests {
         for (frame, rate) in [(47, 48.0), (119, 120.0), (999, 1000.0)] {
             packed(frame, rate).pack_time_as_tv60_u32().unwrap();
         }
+    }
+
+    #[test]
+    fn dropped_numbers_keep_up_with_the_clock() {
+        let rate = 30000.0 / 1001.0;
+        let start = TimeCode::parse("00:00:00;00", rate).unwrap();
+        // SMPTE 12M-1, and what every editor shows.
+        for (frames, wanted) in [
+            (1799, "00:00:59;29"),
+            (1800, "00:01:00;02"),
+            (3597, "00:01:59;29"),
+            (3598, "00:02:00;02"),
+            (17_981, "00:09:59;29"),
+            (17_982, "00:10:00;00"),
+            (107_892, "01:00:00;00"),
+            (2_589_408, "00:00:00;00"),
+        ] {
+            assert_eq!(start.plus(frames).to_string(), wanted);
+        }
+        // The way in two steps is the way in one.
+        for frames in (0..200_000).step_by(7) {
+            assert_eq!(start.plus(frames).plus(901), start.plus(frames + 901));
+        }
+        let fast = TimeCode::parse("01:00:59.59", 59.94).unwrap();
+        assert_eq!(fast.plus(1).to_string(), "01:01:00;04");
+        let packed = attribute::TimeCode::from(start.plus(1800));
+        assert!(packed.drop_frame && packed.frame == 2);
+        test_support::shown!(Strangers, "An interview with drop-frame time code",
+            danger: "the export's time code drifts from the camera's, 3.6 seconds an hour",
+            done: "numbers are dropped as SMPTE 12M does", bound: "every frame", measured: "no frame off in a day");
+    }
+
+    #[test]
+    fn what_is_no_time_code_is_none() {
+        for text in [
+            "",
+            "1:2",
+            "01:00:00:24",
+            "25:00:00:00",
+            "00:60:00:00",
+            "00:00:00;00",
+            "a:b:c:d",
+            "+1:00:00:00",
+        ] {
+            assert_eq!(TimeCode::parse(text, 24.0), None, "{text}");
+        }
+        assert!(TimeCode::parse("00:00:00;00", 23.976).is_none());
+        assert_eq!(
+            TimeCode::parse(" 10:20:30:12", 25.0).unwrap().to_string(),
+            "10:20:30:12"
+        );
     }
 }

@@ -1,9 +1,16 @@
 //! Writes the frames of one export, whatever files they go to.
 
+use super::clip::Movie;
+use super::codec::{Codec, Container};
+use super::colors::Encoding;
 use super::format::{Bits, Existing, Files};
-use super::layers::{LightLayers, Rebuild};
-use super::still::{About, no_light, write_still};
-use super::{ClipWriter, Destination, scaled, untaken};
+use super::interview::Interview;
+use super::layers::LightLayers;
+use super::rebuild::Rebuild;
+use super::scaled::{fitted, scaled};
+use super::sound::Sound;
+use super::still::{About, write_still};
+use super::{ClipWriter, Destination, untaken};
 use base::error::{Error, Result};
 use base::files::remove_left_over;
 use base::progress::Progress;
@@ -18,9 +25,12 @@ pub(super) struct Writer {
     files: Files,
     destination: Destination,
     clip: Option<ClipWriter>,
-    frame_rate: f64,
-    /// Width and height that are asked for; None if they are the pictures' own.
-    size: Option<usize>,
+    /// The movie's sound, while it is written.
+    sound: Option<Sound>,
+    interview: Interview,
+    encoding: Encoding,
+    /// Columns and rows that are asked for; None if they are the pictures' own.
+    size: Option<(usize, usize)>,
     /// Frames that were written.
     done: usize,
 }
@@ -32,42 +42,64 @@ pub(super) struct Lights {
 }
 
 impl Writer {
-    /// Makes ready for frames `first` to `last` of `size × size` pixels.
+    /// Makes ready for frames `first` to `last` of so many columns and rows.
     ///
     /// # Errors
-    /// When the destination is not understood or cannot hold what is asked for, or a movie cannot be begun.
+    /// When the destination is not understood or cannot hold what is asked for, a look-up table or the interview's sound
+    /// cannot be read, or a movie cannot be begun.
     pub fn open(
         files: &Files,
         (first, last): (usize, usize),
-        size: usize,
-        frame_rate: f64,
+        size: (usize, usize),
+        interview: &Interview,
+        progress: &Progress,
     ) -> Result<Self> {
         let to = match files.existing {
             Existing::Replace => files.to.clone(),
             Existing::Keep => untaken(&files.to, first, last)?,
         };
         let destination = check(files, &to, last - first + 1)?;
-        let written = files.size.unwrap_or(size);
+        let encoding = Encoding::open(files.space, files.lut.as_deref())?;
+        let written = files.size.map_or(size, |longest| fitted(size, longest));
         // What exports to this folder left when they were killed.
         if let Some(folder) = destination.files(first, last).next().and_then(folder) {
             remove_left_over(&folder);
         }
-        let clip = match &destination {
-            Destination::Clip(path) => Some(ClipWriter::create(
-                path,
-                (written, written),
-                frame_rate,
-                first,
-            )?),
-            Destination::Stills(_) => None,
-        };
+        let (mut clip, mut sound) = (None, None);
+        if let Destination::Clip(path) = &destination {
+            let codec = Codec::of(files.codec, path)?;
+            if !files.no_sound {
+                sound = Sound::extract(interview, (first, last), path, progress)?;
+            }
+            // A movie for review has a time code only if the interview has.
+            let counted = Container::of(path) != Some(Container::Mp4);
+            let counted = counted.then(|| interview.time_code(first));
+            let movie = Movie {
+                codec,
+                frame_rate: interview.frame_rate,
+                time_code: interview.filmed_time_code(first).or(counted),
+                reel: interview.reel().map(str::to_owned),
+                encoding: encoding.clone(),
+                sound: sound.as_ref().map(|sound| sound.path().to_path_buf()),
+            };
+            clip = Some(ClipWriter::create(path, written, &movie)?);
+            if codec.padded(written) != written {
+                let (width, height) = codec.padded(written);
+                progress.say(format!(
+                    "{} has even sizes: the last column or row is repeated, {width} × {height}",
+                    codec.name()
+                ));
+            }
+        }
         Ok(Self {
             to,
             files: files.clone(),
             destination,
             clip,
-            frame_rate,
-            size: files.size.filter(|&wanted| wanted != size),
+            sound,
+            interview: interview.clone(),
+            encoding,
+            size: (written != size).then_some(written),
             done: 0,
         })
     }
@@ -75,12 +107,16 @@ impl Writer {
     /// What a scene has to make. Light that is to be shown in more than 8 bits is encoded here, without the
     /// dither of 8 bits, unless an effect on codes is asked for.
     pub fn output(&self, effects: &Effects) -> Output {
-        let movie = match &self.destination {
-            Destination::Clip(path) => path.extension(),
+        let codec = match &self.destination {
+            Destination::Clip(path) => Codec::of(self.files.codec, path).ok(),
             Destination::Stills(_) => None,
         };
-        let deep = self.files.bits == Bits::Sixteen
-            || movie.is_some_and(|ending| ending.eq_ignore_ascii_case("mov"));
+        let deep = match &self.destination {
+            Destination::Stills(stills) => self.files.bits == Bits::Sixteen || stills.is_tiff(),
+            Destination::Clip(_) => codec.is_some_and(Codec::is_deep),
+        };
+        // The dither of 8 bits is for codes that stay as they are.
+        let deep = deep || !self.encoding.is_plain();
         let plain = !effects.asks(Pass::Grain) && effects.inspection == Inspection::Picture;
         match self.destination.output() {
             Output::Display if deep && plain => Output::Linear,
@@ -121,20 +157,24 @@ impl Writer {
         match (&self.destination, &mut self.clip) {
             (Destination::Stills(stills), _) => {
                 let path = stills.path(frame);
-                let lights = lights.map(|Lights { layers, subject }| match self.size {
-                    Some(size) => (layers.scaled(size), scaled(&subject, size)),
-                    None => (layers, subject),
-                });
+                let lights = lights.map(|lights| self.prepared(lights, &shown));
                 let about = About {
-                    frame,
-                    frame_rate: self.frame_rate,
+                    time_code: self.interview.time_code(frame),
+                    frame_rate: self.interview.frame_rate,
                     bits: self.files.bits,
-                    layers: lights.as_ref().map(|(layers, _)| layers),
+                    exr: self.files.exr,
+                    encoding: &self.encoding,
+                    reel: self.interview.reel(),
+                    provenance: None,
+                    layers: lights.as_ref().map(|lights| &lights.layers),
                 };
                 write_still(&path, &shown, &about)?;
-                let check = lights.map(|(layers, subject)| {
-                    let subject = subject.linear.as_ref().ok_or_else(|| no_light(&path))?;
-                    Rebuild::check(&path, layers.0.len(), subject)
+                let check = lights.as_ref().map(|lights| {
+                    let subject = Picture {
+                        linear: lights.subject.linear.clone(),
+                        ..shown.clone()
+                    };
+                    Rebuild::of_written(&path, &subject, &about)
                 });
                 check.transpose()
             }
@@ -143,12 +183,26 @@ impl Writer {
         }
     }
 
+    /// Lamps at the size of the picture `shown` and with what it has besides them, as the file's primaries need them.
+    fn prepared(&self, Lights { layers, subject }: Lights, shown: &Picture) -> Lights {
+        let size = shown.alpha.size();
+        let subject = scaled(&subject, size);
+        let mut layers = layers.scaled(size);
+        if let (Some(picture), Some(subject)) = (&shown.linear, &subject.linear) {
+            layers = layers.with_rest(picture, subject);
+        }
+        let layers = layers.in_space(self.encoding.primaries());
+        Lights { layers, subject }
+    }
+
     /// Ends a movie.
     ///
     /// # Errors
     /// When it cannot be ended; then there is none.
     pub fn finish(&mut self, progress: &Progress) -> Result<()> {
-        (self.clip.take()).map_or(Ok(()), |clip| clip.finish(progress))
+        let finished = (self.clip.take()).map_or(Ok(()), |clip| clip.finish(progress));
+        self.sound = None;
+        finished
     }
 
     /// What there is if it ends now.
@@ -187,10 +241,28 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
         let (least, most) = (Files::SIZES.start(), Files::SIZES.end());
         return Err(Error::invalid(
             format!("pictures of {size} pixels cannot be written, only {least} to {most}"),
-            "Leave the size out for the working size",
+            "Leave the size out for the pictures' own",
         ));
     }
-    if files.layers && destination.output() != Output::Linear {
+    let is_linear = destination.output() == Output::Linear;
+    Encoding::check(files.space, files.lut.as_deref(), to, is_linear)?;
+    match &destination {
+        Destination::Clip(path) => {
+            Codec::of(files.codec, path)?;
+        }
+        Destination::Stills(_) => {
+            if let Some(codec) = files.codec {
+                return Err(Error::invalid(
+                    format!("{} is a movie's, and {to} are stills", codec.name()),
+                    format!(
+                        "Write a movie, such as clip{}, or leave the codec out",
+                        codec.ending()
+                    ),
+                ));
+            }
+        }
+    }
+    if files.layers && !is_linear {
         return Err(Error::invalid(
             format!("light layers cannot be written to {to}, which is not an EXR"),
             "Write for example out.%04d.exr, or leave the layers out",

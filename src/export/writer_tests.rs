@@ -1,8 +1,16 @@
+use super::super::OutputSpace;
+use super::super::exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Samples};
+use super::super::layers::LightLayer;
 use super::super::still::tests::picture;
 use super::*;
 use imaging::file::read_encoded;
 use imaging::{Encoded, Raster};
 use test_support::small_disk::{SmallDisk, names};
+
+/// Stills at the rate of film.
+fn film() -> Interview {
+    Interview::stills(24.0)
+}
 
 /// A picture that no codec makes much smaller.
 fn noise(size: usize) -> Picture {
@@ -34,7 +42,8 @@ fn stills_that_a_full_disk_had_room_for_are_kept_whole() {
         return;
     };
     let (files, shown) = (Files::to(disk.at("shot.%04d.png")), noise(80));
-    let mut writer = Writer::open(&files, (0, 199), 80, 24.0).unwrap();
+    let mut writer =
+        Writer::open(&files, (0, 199), (80, 80), &film(), &Progress::silent()).unwrap();
     let said = fill(&mut writer, &shown).to_string();
     let kept = disk.names();
     assert!(!kept.is_empty() && kept.len() < 5, "{kept:?}");
@@ -62,7 +71,8 @@ fn a_movie_that_a_full_disk_has_no_room_for_leaves_nothing_and_what_was_there() 
         };
         std::fs::write(disk.at(name), "an older movie").unwrap();
         let files = Files::to(disk.at(name));
-        let mut writer = Writer::open(&files, (0, 199), 256, 24.0).unwrap();
+        let mut writer =
+            Writer::open(&files, (0, 199), (256, 256), &film(), &Progress::silent()).unwrap();
         let said = fill(&mut writer, &noise(256)).to_string();
         drop(writer);
         assert!(said.contains("room"), "{said}");
@@ -81,7 +91,8 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
             existing,
             ..Files::to(&to)
         };
-        let mut writer = Writer::open(&files, (3, 4), 16, 24.0).unwrap();
+        let mut writer =
+            Writer::open(&files, (3, 4), (16, 16), &film(), &Progress::silent()).unwrap();
         for frame in [3, 4] {
             writer
                 .write(frame, &shown, None, &Progress::silent())
@@ -106,7 +117,8 @@ fn pictures_are_written_at_the_size_that_is_asked_for() {
             size: Some(size),
             ..Files::to(folder.path().join(name).display().to_string())
         };
-        let mut writer = Writer::open(&files, (0, 0), 32, 24.0).unwrap();
+        let mut writer =
+            Writer::open(&files, (0, 0), (32, 32), &film(), &Progress::silent()).unwrap();
         writer
             .write(
                 0,
@@ -128,7 +140,7 @@ fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
         bits: Bits::Sixteen,
         ..Files::to(path.display().to_string())
     };
-    let mut writer = Writer::open(&files, (0, 0), 16, 24.0).unwrap();
+    let mut writer = Writer::open(&files, (0, 0), (16, 16), &film(), &Progress::silent()).unwrap();
     let grainy = Effects {
         grain: 1.0,
         ..Effects::default()
@@ -171,7 +183,14 @@ fn the_next_export_removes_what_a_killed_one_left() {
         file.set_modified(long_ago).unwrap();
     }
     let to = at("shot.%02d.png").display().to_string();
-    Writer::open(&Files::to(to), (0, 3), 16, 24.0).unwrap();
+    Writer::open(
+        &Files::to(to),
+        (0, 3),
+        (16, 16),
+        &film(),
+        &Progress::silent(),
+    )
+    .unwrap();
     assert_eq!(names(folder.path()), [".mine.afterlight", "clip.mov"]);
     test_support::shown!(
         Accidents,
@@ -179,4 +198,237 @@ fn the_next_export_removes_what_a_killed_one_left() {
         danger: "its unfinished file stays in the person's folder",
         done: "the next export to that folder removes it, and nothing that is not named as the program names such files"
     );
+}
+
+/// The picture of what lamps do to a subject whose coverage falls to the right, the same with something behind it, and the lamps.
+fn lit() -> (Picture, Lights) {
+    let subject = picture(12, 7, [0.5, 0.25, 2.0], false);
+    let layer = |index: usize| {
+        let weight = [0.5, 0.25, 1.5].map(|w| w + index as f32);
+        let light = subject.linear.as_ref().unwrap();
+        let share = if index == 0 { 0.7 } else { 0.3 };
+        LightLayer {
+            lamp: format!("{index}"),
+            weight,
+            picture: light.map(|p| std::array::from_fn(|c| share * p[c] / weight[c])),
+        }
+    };
+    let layers = LightLayers {
+        lamps: (0..2).map(layer).collect(),
+        rest: None,
+    };
+    let mut shown = subject.clone();
+    shown.display = None;
+    for pixel in &mut shown.linear.as_mut().unwrap().pixels {
+        pixel[1] += 0.125;
+    }
+    (shown, Lights { layers, subject })
+}
+
+#[test]
+fn every_way_to_keep_layers_gives_back_the_picture() {
+    for (layers, files) in [
+        (LayerFiles::Channels, 2),
+        (LayerFiles::Parts, 2),
+        (LayerFiles::Files, 5),
+    ] {
+        for (space, alpha, samples, compression, crop) in [
+            (
+                None,
+                ExrAlpha::Premultiplied,
+                Samples::Half,
+                ExrCompression::Zip,
+                false,
+            ),
+            (
+                Some(OutputSpace::Acescg),
+                ExrAlpha::Straight,
+                Samples::Float,
+                ExrCompression::Piz,
+                true,
+            ),
+            (
+                Some(OutputSpace::P3),
+                ExrAlpha::Premultiplied,
+                Samples::Half,
+                ExrCompression::None,
+                true,
+            ),
+        ] {
+            let folder = tempfile::tempdir().unwrap();
+            let exr = ExrSettings {
+                samples,
+                compression,
+                alpha,
+                crop,
+                layers,
+                weights: true,
+            };
+            let files_settings = Files {
+                exr,
+                space,
+                layers: true,
+                ..Files::to(folder.path().join("shot.%04d.exr").display().to_string())
+            };
+            let silent = Progress::silent();
+            let mut writer =
+                Writer::open(&files_settings, (7, 7), (12, 7), &film(), &silent).unwrap();
+            let (shown, lights) = lit();
+            let check = writer.write(7, &shown, Some(lights), &silent).unwrap();
+            assert!(check.unwrap().is_exact(), "{exr:?}: {check:?}");
+            let path = folder.path().join("shot.0007.exr");
+            let found = Rebuild::of_file(&path).unwrap();
+            assert!(
+                found.layers == 2 && found.is_exact() && found.brightest > 1.0,
+                "{exr:?}: {found:?}"
+            );
+            assert_eq!(
+                names(folder.path()).len(),
+                files,
+                "{:?}",
+                names(folder.path())
+            );
+            let json = std::fs::read_to_string(folder.path().join("shot.0007.json")).unwrap();
+            let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+            assert_eq!(json["layers"][1]["layer"], "light_01");
+            assert_eq!(json["rest"]["layer"], "rest");
+            let read = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+            let alpha =
+                &read.layer_data[0].attributes.other[&exr::meta::attribute::Text::from("alpha")];
+            assert_eq!(
+                format!("{alpha:?}").contains("straight"),
+                exr.alpha == ExrAlpha::Straight
+            );
+            let window = (
+                read.layer_data[0].size.width(),
+                read.attributes.display_window.size.width(),
+            );
+            // The last column has no coverage, but something behind it.
+            assert_eq!(window, (12, 12));
+        }
+    }
+}
+
+#[test]
+fn a_picture_that_was_changed_is_seen_and_files_that_lie_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let files = Files {
+        layers: true,
+        ..Files::to(path.display().to_string())
+    };
+    let silent = Progress::silent();
+    let write = |change: f32| {
+        let (shown, mut lights) = lit();
+        lights.layers.lamps[0].picture.pixels[3][0] *= change;
+        let mut writer = Writer::open(&files, (0, 0), (12, 7), &film(), &silent).unwrap();
+        writer.write(0, &shown, Some(lights), &silent).unwrap();
+        Rebuild::of_file(&path).unwrap()
+    };
+    assert!(write(1.0).is_exact());
+    assert!(!write(1.2).is_exact());
+    let whole = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+    assert!(
+        Rebuild::of_file(&path)
+            .unwrap_err()
+            .to_string()
+            .contains("a.exr")
+    );
+    imaging::file::write_exr(&path, &imaging::Image::filled(4, 4, [0.5; 3])).unwrap();
+    assert!(
+        Rebuild::of_file(&path)
+            .unwrap_err()
+            .to_string()
+            .contains("weights")
+    );
+    // A layer's file may be only beside its picture.
+    let apart = Files {
+        exr: ExrSettings {
+            layers: LayerFiles::Files,
+            ..ExrSettings::default()
+        },
+        ..files.clone()
+    };
+    let (shown, lights) = lit();
+    let mut writer = Writer::open(&apart, (0, 0), (12, 7), &film(), &silent).unwrap();
+    writer.write(0, &shown, Some(lights), &silent).unwrap();
+    let json = folder.path().join("a.json");
+    let text = std::fs::read_to_string(&json).unwrap();
+    std::fs::write(&json, text.replace("a.light_01.exr", "/etc/passwd")).unwrap();
+    let said = Rebuild::of_file(&path).unwrap_err().to_string();
+    assert!(
+        said.contains("/etc/passwd") && said.contains("no name alone"),
+        "{said}"
+    );
+    test_support::shown!(Strangers, "An EXR that is cut off, without weights, or whose JSON names a file elsewhere",
+        danger: "a check that reads what it should not, or ends in a panic",
+        done: "a sentence; layers are read beside their picture only", bound: "none", measured: "refused");
+}
+
+#[test]
+fn what_is_empty_is_left_out_if_that_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let alpha = Raster::from_fn(9, 8, |x, y| {
+        if (2..5).contains(&x) && y == 6 {
+            1.0
+        } else {
+            0.0
+        }
+    });
+    let mut shown = picture(9, 8, [0.0; 3], true);
+    shown.linear = Some(alpha.map(|a| [a; 3]));
+    shown.alpha = alpha;
+    let files = Files {
+        exr: ExrSettings {
+            crop: true,
+            ..ExrSettings::default()
+        },
+        ..Files::to(path.display().to_string())
+    };
+    let silent = Progress::silent();
+    let window = |shown: &Picture| {
+        let mut writer = Writer::open(&files, (0, 0), (9, 8), &film(), &silent).unwrap();
+        writer.write(0, shown, None, &silent).unwrap();
+        let read = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+        let part = &read.layer_data[0];
+        let at = part.attributes.layer_position;
+        assert_eq!(read.attributes.display_window.size.area(), 72);
+        (at.x(), at.y(), part.size.width(), part.size.height())
+    };
+    assert_eq!(window(&shown), (2, 6, 3, 1));
+    let nothing = picture(9, 8, [0.0; 3], false);
+    let nothing = Picture {
+        alpha: nothing.alpha.map(|_| 0.0),
+        ..nothing
+    };
+    assert_eq!(window(&nothing), (0, 0, 1, 1));
+}
+
+#[test]
+fn stills_and_movies_refuse_what_is_the_others() {
+    let check = |files: Files| check(&files, &files.to, 1).map_err(|e| e.to_string());
+    let to = |name: &str| Files::to(name);
+    let said = check(Files {
+        codec: Some(Codec::H264),
+        ..to("a.png")
+    });
+    assert!(said.unwrap_err().contains("are stills"));
+    let said = check(Files {
+        codec: Some(Codec::ProRes422Hq),
+        ..to("a.mp4")
+    });
+    assert!(said.unwrap_err().contains(".mov"));
+    let said = check(Files {
+        space: Some(OutputSpace::Acescg),
+        ..to("a.mov")
+    });
+    assert!(said.unwrap_err().contains("linear light"));
+    let said = check(Files {
+        lut: Some("look.cube".into()),
+        ..to("a.exr")
+    });
+    assert!(said.unwrap_err().contains("look.cube"));
+    assert!(check(to("a.tif")).is_ok() && check(to("a.mxf")).is_ok() && check(to("a.mkv")).is_ok());
 }

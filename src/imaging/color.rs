@@ -49,6 +49,12 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
     }
 }
 
+/// Code of linear light for a reference monitor of ITU-R BT.1886 with a perfect black: a power of 2.4. Values outside
+/// `[0, 1]` are clipped, NaN gives 0.
+pub fn bt1886_from_linear(linear: f32) -> f32 {
+    unit(linear).powf(1.0 / 2.4)
+}
+
 /// The 8-bit code value of a value in `[0, 1]`, rounded to nearest.
 pub fn byte_from_unit(value: f32) -> u8 {
     (unit(value) * 255.0 + 0.5) as u8

@@ -1,12 +1,15 @@
 //! Pictures without a subject: rasters, colour, resampling, picture files and camera responses.
 
 pub mod color;
+pub mod color_space;
+mod cube;
 mod dual_gamma;
 pub mod file;
 mod raster;
 pub mod resample;
 mod response;
 
+pub use cube::Cube;
 pub use dual_gamma::DualGamma;
 pub use raster::{Encoded, Image, Mask, Raster};
 pub use response::Response;

@@ -6,7 +6,8 @@ use super::look::LookSettings;
 use super::status::Phase;
 use compositor::Storage;
 use export::relight::RelightSettings;
-use export::{Existing, Files, Format};
+use export::{Existing, ExrSettings, Files, Format, OutputSpace};
+use footage::PictureSize;
 use gpu::DeviceChoice;
 use light::{Environment, Lighting};
 use project::Project;
@@ -14,16 +15,29 @@ use scene::{Background, Effects, Inspection};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// Extensions that a name may end in: the format's takes their place.
+const ENDINGS: [&str; 8] = [
+    ".png", ".tif", ".tiff", ".exr", ".mp4", ".mov", ".mkv", ".mxf",
+];
+
 /// The chosen options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportOptions {
     /// First and last frame; None for all.
     pub frames: Option<(usize, usize)>,
     pub format: Format,
-    /// Width and height in pixels; None for the working size.
+    /// What the pictures show, and at which resolution.
+    pub at: PictureSize,
+    /// Pixels of the longer side; None to leave them as they are.
     pub size: Option<usize>,
     /// What is behind the subject; None for what the picture has.
     pub background: Option<Background>,
+    /// Colour space of the files; None for sRGB, or linear Rec. 709 in an EXR.
+    pub space: Option<OutputSpace>,
+    /// How an EXR holds its pixels.
+    pub exr: ExrSettings,
+    /// Write the interview's sound into a movie, if it has some.
+    pub sound: bool,
     /// Add the subject under each lamp as layers, if the format can hold them.
     pub layers: bool,
     /// Name of the files without frame number and extension: relative to the project's folder, or absolute.
@@ -55,7 +69,7 @@ impl ExportOptions {
         let name = self.name.trim();
         let ending = name.rfind('.').map(|dot| name.split_at(dot));
         match ending {
-            Some((stem, ".png" | ".exr" | ".mp4" | ".mov")) => stem,
+            Some((stem, ending)) if ENDINGS.contains(&ending) => stem,
             _ => name,
         }
     }
@@ -136,9 +150,15 @@ impl ExportOptions {
                 } else {
                     Existing::Keep
                 },
+                at: self.at,
                 size: self.size,
                 bits: self.format.bits(),
                 layers: self.layers && self.format == Format::Exr,
+                codec: self.format.codec(),
+                space: self.space,
+                lut: None,
+                no_sound: !self.sound,
+                exr: self.exr,
             },
             profile: false,
             device,
@@ -152,8 +172,12 @@ impl Default for ExportOptions {
         Self {
             frames: None,
             format: Format::default(),
+            at: PictureSize::default(),
             size: None,
             background: None,
+            space: None,
+            exr: ExrSettings::default(),
+            sound: true,
             layers: false,
             name: "exports/relit".to_owned(),
             replace: false,
@@ -177,8 +201,14 @@ mod tests {
     fn a_name_and_a_format_are_a_destination() {
         let to = |name, format| named(name, format).to(Path::new("/film"));
         assert_eq!(to("exports/a", Format::Png16), "/film/exports/a.%04d.png");
-        assert_eq!(to(" a.mov ", Format::H264), "/film/a.mp4");
-        assert_eq!(to("/else/v1.2", Format::ProRes), "/else/v1.2.mov");
+        assert_eq!(
+            to(" a.mov ", Format::Movie(export::Codec::H264)),
+            "/film/a.mp4"
+        );
+        assert_eq!(
+            to("/else/v1.2", Format::Movie(export::Codec::ProRes4444)),
+            "/else/v1.2.mov"
+        );
         assert_eq!(to("100%", Format::Exr), "/film/100%%.%04d.exr");
         let mut options = ExportOptions::default();
         options.choose(Path::new("/film/b/c.png"), Path::new("/film"));

@@ -1,5 +1,6 @@
 //! What to export: frames, format, size, background, layers and file name; and the export queue.
 
+mod format;
 mod queue;
 
 use crate::command::{Command, Dialog, ExportCommand};
@@ -13,6 +14,8 @@ use egui::{
     WidgetInfo, vec2,
 };
 use export::{Destination, Files, Format};
+use footage::PictureSize;
+use project::Project;
 use scene::Background;
 use std::path::Path;
 
@@ -43,8 +46,10 @@ impl ExportPanel {
             if std::mem::take(&mut self.focus) {
                 first.request_focus();
             }
-            format_ui(ui, &mut options);
-            size_ui(ui, &mut options, project.settings.size, out);
+            format::ui(ui, &mut options);
+            picture_ui(ui, &mut options);
+            let own = longer_side(context, project, &options);
+            size_ui(ui, &mut options, own, out);
             background_ui(ui, &mut options);
             layers_ui(ui, &mut options);
             name_ui(ui, &mut options, out);
@@ -110,25 +115,51 @@ fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> boo
     response.on_hover_text(hint).clicked()
 }
 
-fn format_ui(ui: &mut Ui, options: &mut ExportOptions) {
-    ui.label("Format");
+fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
+    ui.label("Picture");
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 6.0;
-        for format in Format::ALL {
-            let (name, hint) = (format.name(), format.describe());
-            if choice_ui(ui, "Format", name, hint, options.format == format) {
-                options.format = format;
+        for (at, name, hint) in [
+            (
+                PictureSize::Plate,
+                "plate",
+                "The whole plate, at its own resolution",
+            ),
+            (
+                PictureSize::Box,
+                "box",
+                "The square that the network sees, at the plate's resolution",
+            ),
+            (
+                PictureSize::Square,
+                "square",
+                "The square that the network sees, at the network's resolution",
+            ),
+        ] {
+            if choice_ui(ui, "Picture", name, hint, options.at == at) {
+                options.at = at;
             }
         }
     });
     ui.end_row();
 }
 
-fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut Vec<Command>) {
+/// Pixels of the longer side that pictures have if they are not resized.
+fn longer_side(context: &PanelContext, project: &Project, options: &ExportOptions) -> usize {
+    let working = project.settings.size;
+    let shown = context.relit.map(|relit| (relit.width, relit.height));
+    match (options.at, shown) {
+        (PictureSize::Plate, Some((width, height))) => width.max(height),
+        (PictureSize::Box, Some(plate)) => project.settings.framing.of(plate).side,
+        _ => working,
+    }
+}
+
+fn size_ui(ui: &mut Ui, options: &mut ExportOptions, own: usize, out: &mut Vec<Command>) {
     let label = ui.label("Size");
     ui.horizontal(|ui| {
-        let before = options.size.unwrap_or(working);
+        let before = options.size.unwrap_or(own);
         let mut size = before;
         let field = DragValue::new(&mut size)
             .range(Files::SIZES)
@@ -137,7 +168,7 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut V
             .update_while_editing(false);
         let response = ui.add_sized(vec2(FIELD + 2.0 * GAP, 24.0), field);
         let response = response.labelled_by(label.id).on_hover_text(
-            "Width and height. Pictures are averaged down or interpolated up, in linear light.",
+            "The longer side. Pictures are averaged down or interpolated up, in linear light.",
         );
         if response.double_clicked() {
             ui.memory_mut(|memory| memory.surrender_focus(response.id));
@@ -147,8 +178,8 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut V
             };
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
-        let hint = format!("{working} pixels, the size that the network predicts");
-        if choice_ui(ui, "Size", "working size", &hint, options.size.is_none()) {
+        let hint = "Not resized";
+        if choice_ui(ui, "Size", "as it is", hint, options.size.is_none()) {
             options.size = None;
         } else if size != before {
             options.size = Some(size);

@@ -1,0 +1,120 @@
+//! How an EXR holds its pixels.
+
+use exr::compression::Compression;
+
+/// What a person chooses about EXR files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::Args)]
+pub struct ExrSettings {
+    /// Samples of an EXR.
+    #[arg(long = "exr-samples", value_enum, default_value_t)]
+    pub samples: Samples,
+    /// Compression of an EXR.
+    #[arg(long = "exr-compression", value_enum, default_value_t)]
+    pub compression: ExrCompression,
+    /// Alpha of an EXR.
+    #[arg(long = "exr-alpha", value_enum, default_value_t)]
+    pub alpha: ExrAlpha,
+    /// Write only the rectangle of an EXR that is not empty, as its data window.
+    #[arg(long = "exr-crop")]
+    pub crop: bool,
+    /// Where an EXR's light layers go.
+    #[arg(long = "layer-files", value_enum, default_value_t)]
+    pub layers: LayerFiles,
+    /// Write a JSON file with the light layers' weights beside each EXR; there always is one if layers are files.
+    #[arg(long = "layer-weights")]
+    pub weights: bool,
+}
+
+/// Kinds of numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Samples {
+    /// 16 bits, to ±65504 with 11 significant bits.
+    #[default]
+    Half,
+    /// 32 bits.
+    Float,
+}
+
+/// Compressions of OpenEXR.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum ExrCompression {
+    None,
+    /// Run lengths.
+    Rle,
+    /// ZIP of single lines, which compositing programs read fastest.
+    Zips,
+    /// ZIP of 16 lines.
+    #[default]
+    Zip,
+    /// Wavelets, smallest for grain.
+    Piz,
+    /// ZIP; floats are rounded to 24 bits.
+    Pxr24,
+}
+
+/// What an EXR's colour is times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum ExrAlpha {
+    /// Colour times alpha, as OpenEXR has it.
+    #[default]
+    Premultiplied,
+    /// Colour divided by alpha; where alpha is 0 it is black.
+    Straight,
+}
+
+/// How light layers are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum LayerFiles {
+    /// As channels beside the picture's: light_00.R ….
+    #[default]
+    Channels,
+    /// As parts of the picture's file.
+    Parts,
+    /// As a file for each lamp beside the picture's: out.light_00.0001.exr.
+    Files,
+}
+
+impl ExrCompression {
+    pub const ALL: [Self; 6] = [
+        Self::Zip,
+        Self::Zips,
+        Self::Piz,
+        Self::Pxr24,
+        Self::Rle,
+        Self::None,
+    ];
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Rle => "RLE",
+            Self::Zips => "ZIPS",
+            Self::Zip => "ZIP",
+            Self::Piz => "PIZ",
+            Self::Pxr24 => "PXR24",
+        }
+    }
+
+    /// What the crate calls it.
+    pub(super) fn method(self) -> Compression {
+        match self {
+            Self::None => Compression::Uncompressed,
+            Self::Rle => Compression::RLE,
+            Self::Zips => Compression::ZIP1,
+            Self::Zip => Compression::ZIP16,
+            Self::Piz => Compression::PIZ,
+            Self::Pxr24 => Compression::PXR24,
+        }
+    }
+}
+
+impl ExrAlpha {
+    /// What the header says.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::Premultiplied => "premultiplied",
+            Self::Straight => "straight",
+        }
+    }
+}

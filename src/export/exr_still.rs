@@ -1,0 +1,201 @@
+//! One picture as an OpenEXR file, with its light layers where there are any.
+
+use super::colors::{Encoding, interop_id};
+use super::exr_channels::{Window, channel, color_channels};
+use super::exr_settings::{ExrAlpha, ExrSettings, LayerFiles};
+use super::layers::{beside, weights_file};
+use super::rational_rate;
+use super::still::{About, PROVENANCE, no_light};
+use base::error::{Error, Result};
+use base::files::write_beside;
+use compositor::Picture;
+use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Encoding as Blocking, FlatSamples, ImageAttributes,
+    IntegerBounds, Layer, LayerAttributes, LineOrder, Vec2, WritableImage,
+};
+use imaging::Image;
+use imaging::color_space::{ColorSpace, transformed};
+use std::io::Write;
+use std::path::Path;
+
+/// Writes linear light as an OpenEXR picture, with its light layers where there are any. The header has time code,
+/// frame rate, primaries, the colour space's name, and whether colour is times alpha. Values beyond the range of half
+/// floats are clipped to ±65504.
+///
+/// # Errors
+/// When the file cannot be written or the picture has no linear light.
+pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<()> {
+    let linear = picture.linear.as_ref().ok_or_else(|| no_light(path))?;
+    let light = written_light(linear, picture, about.encoding, about.exr);
+    let alpha = &picture.alpha;
+    let samples = about.exr.samples;
+    let window = if about.exr.crop {
+        Window::of(linear, alpha)
+    } else {
+        Window::whole(alpha.size())
+    };
+    let mut beauty: Vec<_> = color_channels("", &light, window, samples).into();
+    beauty.push(channel("A", alpha, window, samples, |a| a));
+    let file = File {
+        about,
+        window,
+        size: alpha.size(),
+    };
+    let Some(layers) = about.layers else {
+        return file.write(path, vec![(None, beauty)]);
+    };
+    let pictures = layers.pictures().map(|(name, light)| {
+        (
+            name,
+            written_light(light, picture, about.encoding, about.exr),
+        )
+    });
+    match about.exr.layers {
+        LayerFiles::Channels => {
+            for (name, light) in pictures {
+                beauty.extend(color_channels(&format!("{name}."), &light, window, samples));
+            }
+            file.write(path, vec![(None, beauty)])?;
+        }
+        LayerFiles::Parts => {
+            let mut parts = vec![(Some("rgba".to_owned()), beauty)];
+            parts.extend(pictures.map(|(name, light)| {
+                (
+                    Some(name),
+                    color_channels("", &light, window, samples).into(),
+                )
+            }));
+            file.write(path, parts)?;
+        }
+        LayerFiles::Files => {
+            for (name, light) in pictures {
+                let channels = color_channels("", &light, window, samples).into();
+                let alone = File {
+                    about: &About {
+                        layers: None,
+                        ..*about
+                    },
+                    ..file
+                };
+                alone.write(&beside(path, &name), vec![(None, channels)])?;
+            }
+            file.write(path, vec![(None, beauty)])?;
+        }
+    }
+    if !about.exr.weights && about.exr.layers != LayerFiles::Files {
+        return Ok(());
+    }
+    let text = layers.weights(path, about.exr.layers);
+    write_beside(&weights_file(path), |out| out.write_all(text.as_bytes()))
+}
+
+/// Premultiplied linear Rec. 709 as a file has it: in its primaries, and divided by alpha if that is asked for.
+pub(super) fn written_light(
+    light: &Image,
+    picture: &Picture,
+    encoding: &Encoding,
+    settings: ExrSettings,
+) -> Image {
+    let mut light = light.clone();
+    let primaries = encoding.primaries();
+    if primaries != ColorSpace::Rec709 {
+        let matrix = ColorSpace::Rec709.matrix_to(primaries);
+        (light.pixels.iter_mut()).for_each(|pixel| *pixel = transformed(&matrix, *pixel));
+    }
+    if settings.alpha == ExrAlpha::Straight {
+        for (pixel, &alpha) in light.pixels.iter_mut().zip(&picture.alpha.pixels) {
+            *pixel = pixel.map(|v| if alpha > 0.0 { v / alpha } else { 0.0 });
+        }
+    }
+    light
+}
+
+/// What all parts of a file have.
+#[derive(Clone, Copy)]
+struct File<'a> {
+    about: &'a About<'a>,
+    window: Window,
+    size: (usize, usize),
+}
+
+/// A part's name, if it has one, and its channels.
+type Part = (Option<String>, Vec<AnyChannel<FlatSamples>>);
+
+impl File<'_> {
+    fn write(&self, path: &Path, parts: Vec<Part>) -> Result<()> {
+        let Window {
+            x,
+            y,
+            width,
+            height,
+        } = self.window;
+        // Scan lines in order: the same picture gives the same bytes.
+        let blocking = Blocking {
+            compression: self.about.exr.compression.method(),
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        };
+        let layers: Vec<_> = (parts.into_iter().enumerate())
+            .map(|(index, (name, channels))| {
+                let header = LayerAttributes {
+                    layer_name: name.map(|name| Text::from(name.as_str())),
+                    layer_position: Vec2(x as i32, y as i32),
+                    ..self.header(index == 0)
+                };
+                let channels = AnyChannels::sort(channels.into());
+                Layer::new((width, height), header, blocking, channels)
+            })
+            .collect();
+        let file = exr::prelude::Image::from_layers(self.attributes(), layers);
+        let mut bytes = Vec::new();
+        file.write()
+            .to_buffered(std::io::Cursor::new(&mut bytes))
+            .map_err(|e| Error::codec("encode", path, e, "Check the size of the picture"))?;
+        write_beside(path, |out| out.write_all(&bytes))
+    }
+
+    fn header(&self, first: bool) -> LayerAttributes {
+        let about = self.about;
+        let mut header = LayerAttributes {
+            frames_per_second: Some(rational_rate(about.frame_rate)),
+            software_name: Some(Text::from("Afterlight")),
+            ..LayerAttributes::default()
+        };
+        if first {
+            let weights = about
+                .layers
+                .map(|layers| layers.attribute(about.exr.layers));
+            header.other.extend(weights);
+        }
+        header
+    }
+
+    fn attributes(&self) -> ImageAttributes {
+        let about = self.about;
+        let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions(self.size));
+        attributes.time_code = Some(about.time_code.into());
+        let space = about.encoding.primaries();
+        let corners = space.primaries();
+        let at = |[x, y]: [f64; 2]| Vec2(x as f32, y as f32);
+        attributes.chromaticities = Some(Chromaticities {
+            red: at(corners.red),
+            green: at(corners.green),
+            blue: at(corners.blue),
+            white: at(corners.white),
+        });
+        let texts = [
+            ("colorInteropID", Some(interop_id(space))),
+            ("alpha", Some(about.exr.alpha.word())),
+            ("reelName", about.reel),
+            (PROVENANCE, about.provenance),
+        ];
+        for (key, text) in texts {
+            // Headers know few letters beyond these.
+            let text = text.map(|text| text.replace(|c: char| !(' '..='~').contains(&c), "_"));
+            let value = text.map(|text| AttributeValue::Text(Text::from(text.as_str())));
+            (attributes.other).extend(value.map(|value| (Text::from(key), value)));
+        }
+        attributes
+    }
+}

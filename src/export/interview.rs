@@ -1,0 +1,52 @@
+//! What an export keeps of the interview besides its pictures: rate, time code, reel and sound.
+
+use super::time_code::TimeCode;
+use std::path::PathBuf;
+
+/// The interview that is exported.
+#[derive(Clone, Debug)]
+pub struct Interview {
+    /// In frames per second.
+    pub frame_rate: f64,
+    /// The movie that it is; None for stills.
+    pub source: Option<Source>,
+}
+
+/// Frames of a movie.
+#[derive(Clone, Debug)]
+pub struct Source {
+    pub file: PathBuf,
+    /// The movie's frame that is the interview's frame 0.
+    pub first_frame: usize,
+    /// Of the movie's first frame, as the file says it.
+    pub time_code: Option<String>,
+    pub reel: Option<String>,
+}
+
+impl Interview {
+    /// Stills, which have no sound.
+    pub fn stills(frame_rate: f64) -> Self {
+        Self {
+            frame_rate,
+            source: None,
+        }
+    }
+
+    /// The time code of frame `frame`: the movie's, or else counted from the interview's first frame.
+    pub fn time_code(&self, frame: usize) -> TimeCode {
+        let counted = TimeCode::of(frame, self.frame_rate);
+        self.filmed_time_code(frame).unwrap_or(counted)
+    }
+
+    /// The movie's time code of frame `frame`, if it has one.
+    pub fn filmed_time_code(&self, frame: usize) -> Option<TimeCode> {
+        let source = self.source.as_ref()?;
+        let start = TimeCode::parse(source.time_code.as_ref()?, self.frame_rate)?;
+        Some(start.plus(source.first_frame + frame))
+    }
+
+    /// The reel's name, if the movie has one.
+    pub fn reel(&self) -> Option<&str> {
+        self.source.as_ref()?.reel.as_deref()
+    }
+}

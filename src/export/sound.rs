@@ -1,0 +1,171 @@
+//! The interview's sound under the frames that are exported.
+//!
+//! It is taken out of the movie before pictures are made, so that sound that cannot be read is said at once, and cut to
+//! the sample: silence fills what the movie has no sound for.
+
+use super::encoder::{Encoder, PATIENCE, Unanswered, file_url};
+use super::interview::{Interview, Source};
+use super::rational_rate;
+use base::error::{Error, Result};
+use base::files::Unfinished;
+use base::progress::Progress;
+use serde::Deserialize;
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::Command;
+
+/// Sound beside the movie that it is for; dropped, it is removed.
+#[derive(Debug)]
+pub struct Sound(Unfinished);
+
+/// A difference that nobody hears, in seconds: less than a frame.
+const UNHEARD_S: f64 = 0.02;
+const REMEDY: &str =
+    "Check that the interview's movie is there and whole, or export without sound (--no-sound)";
+
+/// What ffprobe says of a movie.
+#[derive(Deserialize)]
+struct Probed {
+    streams: Vec<Stream>,
+    format: Times,
+}
+
+#[derive(Deserialize)]
+struct Stream {
+    codec_type: Option<String>,
+    #[serde(flatten)]
+    times: Times,
+}
+
+/// In seconds, as text; missing or "N/A" if not known.
+#[derive(Deserialize)]
+struct Times {
+    start_time: Option<String>,
+    duration: Option<String>,
+}
+
+impl Sound {
+    /// The sound of frames `first` to `last`, in a file beside the movie `path`. None if there is none. What is missing
+    /// is said.
+    ///
+    /// # Errors
+    /// When the interview's movie cannot be read, the file cannot be written, or a stop was asked for.
+    pub fn extract(
+        interview: &Interview,
+        (first, last): (usize, usize),
+        path: &Path,
+        progress: &Progress,
+    ) -> Result<Option<Self>> {
+        let Some(source) = &interview.source else {
+            return Ok(None);
+        };
+        let probed = probe(source)?;
+        let is = |kind: &'static str| move |s: &&Stream| s.codec_type.as_deref() == Some(kind);
+        let Some(sound) = probed.streams.iter().find(is("audio")) else {
+            progress.say(format!("{} has no sound", source.file.display()));
+            return Ok(None);
+        };
+        let (frames, seconds) = rational_rate(interview.frame_rate);
+        let at = |frame: usize| frame as f64 * f64::from(seconds) / f64::from(frames);
+        let whole = probed.format.start();
+        let pictures = probed.streams.iter().find(is("video"));
+        // ffmpeg counts from where the first of all streams begins.
+        let offset = pictures.map_or(0.0, |video| video.times.start() - whole);
+        let start = (offset + at(source.first_frame + first)).max(0.0);
+        let length = at(last - first + 1);
+        let sounds = sound.times.start() - whole..sound.times.end(whole);
+        if sounds.start > start + UNHEARD_S || sounds.end < start + length - UNHEARD_S {
+            progress.say(format!(
+                "{}: its sound goes from {:.2} s to {:.2} s and the exported frames from {start:.2} s to {:.2} s; silence \
+                 is written where there is none",
+                source.file.display(),
+                sounds.start,
+                sounds.end,
+                start + length
+            ));
+        }
+        let fail = |e| Error::io("write", path, e, "Check that the folder can be written");
+        let unfinished = Unfinished::beside(path).map_err(fail)?;
+        let output = unfinished.path().to_path_buf();
+        let line = arguments(source, start, length);
+        let mut ffmpeg = Encoder::start("ffmpeg", line, output, PATIENCE)
+            .map_err(|e| Error::io("start ffmpeg for", path, e, REMEDY))?;
+        let cause = match ffmpeg.end(progress) {
+            Ok(status) if status.success() => return Ok(Some(Self(unfinished))),
+            Err(Unanswered::Stopped) => {
+                return Err(Error::Cancelled {
+                    kept: "no movie was written".to_owned(),
+                });
+            }
+            Ok(status) => format!(
+                "ffmpeg ended with {status}. ffmpeg says: {}",
+                ffmpeg.complaints()
+            ),
+            Err(Unanswered::Hung(patience)) => {
+                format!("ffmpeg gave no sign for {} s", patience.as_secs())
+            }
+            Err(Unanswered::Io(e)) => format!("ffmpeg cannot be waited for: {e}"),
+        };
+        Err(Error::codec(
+            "read the sound of",
+            &source.file,
+            cause,
+            REMEDY,
+        ))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+fn probe(source: &Source) -> Result<Probed> {
+    let mut ffprobe = Command::new("ffprobe");
+    ffprobe.args(["-v", "error", "-protocol_whitelist", "file"]);
+    let entries = "stream=codec_type,start_time,duration:format=start_time,duration";
+    ffprobe.args(["-show_entries", entries, "-of", "json", "-i"]);
+    let fail = |cause: String| Error::codec("read the sound of", &source.file, cause, REMEDY);
+    let output = (ffprobe.arg(file_url(&source.file)).output())
+        .map_err(|e| Error::io("start ffprobe for", &source.file, e, REMEDY))?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        return Err(fail(said.split_whitespace().collect::<Vec<_>>().join(" ")));
+    }
+    serde_json::from_slice(&output.stdout).map_err(|e| fail(e.to_string()))
+}
+
+impl Times {
+    fn start(&self) -> f64 {
+        seconds(self.start_time.as_deref()).unwrap_or(0.0)
+    }
+
+    /// Seconds from `from` to its end; infinite if it is not known.
+    fn end(&self, from: f64) -> f64 {
+        let duration = seconds(self.duration.as_deref());
+        duration.map_or(f64::INFINITY, |duration| self.start() - from + duration)
+    }
+}
+
+fn seconds(text: Option<&str>) -> Option<f64> {
+    text?.parse().ok().filter(|s: &f64| s.is_finite())
+}
+
+/// ffmpeg's arguments, up to the name of what it writes.
+fn arguments(source: &Source, start: f64, length: f64) -> Vec<OsString> {
+    let words =
+        |line: &str| -> Vec<OsString> { line.split_whitespace().map(OsString::from).collect() };
+    let mut line = words(&format!(
+        "-hide_banner -loglevel error -nostats -nostdin -y -ss {start:.6} -protocol_whitelist file -i"
+    ));
+    line.push(file_url(&source.file));
+    line.extend(words(&format!(
+        "-map 0:a -vn -sn -dn -af aresample=async=1:first_pts=0,apad=whole_dur={length:.6} -t {length:.6} \
+         -c:a pcm_s24le -f matroska"
+    )));
+    line
+}
+
+#[cfg(test)]
+#[path = "sound_tests.rs"]
+mod tests;

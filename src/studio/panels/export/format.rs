@@ -1,0 +1,215 @@
+//! The kind of file, and what can be chosen about it.
+
+use super::choice_ui;
+use crate::export_options::ExportOptions;
+use egui::{ComboBox, Ui, WidgetText};
+use export::{Codec, ExrAlpha, ExrCompression, Format, LayerFiles, OutputSpace, Samples};
+
+/// Width of a list in points.
+const LIST: f32 = 128.0;
+
+pub fn ui(ui: &mut Ui, options: &mut ExportOptions) {
+    ui.label("Format");
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 6.0;
+        for format in [Format::Png8, Format::Png16, Format::Tiff, Format::Exr] {
+            let (name, hint) = (format.name(), format.describe());
+            if choice_ui(ui, "Format", name, hint, options.format == format) {
+                options.format = format;
+            }
+        }
+        let hint = "All frames in one file, with the interview's sound and time code";
+        if choice_ui(ui, "Format", "movie", hint, options.format.is_movie()) {
+            options.format = Format::Movie(options.format.codec().unwrap_or(Codec::H264));
+        }
+    });
+    ui.end_row();
+    if options.format.is_movie() {
+        codec_ui(ui, options);
+    }
+    if options.format == Format::Exr {
+        exr_ui(ui, options);
+    }
+    space_ui(ui, options);
+}
+
+fn codec_ui(ui: &mut Ui, options: &mut ExportOptions) {
+    ui.label("Codec");
+    ui.horizontal(|ui| {
+        let movies = Format::ALL.into_iter().filter(|format| format.is_movie());
+        let names = movies.map(|format| (format, format.name(), format.describe()));
+        list_ui(
+            ui,
+            "Codec",
+            options.format.name(),
+            &mut options.format,
+            names,
+        );
+        ui.checkbox(&mut options.sound, "sound").on_hover_text(
+            "The interview's sound, if its movie has some, cut to the exported frames",
+        );
+    });
+    ui.end_row();
+}
+
+fn exr_ui(ui: &mut Ui, options: &mut ExportOptions) {
+    let exr = &mut options.exr;
+    ui.label("EXR");
+    ui.horizontal(|ui| {
+        let samples = [
+            (Samples::Half, "half", "16 bits: enough for pictures"),
+            (Samples::Float, "float", "32 bits"),
+        ];
+        for (samples, name, hint) in samples {
+            if choice_ui(ui, "Samples", name, hint, exr.samples == samples) {
+                exr.samples = samples;
+            }
+        }
+        let all = ExrCompression::ALL.map(|c| (c, c.name(), hint(c)));
+        list_ui(
+            ui,
+            "Compression",
+            exr.compression.name(),
+            &mut exr.compression,
+            all.into_iter(),
+        );
+    });
+    ui.end_row();
+    ui.label("Alpha");
+    ui.horizontal(|ui| {
+        let alphas = [
+            (
+                ExrAlpha::Premultiplied,
+                "premultiplied",
+                "Colour times alpha, as OpenEXR has it",
+            ),
+            (ExrAlpha::Straight, "straight", "Colour divided by alpha"),
+        ];
+        for (alpha, name, hint) in alphas {
+            if choice_ui(ui, "Alpha", name, hint, exr.alpha == alpha) {
+                exr.alpha = alpha;
+            }
+        }
+        ui.checkbox(&mut exr.crop, "crop")
+            .on_hover_text("Write only the rectangle that is not empty, as the file's data window");
+    });
+    ui.end_row();
+    if options.layers {
+        ui.label("Layers in");
+        ui.horizontal(|ui| {
+            let places = [
+                (
+                    LayerFiles::Channels,
+                    "channels",
+                    "light_00.R … beside the picture's channels",
+                ),
+                (
+                    LayerFiles::Parts,
+                    "parts",
+                    "A part of the file for each lamp",
+                ),
+                (
+                    LayerFiles::Files,
+                    "files",
+                    "A file for each lamp beside the picture's",
+                ),
+            ];
+            for (layers, name, hint) in places {
+                if choice_ui(ui, "Layers in", name, hint, exr.layers == layers) {
+                    exr.layers = layers;
+                }
+            }
+            ui.checkbox(&mut exr.weights, "JSON of weights")
+                .on_hover_text("A JSON file with the layers' weights beside each picture");
+        });
+        ui.end_row();
+    }
+}
+
+fn hint(compression: ExrCompression) -> &'static str {
+    match compression {
+        ExrCompression::None => "Not compressed",
+        ExrCompression::Rle => "Run lengths: fast, and small where nothing changes",
+        ExrCompression::Zips => "Single lines: read fastest by compositing programs",
+        ExrCompression::Zip => "16 lines at a time: small without loss",
+        ExrCompression::Piz => "Wavelets: smallest without loss for grain",
+        ExrCompression::Pxr24 => "32-bit numbers are rounded to 24 bits",
+    }
+}
+
+fn space_ui(ui: &mut Ui, options: &mut ExportOptions) {
+    let is_linear = options.format == Format::Exr;
+    if options.space == Some(OutputSpace::Acescg) && !is_linear {
+        options.space = None;
+    }
+    ui.label("Colours");
+    let plain = if is_linear { "linear Rec. 709" } else { "sRGB" };
+    let shown = options.space.map_or(plain, |space| name(space, is_linear));
+    let all = OutputSpace::ALL.into_iter();
+    let other = all.filter(|&space| {
+        let same = matches!(space, OutputSpace::Srgb | OutputSpace::Rec709);
+        if is_linear {
+            !same
+        } else {
+            space != OutputSpace::Acescg
+        }
+    });
+    let other = other.map(|space| (Some(space), name(space, is_linear), about(space, is_linear)));
+    let own = (
+        None,
+        plain,
+        "The working space; a movie is tagged Rec. 709, as players expect",
+    );
+    ui.horizontal(|ui| {
+        list_ui(
+            ui,
+            "Colours",
+            shown,
+            &mut options.space,
+            std::iter::once(own).chain(other),
+        );
+    });
+    ui.end_row();
+}
+
+fn name(space: OutputSpace, is_linear: bool) -> &'static str {
+    match (space, is_linear) {
+        (OutputSpace::Srgb, false) => "sRGB, tagged sRGB",
+        (OutputSpace::Srgb | OutputSpace::Rec709, true) => "linear Rec. 709",
+        (OutputSpace::P3, true) => "linear P3",
+        (OutputSpace::Rec2020, true) => "linear Rec. 2020",
+        (space, _) => space.name(),
+    }
+}
+
+fn about(space: OutputSpace, is_linear: bool) -> &'static str {
+    match (space, is_linear) {
+        (_, true) => "Linear light; the header has the primaries",
+        (OutputSpace::Srgb, _) => {
+            "The same codes, tagged with the curve of sRGB where the file can say it"
+        }
+        (OutputSpace::P3, _) => "Display P3: D65 and the curve of sRGB",
+        _ => "For a reference monitor: BT.1886, a power of 2.4",
+    }
+}
+
+/// A list of which one is chosen; `of` names it to screen readers.
+fn list_ui<T: PartialEq>(
+    ui: &mut Ui,
+    of: &str,
+    shown: &str,
+    chosen: &mut T,
+    all: impl Iterator<Item = (T, &'static str, &'static str)>,
+) {
+    let list = ComboBox::from_id_salt(of).width(LIST).selected_text(shown);
+    let response = list.show_ui(ui, |ui| {
+        for (value, name, hint) in all {
+            ui.selectable_value(chosen, value, WidgetText::from(name))
+                .on_hover_text(hint);
+        }
+    });
+    let text = format!("{of}: {shown}");
+    let combo = egui::Role::ComboBox;
+    (response.response).widget_info(|| egui::WidgetInfo::labeled(combo, true, &text));
+}
