@@ -51,6 +51,11 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
             written_light(light, picture, about.encoding, about.exr),
         )
     });
+    // The picture itself comes last: once it is there, all is.
+    if about.exr.weights || about.exr.layers == LayerFiles::Files {
+        let text = layers.weights(path, about.exr.layers);
+        write_beside(&weights_file(path), |out| out.write_all(text.as_bytes()))?;
+    }
     match about.exr.layers {
         LayerFiles::Channels => {
             for (name, light) in pictures {
@@ -83,11 +88,7 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
             file.write(path, vec![(None, beauty)])?;
         }
     }
-    if !about.exr.weights && about.exr.layers != LayerFiles::Files {
-        return Ok(());
-    }
-    let text = layers.weights(path, about.exr.layers);
-    write_beside(&weights_file(path), |out| out.write_all(text.as_bytes()))
+    Ok(())
 }
 
 /// Premultiplied linear Rec. 709 as a file has it: in its primaries, and divided by alpha if that is asked for.
