@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes weights trials starter screenshots clean-demo
+.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes bench-plate weights trials starter screenshots clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -37,7 +37,7 @@ stability: test
 	mv docs/stability.md.new docs/stability.md
 
 # The tests run in sessions without a folder of their own too: Mesa's driver then prints an error each time.
-test bench bench-relight bench-passes: export XDG_RUNTIME_DIR ?= $(CURDIR)/target
+test bench bench-relight bench-passes bench-plate: export XDG_RUNTIME_DIR ?= $(CURDIR)/target
 
 lint:
 	$(CARGO) fmt --check
@@ -70,6 +70,11 @@ bench-relight:
 # Every pass beside what memory allows. BENCH="--software" includes a GPU that is none.
 bench-passes:
 	$(CARGO) bench --locked --profile dev --bench passes -- $(BENCH)
+
+# Light that multiplies the plate: its time beside a copy of the plate, and on shoots with a truth, SHOOTS="DIR DIR", how
+# near each way to bring light to the plate comes.
+bench-plate:
+	$(CARGO) bench --locked --profile dev --bench plate -- $(addprefix --shoot ,$(SHOOTS)) $(BENCH)
 
 # How near the kinds of weights come to the truth: writes docs/weights.md in some minutes.
 weights:

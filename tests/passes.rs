@@ -255,7 +255,7 @@ fn worker(shoot: &Shoot, compute: &ComputeDevice) -> Worker {
                 plate: Image::filled(SIZE, SIZE, [0.2; 3]),
                 mask: mask.clone(),
             };
-            Ok((frame, Field::Gpu(field, gpu.passes.clone())))
+            Ok((frame, Field::Gpu(field, gpu.passes.clone())).into())
         };
         Ok(Source {
             rig: rig.clone(),

@@ -526,11 +526,11 @@ fn a_network_that_is_saved_is_seen_while_the_job_runs() {
         let mut source = clay::source()?;
         let mut predict = source.predict;
         source.predict = Box::new(move |index| {
-            let (frame, mut field) = predict(index)?;
-            if let Field::Memory(field) = &mut field {
+            let mut made = predict(index)?;
+            if let Field::Memory(field) = &mut made.field {
                 field.values.iter_mut().for_each(|v| *v /= openings as f32);
             }
-            Ok((frame, field))
+            Ok(made)
         });
         Ok(source)
     };

@@ -6,6 +6,7 @@ use super::background_blur;
 use super::descriptor::{CodesInput, LightStep, PassContext, PlannedPass, Run, is_cut_out, key_of};
 use super::facts::{Facts, Inputs};
 use super::picture::{Ingredients, PassReport, Picture};
+use super::plate::Plate;
 use super::reuse::{Cache, Cached, Reuse};
 use super::shown::ShownPicture;
 use super::smoothing::Steady;
@@ -67,8 +68,9 @@ impl<'a, B: Backend> Composition<'a, B> {
         backend: B,
         reuse: Option<&'a mut Reuse>,
     ) -> Self {
-        let (width, height) = of.mask.size();
-        let open = of.mask.pixels.iter().filter(|&&alpha| alpha < 1.0).count();
+        let matte = of.matte();
+        let (width, height) = matte.size();
+        let open = matte.pixels.iter().filter(|&&alpha| alpha < 1.0).count();
         Self {
             scene,
             effects: scene.effects.bounded(),
@@ -81,7 +83,8 @@ impl<'a, B: Backend> Composition<'a, B> {
                 weights_cached: of.upstream.weights_ms.is_none(),
                 lamps: of.weights.per_lamp.len(),
                 lit_lamps: lit_lamps(&of.weights.per_lamp).len(),
-                open_share: open as f32 / of.mask.pixels.len().max(1) as f32,
+                plate: of.plate().map(Plate::size),
+                open_share: open as f32 / matte.pixels.len().max(1) as f32,
                 inputs,
                 second_picture: of.extra.second.is_some(),
                 ..Facts::default()
@@ -89,7 +92,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             behind: None,
             laid: false,
             alpha: if is_cut_out(scene) {
-                of.mask.clone()
+                matte.clone()
             } else {
                 Mask::filled(width, height, 1.0)
             },
@@ -162,6 +165,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             // The gain multiplies the weights.
             Pass::Smoothing => self.gain = self.facts.steady_gain.unwrap_or([1.0; 3]),
             Pass::Relight => reused = self.relight(this.key)?,
+            Pass::Plate => reused = self.plate(this.key)?,
             Pass::Despill => {
                 if let (Some(guide), Some(spill)) = (&self.guide, self.facts.spill) {
                     let amount = self.effects.despill;
@@ -196,6 +200,17 @@ impl<'a, B: Backend> Composition<'a, B> {
         let weights: Vec<[f32; 3]> = of.weights.per_lamp.iter().map(|&w| level(w)).collect();
         self.linear = self.backend.relight(&weights)?;
         self.keep(Pass::Relight, key, self.linear.clone());
+        Ok(false)
+    }
+
+    /// Brings the subject to the plate's size, and says whether that was cached.
+    fn plate(&mut self, key: u64) -> Result<bool> {
+        if let Some(linear) = self.found(Pass::Plate, key) {
+            self.linear = linear;
+            return Ok(true);
+        }
+        self.backend.plate(&mut self.linear)?;
+        self.keep(Pass::Plate, key, self.linear.clone());
         Ok(false)
     }
 
@@ -287,7 +302,7 @@ impl<'a, B: Backend> Composition<'a, B> {
             }
             (Run::Codes(step), Some(codes)) => {
                 let input = CodesInput {
-                    mask: self.of.mask,
+                    mask: self.of.matte(),
                     alpha: &self.alpha,
                     plate: self.of.extra.grain,
                     second: self.of.extra.second,

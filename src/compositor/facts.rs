@@ -15,6 +15,8 @@ pub struct Facts {
     pub lamps: usize,
     /// Lamps whose weight is not zero.
     pub lit_lamps: usize,
+    /// Columns and rows of the plate that the light is brought to; None if the picture has the working size.
+    pub plate: Option<(usize, usize)>,
     /// Share in `[0, 1]` of pixels that the subject does not cover wholly.
     pub open_share: f32,
     /// What the picture is made of, as numbers.
@@ -38,7 +40,7 @@ pub struct Facts {
 /// Numbers that stand for what the passes read: equal numbers stand for equal things.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Inputs {
-    /// The frame: its field and its matte.
+    /// The frame: its field, its matte and its plate.
     pub frame: u64,
     /// The lamps' weights and the subject's level.
     pub light: u64,

@@ -28,6 +28,7 @@ mod light_wrap;
 pub mod passes;
 mod picture;
 mod plan;
+mod plate;
 mod pyramid;
 pub mod reference;
 mod relight;
@@ -58,6 +59,7 @@ pub use levels::Levels;
 pub use light_wrap::light_wrap;
 pub use picture::{Extra, Identity, Ingredients, PassReport, Picture, Upstream};
 pub use plan::plan;
+pub use plate::{Plate, PlateSquare};
 pub use reuse::Reuse;
 pub use series::Series;
 pub use shown::ShownPicture;
@@ -75,6 +77,7 @@ const PASSES: [&Descriptor; Pass::ALL.len()] = [
     &smoothing::SMOOTHING,
     &upstream::WEIGHTS,
     &relight::RELIGHT,
+    &plate::PLATE,
     &despill::DESPILL,
     &background::BACKGROUND,
     &background_blur::BACKGROUND_BLUR,

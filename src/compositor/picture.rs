@@ -4,6 +4,7 @@ use super::background::CameraView;
 use super::facts::{Grain, Spill};
 use super::field::Field;
 use super::levels::Levels;
+use super::plate::Plate;
 use super::smoothing::Steady;
 use imaging::{Encoded, Image, Mask};
 use light::{Environment, LightWeights};
@@ -27,9 +28,23 @@ pub struct Ingredients<'a> {
     pub extra: Extra<'a>,
 }
 
+impl<'a> Ingredients<'a> {
+    /// The plate, if the light has to be brought to its size.
+    pub fn plate(&self) -> Option<&'a Plate> {
+        (self.extra.plate).filter(|plate| plate.is_larger(self.mask.size()))
+    }
+
+    /// The subject's coverage at the picture's size.
+    pub fn matte(&self) -> &'a Mask {
+        self.plate().map_or(self.mask, |plate| &plate.matte)
+    }
+}
+
 /// What some effects read; an effect does nothing if its input is missing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Extra<'a> {
+    /// The frame's plate, if the picture is to have its size.
+    pub plate: Option<&'a Plate>,
     /// What the frame before handed on, for the pass `smoothing`: its [`Picture::steady`].
     pub before: Option<&'a Steady>,
     /// The plate's grain under the scene's view transform, for the pass `grain`.
@@ -43,7 +58,7 @@ pub struct Extra<'a> {
 /// Numbers that the caller chooses: equal numbers stand for equal things.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Identity {
-    /// The frame's field and matte: another frame or another network is another number.
+    /// The frame's field, matte and plate: another frame or another network is another number.
     pub frame: u64,
     /// The environment at no yaw.
     pub environment: u64,

@@ -3,6 +3,7 @@ use crate::facts::{Grain, Inputs, Screen, Spill};
 use scene::{Background, Channel, Effects, Forced, Inspection, Output, STRENGTHS, ViewTransform};
 
 const FACTS: Facts = Facts {
+    plate: None,
     field_cached: false,
     weights_cached: false,
     lamps: 41,
@@ -52,6 +53,7 @@ fn everything() -> (Scene, Facts) {
         ..Effects::all(0.3)
     };
     let facts = Facts {
+        plate: Some((1080, 1920)),
         steady_gain: Some([1.05, 1.0, 1.0]),
         spill: Some(Spill {
             screen: Screen::Green,
@@ -140,7 +142,11 @@ fn every_effect_runs_where_it_is_asked_for_and_called_for() {
         .collect();
     assert_eq!(ran, wanted);
     // The same need, and nobody asks.
-    assert_eq!(names(&self::scene(), &facts), names(&self::scene(), &FACTS));
+    let plate = Facts {
+        plate: facts.plate,
+        ..FACTS
+    };
+    assert_eq!(names(&self::scene(), &facts), names(&self::scene(), &plate));
     // Somebody asks, and there is no need.
     let idle = names(&scene, &FACTS);
     for name in ["smoothing", "despill", "light_wrap", "glare", "grain"] {
@@ -320,6 +326,7 @@ fn what_lacks_its_input_cannot_be_forced_and_says_why() {
         "predict",
         "weights",
         "relight",
+        "plate",
         "view",
         "channels",
         "difference",
@@ -330,7 +337,7 @@ fn what_lacks_its_input_cannot_be_forced_and_says_why() {
         forced: Forced::default().with(Pass::Background, Some(false)),
         ..Effects::default()
     });
-    assert_eq!(fixed(&cut_out)[3..5], ["background_blur", "light_wrap"]);
+    assert_eq!(fixed(&cut_out)[4..6], ["background_blur", "light_wrap"]);
     for name in [
         "background",
         "background_blur",

@@ -3,6 +3,7 @@
 
 use super::facts::{Grain, Spill};
 use super::passes::{GpuMatte, GpuPicture};
+use super::plate::GpuPlate;
 use imaging::{Image, Mask};
 use scene::Pass;
 use std::sync::Arc;
@@ -22,6 +23,7 @@ pub(super) type Rim = Cached<Arc<Mask>>;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Uploads {
     pub matte: Cached<GpuMatte>,
+    pub plate: Cached<GpuPlate>,
     pub rim: Cached<GpuPicture>,
     pub panorama: Cached<GpuPicture>,
 }

@@ -20,7 +20,8 @@ pub struct Series {
 }
 
 impl Series {
-    /// The next picture. `plate` is the frame as it was filmed, with its matte, for the pass `grain`. What the passes
+    /// The next picture. `plate` is the frame at the working size, with its matte, for the pass `grain` of a
+    /// picture of that size. What the passes
     /// `grain` and `smoothing` read is filled in here; `of.extra.identity` says what has changed.
     ///
     /// # Errors
@@ -90,7 +91,13 @@ impl Series {
         self.grain = match self.grain.take() {
             _ if !scene.effects.asks(Pass::Grain) => None,
             Some(known) if known.0 == key => Some(known),
-            _ => Some((key, Grain::of_plate(plate, mask, view))),
+            _ => Some((
+                key,
+                match of.plate() {
+                    Some(plate) => Grain::of_plate(&plate.filmed(), &plate.matte, view),
+                    None => Grain::of_plate(plate, mask, view),
+                },
+            )),
         };
         let extra = Extra {
             before: self.steady.as_ref(),

@@ -6,8 +6,9 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use calibration::Calibration;
 use clap::ValueEnum;
-use compositor::reference::{lit_lamps, relight};
-use footage::{Exemplar, Frame};
+use compositor::Plate;
+use compositor::reference::{extend_edges, lit_lamps, relight};
+use footage::{Exemplar, Frame, PictureSize};
 use imaging::{Image, Mask};
 use light::weights::{Partition, Weighting};
 use project::Project;
@@ -33,6 +34,9 @@ pub enum Method {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
     pub method: Method,
+    /// What the measured pictures show, and at which resolution.
+    #[serde(default = "working_size")]
+    pub at: PictureSize,
     /// Frames that were measured.
     pub frames: Vec<usize>,
     /// Environment → mean PSNR over the frames in decibels.
@@ -45,6 +49,11 @@ pub struct Scores {
     pub olat_psnr_by_frame_db: BTreeMap<usize, f64>,
     /// Frame → PSNR of the OLAT of each lamp, at the frame's exposure.
     pub olat_psnr_by_lamp_db: BTreeMap<usize, Vec<f64>>,
+}
+
+/// What scores without that entry were measured at.
+fn working_size() -> PictureSize {
+    PictureSize::Square
 }
 
 /// Refuses to evaluate a network on frames that it was trained on.
@@ -79,7 +88,8 @@ pub fn excluded_check(training_frames: &[usize], truth_frames: &[usize]) -> Resu
     ))
 }
 
-/// Scores `method` under the shoot's environments. `predict` is called only for [`Method::Network`].
+/// Scores `method` under the shoot's environments, with pictures as large as `at` says. There the true OLATs are summed at
+/// that size, all else at the working size. `predict` is called only for [`Method::Network`].
 ///
 /// # Errors
 /// When a picture cannot be read, `predict` fails, or the method has no truth to work with.
@@ -88,7 +98,7 @@ pub fn score(
     calibration: &Calibration,
     truth: &Truth,
     weighting: Weighting,
-    method: Method,
+    (method, at): (Method, PictureSize),
     predict: &mut dyn FnMut(&Frame) -> Result<ReflectanceField>,
     progress: &Progress,
 ) -> Result<Scores> {
@@ -111,7 +121,7 @@ pub fn score(
         calibration,
         truth,
         &weights,
-        method,
+        (method, at),
         predict,
         progress,
     )
@@ -126,7 +136,7 @@ pub fn score_under(
     calibration: &Calibration,
     truth: &Truth,
     weights: &BTreeMap<String, Vec<[f32; 3]>>,
-    method: Method,
+    (method, at): (Method, PictureSize),
     predict: &mut dyn FnMut(&Frame) -> Result<ReflectanceField>,
     progress: &Progress,
 ) -> Result<Scores> {
@@ -152,9 +162,15 @@ pub fn score_under(
         progress.check("nothing was written")?;
         let total = frames.len() as u64;
         progress.step("evaluate", done as u64, total, format!("frame {index}"));
-        let frame = Frame::load(project, &calibration.response, index)?;
+        let (frame, filmed) = Frame::load_filmed(project, &calibration.response, index)?;
+        let filmed = filmed.shown(at);
+        let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
+        let matte = plate
+            .as_ref()
+            .map_or(&frame.mask, |plate| &plate.matte)
+            .clone();
         let true_olats = if truth.has_olats(index) {
-            Some(truth.olats(index)?)
+            Some(truth.olats_at(index, at)?)
         } else {
             None
         };
@@ -167,31 +183,31 @@ pub fn score_under(
         let measured = |set: &mut Vec<FramePictures>, pictures, truths| {
             set.push(FramePictures {
                 frame: index,
-                mask: frame.mask.clone(),
+                mask: matte.clone(),
                 pictures,
                 truths,
             });
         };
+        let limit = method == Method::TruthOlats;
+        let plate = plate.as_ref().filter(|_| !limit);
         for (name, weights) in weights {
             check_lamps(&field, weights)?;
             let picture = relight(&field, weights, &lit_lamps(weights));
             measured(
                 relit.entry(name).or_default(),
-                vec![picture],
-                vec![truth.relit(index, name)?],
+                vec![enlarged(picture, plate, &frame.mask)],
+                vec![truth.relit_at(index, name, at)?],
             );
         }
         if let Some(truths) = true_olats {
-            measured(
-                &mut olats,
-                (0..field.lamps).map(|lamp| field.olat(lamp)).collect(),
-                truths,
-            );
+            let olat = |lamp| enlarged(field.olat(lamp), plate, &frame.mask);
+            measured(&mut olats, (0..field.lamps).map(olat).collect(), truths);
         }
     }
     progress.step("evaluate", frames.len() as u64, frames.len() as u64, "");
     let mut scores = Scores {
         method,
+        at,
         frames,
         relit_psnr_db: BTreeMap::new(),
         relit_psnr_by_frame_db: BTreeMap::new(),
@@ -214,6 +230,27 @@ pub fn score_under(
         scores.olat_psnr_by_lamp_db = frames().zip(found.pictures_db).collect();
     }
     Ok(scores)
+}
+
+/// A sum of lamps at the size of its plate, as the compositor makes it, but not premultiplied; itself without one.
+fn enlarged(mut sum: Image, plate: Option<&Plate>, mask: &Mask) -> Image {
+    let Some(plate) = plate else {
+        return sum;
+    };
+    extend_edges(&mut sum, mask);
+    premultiply(&mut sum, mask);
+    let mut picture = plate.relit(&sum, mask);
+    let pixels = picture.pixels.iter_mut().zip(&plate.matte.pixels);
+    for (pixel, &alpha) in pixels.filter(|(_, alpha)| **alpha > 0.0) {
+        *pixel = pixel.map(|v| v / alpha);
+    }
+    picture
+}
+
+fn premultiply(picture: &mut Image, mask: &Mask) {
+    for (pixel, &alpha) in picture.pixels.iter_mut().zip(&mask.pixels) {
+        *pixel = pixel.map(|v| v * alpha);
+    }
 }
 
 /// Pictures of one frame beside their truths.
@@ -403,7 +440,7 @@ mod tests {
                 &calibration,
                 &truth,
                 &facts.hdri_bank_weights,
-                method,
+                (method, PictureSize::Square),
                 &mut |_| unreachable!("only the network predicts"),
                 &Progress::silent(),
             )

@@ -7,7 +7,7 @@ use base::files::{self, write_beside};
 use base::progress::Progress;
 use calibration::Calibration;
 use export::{Tile, contact_sheet};
-use footage::Frame;
+use footage::{Frame, PictureSize, picture_size};
 use gpu::{ComputeDevice, DeviceChoice};
 use imaging::file::write_png;
 use imaging::{Encoded, Image};
@@ -28,6 +28,9 @@ pub struct EvaluateSettings {
     /// What predicts the OLATs.
     #[arg(long = "with", value_enum, default_value_t = Method::Network)]
     pub method: Method,
+    /// What the pictures show that are measured, and at which resolution.
+    #[arg(long, value_enum, default_value_t)]
+    pub at: PictureSize,
     /// How an environment is given to the lamps.
     #[arg(long = "weights", value_enum, default_value_t)]
     pub weighting: Weighting,
@@ -88,7 +91,7 @@ pub fn evaluate(
             &calibration,
             &truth,
             settings.weighting,
-            method,
+            (method, settings.at),
             &mut predict,
             progress,
         )
@@ -113,8 +116,15 @@ pub fn evaluate(
             compute.description
         );
         let rows: Vec<Row> = all.iter().map(|scores| row(scores, &trained)).collect();
-        let size = project.settings.size;
-        let title = format!("{} at {size} × {size}", project.settings.name);
+        let (width, height) = picture_size(project, settings.at)?;
+        let light = project.settings.size;
+        let title = match settings.at {
+            PictureSize::Square => format!("{} at {width} × {height}", project.settings.name),
+            _ => format!(
+                "{} at {width} × {height}, light at {light}",
+                project.settings.name
+            ),
+        };
         write_section(path, &title, &markdown(&rows))?;
     }
     if let (Some(path), Some(predictor)) = (&settings.sheet, &predictor) {

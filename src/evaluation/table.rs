@@ -53,6 +53,7 @@ mod tests {
     fn every_environment_has_a_column_and_gaps_are_marked() {
         let scores = |name: &str, olat_psnr_db| Scores {
             method: Method::Ratio,
+            at: footage::PictureSize::Square,
             frames: vec![5, 14],
             relit_psnr_db: BTreeMap::from([(name.to_owned(), 24.25)]),
             relit_psnr_by_frame_db: BTreeMap::new(),

@@ -7,7 +7,7 @@
 //! ```
 
 use base::error::{Error, Result};
-use footage::read_linear;
+use footage::{PictureSize, read_linear};
 use imaging::{Image, resample::resize_area};
 use project::{Framings, NamedEnvironment, Project};
 use rayon::prelude::*;
@@ -87,9 +87,20 @@ impl Truth {
         Ok(truth)
     }
 
-    /// A frame under an environment, linear, at the project's size.
+    /// A frame under an environment, linear, at the working size.
+    ///
+    /// # Errors
+    /// When it cannot be read.
     pub fn relit(&self, frame: usize, environment: &str) -> Result<Image> {
-        self.read(&self.relit_path(frame, environment))
+        self.relit_at(frame, environment, PictureSize::Square)
+    }
+
+    /// A frame under an environment, linear, as a picture of that size shows it.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn relit_at(&self, frame: usize, environment: &str, at: PictureSize) -> Result<Image> {
+        self.read(&self.relit_path(frame, environment), at)
     }
 
     /// Whether the frame's OLATs are known.
@@ -97,12 +108,23 @@ impl Truth {
         self.olat_folder(frame).is_dir()
     }
 
-    /// A frame under each lamp alone, linear, at the project's size.
+    /// A frame under each lamp alone, linear, at the working size.
+    ///
+    /// # Errors
+    /// When one cannot be read.
     pub fn olats(&self, frame: usize) -> Result<Vec<Image>> {
+        self.olats_at(frame, PictureSize::Square)
+    }
+
+    /// A frame under each lamp alone, linear, as pictures of that size show it.
+    ///
+    /// # Errors
+    /// When one cannot be read.
+    pub fn olats_at(&self, frame: usize, at: PictureSize) -> Result<Vec<Image>> {
         let folder = self.olat_folder(frame);
         self.lamps
             .par_iter()
-            .map(|lamp| self.read(&folder.join(format!("{lamp}.exr"))))
+            .map(|lamp| self.read(&folder.join(format!("{lamp}.exr")), at))
             .collect()
     }
 
@@ -118,8 +140,14 @@ impl Truth {
             .join(format!("{}_olat", self.frame_names[frame]))
     }
 
-    fn read(&self, path: &Path) -> Result<Image> {
-        let truth = read_linear(path, &self.framing)?;
-        Ok(resize_area(&truth, self.size, self.size))
+    fn read(&self, path: &Path, at: PictureSize) -> Result<Image> {
+        Ok(match at {
+            PictureSize::Plate => imaging::file::read_linear(path)?,
+            PictureSize::Box => read_linear(path, &self.framing)?,
+            PictureSize::Square => {
+                let truth = read_linear(path, &self.framing)?;
+                resize_area(&truth, self.size, self.size)
+            }
+        })
     }
 }

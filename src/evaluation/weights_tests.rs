@@ -53,7 +53,7 @@ fn the_true_olats_reach_the_rigs_limit_and_the_default_loses_nothing_to_cells() 
             &shoot.calibration,
             &shoot.truth,
             kind,
-            Method::TruthOlats,
+            (Method::TruthOlats, footage::PictureSize::Square),
             &mut |_| unreachable!("only the network predicts"),
             &Progress::silent(),
         );

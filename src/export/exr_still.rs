@@ -153,6 +153,7 @@ impl File<'_> {
         file.write()
             .to_buffered(std::io::Cursor::new(&mut bytes))
             .map_err(|e| Error::codec("encode", path, e, "Check the size of the picture"))?;
+        sort_attributes(&mut bytes);
         write_beside(path, |out| out.write_all(&bytes))
     }
 
@@ -198,5 +199,33 @@ impl File<'_> {
             (attributes.other).extend(value.map(|value| (Text::from(key), value)));
         }
         attributes
+    }
+}
+
+/// Sorts the attributes of each header by name, as OpenEXR's own library writes them: the encoder takes those that it does
+/// not know from a table in random order, and the same picture is to give the same bytes. None if a header ends too soon.
+fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
+    // Bit 12 of the version: several parts, whose headers end with an empty one.
+    let has_parts = bytes.get(5)? & 0x10 != 0;
+    let mut at = 8;
+    loop {
+        let start = at;
+        let mut attributes = Vec::new();
+        while *bytes.get(at)? != 0 {
+            let from = at;
+            for _ in ["name", "type"] {
+                at += bytes.get(at..)?.iter().position(|byte| *byte == 0)? + 1;
+            }
+            let size = bytes.get(at..at + 4)?.try_into().ok()?;
+            at += 4 + usize::try_from(i32::from_le_bytes(size)).ok()?;
+            attributes.push(bytes.get(from..at)?.to_vec());
+        }
+        // A name ends with 0, so that the shorter of two comes first.
+        attributes.sort();
+        bytes.get_mut(start..at)?.copy_from_slice(&attributes.concat());
+        at += 1;
+        if !has_parts || *bytes.get(at)? == 0 {
+            return Some(());
+        }
     }
 }

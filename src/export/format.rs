@@ -4,6 +4,7 @@ use super::codec::Codec;
 use super::colors::OutputSpace;
 use super::exr_settings::ExrSettings;
 use base::numbers::within;
+use footage::PictureSize;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -153,7 +154,10 @@ pub struct Files {
     pub exr: ExrSettings,
     #[arg(skip)]
     pub existing: Existing,
-    /// Width and height in pixels, 16 to 8192 [default: the working size].
+    /// What the pictures show, and at which resolution.
+    #[arg(long, value_enum, default_value_t)]
+    pub at: PictureSize,
+    /// Pixels of the longer side, 16 to 8192, if the pictures are to be resized.
     #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, value_parser = within(Self::SIZES))]
     pub size: Option<usize>,
     /// Bits of a PNG's channels.
@@ -168,7 +172,7 @@ impl Files {
     /// Sizes that can be asked for, in pixels.
     pub const SIZES: RangeInclusive<usize> = 16..=8192;
 
-    /// Pictures of the working size, 8 bits where they are PNGs.
+    /// Pictures of the plate's size, 8 bits where they are PNGs.
     pub fn to(to: impl Into<String>) -> Self {
         Self {
             to: to.into(),

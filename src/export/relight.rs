@@ -9,10 +9,10 @@ use base::numbers::{ANGLES, within};
 use base::progress::Progress;
 use calibration::Calibration;
 use compositor::{
-    EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Series,
-    Storage, Upstream, compose,
+    EnvironmentLight, Extra, FieldEncoder, Identity, Ingredients, PassReport, Picture, Plate,
+    Series, Storage, Upstream, compose,
 };
-use footage::Frame;
+use footage::{Frame, picture_size};
 use gpu::{ComputeDevice, DeviceChoice};
 use light::conventions::Front;
 use light::keyframes::Keyframes;
@@ -174,8 +174,13 @@ pub fn relight(
     let frames: Vec<&Plan> = planned.iter().collect();
     let (times, done) = overlapped(
         &frames,
-        |plan| Frame::load(project, &response, plan.frame),
-        |plan, frame| {
+        |plan| {
+            let (frame, filmed) = Frame::load_filmed(project, &response, plan.frame)?;
+            let filmed = filmed.shown(settings.files.at);
+            let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
+            Ok((frame, plate))
+        },
+        |plan, (frame, plate)| {
             progress.check("")?;
             let note = format!("frame {}", plan.frame);
             progress.step(
@@ -184,7 +189,7 @@ pub fn relight(
                 count as u64,
                 note,
             );
-            clip.relight_frame(plan, &frame)
+            clip.relight_frame(plan, &frame, plate.as_ref())
         },
         |plan, made: Made| {
             let made_of = Some(&*plan.made_of).filter(|text| !text.is_empty());
@@ -283,7 +288,7 @@ impl<'a> Clip<'a> {
         progress.say(format!("The network runs on the {}", compute.description));
         let predictor = Predictor::open(project, &compute.device)?;
         let interview = Interview::stills(project.settings.shoot.frame_rate);
-        let size = (project.settings.size, project.settings.size);
+        let size = picture_size(project, settings.files.at)?;
         let writer = Writer::open(&settings.files, frames, size, &interview, progress)?;
         let clip = Self {
             project,
@@ -374,7 +379,12 @@ impl<'a> Clip<'a> {
     }
 
     /// Predicts and lights a frame; None if it is not to be written.
-    fn relight_frame(&mut self, plan: &Plan, frame: &Frame) -> Result<Option<Made>> {
+    fn relight_frame(
+        &mut self,
+        plan: &Plan,
+        frame: &Frame,
+        plate: Option<&Plate>,
+    ) -> Result<Option<Made>> {
         let (index, scene) = (plan.frame, &plan.scene);
         let started = Instant::now();
         let predicted = self.predictor.predict_on_device(frame)?;
@@ -395,6 +405,7 @@ impl<'a> Clip<'a> {
                 weights_ms,
             },
             extra: Extra {
+                plate,
                 identity: Identity {
                     frame: index as u64,
                     ..Identity::default()
@@ -448,12 +459,21 @@ fn lights(scene: &Scene, of: &Ingredients, rig: &Rig) -> Result<Lights> {
     let weights = of.weights.per_lamp.iter();
     let weights = weights.map(|weight| weight.map(|share| share * factor));
     let names = rig.lamps.iter().map(|lamp| &lamp.name);
+    let mut layers = LightLayers::of(of.field, of.mask, names.zip(weights))?;
+    if let Some(plate) = of.plate() {
+        for layer in &mut layers.lamps {
+            layer.picture = plate.relit(&layer.picture, of.mask);
+        }
+    }
     Ok(Lights {
-        layers: LightLayers::of(of.field, of.mask, names.zip(weights))?,
+        layers,
         subject: compose(
             &plain,
             &Ingredients {
-                extra: Extra::default(),
+                extra: Extra {
+                    plate: of.extra.plate,
+                    ..Extra::default()
+                },
                 ..*of
             },
         )?,

@@ -23,21 +23,27 @@ impl Frame {
     /// # Errors
     /// When the frame does not exist, or a file cannot be read or has another shape than its matte.
     pub fn load(project: &Project, response: &Response, index: usize) -> Result<Self> {
-        let frames = project.settings.shoot.frames.len();
-        if index >= frames {
-            return Err(Error::missing(
-                format!(
-                    "there is no frame {index}: the interview has frames 0 to {}",
-                    frames.saturating_sub(1)
-                ),
-                "Choose frames of the interview",
-            ));
-        }
+        Self::check_index(project, index)?;
         Ok(Self {
             index,
             plate: load_linear(project, &project.frame_path(index), response)?,
             mask: load_mask(project, &project.frame_mask_path(index))?,
         })
+    }
+
+    /// Refuses a frame that the interview does not have.
+    pub(super) fn check_index(project: &Project, index: usize) -> Result<()> {
+        let frames = project.settings.shoot.frames.len();
+        if index < frames {
+            return Ok(());
+        }
+        Err(Error::missing(
+            format!(
+                "there is no frame {index}: the interview has frames 0 to {}",
+                frames.saturating_sub(1)
+            ),
+            "Choose frames of the interview",
+        ))
     }
 }
 

@@ -29,16 +29,26 @@ pub fn read_linear(path: &Path, framings: &Framings) -> Result<Image> {
 pub fn read_mask(path: &Path, framings: &Framings) -> Result<Mask> {
     let mask = file::read_mask(path)?;
     let framing = framings.of(mask.size());
-    Ok(cut(mask, &framing, Some(0.0)))
+    Ok(cut_mask(mask, &framing))
+}
+
+/// The square of a matte, empty beyond its edges.
+pub(super) fn cut_mask(mask: Mask, framing: &Framing) -> Mask {
+    cut(mask, framing, Some(0.0))
 }
 
 fn framed(picture: Image, framings: &Framings) -> Image {
     let framing = framings.of(picture.size());
+    cut_picture(picture, &framing)
+}
+
+/// The square of a picture, padded beyond its edges.
+pub(super) fn cut_picture(picture: Image, framing: &Framing) -> Image {
     let outside = match framing.padding {
         Padding::Black => Some([0.0; 3]),
         Padding::Edge => None,
     };
-    cut(picture, &framing, outside)
+    cut(picture, framing, outside)
 }
 
 /// The square of a picture, filled with `outside` beyond the edges; `None` repeats the edge.

@@ -2,6 +2,7 @@
 //! that finds them.
 
 mod exemplar;
+mod filmed;
 mod frame;
 mod framed;
 mod framing;
@@ -12,6 +13,7 @@ mod shoot;
 mod tracking;
 
 pub use exemplar::{Exemplar, OlatReader};
+pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
 pub use framed::{read_encoded, read_linear, read_mask};
 pub use framing::{FrameReport, FrameSettings, Square};

@@ -84,6 +84,8 @@ passes! {
     Weights = "weights";
     /// The lamps' pictures are summed, and the subject is cut out.
     Relight = "relight";
+    /// The light of the working size is brought to the plate's size, where it multiplies the plate.
+    Plate = "plate";
     /// A screen's colour is taken out of the subject's rim.
     Despill = "despill", despill up to 1.0,
         "Despill": "Removes green- or blue-screen spill from the subject's edge";

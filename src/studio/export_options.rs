@@ -7,6 +7,7 @@ use super::status::Phase;
 use compositor::Storage;
 use export::relight::RelightSettings;
 use export::{Existing, ExrSettings, Files, Format, OutputSpace};
+use footage::PictureSize;
 use gpu::DeviceChoice;
 use light::{Environment, Lighting};
 use project::Project;
@@ -25,7 +26,9 @@ pub struct ExportOptions {
     /// First and last frame; None for all.
     pub frames: Option<(usize, usize)>,
     pub format: Format,
-    /// Width and height in pixels; None for the working size.
+    /// What the pictures show, and at which resolution.
+    pub at: PictureSize,
+    /// Pixels of the longer side; None to leave them as they are.
     pub size: Option<usize>,
     /// What is behind the subject; None for what the picture has.
     pub background: Option<Background>,
@@ -41,6 +44,8 @@ pub struct ExportOptions {
     pub name: String,
     /// Replace existing files. If off, they are kept and a number is appended to the name.
     pub replace: bool,
+    /// Keep stills of a stopped export that are made of the same, and replace the others.
+    pub resume: bool,
 }
 
 impl ExportOptions {
@@ -59,6 +64,11 @@ impl ExportOptions {
         let most = frames.saturating_sub(1);
         let (first, last) = self.frames.unwrap_or((0, most));
         (first.min(most), last.min(most))
+    }
+
+    /// Whether files keep their names, whatever is there.
+    pub fn replaces(&self) -> bool {
+        self.replace || (self.resume && !self.format.is_movie())
     }
 
     /// The name without the extension of a format.
@@ -142,11 +152,12 @@ impl ExportOptions {
             background: self.background.unwrap_or(look.background),
             files: Files {
                 to: self.to(&project.root),
-                existing: if self.replace {
+                existing: if self.replaces() {
                     Existing::Replace
                 } else {
                     Existing::Keep
                 },
+                at: self.at,
                 size: self.size,
                 bits: self.format.bits(),
                 layers: self.layers && self.format == Format::Exr,
@@ -154,6 +165,7 @@ impl ExportOptions {
                 space: self.space,
                 lut: None,
                 no_sound: !self.sound,
+                resume: self.resume && !self.format.is_movie(),
                 exr: self.exr,
             },
             profile: false,
@@ -168,6 +180,7 @@ impl Default for ExportOptions {
         Self {
             frames: None,
             format: Format::default(),
+            at: PictureSize::default(),
             size: None,
             background: None,
             space: None,
@@ -176,6 +189,7 @@ impl Default for ExportOptions {
             layers: false,
             name: "exports/relit".to_owned(),
             replace: false,
+            resume: false,
         }
     }
 }

@@ -56,7 +56,10 @@ impl PixelInspector {
             of: of.clone(),
             pixel,
         };
-        let find = |ask: &Ask| Ok(ask.of.field.texel(ask.pixel[0], ask.pixel[1]));
+        let find = |ask: &Ask| {
+            let pixel = ask.of.working_pixel(ask.pixel);
+            Ok(pixel.and_then(|[x, y]| ask.of.field.texel(x, y)))
+        };
         let lookup = self.lookup.get_or_insert_with(|| Lookup::start(wake, find));
         lookup.ask(ask.clone());
         self.asked = Some(ask);

@@ -1,7 +1,7 @@
 //! How large pictures are while something is dragged: as large as can be made within a frame of the window.
 
 use super::PredictedFrame;
-use compositor::{Field, Reuse};
+use compositor::{Field, Plate, Reuse};
 use imaging::Mask;
 use std::sync::Arc;
 
@@ -22,9 +22,17 @@ pub struct AdaptiveResolution {
 pub struct ReducedFrame {
     of: Arc<PredictedFrame>,
     factor: usize,
-    pub field: Field,
-    pub mask: Mask,
+    /// What has fewer pixels.
+    pub reduced: Reduced,
     pub reuse: Reuse,
+}
+
+/// What of a frame has fewer pixels.
+pub enum Reduced {
+    /// The plate that the light multiplies.
+    Plate(Plate),
+    /// The OLATs and their matte, which are as large as the picture.
+    Field(Field, Mask),
 }
 
 impl AdaptiveResolution {
@@ -62,12 +70,18 @@ impl AdaptiveResolution {
     ) -> Option<&mut ReducedFrame> {
         let known = |frame: &ReducedFrame| frame.factor == factor && Arc::ptr_eq(&frame.of, of);
         if !self.reduced.as_ref().is_some_and(known) {
-            let (field, mask) = of.field.shrunk(&of.frame.mask, factor)?;
+            let reduced = match &of.plate {
+                Some(_) if matches!(*of.field, Field::Gpu(..)) => return None,
+                Some(plate) => Reduced::Plate(plate.shrunk(factor)),
+                None => {
+                    let (field, mask) = of.field.shrunk(&of.frame.mask, factor)?;
+                    Reduced::Field(field, mask)
+                }
+            };
             self.reduced = Some(ReducedFrame {
                 of: of.clone(),
                 factor,
-                field,
-                mask,
+                reduced,
                 reuse: Reuse::default(),
             });
         }

@@ -56,9 +56,10 @@ impl FieldCache {
     }
 }
 
-/// Memory of a field and its frame: three channels a lamp, the plate and the matte.
+/// Memory of a field and its frame: three channels a lamp, the plate and the matte, at both sizes.
 fn bytes(predicted: &PredictedFrame) -> usize {
-    predicted.field.bytes() + 4 * size_of::<f32>() * predicted.frame.mask.pixels.len()
+    let plate = predicted.plate.as_ref().map_or(0, |plate| plate.bytes());
+    plate + predicted.field.bytes() + 4 * size_of::<f32>() * predicted.frame.mask.pixels.len()
 }
 
 #[cfg(test)]
@@ -77,6 +78,7 @@ mod tests {
                 plate: Image::filled(1, 1, [0.0; 3]),
                 mask: Mask::filled(1, 1, 1.0),
             }),
+            plate: None,
             field: Arc::new(Field::Memory(ReflectanceField {
                 width: 1,
                 height: 1,

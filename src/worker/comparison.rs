@@ -3,7 +3,7 @@
 use super::PredictedFrame;
 use base::error::Result;
 use compositor::reference::scale;
-use compositor::{EnvironmentLight, Field, Ingredients, compose, view};
+use compositor::{EnvironmentLight, Extra, Field, Ingredients, compose, view};
 use imaging::{Encoded, Image, Mask};
 use light::{Environment, LightWeights, Rig};
 use scene::{Background, Inspection, Scene};
@@ -77,7 +77,11 @@ impl RelitFrame<'_> {
             scene.effects.inspection = Inspection::Picture;
         }
         let picture = match (comparison, olats) {
-            (Comparison::Plate, _) => return Ok(Some(plate(&self.predicted.frame.plate, &scene))),
+            (Comparison::Plate, _) => {
+                let filmed = self.predicted.plate.as_ref().map(|plate| plate.filmed());
+                let filmed = filmed.as_ref().unwrap_or(&self.predicted.frame.plate);
+                return Ok(Some(plate(filmed, &scene)));
+            }
             (Comparison::Olats(_), None) => return Ok(None),
             (Comparison::Olats(_), Some(olats)) => {
                 if self.solo.is_some() {
@@ -85,7 +89,15 @@ impl RelitFrame<'_> {
                 }
                 let all = self.light.on(&olats.field, &olats.frame.mask);
                 let weights = self.solo.unwrap_or(all.weights);
-                compose(&scene, &Ingredients { weights, ..all })?
+                let extra = extra(olats);
+                compose(
+                    &scene,
+                    &Ingredients {
+                        weights,
+                        extra,
+                        ..all
+                    },
+                )?
             }
             (Comparison::Light(environment, yaw_deg), _) => {
                 scene.yaw_deg = *yaw_deg;
@@ -97,10 +109,20 @@ impl RelitFrame<'_> {
                     self.reference,
                 )?;
                 let PredictedFrame { field, frame, .. } = self.predicted;
-                compose(&scene, &light.on(field, &frame.mask))?
+                let all = light.on(field, &frame.mask);
+                let extra = extra(self.predicted);
+                compose(&scene, &Ingredients { extra, ..all })?
             }
         };
         Ok(picture.display)
+    }
+}
+
+/// What a picture of this frame is made of besides: its plate.
+fn extra(of: &PredictedFrame) -> Extra<'_> {
+    Extra {
+        plate: of.plate.as_deref(),
+        ..Extra::default()
     }
 }
 

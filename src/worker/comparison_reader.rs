@@ -1,9 +1,10 @@
 //! Reads the OLATs that a frame is compared with: photographs, a truth, or those of another network.
 
 use super::comparison::ComparisonSource;
+use super::source::Prediction;
 use base::error::Result;
 use calibration::Calibration;
-use compositor::Field;
+use compositor::{Field, Plate};
 use evaluation::Truth;
 use footage::{Exemplar, Frame};
 use gpu::ComputeDevice;
@@ -33,7 +34,7 @@ impl ComparisonReader {
     }
 
     /// As [`super::Source::comparison`].
-    pub fn find(mut self) -> impl FnMut(&ComparisonSource, usize) -> Result<(Frame, Field)> {
+    pub fn find(mut self) -> impl FnMut(&ComparisonSource, usize) -> Result<Prediction> {
         move |source, index| match source {
             ComparisonSource::Exemplar(pose) => self.exemplar(*pose, index),
             ComparisonSource::Truth(folder) => self.truth(folder, index),
@@ -42,21 +43,36 @@ impl ComparisonReader {
     }
 
     /// The photographs of a pose. Its matte stands in for the frame's.
-    fn exemplar(&self, pose: usize, index: usize) -> Result<(Frame, Field)> {
+    fn exemplar(&self, pose: usize, index: usize) -> Result<Prediction> {
         let exemplar = Exemplar::load(&self.project, &self.response, pose)?;
-        let mut frame = Frame::load(&self.project, &self.response, index)?;
+        let (mut frame, plate) = self.frame(index)?;
         frame.mask = exemplar.mask;
-        Ok((frame, field(&exemplar.olats)))
+        Ok(Prediction {
+            // The pose differs from the frame's: nothing of the plate belongs to it.
+            plate: Some(plate.without_detail(&frame.mask)?),
+            frame,
+            field: field(&exemplar.olats),
+        })
     }
 
-    fn truth(&self, folder: &Path, index: usize) -> Result<(Frame, Field)> {
+    fn frame(&self, index: usize) -> Result<(Frame, Plate)> {
+        let (frame, filmed) = Frame::load_filmed(&self.project, &self.response, index)?;
+        let plate = Plate::of(filmed, &frame)?;
+        Ok((frame, plate))
+    }
+
+    fn truth(&self, folder: &Path, index: usize) -> Result<Prediction> {
         let truth = Truth::open(&self.project, folder)?;
-        let frame = Frame::load(&self.project, &self.response, index)?;
-        Ok((frame, field(&truth.olats(index)?)))
+        let (frame, plate) = self.frame(index)?;
+        Ok(Prediction {
+            frame,
+            plate: Some(plate),
+            field: field(&truth.olats(index)?),
+        })
     }
 
-    fn checkpoint(&mut self, folder: &Path, index: usize) -> Result<(Frame, Field)> {
-        let frame = Frame::load(&self.project, &self.response, index)?;
+    fn checkpoint(&mut self, folder: &Path, index: usize) -> Result<Prediction> {
+        let (frame, plate) = self.frame(index)?;
         if self.networks.iter().all(|(of, _)| of != folder) {
             self.networks.truncate(1);
             let open = || Predictor::open_at(&self.project, folder, &self.compute.device);
@@ -66,7 +82,11 @@ impl ComparisonReader {
         let network = self.networks.iter().position(|(of, _)| of == folder);
         let (_, network) = &self.networks[network.unwrap_or(0)];
         let predicted = self.compute.guarded(|| network.predict(&frame))?;
-        Ok((frame, Field::from(predicted).halved()))
+        Ok(Prediction {
+            frame,
+            plate: Some(plate),
+            field: Field::from(predicted).halved(),
+        })
     }
 }
 

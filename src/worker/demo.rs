@@ -8,7 +8,7 @@ use compositor::Storage;
 use evaluation::{EvaluateReport, EvaluateSettings, Method, Truth, evaluate};
 use export::Files;
 use export::relight::{RelightReport, RelightSettings, relight};
-use footage::{ImportSettings, import};
+use footage::{ImportSettings, PictureSize, import};
 use gpu::DeviceChoice;
 use light::Lighting;
 use light::keyframes::Keyframes;
@@ -111,6 +111,7 @@ pub fn run(
         let settings = EvaluateSettings {
             truth: shoot.clone(),
             method,
+            at: PictureSize::default(),
             weighting: Weighting::default(),
             table: None,
             sheet,

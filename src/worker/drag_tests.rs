@@ -1,7 +1,9 @@
 //! Pictures while the light is dragged.
 
 use super::*;
+use compositor::PlateSquare;
 use imaging::color::linear_from_srgb;
+use imaging::resample::resize;
 
 /// A ball under two lamps, on 64 × 64 pixels.
 fn ball(index: usize) -> (Frame, Field) {
@@ -22,8 +24,8 @@ fn worker(budget_ms: f64, rest: Duration) -> Worker {
         Ok(Source {
             rig: rig(),
             device: "test".to_owned(),
-            predict: Box::new(|index| Ok(ball(index))),
-            comparison: Box::new(|_, index| Ok(ball(index))),
+            predict: Box::new(|index| Ok(ball(index).into())),
+            comparison: Box::new(|_, index| Ok(ball(index).into())),
         })
     };
     Worker::within(budget_ms, rest, open, || {})
@@ -41,6 +43,24 @@ fn drag(worker: &Worker, yaw_deg: f32, light: &Arc<Environment>) {
         dragged: true,
         ..ask(0, yaw_deg, light)
     });
+}
+
+/// The codes at the picture's full size, interpolated between pixels.
+fn enlarged(relit: &PreviewPicture) -> Vec<u8> {
+    let [width, height] = relit.rgb_size;
+    let pixels = relit.rgb.as_chunks::<3>().0.iter();
+    let codes = Image {
+        width,
+        height,
+        pixels: pixels.map(|pixel| pixel.map(f32::from)).collect(),
+    };
+    let codes = resize(&codes, relit.width, relit.height);
+    codes
+        .pixels
+        .iter()
+        .flatten()
+        .map(|v| v.round() as u8)
+        .collect()
 }
 
 /// No picture is quick enough, or every one is.
@@ -63,18 +83,21 @@ fn where_a_picture_takes_too_long_it_is_coarse_in_a_drag_and_exact_when_it_is_le
     let coarse = shown(&slow, 40.0, |coarse| coarse > 1);
     let full = shown(&quick, 40.0, |coarse| coarse == 1);
     assert_eq!((coarse.width, coarse.height), (64, 64));
-    assert_eq!(coarse.rgb.len(), full.rgb.len());
-    assert_ne!(coarse.rgb, full.rgb);
-    let light_of = |relit: &PreviewPicture| -> f32 {
-        let codes = relit.rgb.iter().map(|&code| f32::from(code) / 255.0);
+    assert!(coarse.rgb.len() < full.rgb.len());
+    // As the window enlarges them.
+    let coarse = enlarged(&coarse);
+    let full = enlarged(&full);
+    assert_ne!(coarse, full);
+    let light_of = |rgb: &[u8]| -> f32 {
+        let codes = rgb.iter().map(|&code| f32::from(code) / 255.0);
         codes.map(linear_from_srgb).sum()
     };
-    let [less, more] = [&coarse, &full].map(|relit| light_of(relit));
+    let [less, more] = [&coarse, &full].map(|rgb| light_of(rgb));
     assert!((less / more - 1.0).abs() < 0.05, "{less} {more}");
     // Away from the edge the light is smooth, and so is the difference small.
     for (x, y) in (20..44).flat_map(|y| (20..44).map(move |x| (x, y))) {
         let at = 3 * (64 * y + x);
-        let apart = coarse.rgb[at].abs_diff(full.rgb[at]);
+        let apart = coarse[at].abs_diff(full[at]);
         assert!(apart <= 3, "{apart} at {x}, {y}");
     }
 
@@ -142,4 +165,69 @@ fn a_scrub_shows_the_nearest_frame_at_hand_and_then_the_one_it_rests_on() {
     let refined = wait_for(|| worker.relit().filter(|relit| relit.scene.frame == 11));
     assert_eq!(refined.scene.yaw_deg, 11.0);
     drop(begun);
+}
+
+/// The ball on a plate of 5 times its width, striped, and a source of it.
+fn filmed(index: usize) -> Prediction {
+    let (frame, field) = ball(index);
+    let stripes = |x: usize, _| [if x / 2 % 2 == 0 { 0.6 } else { 0.3 }; 3];
+    let square = PlateSquare {
+        x: 0.0,
+        y: 40.0,
+        side: 320.0,
+    };
+    let matte = Mask::from_fn(320, 401, |x, y| match y.checked_sub(40) {
+        Some(y) if y < 320 => frame.mask.at(x / 5, y / 5),
+        _ => 0.0,
+    });
+    let plate = Plate::new(
+        Image::from_fn(320, 401, stripes),
+        matte,
+        square,
+        &frame.mask,
+    );
+    Prediction {
+        frame,
+        plate: Some(plate.unwrap()),
+        field,
+    }
+}
+
+#[test]
+fn a_drag_shows_the_plate_smaller_and_then_all_of_it() {
+    let light = from_the_left();
+    let open = || {
+        Ok(Source {
+            rig: rig(),
+            device: "test".to_owned(),
+            predict: Box::new(|index| Ok(filmed(index))),
+            comparison: Box::new(|_, index| Ok(filmed(index))),
+        })
+    };
+    let worker = Worker::within(0.0, Duration::MAX, open, || {});
+    begin_drag(&worker, &light);
+    let coarse = shown(&worker, 40.0, |coarse| coarse == 4);
+    assert_eq!((coarse.width, coarse.height), (320, 401));
+    assert_eq!(coarse.rgb_size, [80, 101]);
+    worker.show(ask(0, 40.0, &light));
+    let full = shown(&worker, 40.0, |coarse| coarse == 1);
+    assert_eq!(full.rgb_size, [320, 401]);
+    assert_eq!(
+        coarse.codes([319, 400]).is_some(),
+        full.codes([319, 400]).is_some()
+    );
+    assert_eq!((full.codes([320, 0]), full.codes([0, 401])), (None, None));
+    // The stripes are the plate's.
+    let [bright, dark] = [[160, 200], [162, 200]].map(|at| full.codes(at).unwrap()[1]);
+    assert!(bright > dark + 30, "{bright} {dark}");
+    assert_eq!(full.predicted.working_pixel([160, 200]), Some([32, 32]));
+    assert_eq!(full.predicted.working_pixel([160, 20]), None);
+    // What it is compared with has the same size: the plate as it was filmed.
+    worker.show(PreviewRequest {
+        second: Some(Comparison::Plate),
+        ..ask(0, 40.0, &light)
+    });
+    let compared = wait_for(|| worker.relit().filter(|relit| relit.second.is_some()));
+    let (_, plate) = compared.second.as_ref().unwrap();
+    assert_eq!((plate.width, plate.height), (320, 401));
 }

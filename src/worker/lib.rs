@@ -53,13 +53,13 @@ pub use lookup::Lookup;
 pub use panorama_loader::{Origin, Panorama, PanoramaLoader};
 pub use preview::{PreviewPicture, PreviewRequest};
 pub use review_thread::{LampSheet, ReviewThread, SavedReview};
-pub use source::{FindComparison, Predict, Source, open_project};
+pub use source::{FindComparison, Predict, Prediction, Source, open_project};
 pub use srgb_picture::SrgbPicture;
 
 use background::Background;
 use base::error::Error;
 use base::progress::{Control, Progress, TrainingPictures};
-use compositor::Field;
+use compositor::{Field, Plate};
 use footage::Frame;
 use gpu::{ComputeDevice, DeviceChoice};
 use job_thread::{JobRequest, JobThread, Task};
@@ -75,11 +75,35 @@ use std::time::Duration;
 #[derive(Clone, Debug)]
 pub struct PredictedFrame {
     pub frame: Arc<Frame>,
+    /// The frame's plate; None if pictures have the working size.
+    pub plate: Option<Arc<Plate>>,
     pub field: Arc<Field>,
     /// Which opening of the source predicted it.
     pub generation: u64,
     /// What the prediction took in milliseconds, reading the frame included.
     pub ms: f64,
+}
+
+impl PredictedFrame {
+    fn new(predicted: Prediction, generation: u64, ms: f64) -> Self {
+        Self {
+            frame: Arc::new(predicted.frame),
+            plate: predicted.plate.map(Arc::new),
+            field: Arc::new(predicted.field),
+            generation,
+            ms,
+        }
+    }
+
+    /// Columns and rows of its pictures.
+    pub fn size(&self) -> (usize, usize) {
+        (self.plate.as_ref()).map_or(self.frame.mask.size(), |plate| plate.size())
+    }
+
+    /// The pixel of its field that a pixel of its pictures belongs to; None if the network sees none of it.
+    pub fn working_pixel(&self, pixel: [usize; 2]) -> Option<[usize; 2]> {
+        (self.plate.as_ref()).map_or(Some(pixel), |plate| plate.working_pixel(pixel))
+    }
 }
 
 /// The threads behind one open project. Dropping it stops and joins them: that takes as long as one

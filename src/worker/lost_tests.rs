@@ -26,18 +26,18 @@ fn worker_on(device: &wgpu::Device, queue: &wgpu::Queue) -> Worker {
                 unreachable!()
             };
             if !there {
-                return Ok((frame, field));
+                return Ok((frame, field).into());
             }
             passes.guarded(|| {
                 let buffer = FieldBuffer::upload(olats, &gpu);
-                Ok((frame, Field::Gpu(buffer, passes.clone())))
+                Ok((frame, Field::Gpu(buffer, passes.clone())).into())
             })
         };
         Ok(Source {
             rig: rig(),
             device: if there { "GPU" } else { "CPU" }.to_owned(),
             predict: Box::new(predict),
-            comparison: Box::new(|_, index| Ok(predicted(index))),
+            comparison: Box::new(|_, index| Ok(predicted(index).into())),
         })
     };
     Worker::over(open, || {})
@@ -82,9 +82,9 @@ fn a_fault_of_a_job_or_of_a_prediction_is_said_and_its_thread_goes_on() {
             device: "test".to_owned(),
             predict: Box::new(|index| match index {
                 0 => panic!("on purpose"),
-                _ => Ok(predicted(index)),
+                _ => Ok(predicted(index).into()),
             }),
-            comparison: Box::new(|_, index| Ok(predicted(index))),
+            comparison: Box::new(|_, index| Ok(predicted(index).into())),
         })
     };
     let worker = Worker::over(open, || {});

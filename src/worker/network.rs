@@ -65,13 +65,10 @@ impl<Open, Tell> Network<Open, Tell> {
             return Ok(Done::Outdated);
         };
         let started = Instant::now();
-        let (frame, field) = (source.predict)(request.frame)?;
-        Ok(Done::Predicted(PredictedFrame {
-            frame: Arc::new(frame),
-            field: Arc::new(field),
-            generation: request.generation,
-            ms: started.elapsed().as_secs_f64() * 1e3,
-        }))
+        let predicted = (source.predict)(request.frame)?;
+        let ms = started.elapsed().as_secs_f64() * 1e3;
+        let predicted = PredictedFrame::new(predicted, request.generation, ms);
+        Ok(Done::Predicted(predicted))
     }
 
     fn compare(&mut self, side: usize, of: &ComparisonRequest) -> Result<Done> {
@@ -79,13 +76,9 @@ impl<Open, Tell> Network<Open, Tell> {
             return Ok(Done::Outdated);
         };
         let started = Instant::now();
-        let (frame, field) = (source.comparison)(&of.source, of.frame)?;
-        let found = Arc::new(PredictedFrame {
-            frame: Arc::new(frame),
-            field: Arc::new(field),
-            generation: of.generation,
-            ms: started.elapsed().as_secs_f64() * 1e3,
-        });
+        let found = (source.comparison)(&of.source, of.frame)?;
+        let ms = started.elapsed().as_secs_f64() * 1e3;
+        let found = Arc::new(PredictedFrame::new(found, of.generation, ms));
         let of = of.clone();
         Ok(Done::Compared(side, FoundComparison { of, found }))
     }

@@ -10,8 +10,8 @@ fn source() -> Source {
     Source {
         rig: rig(),
         device: "test".to_owned(),
-        predict: Box::new(|index| Ok(predicted(index))),
-        comparison: Box::new(|_, index| Ok(predicted(index))),
+        predict: Box::new(|index| Ok(predicted(index).into())),
+        comparison: Box::new(|_, index| Ok(predicted(index).into())),
     }
 }
 

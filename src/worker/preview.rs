@@ -44,6 +44,8 @@ pub struct PreviewPicture {
     pub coarse: usize,
     /// sRGB codes, three bytes a pixel, row by row. Empty while the picture is on the GPU alone.
     pub rgb: Vec<u8>,
+    /// Columns and rows of `rgb`: the picture's, or fewer in one that is coarse.
+    pub rgb_size: [usize; 2],
     /// The same codes on the GPU, if it made the picture.
     pub texture: Option<DisplayTexture>,
     /// What is compared in its place, of the same size; where a scene asks for the difference, that to the
@@ -74,10 +76,21 @@ pub struct PreviewPicture {
 }
 
 impl PreviewPicture {
+    /// The codes of the pixel in column `x` and row `y`; None outside the picture, and while it is on the GPU alone.
+    pub fn codes(&self, [x, y]: [usize; 2]) -> Option<[u8; 3]> {
+        let [columns, rows] = self.rgb_size;
+        let inside = x < self.width && y < self.height;
+        let at = y * rows / self.height.max(1) * columns + x * columns / self.width.max(1);
+        let codes = self.rgb.as_chunks::<3>().0.get(at).copied();
+        codes.filter(|_| inside)
+    }
+
     /// Takes over what was made: its codes, its light and what became of the passes.
     pub(super) fn take(&mut self, made: Picture) {
-        self.rgb =
-            (made.display.as_ref()).map_or_else(Vec::new, |codes| SrgbPicture::of(codes).rgb);
+        if let Some(codes) = &made.display {
+            let SrgbPicture { width, height, rgb } = SrgbPicture::of(codes);
+            (self.rgb, self.rgb_size) = (rgb, [width, height]);
+        }
         self.linear = made.linear;
         self.passes = made.passes;
     }

@@ -2,7 +2,7 @@
 //! one picture leaves for the next.
 
 use super::PredictedFrame;
-use super::adaptive_resolution::{AdaptiveResolution, ReducedFrame};
+use super::adaptive_resolution::{AdaptiveResolution, Reduced, ReducedFrame};
 use super::comparison::{Comparison, RelitFrame};
 use super::preview::{PreviewInputs, PreviewPicture, PreviewRequest};
 use super::srgb_picture::SrgbPicture;
@@ -11,7 +11,6 @@ use compositor::{
     EnvironmentLight, Extra, Identity, Ingredients, Series, ShownPicture, Upstream, difference,
 };
 use imaging::Encoded;
-use imaging::resample::resize;
 use light::Rig;
 use scene::{Background, Inspection, Scene};
 use std::collections::HashSet;
@@ -124,6 +123,7 @@ impl PreviewMaker {
                 weights_ms,
             },
             extra: Extra {
+                plate: predicted.plate.as_deref(),
                 second: second.as_ref(),
                 identity: self.identity,
                 ..Extra::default()
@@ -146,7 +146,7 @@ impl PreviewMaker {
         {
             difference(first, second, gain)?;
         }
-        let (width, height) = predicted.frame.mask.size();
+        let (width, height) = predicted.size();
         let codes = |picture: Option<Encoded>| picture.as_ref().map(SrgbPicture::of);
         let subject = light.levels().subject;
         let mut preview = PreviewPicture {
@@ -156,6 +156,7 @@ impl PreviewMaker {
             height,
             coarse,
             rgb: Vec::new(),
+            rgb_size: [width, height],
             texture: shown.texture.clone(),
             first: request.first.clone().zip(codes(first)),
             second: request.second.clone().zip(codes(second)),
@@ -209,17 +210,20 @@ fn compose(
 ) -> Result<(usize, ShownPicture)> {
     let plate = (&predicted.frame.plate, &predicted.frame.mask);
     let reduced = (coarse > 1).then(|| resolution.reduced(predicted, coarse));
-    let Some(ReducedFrame {
-        field, mask, reuse, ..
-    }) = reduced.flatten()
-    else {
+    let Some(ReducedFrame { reduced, reuse, .. }) = reduced.flatten() else {
         return Ok((1, series.show(scene, plate, of)?));
     };
-    let of = Ingredients { field, mask, ..*of };
+    let of = match reduced {
+        Reduced::Field(field, mask) => Ingredients { field, mask, ..*of },
+        Reduced::Plate(plate) => {
+            let plate = Some(&*plate);
+            Ingredients {
+                extra: Extra { plate, ..of.extra },
+                ..*of
+            }
+        }
+    };
     let mut stand_in = series.compose_stand_in(scene, plate, &of, reuse)?;
-    let (width, height) = plate.1.size();
-    let full = |codes: Encoded| Encoded(resize(&codes.0, width, height));
-    stand_in.display = stand_in.display.map(full);
     stand_in.linear = None;
     Ok((coarse, ShownPicture::in_memory(stand_in)))
 }

@@ -80,13 +80,11 @@ impl Bench {
 }
 
 fn frame_of(generation: u64, index: usize) -> Arc<PredictedFrame> {
-    let (frame, field) = predicted(index);
-    Arc::new(PredictedFrame {
-        frame: Arc::new(frame),
-        field: Arc::new(field),
+    Arc::new(PredictedFrame::new(
+        predicted(index).into(),
         generation,
-        ms: 1.0,
-    })
+        1.0,
+    ))
 }
 
 fn request(generation: u64, frame: usize) -> Option<FrameRequest> {

@@ -240,6 +240,7 @@ mod tests {
                 plate: Image::filled(200, 100, [0.2; 3]),
                 mask: Mask::filled(200, 100, 1.0),
             }),
+            plate: None,
             field: Arc::new(Field::Memory(ReflectanceField::from_olats(&olats))),
             generation: 1,
             ms: 1.0,

@@ -5,18 +5,37 @@ use super::comparison_reader::ComparisonReader;
 use super::event::{Blocked, Need};
 use base::error::Error;
 use calibration::Calibration;
-use compositor::{Field, FieldEncoder};
+use compositor::{Field, FieldEncoder, Plate};
 use footage::Frame;
 use gpu::ComputeDevice;
 use light::Rig;
 use project::Project;
 use reflectance::Predictor;
 
+/// A frame of the interview and its OLATs.
+pub struct Prediction {
+    pub frame: Frame,
+    /// The frame's plate; None if pictures have the working size.
+    pub plate: Option<Plate>,
+    pub field: Field,
+}
+
+impl From<(Frame, Field)> for Prediction {
+    /// One whose pictures have the working size.
+    fn from((frame, field): (Frame, Field)) -> Self {
+        Self {
+            frame,
+            plate: None,
+            field,
+        }
+    }
+}
+
 /// Reads a frame by its number and predicts its field.
-pub type Predict = Box<dyn FnMut(usize) -> Result<(Frame, Field), Error>>;
+pub type Predict = Box<dyn FnMut(usize) -> Result<Prediction, Error>>;
 
 /// Finds the OLATs that a frame is compared with.
-pub type FindComparison = Box<dyn FnMut(&ComparisonSource, usize) -> Result<(Frame, Field), Error>>;
+pub type FindComparison = Box<dyn FnMut(&ComparisonSource, usize) -> Result<Prediction, Error>>;
 
 /// Where predicted frames come from.
 pub struct Source {
@@ -59,11 +78,16 @@ pub fn open_project(project: &Project, compute: &ComputeDevice) -> Result<Source
         device: compute.description.clone(),
         comparison: Box::new(comparisons.find()),
         predict: Box::new(move |index| {
-            let frame = Frame::load(&project, &response, index)?;
+            let (frame, filmed) = Frame::load_filmed(&project, &response, index)?;
             let field = compute.guarded(|| {
                 encoder.encode(predictor.predict_on_device(&frame)?, compute.passes())
             })?;
-            Ok((frame, field))
+            let plate = Some(Plate::of(filmed, &frame)?);
+            Ok(Prediction {
+                frame,
+                plate,
+                field,
+            })
         }),
     })
 }

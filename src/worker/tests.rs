@@ -50,13 +50,13 @@ fn slow_worker() -> (Worker, Sender<()>, Receiver<usize>) {
         let predict = move |index| {
             began.send(index).unwrap();
             let _ = gate.lock().unwrap().recv();
-            Ok(predicted(index))
+            Ok(predicted(index).into())
         };
         Ok(Source {
             rig: rig(),
             device: "test".to_owned(),
             predict: Box::new(predict),
-            comparison: Box::new(|_, index| Ok(predicted(index))),
+            comparison: Box::new(|_, index| Ok(predicted(index).into())),
         })
     };
     (Worker::over(open, || {}), go, begun)
@@ -208,9 +208,9 @@ fn fading_worker(fails: fn(usize) -> bool) -> (Worker, Receiver<(usize, usize)>)
                 if let Field::Memory(field) = &mut field {
                     field.values.iter_mut().for_each(|v| *v /= opening as f32);
                 }
-                Ok((frame, field))
+                Ok((frame, field).into())
             }),
-            comparison: Box::new(|_, index| Ok(predicted(index))),
+            comparison: Box::new(|_, index| Ok(predicted(index).into())),
         })
     };
     (Worker::over(open, || {}), begun)
@@ -444,7 +444,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
         Ok(Source {
             rig: rig(),
             device: "test".to_owned(),
-            predict: Box::new(|index| Ok(predicted(index))),
+            predict: Box::new(|index| Ok(predicted(index).into())),
             // Its lamps have changed places.
             comparison: Box::new(|rival, index| match rival {
                 ComparisonSource::Exemplar(1) => {
@@ -453,7 +453,7 @@ fn what_a_picture_is_compared_with_comes_with_it() {
                         unreachable!()
                     };
                     let olats = [field.olat(1), field.olat(0)];
-                    Ok((frame, ReflectanceField::from_olats(&olats).into()))
+                    Ok((frame, Field::from(ReflectanceField::from_olats(&olats))).into())
                 }
                 _ => Err(Error::missing("there is only pose 1", "Ask for pose 1")),
             }),
@@ -555,13 +555,13 @@ fn a_dropped_worker_is_gone() {
             let held = held.clone();
             let predict = move |index| {
                 let _ = &held;
-                Ok(predicted(index))
+                Ok(predicted(index).into())
             };
             Ok(Source {
                 rig: rig(),
                 device: "test".to_owned(),
                 predict: Box::new(predict),
-                comparison: Box::new(|_, index| Ok(predicted(index))),
+                comparison: Box::new(|_, index| Ok(predicted(index).into())),
             })
         },
         || {},

@@ -135,8 +135,8 @@ pub fn source() -> Result<Source, Blocked> {
                 let number: f32 = name[..4].parse().unwrap();
                 field.values.iter_mut().for_each(|v| *v *= 0.25 * number);
             }
-            Ok((frame, field))
+            Ok((frame, field).into())
         }),
-        predict: Box::new(move |index| Ok(predicted(&lamps, index))),
+        predict: Box::new(move |index| Ok(predicted(&lamps, index).into())),
     })
 }

@@ -21,12 +21,13 @@ fn on_gpu() -> Result<Source, Blocked> {
     let mut predict = source.predict;
     Ok(Source {
         predict: Box::new(move |index| {
-            let (frame, field) = predict(index)?;
-            let Field::Memory(olats) = &field else {
+            let mut made = predict(index)?;
+            let Field::Memory(olats) = &made.field else {
                 unreachable!("clay is made in memory")
             };
             let there = FieldBuffer::upload(olats, &gpu.device);
-            Ok((frame, Field::Gpu(there, gpu.passes.clone())))
+            made.field = Field::Gpu(there, gpu.passes.clone());
+            Ok(made)
         }),
         ..source
     })

@@ -122,8 +122,15 @@ impl Backend for InMemory<'_> {
         Ok(Arc::new(subject))
     }
 
+    fn plate(&mut self, subject: &mut Arc<Image>) -> Result<()> {
+        if let Some(plate) = self.of.plate() {
+            *subject = Arc::new(plate.relit(subject, self.of.mask));
+        }
+        Ok(())
+    }
+
     fn guide(&mut self, subject: &Arc<Image>) -> Result<(Arc<Image>, Spill)> {
-        let mask = self.of.mask;
+        let mask = self.of.matte();
         let rim = self.rim.get(self.frame);
         let rim = rim.unwrap_or_else(|| Arc::new(despill::rim(mask)));
         self.rim.put(self.frame, rim.clone());
@@ -144,14 +151,14 @@ impl Backend for InMemory<'_> {
     }
 
     fn behind(&mut self, backdrop: &Backdrop) -> Result<Arc<Image>> {
-        let (width, height) = self.of.mask.size();
+        let (width, height) = self.of.matte().size();
         let mut behind = Image::filled(width, height, [0.0; 3]);
         self.draw(&mut behind, &Mask::filled(width, height, 0.0), backdrop);
         Ok(Arc::new(behind))
     }
 
     fn surround(&mut self, subject: &mut Arc<Image>, backdrop: &Backdrop) -> Result<()> {
-        self.draw(Arc::make_mut(subject), self.of.mask, backdrop);
+        self.draw(Arc::make_mut(subject), self.of.matte(), backdrop);
         Ok(())
     }
 
@@ -161,7 +168,7 @@ impl Backend for InMemory<'_> {
             return Ok(0.0);
         }
         let small = |image: &Image| resize_area(image, width, height);
-        let mask = resize_area(self.of.mask, width, height);
+        let mask = resize_area(self.of.matte(), width, height);
         Ok(light_wrap::need(&small(subject), &mask, &small(behind)))
     }
 
@@ -171,13 +178,13 @@ impl Backend for InMemory<'_> {
         behind: &Arc<Image>,
         amount: f32,
     ) -> Result<()> {
-        light_wrap(Arc::make_mut(subject), self.of.mask, behind, amount);
+        light_wrap(Arc::make_mut(subject), self.of.matte(), behind, amount);
         Ok(())
     }
 
     fn over(&mut self, subject: &mut Arc<Image>, behind: &Arc<Image>) -> Result<()> {
         let pixels = Arc::make_mut(subject).pixels.par_iter_mut();
-        let pixels = pixels.zip(&behind.pixels).zip(&self.of.mask.pixels);
+        let pixels = pixels.zip(&behind.pixels).zip(&self.of.matte().pixels);
         pixels
             .with_min_len(4096)
             .for_each(|((pixel, light), alpha)| {
@@ -191,7 +198,7 @@ impl Backend for InMemory<'_> {
     }
 
     fn grain_of(&mut self, codes: &Encoded) -> Result<Grain> {
-        Ok(Grain::of(codes, self.of.mask))
+        Ok(Grain::of(codes, self.of.matte()))
     }
 
     fn finish(

@@ -77,13 +77,13 @@ pub fn inputs(of: &Ingredients) -> Inputs {
         .grain
         .map(|grain| grain.deviation.map(|bin| bin.map(bits)));
     Inputs {
-        frame: key((identity.frame, of.mask.size())),
+        frame: key((identity.frame, of.mask.size(), of.matte().size())),
         light: key((weights, bits(of.levels.subject))),
         backdrop: key((
             identity.environment,
             bits(of.levels.background),
             bits(of.view.vertical_fov_deg),
-            of.mask.size(),
+            of.matte().size(),
         )),
         grain: key(grain),
         second: identity.second,

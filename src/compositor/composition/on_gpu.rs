@@ -6,6 +6,7 @@ use crate::descriptor::{CodesInput, CodesStep, EncodeStep, LightStep, PassContex
 use crate::facts::{Grain, Inputs, Screen, Spill, key};
 use crate::passes::{GpuMatte, GpuPicture, PicturePasses, Recording};
 use crate::picture::Ingredients;
+use crate::plate::GpuPlate;
 use crate::reuse::{Cache, Reuse, Uploads};
 use crate::smoothing::{self, even_light};
 use base::error::Result;
@@ -21,7 +22,10 @@ pub(crate) struct OnGpu<'a> {
     recording: Recording<'a>,
     /// Stands for the frame.
     frame: u64,
+    /// At the working size.
     matte: GpuMatte,
+    /// If the light has to be brought to its size.
+    plate: Option<GpuPlate>,
     uploads: Uploads,
 }
 
@@ -37,6 +41,14 @@ impl<'a> OnGpu<'a> {
             None => passes.upload_matte(of.mask)?,
         };
         uploads.matte.put(inputs.frame, matte.clone());
+        let plate = match (of.plate(), uploads.plate.get(inputs.frame)) {
+            (None, _) => None,
+            (_, Some(plate)) => Some(plate),
+            (Some(plate), None) => Some(passes.upload_plate(plate)?),
+        };
+        if let Some(plate) = &plate {
+            uploads.plate.put(inputs.frame, plate.clone());
+        }
         Ok(Self {
             of,
             field,
@@ -44,6 +56,7 @@ impl<'a> OnGpu<'a> {
             recording: passes.begin(),
             frame: inputs.frame,
             matte,
+            plate,
             uploads,
         })
     }
@@ -107,7 +120,10 @@ impl Backend for OnGpu<'_> {
         input: &CodesInput,
         codes: &mut GpuPicture,
     ) -> Result<()> {
-        let matte = &self.matte.picture;
+        let matte = self
+            .plate
+            .as_ref()
+            .map_or(&self.matte.picture, |plate| &plate.lit);
         *codes = (step.on_gpu)(context, input, &mut self.recording, codes, matte)?;
         Ok(())
     }
@@ -126,10 +142,20 @@ impl Backend for OnGpu<'_> {
         self.recording.relight(self.field, weights, &self.matte)
     }
 
+    fn plate(&mut self, subject: &mut GpuPicture) -> Result<()> {
+        if let Some(plate) = &self.plate {
+            *subject = self.recording.plate(subject, plate)?;
+        }
+        Ok(())
+    }
+
     fn guide(&mut self, subject: &GpuPicture) -> Result<(GpuPicture, Spill)> {
         let rim = match self.uploads.rim.get(self.frame) {
             Some(rim) => rim,
-            None => self.recording.rim(&self.matte.picture)?,
+            None => {
+                let plate = self.plate.as_ref().map(|plate| &plate.lit);
+                self.recording.rim(plate.unwrap_or(&self.matte.picture))?
+            }
         };
         self.uploads.rim.put(self.frame, rim.clone());
         self.recording.guide(subject, &rim)
@@ -147,7 +173,7 @@ impl Backend for OnGpu<'_> {
     }
 
     fn behind(&mut self, backdrop: &Backdrop) -> Result<GpuPicture> {
-        let (width, height) = self.of.mask.size();
+        let (width, height) = self.of.matte().size();
         if let Some(panorama) = self.panorama()? {
             let open = self.recording.blank((width, height))?;
             return self
@@ -199,7 +225,7 @@ impl Backend for OnGpu<'_> {
     }
 
     fn grain_of(&mut self, codes: &GpuPicture) -> Result<Grain> {
-        self.recording.grain_of(codes, self.of.mask)
+        self.recording.grain_of(codes, self.of.matte())
     }
 
     fn finish(

@@ -9,6 +9,7 @@ use crate::background::BackgroundParams;
 use crate::facts::BINS;
 use crate::false_color::FalseColorParams;
 use crate::grain::GrainParams;
+use crate::plate::PlateParams;
 use crate::pyramid::Rgba;
 use crate::{self as cpu, CameraView, Grain, Screen, compose::tests::disc, light_wrap, reference};
 use base::error::Result;
@@ -111,6 +112,7 @@ fn parameters_are_laid_out_as_the_shaders_say() {
                 &[0, 8, 16, 20, 24, 28, 32, 80],
             ),
             "dither" | "measure" => (size_of::<PlainParams>(), &[0, 8]),
+            "plate" => (size_of::<PlateParams>(), &[0, 8, 12, 16, 24]),
             "edges" => (size_of::<EdgeParams>(), &[0, 8, 12]),
             _ => (size_of::<PlainParams>(), &[0, 8, 12]),
         };

@@ -36,7 +36,7 @@ impl ScopesPanel {
         if !known && !relit.rgb.is_empty() {
             let waveform = ui.ctx().load_texture(
                 "waveform",
-                waveform(&relit.rgb, relit.width),
+                waveform(&relit.rgb, relit.rgb_size[0]),
                 egui::TextureOptions::NEAREST,
             );
             self.found = Some((relit.clone(), histogram(&relit.rgb), waveform));
@@ -123,8 +123,7 @@ fn pixel_ui(ui: &mut Ui, context: &PanelContext, relit: &PreviewPicture, out: &m
             ui.label(RichText::new(values).monospace().size(12.0));
         });
     };
-    if let Some(codes) = relit.rgb.as_chunks::<3>().0.get(at) {
-        let [r, g, b] = codes;
+    if let Some([r, g, b]) = relit.codes([x, y]) {
         row(ui, "Codes", format!("{r:5} {g:5} {b:5}"));
     }
     let linear = relit.linear.as_ref().and_then(|l| l.pixels.get(at));

@@ -14,6 +14,8 @@ use egui::{
     WidgetInfo, vec2,
 };
 use export::{Destination, Files, Format};
+use footage::PictureSize;
+use project::Project;
 use scene::Background;
 use std::path::Path;
 
@@ -45,7 +47,9 @@ impl ExportPanel {
                 first.request_focus();
             }
             format::ui(ui, &mut options);
-            size_ui(ui, &mut options, project.settings.size, out);
+            picture_ui(ui, &mut options);
+            let own = longer_side(context, project, &options);
+            size_ui(ui, &mut options, own, out);
             background_ui(ui, &mut options);
             layers_ui(ui, &mut options);
             name_ui(ui, &mut options, out);
@@ -111,10 +115,51 @@ fn choice_ui(ui: &mut Ui, of: &str, name: &str, hint: &str, chosen: bool) -> boo
     response.on_hover_text(hint).clicked()
 }
 
-fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut Vec<Command>) {
+fn picture_ui(ui: &mut Ui, options: &mut ExportOptions) {
+    ui.label("Picture");
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 6.0;
+        for (at, name, hint) in [
+            (
+                PictureSize::Plate,
+                "plate",
+                "The whole plate, at its own resolution",
+            ),
+            (
+                PictureSize::Box,
+                "box",
+                "The square that the network sees, at the plate's resolution",
+            ),
+            (
+                PictureSize::Square,
+                "square",
+                "The square that the network sees, at the network's resolution",
+            ),
+        ] {
+            if choice_ui(ui, "Picture", name, hint, options.at == at) {
+                options.at = at;
+            }
+        }
+    });
+    ui.end_row();
+}
+
+/// Pixels of the longer side that pictures have if they are not resized.
+fn longer_side(context: &PanelContext, project: &Project, options: &ExportOptions) -> usize {
+    let working = project.settings.size;
+    let shown = context.relit.map(|relit| (relit.width, relit.height));
+    match (options.at, shown) {
+        (PictureSize::Plate, Some((width, height))) => width.max(height),
+        (PictureSize::Box, Some(plate)) => project.settings.framing.of(plate).side,
+        _ => working,
+    }
+}
+
+fn size_ui(ui: &mut Ui, options: &mut ExportOptions, own: usize, out: &mut Vec<Command>) {
     let label = ui.label("Size");
     ui.horizontal(|ui| {
-        let before = options.size.unwrap_or(working);
+        let before = options.size.unwrap_or(own);
         let mut size = before;
         let field = DragValue::new(&mut size)
             .range(Files::SIZES)
@@ -123,7 +168,7 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut V
             .update_while_editing(false);
         let response = ui.add_sized(vec2(FIELD + 2.0 * GAP, 24.0), field);
         let response = response.labelled_by(label.id).on_hover_text(
-            "Width and height. Pictures are averaged down or interpolated up, in linear light.",
+            "The longer side. Pictures are averaged down or interpolated up, in linear light.",
         );
         if response.double_clicked() {
             ui.memory_mut(|memory| memory.surrender_focus(response.id));
@@ -133,8 +178,8 @@ fn size_ui(ui: &mut Ui, options: &mut ExportOptions, working: usize, out: &mut V
             };
             out.push(Command::Export(ExportCommand::Options(Box::new(options))));
         }
-        let hint = format!("{working} pixels, the size that the network predicts");
-        if choice_ui(ui, "Size", "working size", &hint, options.size.is_none()) {
+        let hint = "Not resized";
+        if choice_ui(ui, "Size", "as it is", hint, options.size.is_none()) {
             options.size = None;
         } else if size != before {
             options.size = Some(size);
@@ -220,7 +265,7 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
     let taken = context.existing_files.filter(|taken| taken.query.to == to);
     let taken = taken.filter(|taken| taken.files > 0);
     let written = match taken {
-        Some(taken) if !options.replace => &taken.free,
+        Some(taken) if !options.replaces() => &taken.free,
         _ => &to,
     };
     let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
@@ -251,8 +296,15 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
         ui.label(RichText::new(there).size(13.0).color(theme::ACCENT));
         ui.checkbox(&mut options.replace, "replace existing files")
             .on_hover_text("If off, existing files are kept and a number is appended");
+        if !options.format.is_movie() {
+            ui.checkbox(&mut options.resume, "go on with a stopped export")
+                .on_hover_text(
+                    "Keeps frames that were made of the same project, network, environment and look, and writes the others",
+                );
+        }
     } else {
         options.replace = false;
+        options.resume = false;
     }
 }
 

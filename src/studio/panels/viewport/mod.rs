@@ -94,14 +94,16 @@ impl ViewportPanel {
             Some(old) => (old.first.in_memory(), old.second),
             None => (None, None),
         };
-        let size = [relit.width, relit.height];
-        let in_memory = |old, rgb: &[u8]| texture(ctx, "relit", old, size, rgb);
+        let in_memory = |old, size, rgb: &[u8]| texture(ctx, "relit", old, size, rgb);
         let first = match (&relit.first, &relit.texture) {
-            (Some((_, codes)), _) => ShownTexture::InMemory(in_memory(first, &codes.rgb)),
+            (Some((_, codes)), _) => {
+                let size = [codes.width, codes.height];
+                ShownTexture::InMemory(in_memory(first, size, &codes.rgb))
+            }
             (None, Some(there)) if let Some(id) = self.native.show(there) => {
                 ShownTexture::OnGpu(id, first)
             }
-            _ => ShownTexture::InMemory(in_memory(first, &relit.rgb)),
+            _ => ShownTexture::InMemory(in_memory(first, relit.rgb_size, &relit.rgb)),
         };
         self.shown = Some(ViewportTextures {
             relit: relit.clone(),

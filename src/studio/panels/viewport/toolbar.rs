@@ -277,9 +277,9 @@ fn solo_ui(ui: &mut Ui, lamp: usize, context: &PanelContext, out: &mut Vec<Comma
 /// The pixel under the cursor: its position and its 8-bit codes.
 fn pixel(context: &PanelContext) -> Option<String> {
     let ([x, y], relit) = (context.state.probed?, context.relit?);
-    let at = 3 * (y * relit.width + x);
-    let first = relit.first.as_ref();
-    let rgb = first.map_or(&relit.rgb, |(_, codes)| &codes.rgb);
-    let [r, g, b] = *rgb.get(at..at + 3)?.as_array()?;
+    let [r, g, b] = match &relit.first {
+        Some((_, codes)) => *codes.rgb.as_chunks::<3>().0.get(y * codes.width + x)?,
+        None => relit.codes([x, y])?,
+    };
     Some(format!("{x:4},{y:4}  {r:3} {g:3} {b:3}"))
 }

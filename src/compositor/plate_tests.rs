@@ -1,0 +1,381 @@
+use super::*;
+use crate::compose::tests::{Set, disc, scene};
+use crate::passes::agreement_tests::on_every_size;
+use crate::{Extra, Field, Ingredients, compose};
+use imaging::Raster;
+use imaging::resample::resize;
+use reflectance::ReflectanceField;
+use scene::{Background, Output};
+
+/// Pixels of the working size along an axis.
+const SIZE: usize = 16;
+
+fn whole(side: usize) -> PlateSquare {
+    PlateSquare {
+        x: 0.0,
+        y: 0.0,
+        side: side as f32,
+    }
+}
+
+/// A subject with texture finer than the working size, and what a light makes of it.
+fn albedo(x: usize, y: usize) -> [f32; 3] {
+    let fine = ((x * 7919 + y * 104_729) % 101) as f32 / 101.0;
+    let stripe = if (x / 3 + y / 5) % 2 == 0 { 0.9 } else { 0.3 };
+    [0.2 + 0.6 * fine, stripe, 0.5 * stripe + 0.3 * fine]
+}
+
+/// Smooth light from a side; `turn` is where from.
+fn light(x: usize, y: usize, side: usize, turn: f32) -> f32 {
+    let at = |i: usize| (i as f32 + 0.5) / side as f32 - 0.5;
+    let across = at(x) * turn.cos() + at(y) * turn.sin();
+    1.0 + 0.8 * across + 0.2 * (5.0 * across).sin()
+}
+
+struct Shot {
+    plate: Image,
+    matte: Mask,
+    working: Mask,
+    truth: Image,
+    relit: Image,
+}
+
+impl Shot {
+    /// A plate of `factor` times the working size in even light, and its truth in light from a side; `relit` is that
+    /// truth at the working size, premultiplied.
+    fn new(factor: usize, turn: f32) -> Self {
+        let side = factor * SIZE;
+        let matte = disc(side);
+        let plate = Raster::from_fn(side, side, albedo);
+        let truth = Raster::from_fn(side, side, |x, y| {
+            albedo(x, y).map(|v| v * light(x, y, side, turn))
+        });
+        let relit = resize_area(&covered(&truth, &matte), SIZE, SIZE);
+        Self {
+            working: resize_area(&matte, SIZE, SIZE),
+            plate,
+            matte,
+            truth,
+            relit,
+        }
+    }
+
+    fn plate(&self) -> Plate {
+        let (plate, matte) = (self.plate.clone(), self.matte.clone());
+        Plate::new(plate, matte, whole(self.matte.width), &self.working).unwrap()
+    }
+}
+
+fn covered(image: &Image, matte: &Mask) -> Image {
+    let mut image = image.clone();
+    let pixels = image.pixels.iter_mut().zip(&matte.pixels);
+    pixels.for_each(|(pixel, alpha)| *pixel = pixel.map(|v| v * alpha));
+    image
+}
+
+/// Root mean square of the difference where the matte is solid.
+fn error(picture: &Image, truth: &Image, matte: &Mask) -> f64 {
+    let solid = |i: &usize| matte.pixels[*i] >= 1.0;
+    let pixels: Vec<usize> = (0..matte.pixels.len()).filter(solid).collect();
+    let square = |i: &usize| {
+        let (a, b) = (picture.pixels[*i], truth.pixels[*i]);
+        (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>()
+    };
+    (pixels.iter().map(square).sum::<f64>() / pixels.len() as f64).sqrt()
+}
+
+#[test]
+fn detail_comes_from_the_plate_and_light_from_the_sum() {
+    for factor in [2, 4, 8] {
+        let shot = Shot::new(factor, 0.7);
+        let picture = shot.plate().relit(&shot.relit, &shot.working);
+        let (side, _) = shot.matte.size();
+        let enlarged = resize(&shot.relit, side, side);
+        let [ours, plain] = [&picture, &enlarged].map(|p| error(p, &shot.truth, &shot.matte));
+        println!("× {factor}: {ours:.4}, enlarged {plain:.4}");
+        assert!(ours < 0.15 * plain, "{factor}: {ours} {plain}");
+    }
+}
+
+#[test]
+fn what_was_summed_is_the_mean_of_what_is_shown() {
+    let shot = Shot::new(4, 2.0);
+    let picture = shot.plate().relit(&shot.relit, &shot.working);
+    let mean = resize_area(&picture, SIZE, SIZE);
+    for (i, (mean, relit)) in mean.pixels.iter().zip(&shot.relit.pixels).enumerate() {
+        // At the edge the plate takes the colour of the solid subject, which differs from what was summed there.
+        let solid = shot.working.pixels[i] >= 1.0;
+        let apart = |c: usize| (mean[c] - relit[c]).abs();
+        assert!(
+            !solid || (0..3).all(|c| apart(c) < 0.03 * relit[c] + 1e-4),
+            "{i}: {mean:?} {relit:?}"
+        );
+    }
+}
+
+#[test]
+fn pictures_of_lamps_add_up() {
+    let shots = [0.3f32, 1.9].map(|turn| Shot::new(4, turn));
+    let plate = shots[0].plate();
+    let [a, b] = [0, 1].map(|i| plate.relit(&shots[i].relit, &shots[i].working));
+    let mut both = shots[0].relit.clone();
+    let pairs = both.pixels.iter_mut().zip(&shots[1].relit.pixels);
+    pairs.for_each(|(sum, b)| *sum = [0, 1, 2].map(|c| sum[c] + b[c]));
+    let both = plate.relit(&both, &shots[0].working);
+    for ((a, b), both) in a.pixels.iter().zip(&b.pixels).zip(&both.pixels) {
+        assert!((0..3).all(|c| (a[c] + b[c] - both[c]).abs() <= 1e-5 * both[c].max(1.0)));
+    }
+}
+
+#[test]
+fn the_square_may_be_anywhere_and_its_edge_goes_on() {
+    let shot = Shot::new(4, 0.7);
+    let inner = shot.plate().relit(&shot.relit, &shot.working);
+    let (side, (x0, y0)) = (shot.matte.width, (9, 4));
+    let (width, height) = (side + 30, side + 20);
+    let inside = |x: usize, y: usize| {
+        let (x, y) = (x.checked_sub(x0)?, y.checked_sub(y0)?);
+        (x < side && y < side).then_some((x, y))
+    };
+    let plate = Raster::from_fn(width, height, |x, y| {
+        inside(x, y).map_or([0.5; 3], |(x, y)| shot.plate.at(x, y))
+    });
+    // The subject goes on to the plate's lower edge.
+    let matte = Raster::from_fn(width, height, |x, y| match inside(x, y) {
+        Some((x, y)) => shot.matte.at(x, y),
+        None => f32::from(y >= y0 + side),
+    });
+    let square = PlateSquare {
+        x: x0 as f32,
+        y: y0 as f32,
+        side: side as f32,
+    };
+    let large = Plate::new(plate, matte, square, &shot.working).unwrap();
+    assert!(large.is_larger((SIZE, SIZE)) && large.is_larger((side, side)));
+    let picture = large.relit(&shot.relit, &shot.working);
+    for (x, y) in [(30, 30), (20, 40), (40, 12)] {
+        let (here, there) = (picture.at(x + x0, y + y0), inner.at(x, y));
+        // The floor is a share of the mean of all of the subject.
+        assert!(
+            (0..3).all(|c| (here[c] - there[c]).abs() < 0.02 * there[c]),
+            "{here:?} {there:?}"
+        );
+    }
+    let below = picture.at(x0 + side / 2, height - 1);
+    assert!(below.iter().all(|v| *v > 0.05), "{below:?}");
+}
+
+#[test]
+fn no_plate_makes_what_is_not_finite() {
+    let shot = Shot::new(2, 0.7);
+    let side = shot.matte.width;
+    let mut holes = shot.plate.clone();
+    holes.pixels[side * side / 2 + 3] = [f32::NAN, 1.0, f32::INFINITY];
+    holes.pixels[side * side / 2 + 4] = [-1.0; 3];
+    let black = Image::filled(side, side, [0.0; 3]);
+    let open = Mask::filled(side, side, 0.0);
+    let all = Mask::filled(side, side, 1.0);
+    for plate in [&holes, &black, &shot.plate] {
+        for matte in [&open, &all, &shot.matte] {
+            for working in [
+                shot.working.clone(),
+                Mask::filled(SIZE, SIZE, 0.0),
+                Mask::filled(SIZE, SIZE, 1.0),
+            ] {
+                for square in [
+                    whole(side),
+                    PlateSquare {
+                        x: -100.0,
+                        y: 7.5,
+                        side: 3.0,
+                    },
+                ] {
+                    let plate = Plate::new(plate.clone(), matte.clone(), square, &working).unwrap();
+                    let picture = plate.relit(&shot.relit, &working);
+                    let fine = |v: &f32| (0.0..1e4).contains(v);
+                    assert!(picture.pixels.iter().flatten().all(fine));
+                    let small = plate.shrunk(3).relit(&shot.relit, &working);
+                    assert!(small.pixels.iter().flatten().all(fine));
+                }
+            }
+        }
+    }
+    let odd = Mask::filled(SIZE, SIZE + 1, 1.0);
+    for (square, working) in [(whole(side), &odd), (whole(0), &shot.working)] {
+        let refused = Plate::new(shot.plate.clone(), all.clone(), square, working);
+        assert!(
+            refused
+                .unwrap_err()
+                .to_string()
+                .contains("do not belong together")
+        );
+    }
+}
+
+#[test]
+fn a_shrunk_plate_is_the_picture_shrunk() {
+    let shot = Shot::new(8, 0.7);
+    let plate = shot.plate();
+    let small = plate.shrunk(4);
+    assert_eq!(small.size(), (2 * SIZE, 2 * SIZE));
+    let picture = resize_area(&plate.relit(&shot.relit, &shot.working), 2 * SIZE, 2 * SIZE);
+    let small = small.relit(&shot.relit, &shot.working);
+    assert!(
+        error(
+            &small,
+            &picture,
+            &resize_area(&shot.matte, 2 * SIZE, 2 * SIZE)
+        ) < 0.02
+    );
+}
+
+#[test]
+fn a_composed_picture_has_the_plate_s_size_and_says_so() {
+    let set = Set::new(SIZE);
+    let side = 5 * SIZE;
+    let plate = Plate::new(
+        Raster::from_fn(side, side, albedo),
+        disc(side),
+        whole(side),
+        &set.mask,
+    )
+    .unwrap();
+    let with = |plate| Ingredients {
+        extra: Extra {
+            plate,
+            ..Extra::default()
+        },
+        ..set.ingredients()
+    };
+    let said = |picture: &crate::Picture| picture.passes[Pass::Plate as usize].clone();
+    for background in [Background::Environment, Background::None] {
+        let scene = scene(background, Output::Display, 0.0);
+        let large = compose(&scene, &with(Some(&plate))).unwrap();
+        assert_eq!(large.alpha.size(), (side, side));
+        assert_eq!(large.display.as_ref().unwrap().0.size(), (side, side));
+        assert!(said(&large).ran && said(&large).reason.contains("80 × 80"));
+        let small = compose(&scene, &with(None)).unwrap();
+        assert_eq!(small.alpha.size(), (SIZE, SIZE));
+        assert!(!said(&small).ran);
+    }
+    let same = Plate::new(
+        Raster::from_fn(SIZE, SIZE, albedo),
+        set.mask.clone(),
+        whole(SIZE),
+        &set.mask,
+    )
+    .unwrap();
+    let scene = scene(Background::Environment, Output::Display, 0.0);
+    let plain = compose(&scene, &with(None)).unwrap();
+    let shown = compose(&scene, &with(Some(&same))).unwrap();
+    assert_eq!(said(&shown).reason, "the picture is as large as the plate");
+    assert_eq!(shown.display, plain.display);
+}
+
+#[test]
+fn what_has_no_detail_is_enlarged() {
+    let shot = Shot::new(4, 0.7);
+    let even = shot.plate().without_detail(&shot.working).unwrap();
+    let smooth = Raster::from_fn(SIZE, SIZE, |x, y| [light(x, y, SIZE, 0.7), 0.5, 2.0]);
+    let relit = covered(&smooth, &shot.working);
+    let picture = even.relit(&relit, &shot.working);
+    let side = 4 * SIZE;
+    assert_eq!(picture.size(), (side, side));
+    let mean = resize_area(&picture, SIZE, SIZE);
+    let covered = resize_area(&even.matte, SIZE, SIZE);
+    assert!(covered.pixels.iter().any(|&a| a >= 1.0));
+    for (i, (mean, relit)) in mean.pixels.iter().zip(&relit.pixels).enumerate() {
+        let solid = covered.pixels[i] >= 1.0;
+        assert!(!solid || (0..3).all(|c| (mean[c] - relit[c]).abs() < 0.05 * relit[c]));
+    }
+    assert_eq!(shot.plate().filmed().size(), (side, side));
+    assert_eq!(shot.plate().working_pixel([7, 13]), Some([1, 3]));
+    let corner = PlateSquare {
+        x: 2.0,
+        ..whole(side)
+    };
+    let moved = Plate::new(
+        shot.plate.clone(),
+        shot.matte.clone(),
+        corner,
+        &shot.working,
+    )
+    .unwrap();
+    assert_eq!(moved.working_pixel([1, 5]), None);
+}
+
+#[test]
+fn a_gpu_makes_the_same_of_a_plate() {
+    on_every_size(|set| {
+        let (width, height) = set.image.size();
+        let working = disc(SIZE);
+        let relit = covered(
+            &Raster::from_fn(SIZE, SIZE, |x, y| [light(x, y, SIZE, 0.4), 0.5, 2.0]),
+            &working,
+        );
+        let square = PlateSquare {
+            x: 0.25 * width as f32,
+            y: -3.0,
+            side: 0.8 * width as f32,
+        };
+        let plate = Plate::new(set.image.clone(), set.mask.clone(), square, &working).unwrap();
+        let here = plate.relit(&relit, &working);
+        let subject = set.passes.upload(&relit, &working).unwrap();
+        let on_gpu = set.passes.upload_plate(&plate).unwrap();
+        let there = set.there(|recording| recording.plate(&subject, &on_gpu));
+        assert_eq!(here.size(), (width, height));
+        set.assert_same("plate", &there, &here, 1e-4);
+    });
+}
+
+#[test]
+fn a_picture_of_a_field_on_a_gpu_is_that_of_memory() {
+    use crate::passes::relight::tests::any_device;
+    let Some((device, queue)) = any_device() else {
+        return;
+    };
+    let set = Set::new(SIZE);
+    let Field::Memory(field) = &set.field else {
+        unreachable!("a set's field is in memory")
+    };
+    let passes = Arc::new(PicturePasses::new(&device, &queue));
+    let field: &ReflectanceField = field;
+    let on_gpu = Field::Gpu(reflectance::FieldBuffer::upload(field, &device), passes);
+    let plate = Plate::new(
+        Raster::from_fn(90, 160, albedo),
+        Mask::from_fn(90, 160, |x, y| disc(160).at(x + 35, y)),
+        PlateSquare {
+            x: -35.0,
+            y: 0.0,
+            side: 160.0,
+        },
+        &set.mask,
+    )
+    .unwrap();
+    for background in [Background::Environment, Background::None] {
+        let mut scene = scene(background, Output::Display, 0.0);
+        scene.effects.despill = 0.5;
+        scene.effects.light_wrap = 0.5;
+        let picture = |field| {
+            let of = Ingredients {
+                field,
+                extra: Extra {
+                    plate: Some(&plate),
+                    ..Extra::default()
+                },
+                ..set.ingredients()
+            };
+            compose(&scene, &of).unwrap().display.unwrap().0
+        };
+        let [here, there] = [&set.field, &on_gpu].map(picture);
+        assert_eq!((here.size(), there.size()), ((90, 160), (90, 160)));
+        let pairs = here
+            .pixels
+            .iter()
+            .flatten()
+            .zip(there.pixels.iter().flatten());
+        let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0f32, f32::max);
+        // One code, where dither rounds the other way.
+        assert!(apart <= 1.01 / 255.0, "{apart}");
+    }
+}

@@ -1,0 +1,178 @@
+//! A frame of the interview at its own resolution.
+
+use super::frame::Frame;
+use super::framed::{cut_mask, cut_picture};
+use base::error::{Error, Result};
+use clap::ValueEnum;
+use imaging::{Encoded, Image, Mask, Response, file, resample::resize_area};
+use project::{Framing, Project};
+use serde::{Deserialize, Serialize};
+
+/// Which part of the plate a picture shows, and at which resolution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum PictureSize {
+    /// The whole plate, at its own resolution.
+    #[default]
+    Plate,
+    /// The square that the network sees, at the plate's resolution.
+    Box,
+    /// The square that the network sees, at the working size.
+    Square,
+}
+
+/// A frame of the interview as it was filmed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmedFrame {
+    /// Linear radiance in the interview session's units, background included.
+    pub plate: Image,
+    /// The subject's coverage, of the same size.
+    pub mask: Mask,
+    /// The square of it that the network sees.
+    pub framing: Framing,
+}
+
+impl Frame {
+    /// Reads frame `index` of the project, linearised by `response`, at the working size and as it was filmed.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_filmed(
+        project: &Project,
+        response: &Response,
+        index: usize,
+    ) -> Result<(Self, FilmedFrame)> {
+        Self::check_index(project, index)?;
+        let (path, mask_path) = (project.frame_path(index), project.frame_mask_path(index));
+        let codes: Encoded = file::read_encoded(&path)?;
+        let mask = file::read_mask(&mask_path)?;
+        if codes.0.size() != mask.size() {
+            let ((width, height), (wide, high)) = (codes.0.size(), mask.size());
+            return Err(Error::invalid(
+                format!(
+                    "{} has {width} × {height} pixels, but its matte {} has {wide} × {high}",
+                    path.display(),
+                    mask_path.display()
+                ),
+                "Bring a matte of the frame's size",
+            ));
+        }
+        let filmed = FilmedFrame {
+            framing: project.settings.framing.of(mask.size()),
+            plate: response.decode(&codes),
+            mask,
+        };
+        Ok((filmed.at_working_size(index, project.settings.size), filmed))
+    }
+}
+
+/// Columns and rows of pictures that show so much of the interview's frames.
+///
+/// # Errors
+/// When the first frame cannot be read.
+pub fn picture_size(project: &Project, size: PictureSize) -> Result<(usize, usize)> {
+    let working = project.settings.size;
+    if size == PictureSize::Square {
+        return Ok((working, working));
+    }
+    let plate = file::dimensions(&project.frame_path(0))?;
+    let side = project.settings.framing.of(plate).side;
+    Ok(match size {
+        PictureSize::Plate => plate,
+        _ => (side, side),
+    })
+}
+
+impl FilmedFrame {
+    /// What the network sees of it.
+    fn at_working_size(&self, index: usize, size: usize) -> Frame {
+        let square = self.square();
+        Frame {
+            index,
+            plate: resize_area(&square.plate, size, size),
+            mask: resize_area(&square.mask, size, size),
+        }
+    }
+
+    /// The square that the network sees, at the plate's resolution; padded where the plate ends.
+    #[must_use]
+    pub fn square(&self) -> Self {
+        let side = self.framing.side;
+        Self {
+            plate: cut_picture(self.plate.clone(), &self.framing),
+            mask: cut_mask(self.mask.clone(), &self.framing),
+            framing: Framing {
+                source: [side, side],
+                x: 0,
+                y: 0,
+                ..self.framing
+            },
+        }
+    }
+
+    /// What a picture of that size shows of it; None at the working size.
+    #[must_use]
+    pub fn shown(self, size: PictureSize) -> Option<Self> {
+        match size {
+            PictureSize::Plate => Some(self),
+            PictureSize::Box => Some(self.square()),
+            PictureSize::Square => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ImportSettings, import};
+    use base::progress::Progress;
+    use project::Padding;
+    use virtual_stage::{StageSettings, write_shoot};
+
+    #[test]
+    fn a_filmed_frame_holds_the_frame_that_the_network_sees() -> Result<()> {
+        let folder = tempfile::tempdir().unwrap();
+        let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
+        let stage = StageSettings {
+            frames: 2,
+            size: 48,
+            lamps: 4,
+            ..StageSettings::default()
+        };
+        write_shoot(&shoot, &stage, &silent)?;
+        let settings = ImportSettings { size: 16, seed: 1 };
+        let project = import(&folder.path().join("p"), &shoot, &settings, &silent)?;
+        for framing in [
+            Framing::whole((48, 48)),
+            Framing {
+                x: -9,
+                y: 12,
+                side: 40,
+                padding: Padding::Edge,
+                ..Framing::whole((48, 48))
+            },
+        ] {
+            Project::change(&project.root, |project| project.frame(framing))?;
+            let project = Project::open(&project.root)?;
+            let plain = Frame::load(&project, &Response::Srgb, 1)?;
+            let (frame, filmed) = Frame::load_filmed(&project, &Response::Srgb, 1)?;
+            assert_eq!((&frame.plate, &frame.mask), (&plain.plate, &plain.mask));
+            assert_eq!((frame.index, filmed.plate.size()), (1, (48, 48)));
+            let square = filmed.clone().shown(PictureSize::Box).unwrap();
+            let side = framing.side;
+            assert_eq!(
+                (square.plate.size(), square.mask.size()),
+                ((side, side), (side, side))
+            );
+            assert_eq!(square.square(), square);
+            assert_eq!(picture_size(&project, PictureSize::Box)?, (side, side));
+            assert_eq!(resize_area(&square.plate, 16, 16), frame.plate);
+            assert_eq!(
+                filmed.clone().shown(PictureSize::Plate),
+                Some(filmed.clone())
+            );
+            assert_eq!(filmed.shown(PictureSize::Square), None);
+        }
+        Ok(())
+    }
+}
