@@ -222,7 +222,9 @@ fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
         }
         // A name ends with 0, so that the shorter of two comes first.
         attributes.sort();
-        bytes.get_mut(start..at)?.copy_from_slice(&attributes.concat());
+        bytes
+            .get_mut(start..at)?
+            .copy_from_slice(&attributes.concat());
         at += 1;
         if !has_parts || *bytes.get(at)? == 0 {
             return Some(());

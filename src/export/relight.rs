@@ -287,7 +287,7 @@ impl<'a> Clip<'a> {
         let compute = ComputeDevice::choose(settings.device);
         progress.say(format!("The network runs on the {}", compute.description));
         let predictor = Predictor::open(project, &compute.device)?;
-        let interview = Interview::stills(project.settings.shoot.frame_rate);
+        let interview = Interview::of(project)?;
         let size = picture_size(project, settings.files.at)?;
         let writer = Writer::open(&settings.files, frames, size, &interview, progress)?;
         let clip = Self {
@@ -324,11 +324,9 @@ impl<'a> Clip<'a> {
         for frame in first..=last {
             let scene = self.scene(frame, (frame - first) as f32 / count as f32);
             let made_of = provenance.as_ref().map_or(String::new(), |provenance| {
-                let pictures = [
-                    self.project.frame_path(frame),
-                    self.project.frame_mask_path(frame),
-                ];
-                provenance.frame(&scene, &pictures.each_ref().map(AsRef::as_ref))
+                let picture = self.project.frame_picture(frame);
+                let matte = self.project.frame_matte(frame);
+                provenance.frame(&scene, &[picture.file(), matte.file()])
             });
             let write = !writer.keeps_frame(frame, &made_of);
             // The first frame sets the level of all, and smoothing goes from frame to frame.
