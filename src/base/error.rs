@@ -114,18 +114,13 @@ impl Error {
 
     /// A picture whose columns and rows differ from those of another that it belongs to.
     pub fn other_size(
-        (picture, size): (&Path, (usize, usize)),
-        (reference, expected): (&Path, (usize, usize)),
+        (picture, size): (impl Display, (usize, usize)),
+        (reference, expected): (impl Display, (usize, usize)),
         remedy: impl Into<String>,
     ) -> Self {
         let problem = format!(
-            "{} has {} × {} pixels, but {} has {} × {}",
-            picture.display(),
-            size.0,
-            size.1,
-            reference.display(),
-            expected.0,
-            expected.1
+            "{picture} has {} × {} pixels, but {reference} has {} × {}",
+            size.0, size.1, expected.0, expected.1
         );
         Self::invalid(problem, remedy)
     }

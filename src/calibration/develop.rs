@@ -208,9 +208,9 @@ impl Ball {
         };
         // The rim stands out in encoded values, so light is encoded to find it.
         let codes = |place: usize| settings.response.encode(&read[place].light);
-        let mut seen = Photographs::one(&paths[0], &codes(0))?;
+        let mut seen = Photographs::one(paths[0].display(), &codes(0))?;
         for (place, path) in paths.iter().enumerate().skip(1) {
-            seen.add(path, &codes(place))?;
+            seen.add(path.display(), &codes(place))?;
         }
         let silhouette = match pictures.circle {
             Some(circle) => silhouette::measure(&seen, &circle)?,

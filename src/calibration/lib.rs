@@ -36,11 +36,10 @@ use imaging::Response;
 use light::subset::{self, Subset};
 use light::{Lamp, Rig};
 use probe::Probes;
-use project::{Project, read_sealed, save_sealed};
+use project::{Picture, Project, read_sealed, save_sealed};
 use rig_check::Fault;
 use serde::{Deserialize, Serialize};
 use silhouette::Photographs;
-use std::path::PathBuf;
 
 /// The response that the balls are read with before the fit: what is far above black is so under any response.
 pub const PROVISIONAL: Response = Response::Power(2.2);
@@ -141,7 +140,7 @@ pub fn calibrate(
 /// When a photograph cannot be read or shows no ball, or the job was stopped.
 fn find_circles(project: &mut Project, again: bool, progress: &Progress) -> Result<()> {
     if again || !project.settings.shoot.ball.has_circle() {
-        let photographs = Photographs::read(&project.probe_paths(), progress)?;
+        let photographs = Photographs::read(&project.probe_pictures(), progress)?;
         let found = silhouette::find(&photographs)?;
         progress.say(format!(
             "Mirror ball found: centre {:.1}, {:.1}, radius {:.1} pixels. The rim follows that circle to {:.2} \
@@ -242,7 +241,7 @@ fn rig_findings(
         .map(|f| (f.fault, f.sentence))
         .collect();
     // The first is the interview's ball.
-    let paths = &project.probe_paths()[1..];
+    let paths = &project.probe_pictures()[1..];
     for same in rig_check::same_pictures(paths)? {
         let names: Vec<&str> = same
             .iter()
@@ -258,8 +257,8 @@ fn rig_findings(
     let mut olats = std::collections::BTreeMap::<Vec<usize>, Vec<&str>>::new();
     for (pose, name) in shoot.poses.iter().enumerate() {
         let lamps = 0..shoot.all_lamps().len();
-        let paths: Vec<PathBuf> = lamps.map(|lamp| project.olat_path(pose, lamp)).collect();
-        for same in rig_check::same_pictures(&paths)? {
+        let pictures: Vec<Picture> = lamps.map(|lamp| project.olat_picture(pose, lamp)).collect();
+        for same in rig_check::same_pictures(&pictures)? {
             olats.entry(same).or_default().push(name);
         }
     }

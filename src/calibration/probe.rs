@@ -15,13 +15,12 @@ use super::silhouette::{self, Circle, Photographs};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
-use imaging::{Response, color::luminance, file};
+use imaging::{Response, color::luminance};
 use light::{Lamp, Rig};
 use profile::ProfilePixel;
 pub(super) use profile::{NeighbourDifferences, Profile};
-use project::Project;
+use project::{Picture, Project};
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
 
 /// All ball photographs as code values, so that any response can be tried in milliseconds.
 pub struct Probes {
@@ -54,14 +53,14 @@ impl Probes {
     pub fn load(project: &Project, progress: &Progress) -> Result<Self> {
         project.check_parts()?;
         let shoot = &project.settings.shoot;
-        let interview = file::read_encoded(&project.interview_probe_path())?;
+        let interview = footage::read_picture(&project.interview_probe_picture())?;
         let size = interview.0.size();
         let ball = MirrorBall::new(&shoot.ball, shoot.ball_dome_radius_m(), size)?;
         let provisional = ResponseTable::of(&PROVISIONAL);
-        let paths = &project.probe_paths()[1..];
+        let paths = &project.probe_pictures()[1..];
         let footprints = footprints(
             paths,
-            (&project.interview_probe_path(), size),
+            (&project.interview_probe_picture(), size),
             (&ball, Circle::of(&shoot.ball)),
             progress,
         )?;
@@ -70,12 +69,12 @@ impl Probes {
         let clipped = interview.iter().filter(is_clipped).count();
         let problem = if 10 * clipped > 9 * interview.len() {
             Some((
-                project.interview_probe_path(),
+                project.interview_probe_picture(),
                 "shows a mirror ball that is clipped everywhere",
             ))
         } else if interview.iter().all(|code| *code == [0; 3]) {
             Some((
-                project.interview_probe_path(),
+                project.interview_probe_picture(),
                 "shows a mirror ball that is black",
             ))
         } else if footprints
@@ -83,7 +82,7 @@ impl Probes {
             .all(|footprint| footprint.pixels.is_empty())
         {
             Some((
-                project.lamp_probe_path(0),
+                project.lamp_probe_picture(0),
                 "shows no lamp on the mirror ball, nor does any other lamp's photograph",
             ))
         } else {
@@ -208,28 +207,37 @@ const ENOUGH: usize = 8;
 /// When the ball is too small to tell lamps apart, a photograph cannot be read or differs in size, or the job was
 /// stopped.
 pub(super) fn footprints(
-    paths: &[PathBuf],
-    (reference, size): (&Path, (usize, usize)),
+    pictures: &[Picture],
+    (reference, size): (&Picture, (usize, usize)),
     (ball, circle): (&MirrorBall, Circle),
     progress: &Progress,
 ) -> Result<Vec<Footprint>> {
     silhouette::large_enough(&circle, &reference.display().to_string())?;
     let provisional = ResponseTable::of(&PROVISIONAL);
-    let mut grid = Grid::new(ball, size.0, paths.len());
-    let some: Vec<PathBuf> = (paths.iter().step_by(paths.len().div_ceil(ENOUGH).max(1)))
-        .cloned()
-        .collect();
+    let mut grid = Grid::new(ball, size.0, pictures.len());
+    let some: Vec<Picture> = (pictures
+        .iter()
+        .step_by(pictures.len().div_ceil(ENOUGH).max(1)))
+    .cloned()
+    .collect();
     // What is wrong with the photographs is said below.
     if let Ok(photographs) = Photographs::read(&some, progress) {
         grid.check_circle(&photographs, &circle);
     }
-    let (mut footprints, series): (Vec<_>, Vec<_>) = (paths.par_iter().enumerate())
-        .map(|(lamp, path)| {
+    let (mut footprints, series): (Vec<_>, Vec<_>) = (pictures.par_iter().enumerate())
+        .map(|(lamp, address)| {
             progress.check("nothing was changed")?;
-            let picture = file::read_encoded(path)?;
-            silhouette::same_size((path, picture.0.size()), (reference, size))?;
-            let name = path.file_stem().unwrap_or_default().to_string_lossy();
-            progress.step("mirror balls", lamp as u64 + 1, paths.len() as u64, name);
+            let picture = footage::read_picture(address)?;
+            silhouette::same_size(
+                (address.display(), picture.0.size()),
+                (reference.display(), size),
+            )?;
+            let name = address
+                .file()
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy();
+            progress.step("mirror balls", lamp as u64 + 1, pictures.len() as u64, name);
             let photograph = on_ball(ball, &codes(&picture));
             Ok((
                 Footprint::find(&photograph, &provisional),

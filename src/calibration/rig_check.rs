@@ -8,9 +8,11 @@ use base::files;
 use glam::Vec3;
 use imaging::color::luminance;
 use light::{Lamp, Rig};
+use project::Picture;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::Path;
 
 /// What can be wrong with lamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -150,28 +152,35 @@ pub fn check(rig: &Rig, blind_half_angle_deg: f32, layout: &[Vec3]) -> Vec<Findi
 ///
 /// # Errors
 /// When a file cannot be read.
-pub fn same_pictures(paths: &[PathBuf]) -> Result<Vec<Vec<usize>>> {
-    let refuse = |path: &PathBuf, e: std::io::Error| {
+pub fn same_pictures(pictures: &[Picture]) -> Result<Vec<Vec<usize>>> {
+    let refuse = |path: &Path, e: std::io::Error| {
         Error::io("read", path, e, "Check that the shoot is complete")
     };
     // Few files have the same length, so few are read.
-    let mut of_length = std::collections::BTreeMap::<u64, Vec<usize>>::new();
-    for (i, path) in paths.iter().enumerate() {
-        let length = std::fs::metadata(path).map_err(|e| refuse(path, e))?.len();
-        of_length.entry(length).or_default().push(i);
+    let mut of_length = BTreeMap::<u64, Vec<usize>>::new();
+    let mut of_frame = BTreeMap::<&Picture, Vec<usize>>::new();
+    for (i, picture) in pictures.iter().enumerate() {
+        match picture {
+            Picture::File(path) => {
+                let length = std::fs::metadata(path).map_err(|e| refuse(path, e))?.len();
+                of_length.entry(length).or_default().push(i);
+            }
+            Picture::Movie { .. } => of_frame.entry(picture).or_default().push(i),
+        }
     }
-    let mut groups = Vec::new();
+    let mut groups: Vec<Vec<usize>> = of_frame.into_values().collect();
     for candidates in of_length.into_values().filter(|c| c.len() > 1) {
-        let mut of_content = std::collections::BTreeMap::<Vec<u8>, Vec<usize>>::new();
+        let mut of_content = BTreeMap::<Vec<u8>, Vec<usize>>::new();
         for i in candidates {
-            let mut bytes = Vec::new();
-            files::open(&paths[i])
+            let (path, mut bytes) = (pictures[i].file(), Vec::new());
+            files::open(path)
                 .and_then(|mut file| file.read_to_end(&mut bytes))
-                .map_err(|e| refuse(&paths[i], e))?;
+                .map_err(|e| refuse(path, e))?;
             of_content.entry(bytes).or_default().push(i);
         }
-        groups.extend(of_content.into_values().filter(|same| same.len() > 1));
+        groups.extend(of_content.into_values());
     }
+    groups.retain(|same| same.len() > 1);
     groups.sort();
     Ok(groups)
 }

@@ -13,9 +13,8 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use light::{Lamp, Rig};
-use project::{Project, SecondBall};
+use project::{Picture, Project, SecondBall};
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
 /// What two balls say together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -71,17 +70,17 @@ fn lamps(
     progress: &Progress,
 ) -> Result<Vec<Lamp>> {
     let shoot = &project.settings.shoot;
-    let paths = paths(project, second);
-    let first = paths.first().ok_or_else(|| {
+    let pictures = pictures(project, second);
+    let first = pictures.first().ok_or_else(|| {
         Error::missing(
             "the second mirror ball has no photographs",
             "Import the shoot again",
         )
     })?;
-    let size = imaging::file::dimensions(first)?;
+    let size = footage::dimensions(first)?;
     let ball = MirrorBall::new(&second.ball, shoot.ball_dome_radius_m(), size)?;
     let footprints = footprints(
-        &paths,
+        &pictures,
         (first, size),
         (&ball, silhouette::Circle::of(&second.ball)),
         progress,
@@ -113,10 +112,10 @@ pub(super) fn rig(
 }
 
 /// The photographs of the second ball.
-fn paths(project: &Project, second: &SecondBall) -> Vec<PathBuf> {
+fn pictures(project: &Project, second: &SecondBall) -> Vec<Picture> {
     let lamps = 0..project.settings.shoot.all_lamps().len();
     lamps
-        .map(|lamp| project.second_probe_path(second, lamp))
+        .map(|lamp| project.second_probe_picture(second, lamp))
         .collect()
 }
 
@@ -310,7 +309,7 @@ pub(super) fn find_circle(project: &mut Project, again: bool, progress: &Progres
             "Give `ball_center_px` and `ball_radius_px` of `second_probes` in the manifest and import again",
         ));
     }
-    let photographs = silhouette::Photographs::read(&paths(project, &second), progress)?;
+    let photographs = silhouette::Photographs::read(&pictures(project, &second), progress)?;
     let found = silhouette::find(&photographs)?;
     progress.say(format!(
         "Second mirror ball found: centre {:.1}, {:.1}, radius {:.1} pixels",

@@ -46,12 +46,12 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
         folder: PathBuf::from("shoot"),
         poses: names("pose", 4),
         lamps: names("olat_", lamps.len()),
-        frames: names("frame_", 4),
+        frames: names("frame_", 4).into(),
         ball,
         ..project.settings.shoot
     };
     let pictures = std::cell::Cell::new(0u32);
-    let write = |path: PathBuf, light: &Image| {
+    let write = |picture: Picture, light: &Image| {
         // Eight bits of a camera whose sensor dithers: noise of half a code, other in every picture.
         let Encoded(codes) = response.encode(light);
         pictures.set(pictures.get() + 1);
@@ -62,7 +62,7 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
                 (v + ((seed >> 8) as f32 / 16_777_216.0 - 0.5) / 255.0).clamp(0.0, 1.0)
             })
         });
-        file::write_png(&path, &Encoded(dithered)).unwrap();
+        file::write_png(picture.file(), &Encoded(dithered)).unwrap();
     };
     let sum = |pictures: &[Image]| {
         let mut sum = Image::filled(SIZE, SIZE, [0.0; 3]);
@@ -87,9 +87,9 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             picture
         })
         .collect();
-    write(project.interview_probe_path(), &sum(&probes));
+    write(project.interview_probe_picture(), &sum(&probes));
     for (i, probe) in probes.iter().enumerate() {
-        write(project.lamp_probe_path(i), probe);
+        write(project.lamp_probe_picture(i), probe);
     }
     let subject = |turn: f32, direction: Vec3| {
         Image::from_fn(SIZE, SIZE, |x, y| {
@@ -110,16 +110,16 @@ pub(super) fn small_shoot(root: &Path, response: &DualGamma) -> Project {
             .map(|(d, _)| subject(0.7 * pose as f32, *d))
             .collect();
         for (i, olat) in olats.iter().enumerate() {
-            write(project.olat_path(pose, i), olat);
+            write(project.olat_picture(pose, i), olat);
         }
-        file::write_mask_png(&project.exemplar_mask_path(pose), &mask).unwrap();
+        file::write_mask_png(project.exemplar_matte(pose).file(), &mask).unwrap();
         // The interview shows the poses, a little turned.
         let frame: Vec<Image> = lamps
             .iter()
             .map(|(d, _)| subject(0.7 * pose as f32 + 0.05, *d))
             .collect();
-        write(project.frame_path(pose), &sum(&frame));
-        file::write_mask_png(&project.frame_mask_path(pose), &mask).unwrap();
+        write(project.frame_picture(pose), &sum(&frame));
+        file::write_mask_png(project.frame_matte(pose).file(), &mask).unwrap();
     }
     project
 }
@@ -251,8 +251,8 @@ fn a_calibration_that_fails_leaves_the_project_as_it_was() {
     let mut project = small_shoot(folder.path(), &response);
     let before = project.clone();
     let black = Encoded(Raster::filled(96, 96, [0.0; 3]));
-    for path in project.probe_paths() {
-        file::write_png(&path, &black).unwrap();
+    for path in project.probe_pictures() {
+        file::write_png(path.file(), &black).unwrap();
     }
     let settings = CalibrateSettings {
         find_circle: true,
@@ -261,7 +261,7 @@ fn a_calibration_that_fails_leaves_the_project_as_it_was() {
     let error = calibrate(&mut project, &settings, &Progress::silent()).unwrap_err();
     assert!(error.to_string().contains("interview.png"), "{error}");
     // A circle that is good, and then a ball that cannot be read.
-    std::fs::write(project.lamp_probe_path(2), b"no picture").unwrap();
+    std::fs::write(project.lamp_probe_picture(2), b"no picture").unwrap();
     let settings = CalibrateSettings {
         circle: Some(Circle::new([40.0, 41.0], 30.0).unwrap()),
         ..CalibrateSettings::default()
@@ -277,7 +277,7 @@ fn one_picture_under_two_names_is_named() {
     let response = DualGamma::new(2.2, 2.2).unwrap();
     let mut project = small_shoot(folder.path(), &response);
     for pose in [1, 2] {
-        std::fs::copy(project.olat_path(pose, 3), project.olat_path(pose, 8)).unwrap();
+        std::fs::copy(project.olat_picture(pose, 3), project.olat_picture(pose, 8)).unwrap();
     }
     let settings = CalibrateSettings::default();
     let found = calibrate(&mut project, &settings, &Progress::silent()).unwrap();

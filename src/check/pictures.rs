@@ -63,12 +63,12 @@ impl Pictures {
         }
         for (i, frame) in chosen.into_iter().enumerate() {
             progress.check("nothing was changed")?;
-            let name = &shoot.frames[frame];
-            progress.step("looking at the pictures", (poses + i) as u64, total, name);
+            let name = shoot.frames.name(frame);
+            progress.step("looking at the pictures", (poses + i) as u64, total, &*name);
             let taken = Frame::load(project, &calibration.response, frame)?;
             let side = SIDE.min(project.settings.size);
             read.frames.push(Filmed {
-                name: name.clone(),
+                name: name.into_owned(),
                 plate: resize_area(&taken.plate, side, side),
                 mask: resize_area(&taken.mask, side, side),
             });
@@ -95,7 +95,7 @@ impl Pose {
         // The other lamps light the interview, but no environment.
         olats.truncate(settings.shoot.lamps.len());
         peaks.truncate(settings.shoot.lamps.len());
-        let mask = footage::read_mask(&project.exemplar_mask_path(pose), &settings.framing)?;
+        let mask = footage::read_mask(&project.exemplar_matte(pose), &settings.framing)?;
         Ok(Self {
             olats,
             peaks,

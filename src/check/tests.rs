@@ -220,7 +220,7 @@ fn hostile_projects_are_named_and_not_green() {
     sound.save(&project).unwrap();
     assert_ne!(of(&report(&project), Subject::Frames).sentence, "");
 
-    let frame = project.frame_path(1);
+    let frame = project.frame_picture(1);
     let kept = std::fs::read(&frame).unwrap();
     std::fs::write(&frame, b"no picture").unwrap();
     let broken = report(&project);
@@ -239,7 +239,7 @@ fn hostile_projects_are_named_and_not_green() {
     std::fs::write(&frame, kept).unwrap();
 
     let mut without = project.clone();
-    without.settings.shoot.frames.clear();
+    without.settings.shoot.frames = vec![].into();
     assert_eq!(of(&report(&without), Subject::Frames).level, Level::Unknown);
     let mut moved = project.clone();
     moved.settings.shoot.folder = "elsewhere".into();
@@ -293,11 +293,11 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
     let folder = tempfile::tempdir().unwrap();
     let (project, sound) = sound(folder.path());
     sound.save(&project).unwrap();
-    let frame = project.frame_path(2);
+    let frame = project.frame_picture(2);
     let picture = image::open(&frame).unwrap();
     // Upside down, the subject covers what poses leave free.
     picture.flipv().save(&frame).unwrap();
-    let mask = project.frame_mask_path(2);
+    let mask = project.frame_matte(2);
     image::open(&mask).unwrap().flipv().save(&mask).unwrap();
     let report = report(&project);
     let check = of(&report, Subject::Frames);
@@ -306,7 +306,9 @@ fn a_frame_of_something_else_is_unlike_every_pose() {
         "{check:?}"
     );
     assert!(
-        check.sentence.contains(&project.settings.shoot.frames[2]),
+        check
+            .sentence
+            .contains(&*project.settings.shoot.frames.name(2)),
         "{check:?}"
     );
 }

@@ -43,7 +43,7 @@ impl Truth {
             },
             size: project.settings.size,
             framing: project.settings.framing.clone(),
-            frame_names: shoot.frames.clone(),
+            frame_names: shoot.frames.names().map(Into::into).collect(),
             lamps: shoot.lamps.clone(),
             frames: Vec::new(),
             environments: Vec::new(),

@@ -32,7 +32,7 @@ impl Exemplar {
         Ok(Self {
             pose,
             olats,
-            mask: load_mask(project, &project.exemplar_mask_path(pose))?,
+            mask: load_mask(project, &project.exemplar_matte(pose))?,
         })
     }
 
@@ -109,13 +109,13 @@ impl<'a> OlatReader<'a> {
     /// When it cannot be read.
     pub fn read(&self, lamp: usize) -> Result<Image> {
         let settings = &self.project.settings;
-        let path = self.project.olat_path(self.pose, lamp);
+        let picture = self.project.olat_picture(self.pose, lamp);
         let Some(correction) = &self.correction else {
-            return load_linear(self.project, &path, self.response);
+            return load_linear(self.project, &picture, self.response);
         };
         let linear = self
             .response
-            .decode(&read_encoded(&path, &settings.framing)?);
+            .decode(&read_encoded(&picture, &settings.framing)?);
         let still = correction.still(&linear, settings.shoot.lamp(lamp));
         Ok(resize_area(&still, settings.size, settings.size))
     }

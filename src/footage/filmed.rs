@@ -1,10 +1,10 @@
 //! A frame of the interview at its own resolution.
 
 use super::frame::Frame;
-use super::framed::{cut_mask, cut_picture};
+use super::framed::{cut_mask, cut_picture, dimensions, read_matte, read_picture};
 use base::error::{Error, Result};
 use clap::ValueEnum;
-use imaging::{Encoded, Image, Mask, Response, file, resample::resize_area};
+use imaging::{Image, Mask, Response, resample::resize_area};
 use project::{Framing, Project};
 use serde::{Deserialize, Serialize};
 
@@ -43,16 +43,16 @@ impl Frame {
         index: usize,
     ) -> Result<(Self, FilmedFrame)> {
         Self::check_index(project, index)?;
-        let (path, mask_path) = (project.frame_path(index), project.frame_mask_path(index));
-        let codes: Encoded = file::read_encoded(&path)?;
-        let mask = file::read_mask(&mask_path)?;
+        let (picture, matte) = (project.frame_picture(index), project.frame_matte(index));
+        let codes = read_picture(&picture)?;
+        let mask = read_matte(&matte)?;
         if codes.0.size() != mask.size() {
             let ((width, height), (wide, high)) = (codes.0.size(), mask.size());
             return Err(Error::invalid(
                 format!(
                     "{} has {width} × {height} pixels, but its matte {} has {wide} × {high}",
-                    path.display(),
-                    mask_path.display()
+                    picture.display(),
+                    matte.display()
                 ),
                 "Bring a matte of the frame's size",
             ));
@@ -75,7 +75,7 @@ pub fn picture_size(project: &Project, size: PictureSize) -> Result<(usize, usiz
     if size == PictureSize::Square {
         return Ok((working, working));
     }
-    let plate = file::dimensions(&project.frame_path(0))?;
+    let plate = dimensions(&project.frame_picture(0))?;
     let side = project.settings.framing.of(plate).side;
     Ok(match size {
         PictureSize::Plate => plate,

@@ -3,8 +3,7 @@
 use super::framed;
 use base::error::{Error, Result};
 use imaging::{Image, Mask, Response, resample::resize_area};
-use project::Project;
-use std::path::Path;
+use project::{Matte, Picture, Project};
 
 /// A frame of the interview, linear, at the working size.
 #[derive(Clone, Debug)]
@@ -26,8 +25,8 @@ impl Frame {
         Self::check_index(project, index)?;
         Ok(Self {
             index,
-            plate: load_linear(project, &project.frame_path(index), response)?,
-            mask: load_mask(project, &project.frame_mask_path(index))?,
+            plate: load_linear(project, &project.frame_picture(index), response)?,
+            mask: load_mask(project, &project.frame_matte(index))?,
         })
     }
 
@@ -48,15 +47,19 @@ impl Frame {
 }
 
 /// Reads an encoded picture's square, linearises it and averages it down to the working size in linear light.
-pub(super) fn load_linear(project: &Project, path: &Path, response: &Response) -> Result<Image> {
+pub(super) fn load_linear(
+    project: &Project,
+    picture: &Picture,
+    response: &Response,
+) -> Result<Image> {
     let settings = &project.settings;
-    let linear = response.decode(&framed::read_encoded(path, &settings.framing)?);
+    let linear = response.decode(&framed::read_encoded(picture, &settings.framing)?);
     Ok(resize_area(&linear, settings.size, settings.size))
 }
 
 /// Reads a matte's square and averages it down to the working size.
-pub(super) fn load_mask(project: &Project, path: &Path) -> Result<Mask> {
+pub(super) fn load_mask(project: &Project, matte: &Matte) -> Result<Mask> {
     let settings = &project.settings;
-    let mask = framed::read_mask(path, &settings.framing)?;
+    let mask = framed::read_mask(matte, &settings.framing)?;
     Ok(resize_area(&mask, settings.size, settings.size))
 }

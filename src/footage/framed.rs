@@ -1,17 +1,63 @@
 //! Reads pictures of the subject, cropped to the project's framing.
 
-use base::error::Result;
+use base::error::{Error, Result};
+use imaging::color::luminance;
 use imaging::{Encoded, Image, Mask, Raster, file};
-use project::{Framing, Framings, Padding};
+use project::{Framing, Framings, Matte, Padding, Picture};
 use std::path::Path;
+
+/// Reads a picture of 8 or 16 bits, or a frame of a movie, whole.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn read_picture(picture: &Picture) -> Result<Encoded> {
+    match picture {
+        Picture::File(file) => file::read_encoded(file),
+        Picture::Movie { file, frame } => Ok(movies::open(file)?.frame(*frame)?.encoded()),
+    }
+}
+
+/// Reads a matte whole.
+///
+/// # Errors
+/// When there is none, or it cannot be read.
+pub fn read_matte(matte: &Matte) -> Result<Mask> {
+    match matte {
+        Matte::Grey(Picture::File(file)) if !file.exists() => Err(no_matte(file)),
+        Matte::Grey(Picture::File(file)) => file::read_mask(file),
+        Matte::Grey(picture) => Ok(read_picture(picture)?.0.map(luminance)),
+        Matte::Alpha(Picture::File(file)) => file::read_alpha(file),
+        Matte::Alpha(Picture::Movie { file, frame }) => {
+            let alpha = movies::open(file)?.frame(*frame)?.alpha();
+            alpha.ok_or_else(|| no_matte(file))
+        }
+    }
+}
+
+fn no_matte(file: &Path) -> Error {
+    Error::missing(
+        format!("there is no matte {}", file.display()),
+        "Make the mattes with `afterlight matte PROJECT`, or put your own there as grey PNGs of the picture's size",
+    )
+}
+
+/// Columns and rows of a picture.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn dimensions(picture: &Picture) -> Result<(usize, usize)> {
+    match picture {
+        Picture::File(file) => file::dimensions(file),
+        Picture::Movie { file, .. } => Ok(movies::open(file)?.size()),
+    }
+}
 
 /// Reads a picture of 8 or 16 bits and crops it to its square, at the picture's own resolution.
 ///
 /// # Errors
 /// When the file cannot be read.
-pub fn read_encoded(path: &Path, framings: &Framings) -> Result<Encoded> {
-    let picture = file::read_encoded(path)?.0;
-    Ok(Encoded(framed(picture, framings)))
+pub fn read_encoded(picture: &Picture, framings: &Framings) -> Result<Encoded> {
+    Ok(Encoded(framed(read_picture(picture)?.0, framings)))
 }
 
 /// The same for a linear picture.
@@ -26,8 +72,8 @@ pub fn read_linear(path: &Path, framings: &Framings) -> Result<Image> {
 ///
 /// # Errors
 /// When the file cannot be read.
-pub fn read_mask(path: &Path, framings: &Framings) -> Result<Mask> {
-    let mask = file::read_mask(path)?;
+pub fn read_mask(matte: &Matte, framings: &Framings) -> Result<Mask> {
+    let mask = read_matte(matte)?;
     let framing = framings.of(mask.size());
     Ok(cut_mask(mask, &framing))
 }

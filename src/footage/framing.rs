@@ -1,9 +1,9 @@
 //! Chooses which square of a project's pictures is used.
 
+use super::framed::dimensions;
 use super::scan::counted;
 use base::error::{Error, Result};
 use base::numbers;
-use imaging::file::dimensions;
 use project::{Framing, Padding, Project};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -58,8 +58,8 @@ impl FrameSettings {
     pub fn run(&self, project: &mut Project) -> Result<FrameReport> {
         project.check_parts()?;
         let sizes = [
-            dimensions(&project.frame_path(0))?,
-            dimensions(&project.olat_path(0, 0))?,
+            dimensions(&project.frame_picture(0))?,
+            dimensions(&project.olat_picture(0, 0))?,
         ];
         let alike = sizes[0] == sizes[1];
         if let (true, Some(one), Some(other)) = (alike, self.interview, self.exemplars)

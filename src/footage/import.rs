@@ -1,13 +1,16 @@
 //! Import: checks what a shoot folder holds, and makes a project that points to it.
 
+use super::framed::dimensions;
 use super::shoot::{Listing, MANIFEST, Manifest, NO_SHOOT, name_of};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
-use imaging::file::dimensions;
-use project::{self, FORMAT, Framings, Project, Settings, Shoot, relative};
+use imaging::file;
+use project::{
+    self, FORMAT, Frames, Framings, Matte, Picture, Project, Settings, Shoot, Takes, relative,
+};
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The settings of an import.
 #[derive(Clone, Debug, clap::Args)]
@@ -65,17 +68,21 @@ pub fn plan_import(
         poses,
         lamps,
         frames,
+        frame_rate,
     } = listing;
-    for (names, folder, what) in [
-        (&poses, "exemplars", "pose folder"),
-        (&lamps, "exemplars", "OLAT as PNG"),
-        (&frames, "interview", "frame as PNG"),
+    for (is_empty, folder, what) in [
+        (poses.is_empty(), "exemplars", "pose folder"),
+        (lamps.is_empty(), "exemplars", "OLAT as PNG"),
+        (frames.is_empty(), "interview", "frame as PNG"),
     ] {
-        if names.is_empty() {
+        if is_empty {
             return Err(missing(&shoot.join(folder), what));
         }
     }
-    let (ball, frame_rate) = (manifest.ball(), manifest.frame_rate());
+    let (ball, frame_rate) = (
+        manifest.ball(),
+        manifest.frame_rate().or(frame_rate).unwrap_or(24.0),
+    );
     let second_ball = manifest.second_ball(shoot);
     for ball in std::iter::once(&ball).chain(second_ball.as_ref().map(|second| &second.ball)) {
         ball.check().map_err(|e| e.within(&manifest_path))?;
@@ -112,6 +119,11 @@ pub fn plan_import(
             "Check that the folder above can be written",
         )
     })?;
+    if let Frames::Clip(clip) = &frames {
+        for note in movies::open(&shoot.join(&clip.movie))?.notes() {
+            progress.say(format!("Interview: {note}"));
+        }
+    }
     let project = Project {
         root: root.to_path_buf(),
         settings: Settings {
@@ -126,6 +138,7 @@ pub fn plan_import(
                 lamps,
                 other_lamps: vec![],
                 frames,
+                takes: Takes::default(),
                 ball,
                 second_ball,
                 dome_radius_m,
@@ -142,43 +155,66 @@ pub fn plan_import(
     Ok(project)
 }
 
-/// Reads the header of every picture: all must exist, be readable and have one size within each group.
+/// Reads the header of every picture: all must exist, be readable and have one size within each group. Of a movie the
+/// first frame stands for all. Mattes may all be missing, but not some of them.
 fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
     let shoot = &project.settings.shoot;
-    let group = |what: &'static str, paths: Vec<PathBuf>| -> Result<(usize, usize)> {
+    let group = |what: &'static str, pictures: Vec<Picture>| -> Result<(usize, usize)> {
         progress.check("no project was made")?;
-        progress.step(what, 0, paths.len() as u64, "");
-        let sizes = paths
+        progress.step(what, 0, pictures.len() as u64, "");
+        let sizes = pictures
             .par_iter()
-            .map(|p| dimensions(p))
+            .map(dimensions)
             .collect::<Result<Vec<_>>>()?;
         let size = sizes[0];
         if let Some(other) = sizes.iter().position(|s| *s != size) {
-            return Err(differs(&paths[other], sizes[other], &paths[0], size));
+            return Err(differs(
+                (&pictures[other], sizes[other]),
+                (&pictures[0], size),
+            ));
         }
-        progress.step(what, paths.len() as u64, paths.len() as u64, "");
+        progress.step(what, pictures.len() as u64, pictures.len() as u64, "");
         Ok(size)
+    };
+    let mattes = |folder: &str, mattes: Vec<Matte>, picture: (&Picture, (usize, usize))| {
+        let is_none = |matte: &Matte| !matte.file().exists();
+        if !project.shoot_path(folder).exists() && mattes.iter().any(is_none) {
+            progress.say(format!(
+                "The shoot has no {folder}/. Make the mattes with `afterlight matte` before you calibrate and train"
+            ));
+            return Ok(());
+        }
+        let of_picture: Vec<_> = mattes.iter().map(|matte| matte.picture().clone()).collect();
+        let first = of_picture[0].clone();
+        let size = group("checking mattes", of_picture)?;
+        if size == picture.1 {
+            return Ok(());
+        }
+        Err(differs((&first, size), picture))
     };
     let poses = 0..shoot.poses.len();
     let olats = poses
         .clone()
         .flat_map(|p| (0..shoot.lamps.len()).map(move |l| (p, l)));
-    let olat_size = group(
-        "checking OLATs",
-        olats.map(|(p, l)| project.olat_path(p, l)).collect(),
+    let olats = olats.map(|(p, l)| project.olat_picture(p, l)).collect();
+    let olat_size = group("checking OLATs", olats)?;
+    mattes(
+        "exemplar_masks",
+        poses.map(|p| project.exemplar_matte(p)).collect(),
+        (&project.olat_picture(0, 0), olat_size),
     )?;
-    let masks: Vec<_> = poses.map(|p| project.exemplar_mask_path(p)).collect();
-    let mask_size = group("checking mattes", masks.clone())?;
-    same_size(&masks[0], mask_size, &project.olat_path(0, 0), olat_size)?;
-    let frame_paths: Vec<_> = (0..shoot.frames.len())
-        .map(|f| project.frame_path(f))
-        .collect();
-    let frame_size = group("checking frames", frame_paths.clone())?;
-    let masks: Vec<_> = (0..shoot.frames.len())
-        .map(|f| project.frame_mask_path(f))
-        .collect();
-    let mask_size = group("checking mattes", masks.clone())?;
-    same_size(&masks[0], mask_size, &frame_paths[0], frame_size)?;
+    // A long movie has a million frames of one size.
+    let frames = match &shoot.frames {
+        Frames::Named(names) => 0..names.len(),
+        Frames::Clip(_) => 0..1,
+    };
+    let pictures = frames.clone().map(|f| project.frame_picture(f)).collect();
+    let frame_size = group("checking frames", pictures)?;
+    mattes(
+        "interview_masks",
+        frames.map(|f| project.frame_matte(f)).collect(),
+        (&project.frame_picture(0), frame_size),
+    )?;
     for (what, (width, height)) in [("frames", frame_size), ("exemplars", olat_size)] {
         if width != height {
             progress.say(format!(
@@ -193,16 +229,16 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
              equally large in them",
         );
     }
-    let mut probes = vec![project.interview_probe_path()];
-    probes.extend((0..shoot.lamps.len()).map(|l| project.lamp_probe_path(l)));
+    let mut probes = vec![project.interview_probe_picture()];
+    probes.extend((0..shoot.lamps.len()).map(|l| project.lamp_probe_picture(l)));
     group("checking probes", probes)?;
     if let Some(second) = &shoot.second_ball {
-        let lamps = (0..shoot.lamps.len()).map(|l| project.second_probe_path(second, l));
+        let lamps = (0..shoot.lamps.len()).map(|l| project.second_probe_picture(second, l));
         group("checking probes", lamps.collect())?;
     }
     for environment in &shoot.environments {
         let path = project.shoot_path(&environment.file);
-        if let Err(e) = dimensions(&path) {
+        if let Err(e) = file::dimensions(&path) {
             progress.say(format!(
                 "The environment {} cannot be used: {e}",
                 environment.name
@@ -219,18 +255,13 @@ const FAR: &str = "The manifest does not hold the ball's radius and the camera's
                    distance in ball radii (1.1° at 50), most near the ball's rim, and by up to as much for the lamp's \
                    distance. Give `camera.position` and `probes.ball_radius_m` in the manifest to avoid that";
 
-fn same_size(a: &Path, a_size: (usize, usize), b: &Path, b_size: (usize, usize)) -> Result<()> {
-    if a_size == b_size {
-        Ok(())
-    } else {
-        Err(differs(a, a_size, b, b_size))
-    }
-}
-
-fn differs(path: &Path, size: (usize, usize), reference: &Path, expected: (usize, usize)) -> Error {
+fn differs(
+    (picture, size): (&Picture, (usize, usize)),
+    (reference, expected): (&Picture, (usize, usize)),
+) -> Error {
     Error::other_size(
-        (path, size),
-        (reference, expected),
+        (picture.display(), size),
+        (reference.display(), expected),
         "Resize the pictures of the shoot to one size",
     )
 }

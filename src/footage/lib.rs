@@ -15,7 +15,7 @@ mod tracking;
 pub use exemplar::{Exemplar, OlatReader};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
-pub use framed::{read_encoded, read_linear, read_mask};
+pub use framed::{dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture};
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
 pub use motion::{Motion, PoseMotion, SeenIn};

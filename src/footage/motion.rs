@@ -125,7 +125,7 @@ impl Correction {
                 REMEDY,
             ));
         }
-        let matte = project.exemplar_mask_path(pose);
+        let matte = project.exemplar_matte(pose);
         let matte = super::read_mask(&matte, &project.settings.framing)?;
         Ok(Some(Self {
             head: head_turn(&matte),

@@ -3,6 +3,7 @@
 use super::shoot::{Listing, MANIFEST, Manifest, name_of, png_names};
 use base::Result;
 use imaging::file::dimensions;
+use project::Frames;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -53,9 +54,16 @@ pub fn is_shoot(folder: &Path) -> bool {
 pub fn scan(folder: &Path) -> Scan {
     let manifest = Manifest::read(folder);
     let listing = Listing::present(folder);
-    let first = listing.frames.first();
-    let picture = first.map(|name| dimensions(&folder.join(format!("interview/{name}.png"))));
-    let rate = manifest.as_ref().map_or(24.0, Manifest::frame_rate);
+    let picture = match &listing.frames {
+        Frames::Named(names) => names
+            .first()
+            .map(|name| dimensions(&folder.join(format!("interview/{name}.png")))),
+        Frames::Clip(clip) => {
+            Some(movies::open(&folder.join(&clip.movie)).map(|source| source.size()))
+        }
+    };
+    let rate = manifest.as_ref().ok().and_then(Manifest::frame_rate);
+    let rate = rate.or(listing.frame_rate).unwrap_or(24.0);
     let lines = vec![
         manifest_line(folder, &manifest, &listing),
         interview(&listing, picture.as_ref(), rate),
@@ -171,15 +179,27 @@ fn mattes(folder: &Path, listing: &Listing) -> Line {
     if poses.is_empty() && frames.is_empty() {
         missing.extend(["exemplar_masks/POSE.png", "interview_masks/FRAME.png"].map(str::to_owned));
     }
-    for (inside, wanted) in [("exemplar_masks", poses), ("interview_masks", frames)] {
+    let frames = match frames {
+        Frames::Named(names) => &names[..],
+        Frames::Clip(_) => &[],
+    };
+    for (inside, wanted) in [("exemplar_masks", &poses[..]), ("interview_masks", frames)] {
         let there = pictures(folder, inside);
+        // `afterlight matte` makes all of them, but does not fill gaps between a person's own.
+        if !folder.join(inside).exists() {
+            continue;
+        }
         found += wanted.iter().filter(|&name| there.contains(name)).count();
         let lacks = wanted.iter().filter(|&name| !there.contains(name));
         missing.extend(lacks.map(|name| format!("{inside}/{name}.png")));
     }
+    let found = match found {
+        0 if missing.is_empty() => "none: `afterlight matte` makes them".to_owned(),
+        found => counted(found, "matte"),
+    };
     needed(
         "Mattes",
-        counted(found, "matte"),
+        found,
         absent(
             &missing,
             "The mattes mark the subject: only that is learnt and relit",

@@ -3,7 +3,7 @@
 use base::error::{Error, Result};
 use base::files;
 use glam::Vec3;
-use project::{Ball, NamedEnvironment, SecondBall, Shoot};
+use project::{Ball, Clip, Frames, NamedEnvironment, SecondBall, Shoot};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -129,10 +129,9 @@ impl Manifest {
         }
     }
 
-    /// Frames per second of the interview; 24 if the manifest does not say.
-    pub fn frame_rate(&self) -> f64 {
-        let said = (self.frame_rate).filter(|rate| Shoot::FRAME_RATES.contains(rate));
-        said.unwrap_or(24.0)
+    /// Frames per second of the interview, if it says them.
+    pub fn frame_rate(&self) -> Option<f64> {
+        (self.frame_rate).filter(|rate| Shoot::FRAME_RATES.contains(rate))
     }
 
     /// The mirror ball, seen from the camera.
@@ -176,33 +175,41 @@ impl Manifest {
     }
 }
 
-/// The names of what a shoot holds, sorted, without extensions.
-#[derive(Default)]
+/// What a shoot holds: names, sorted, without extensions.
 pub struct Listing {
     pub poses: Vec<String>,
     /// Every lamp that any pose or probe has. If it is missing elsewhere, reading it names the file.
     pub lamps: Vec<String>,
-    pub frames: Vec<String>,
+    pub frames: Frames,
+    /// Frames per second, if the interview is a movie that says it.
+    pub frame_rate: Option<f64>,
 }
 
 impl Listing {
     /// Lists the shoot in folder `shoot`.
     ///
     /// # Errors
-    /// When one of its folders cannot be read.
+    /// When one of its folders or movies cannot be read.
     pub fn read(shoot: &Path) -> Result<Self> {
-        Self::list(shoot, |names| names)
+        Self::list(shoot, true)
     }
 
     /// Lists a shoot that may lack folders.
     pub fn present(shoot: &Path) -> Self {
-        Self::list(shoot, |names| Ok(names.unwrap_or_default())).unwrap_or_default()
+        Self::list(shoot, false).unwrap_or_else(|_| Self {
+            poses: vec![],
+            lamps: vec![],
+            frames: vec![].into(),
+            frame_rate: None,
+        })
     }
 
-    fn list(
-        shoot: &Path,
-        judged: impl Fn(Result<Vec<String>>) -> Result<Vec<String>>,
-    ) -> Result<Self> {
+    /// `all`: whether a folder that cannot be read is an error; otherwise it counts as empty.
+    fn list(shoot: &Path, all: bool) -> Result<Self> {
+        let judged = |names: Result<Vec<String>>| match names {
+            Err(_) if !all => Ok(vec![]),
+            names => names,
+        };
         let exemplars = shoot.join("exemplars");
         let folder = |path: &Path| path.is_dir().then(|| name_of(path));
         let poses = judged(entries(&exemplars, folder))?;
@@ -212,12 +219,44 @@ impl Listing {
         }
         let probes = judged(png_names(&shoot.join("probes")))?;
         lamps.extend(probes.into_iter().filter(|name| name != "interview"));
+        let (frames, frame_rate) = match clip(shoot, "interview") {
+            Some(Ok((clip, rate))) => (Frames::Clip(clip), rate),
+            Some(Err(e)) if all => return Err(e),
+            _ => (judged(png_names(&shoot.join("interview")))?.into(), None),
+        };
         Ok(Self {
             poses,
             lamps: lamps.into_iter().collect(),
-            frames: judged(png_names(&shoot.join("interview")))?,
+            frames,
+            frame_rate,
         })
     }
+}
+
+/// The movie `name.mov` (or another ending) in a shoot's folder, or the folder `name` of pictures other than PNG, as a whole,
+/// with its frames per second if it says them; `None` if there is neither.
+fn clip(shoot: &Path, name: &str) -> Option<Result<(Clip, Option<f64>)>> {
+    let folder = shoot.join(name);
+    let is_named = |path: &Path| path.file_stem().is_some_and(|stem| stem == name);
+    let movie = |path: &Path| (is_named(path) && movies::is_movie(path)).then(|| name_of(path));
+    let movie = match entries(shoot, movie).ok()?.into_iter().next() {
+        Some(movie) => movie,
+        None => {
+            let is_other = png_names(&folder).is_ok_and(|names| names.is_empty());
+            let has_pictures = || movies::open(&folder).is_ok();
+            (folder.is_dir() && is_other && has_pictures()).then(|| name.to_owned())?
+        }
+    };
+    let opened = movies::open(&shoot.join(&movie)).and_then(|source| {
+        let clip = Clip {
+            movie: movie.into(),
+            first: source.first(),
+            count: source.count()?,
+            alpha: source.has_alpha(),
+        };
+        Ok((clip, source.frame_rate()))
+    });
+    Some(opened)
 }
 
 /// Names that `pick` takes from a folder's entries, sorted.

@@ -2,13 +2,13 @@
 
 use super::shoot::{MANIFEST, Manifest, png_names};
 use base::error::Result;
-use project::Project;
-use std::path::PathBuf;
+use project::{Picture, Project};
 
-/// The tracking frames of one pose: the files in `tracking/` under the pose's name, in the order of their names.
+/// The tracking frames of one pose: those of its movie, or the files in `tracking/` under the pose's name, in the order of
+/// their names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackingFrames {
-    pub files: Vec<PathBuf>,
+    pub pictures: Vec<Picture>,
     /// When each was taken, from 0 (before the first lamp) to 1 (after the last).
     pub times: Vec<f32>,
 }
@@ -20,6 +20,16 @@ impl TrackingFrames {
     /// When the manifest cannot be read.
     pub fn of(project: &Project, pose: usize) -> Result<Option<Self>> {
         let shoot = &project.settings.shoot;
+        let lamps = shoot.all_lamps().len().max(1);
+        let in_movie = project.tracking_pictures(pose);
+        if in_movie.len() > 1 {
+            let time = |before: usize| before as f32 / lamps as f32;
+            let (pictures, times) = in_movie
+                .into_iter()
+                .map(|(picture, before)| (picture, time(before)))
+                .unzip();
+            return Ok(Some(Self { pictures, times }));
+        }
         let folder = project.shoot_path(format!("tracking/{}", shoot.poses[pose]));
         let names = png_names(&folder).unwrap_or_default();
         if names.len() < 2 {
@@ -31,7 +41,6 @@ impl TrackingFrames {
             false => None,
         };
         let before = said.map_or_else(Vec::new, |tracking| tracking.before_lamp);
-        let lamps = shoot.all_lamps().len().max(1);
         let rises = before.windows(2).all(|pair| pair[0] < pair[1]);
         let times = match before.len() == names.len() && rises {
             true => (before.iter())
@@ -41,9 +50,9 @@ impl TrackingFrames {
                 .map(|i| i as f32 / (names.len() - 1) as f32)
                 .collect(),
         };
-        let file = |name: &String| folder.join(format!("{name}.png"));
+        let file = |name: &String| Picture::File(folder.join(format!("{name}.png")));
         Ok(Some(Self {
-            files: names.iter().map(file).collect(),
+            pictures: names.iter().map(file).collect(),
             times,
         }))
     }

@@ -114,6 +114,51 @@ pub fn read_encoded(path: &Path) -> Result<Encoded> {
     Ok(Encoded(raster_from_rgb(decode(path)?.into_rgb32f())))
 }
 
+/// A picture as 16-bit codes: three for each pixel, or four with alpha, row by row from the top left.
+pub struct Codes {
+    /// Columns and rows.
+    pub size: (usize, usize),
+    /// Whether the fourth of four codes is alpha.
+    pub has_alpha: bool,
+    /// The codes, from 0 to 65535.
+    pub codes: Vec<u16>,
+}
+
+/// Reads a picture as 16-bit codes. The light of an EXR or Radiance HDR picture is encoded as sRGB and cut at 1.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn read_codes(path: &Path) -> Result<Codes> {
+    let picture = decode(path)?;
+    let size = (picture.width() as usize, picture.height() as usize);
+    let has_alpha = picture.color().has_alpha();
+    let is_light = matches!(
+        picture.color(),
+        image::ColorType::Rgb32F | image::ColorType::Rgba32F
+    );
+    let code = |v: f32| (65535.0 * v.clamp(0.0, 1.0)).round() as u16;
+    let codes = match (is_light, has_alpha) {
+        (false, false) => picture.into_rgb16().into_raw(),
+        (false, true) => picture.into_rgba16().into_raw(),
+        (true, _) => {
+            let light = picture.into_rgba32f();
+            let pixels = light.pixels().map(|p| p.0);
+            let encoded = pixels.map(|[r, g, b, a]| {
+                let [r, g, b] = [r, g, b].map(|v| code(super::color::srgb_from_linear(v)));
+                ([r, g, b, code(a)], 3 + usize::from(has_alpha))
+            });
+            encoded
+                .flat_map(|(all, some)| all.into_iter().take(some))
+                .collect()
+        }
+    };
+    Ok(Codes {
+        size,
+        has_alpha,
+        codes,
+    })
+}
+
 /// Reads an EXR or Radiance HDR picture as scene-linear RGB. Texels are passed on unchanged, NaN and infinities
 /// included.
 pub fn read_linear(path: &Path) -> Result<Image> {
@@ -131,6 +176,16 @@ pub fn read_mask(path: &Path) -> Result<Mask> {
             .into_iter()
             .map(|v| f32::from(v) / 65535.0)
             .collect(),
+    })
+}
+
+/// Reads a picture's alpha as linear coverage in `[0, 1]`: 1 everywhere if it has none.
+pub fn read_alpha(path: &Path) -> Result<Mask> {
+    let picture = decode(path)?.into_rgba16();
+    Ok(Mask {
+        width: picture.width() as usize,
+        height: picture.height() as usize,
+        pixels: (picture.pixels().map(|p| f32::from(p.0[3]) / 65535.0)).collect(),
     })
 }
 

@@ -11,19 +11,27 @@
 //!   checkpoints/        checkpoints to go back to, with their logs (afterlight checkpoints)
 //!   measured.json       every predicted OLAT beside its truth     (afterlight review)
 //!   review.toml         a reviewer's marks and notes              (the studio)
+//!   mattes/             mattes of pictures that have none         (afterlight matte)
+//!     interview/FRAME.png   of each frame of the interview
+//!     exemplars/POSE.png    of each pose
 //!   aside-N/            what was made under another framing       (afterlight frame)
 //!   .lock               who writes into the project at the moment
 //! ```
 
+mod clip;
 mod environments;
 mod framing;
 mod lock;
+mod picture;
+mod pictures;
 mod sealed;
 mod shoot;
 
+pub use clip::{Clip, Frames, Still, Take, Takes};
 pub use environments::{EnvironmentChange, KnownEnvironment, NamedEnvironment, free_name};
 pub use framing::{Framing, Framings, Padding};
 pub use lock::Lock;
+pub use picture::{Matte, Picture};
 pub use sealed::{read_sealed, save_sealed};
 pub use shoot::{Ball, SecondBall, Shoot};
 
@@ -84,7 +92,8 @@ impl Project {
                     poses: vec![],
                     lamps: vec![],
                     other_lamps: vec![],
-                    frames: vec![],
+                    frames: vec![].into(),
+                    takes: Takes::default(),
                     ball: Ball {
                         center_px: [8.0; 2],
                         radius_px: 6.0,
@@ -234,10 +243,14 @@ impl Project {
         let mut moved = self.clone();
         moved.settings.shoot.folder = relative(&self.root, folder)?;
         let shoot = &moved.settings.shoot;
-        let frames = [0, shoot.frames.len().saturating_sub(1)].map(|frame| moved.frame_path(frame));
-        let poses = (0..shoot.poses.len()).map(|pose| moved.exemplar_mask_path(pose));
+        let frames =
+            [0, shoot.frames.len().saturating_sub(1)].map(|frame| moved.frame_picture(frame));
+        let poses = (0..shoot.poses.len()).map(|pose| match shoot.lamps.is_empty() {
+            true => moved.exemplar_matte(pose).picture().clone(),
+            false => moved.olat_picture(pose, 0),
+        });
         let mut needed = frames.into_iter().chain(poses);
-        if let Some(missing) = needed.find(|path| !path.is_file()) {
+        if let Some(missing) = needed.find(|picture| !picture.is_there()) {
             return Err(Error::missing(
                 format!("there is no file {}", missing.display()),
                 "Choose the folder of this project's shoot, which holds its manifest.json",
@@ -302,64 +315,6 @@ impl Project {
     /// A path inside the shoot's folder.
     pub fn shoot_path(&self, inside: impl AsRef<Path>) -> PathBuf {
         self.root.join(&self.settings.shoot.folder).join(inside)
-    }
-
-    /// The OLAT of pose `pose` under lamp `lamp`, counted over all lamps.
-    pub fn olat_path(&self, pose: usize, lamp: usize) -> PathBuf {
-        let shoot = &self.settings.shoot;
-        self.shoot_path(format!(
-            "exemplars/{}/{}.png",
-            shoot.poses[pose],
-            shoot.lamp(lamp)
-        ))
-    }
-
-    /// The matte of pose `pose`.
-    pub fn exemplar_mask_path(&self, pose: usize) -> PathBuf {
-        self.shoot_path(format!(
-            "exemplar_masks/{}.png",
-            self.settings.shoot.poses[pose]
-        ))
-    }
-
-    /// Interview frame number `frame`.
-    pub fn frame_path(&self, frame: usize) -> PathBuf {
-        self.shoot_path(format!(
-            "interview/{}.png",
-            self.settings.shoot.frames[frame]
-        ))
-    }
-
-    /// The matte of interview frame `frame`.
-    pub fn frame_mask_path(&self, frame: usize) -> PathBuf {
-        self.shoot_path(format!(
-            "interview_masks/{}.png",
-            self.settings.shoot.frames[frame]
-        ))
-    }
-
-    /// The mirror ball under the interview's light.
-    pub fn interview_probe_path(&self) -> PathBuf {
-        self.shoot_path("probes/interview.png")
-    }
-
-    /// The mirror ball under lamp `lamp` alone, counted over all lamps.
-    pub fn lamp_probe_path(&self, lamp: usize) -> PathBuf {
-        self.shoot_path(format!("probes/{}.png", self.settings.shoot.lamp(lamp)))
-    }
-
-    /// A second ball under lamp `lamp` alone, counted over all lamps.
-    pub fn second_probe_path(&self, second: &SecondBall, lamp: usize) -> PathBuf {
-        let name = self.settings.shoot.lamp(lamp);
-        self.shoot_path(second.folder.join(format!("{name}.png")))
-    }
-
-    /// All mirror balls: the interview's, then the lamps'.
-    pub fn probe_paths(&self) -> Vec<PathBuf> {
-        let lamps = 0..self.settings.shoot.all_lamps().len();
-        std::iter::once(self.interview_probe_path())
-            .chain(lamps.map(|lamp| self.lamp_probe_path(lamp)))
-            .collect()
     }
 
     /// Where the calibration is kept.

@@ -1,6 +1,6 @@
 //! What a shoot's folder holds, and its mirror balls.
 
-use super::NamedEnvironment;
+use super::{Frames, NamedEnvironment, Takes};
 use base::error::{Error, Result};
 use base::files;
 use glam::Vec3;
@@ -24,8 +24,11 @@ pub struct Shoot {
     /// needs them. Lamp numbers continue from `lamps`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub other_lamps: Vec<String>,
-    /// Names of the interview frames without extension: `frame_000` …
-    pub frames: Vec<String>,
+    /// The interview's frames.
+    pub frames: Frames,
+    /// Poses and mirror balls that are frames of movies.
+    #[serde(default, skip_serializing_if = "Takes::is_empty")]
+    pub takes: Takes,
     /// How the mirror balls were photographed.
     pub ball: Ball,
     /// A second mirror ball under the same lamps; `None` if there is one ball.
@@ -142,14 +145,20 @@ impl Shoot {
             );
             return Err(Error::invalid(problem, CORRECT));
         }
-        let mut names = (self.poses.iter())
-            .chain(self.all_lamps())
-            .chain(&self.frames);
+        let frames = match &self.frames {
+            Frames::Named(names) => &names[..],
+            Frames::Clip(clip) => {
+                clip.check()?;
+                &[]
+            }
+        };
+        let mut names = (self.poses.iter()).chain(self.all_lamps()).chain(frames);
         // File systems have no longer ones.
         if let Some(name) = names.find(|name| !files::is_bare(name) || name.len() > 255) {
             let problem = format!("{name:.300?} is not the name of a pose, lamp or frame");
             return Err(Error::invalid(problem, CORRECT));
         }
+        self.takes.check(self.all_lamps())?;
         self.ball.check()?;
         if let Some(second) = &self.second_ball {
             second.ball.check()?;

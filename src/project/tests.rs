@@ -26,7 +26,7 @@ fn project(base: &Path) -> Project {
     let shoot = &mut project.settings.shoot;
     shoot.folder = "../shoot".into();
     shoot.poses = vec!["pose".into()];
-    shoot.frames = vec!["f0".into(), "f1".into()];
+    shoot.frames = vec!["f0".into(), "f1".into()].into();
     project.save().unwrap();
     project
 }

@@ -3,10 +3,10 @@
 use base::error::Result;
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use imaging::resample::resize_area;
-use imaging::{Encoded, Image, Mask, file};
-use project::Project;
+use imaging::{Encoded, Image, Mask};
+use project::{Matte, Picture, Project};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use worker::{Lookup, SrgbPicture};
 
 /// Longer sides of a picture and of a thumbnail in pixels: sharp on a screen with two pixels per point.
@@ -39,8 +39,8 @@ pub enum MatteView {
 /// A picture to read, and how to show it.
 #[derive(Clone, Debug, PartialEq)]
 struct FootageRequest {
-    picture: PathBuf,
-    matte: PathBuf,
+    picture: Picture,
+    matte: Matte,
     view: MatteView,
 }
 
@@ -66,7 +66,7 @@ pub struct FootageReader {
     wanted: Vec<usize>,
     /// The thumbnail that is being read.
     reading: Option<usize>,
-    small: Option<Lookup<(usize, PathBuf), SizedPicture>>,
+    small: Option<Lookup<(usize, Picture), SizedPicture>>,
 }
 
 impl FootageReader {
@@ -135,15 +135,15 @@ impl FootageReader {
         let request = if exemplars {
             let pose = pose.min(shoot.poses.len() - 1);
             FootageRequest {
-                picture: project.olat_path(pose, 0),
-                matte: project.exemplar_mask_path(pose),
+                picture: project.olat_picture(pose, 0),
+                matte: project.exemplar_matte(pose),
                 view,
             }
         } else {
             let frame = frame.min(shoot.frames.len() - 1);
             FootageRequest {
-                picture: project.frame_path(frame),
-                matte: project.frame_mask_path(frame),
+                picture: project.frame_picture(frame),
+                matte: project.frame_matte(frame),
                 view,
             }
         };
@@ -160,9 +160,9 @@ impl FootageReader {
             .find(|frame| !self.thumbnails.contains_key(frame));
         if let (Some(frame), None) = (next, self.reading) {
             let lookup = self.small.get_or_insert_with(|| {
-                Lookup::start(wake, |(_, path): &(usize, PathBuf)| thumbnail(path))
+                Lookup::start(wake, |(_, picture): &(usize, Picture)| thumbnail(picture))
             });
-            lookup.ask((frame, project.frame_path(frame)));
+            lookup.ask((frame, project.frame_picture(frame)));
             self.reading = Some(frame);
         }
     }
@@ -172,8 +172,8 @@ impl FootagePicture {
     /// The file that is shown.
     pub fn file(&self) -> &Path {
         match self.request.view {
-            MatteView::Alone => &self.request.matte,
-            _ => &self.request.picture,
+            MatteView::Alone => self.request.matte.file(),
+            _ => self.request.picture.file(),
         }
     }
 }
@@ -183,18 +183,18 @@ impl FootageRequest {
         let reduced = |size| reduced(size, PICTURE_PX);
         match self.view {
             MatteView::Off => {
-                let picture = file::read_encoded(&self.picture)?.0;
+                let picture = footage::read_picture(&self.picture)?.0;
                 Ok((codes(&picture, reduced(picture.size())), picture.size()))
             }
             MatteView::Alone => {
-                let matte = file::read_mask(&self.matte)?;
+                let matte = footage::read_matte(&self.matte)?;
                 let grey = matte.map(|coverage| [coverage; 3]);
                 Ok((codes(&grey, reduced(grey.size())), grey.size()))
             }
             MatteView::Over => {
-                let picture = file::read_encoded(&self.picture)?.0;
+                let picture = footage::read_picture(&self.picture)?.0;
                 let (width, height) = reduced(picture.size());
-                let matte: Mask = resize_area(&file::read_mask(&self.matte)?, width, height);
+                let matte: Mask = resize_area(&footage::read_matte(&self.matte)?, width, height);
                 let mut over: Image = resize_area(&picture, width, height);
                 for (pixel, coverage) in over.pixels.iter_mut().zip(&matte.pixels) {
                     for c in 0..3 {
@@ -207,8 +207,8 @@ impl FootageRequest {
     }
 }
 
-fn thumbnail(path: &Path) -> Result<SizedPicture> {
-    let picture = file::read_encoded(path)?.0;
+fn thumbnail(picture: &Picture) -> Result<SizedPicture> {
+    let picture = footage::read_picture(picture)?.0;
     let size = reduced(picture.size(), THUMBNAIL_PX);
     Ok((codes(&picture, size), picture.size()))
 }

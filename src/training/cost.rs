@@ -108,11 +108,11 @@ mod tests {
     use std::path::Path;
 
     fn project() -> Project {
-        let names = |count: usize| (0..count).map(|i| i.to_string()).collect();
+        let names = |count: usize| (0..count).map(|i| i.to_string()).collect::<Vec<_>>();
         let mut project = Project::without_shoot(Path::new("film"));
         project.settings.size = 64;
         let shoot = &mut project.settings.shoot;
-        (shoot.poses, shoot.lamps, shoot.frames) = (names(6), names(12), names(100));
+        (shoot.poses, shoot.lamps, shoot.frames) = (names(6), names(12), names(100).into());
         project
     }
 

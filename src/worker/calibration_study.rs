@@ -9,7 +9,7 @@ use calibration::light_probe::{BallView, ClippedLight, Photograph, light_probe};
 use calibration::probe::Probes;
 use calibration::silhouette::{self, Circle, Photographs, Silhouette};
 use calibration::{Calibration, PROVISIONAL, Trial};
-use imaging::{Encoded, file};
+use imaging::Encoded;
 use light::Lamp;
 use project::Project;
 use std::path::PathBuf;
@@ -181,7 +181,7 @@ impl CalibrationStudy {
                         "It is not known where the mirror ball is: {sentence}. Drag the circle in the middle of the \
                          photograph onto the ball's outline, then calibrate"
                     ));
-                    in_the_middle(file::dimensions(&project.interview_probe_path())?)
+                    in_the_middle(footage::dimensions(&project.interview_probe_picture())?)
                 }
             };
             circle.apply_to(&mut project.settings.shoot.ball);
@@ -196,11 +196,11 @@ impl CalibrationStudy {
         let encoded = match self.photograph.take() {
             Some((read, encoded)) if read == photograph => encoded,
             _ => {
-                let path = photograph.map_or_else(
-                    || project.interview_probe_path(),
-                    |lamp| project.lamp_probe_path(lamp),
+                let picture = photograph.map_or_else(
+                    || project.interview_probe_picture(),
+                    |lamp| project.lamp_probe_picture(lamp),
                 );
-                file::read_encoded(&path)?
+                footage::read_picture(&picture)?
             }
         };
         let (_, encoded) = &*self.photograph.insert((photograph, encoded));
@@ -270,7 +270,7 @@ impl CalibrationStudy {
         };
         let frame = frame.min(project.settings.shoot.frames.len() - 1);
         if self.frame.as_ref().is_none_or(|(read, _)| *read != frame) {
-            let path = project.frame_path(frame);
+            let path = project.frame_picture(frame);
             let encoded = footage::read_encoded(&path, &project.settings.framing)?;
             self.frame = Some((frame, SrgbPicture::reduced(&encoded, PICTURE_PX)));
         }
@@ -372,7 +372,7 @@ fn find_circle(
     project: &Project,
     progress: &Progress,
 ) -> Result<std::result::Result<(Photographs, FoundCircle), String>> {
-    let photographs = match Photographs::read(&project.probe_paths(), progress) {
+    let photographs = match Photographs::read(&project.probe_pictures(), progress) {
         Ok(photographs) => photographs,
         Err(stop @ Error::Cancelled { .. }) => return Err(stop),
         Err(refusal) => return Ok(Err(refusal.to_string())),
@@ -392,7 +392,7 @@ fn in_the_middle((width, height): (usize, usize)) -> Circle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imaging::Raster;
+    use imaging::{Raster, file};
     use project::{Ball, Shoot};
 
     #[test]
@@ -403,18 +403,18 @@ mod tests {
         project.settings.shoot = Shoot {
             poses: names("pose00"),
             lamps: names("olat_00"),
-            frames: names("frame_000"),
+            frames: names("frame_000").into(),
             ball: Ball::unknown(),
             ..project.settings.shoot
         };
         project.save().unwrap();
         // A lamp in front of a wall as bright as what the ball reflects: no rim is seen.
-        for path in project.probe_paths() {
+        for path in project.probe_pictures() {
             let picture = Raster::from_fn(96, 80, |x, y| {
                 let lamp = x.abs_diff(40) < 3 && y.abs_diff(36) < 3;
                 [if lamp { 0.9 } else { 0.1 }; 3]
             });
-            file::write_png(&path, &Encoded(picture)).unwrap();
+            file::write_png(path.file(), &Encoded(picture)).unwrap();
         }
         let mut study = CalibrationStudy::new(project.root.clone(), Control::default());
         let view = study.probe(None, None).unwrap();

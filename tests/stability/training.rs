@@ -44,14 +44,14 @@ fn settings(normalization: Normalization, precision: Precision) -> TrainSettings
 fn paint(project: &Project, codes: Codes) {
     let shoot = &project.settings.shoot;
     let olats = (0..shoot.poses.len())
-        .flat_map(|pose| (0..shoot.lamps.len()).map(move |lamp| project.olat_path(pose, lamp)));
-    let frames = (0..shoot.frames.len()).map(|frame| project.frame_path(frame));
+        .flat_map(|pose| (0..shoot.lamps.len()).map(move |lamp| project.olat_picture(pose, lamp)));
+    let frames = (0..shoot.frames.len()).map(|frame| project.frame_picture(frame));
     for (number, path) in olats.chain(frames).enumerate() {
         // A ball of 16 pixels would be too small, so pictures are twice as large as they are worked with.
         let picture = Image::from_fn(2 * SIZE, 2 * SIZE, |x, y| {
             [0, 1, 2].map(|c| codes(number, 3 * (y / 2 * SIZE + x / 2) + c))
         });
-        file::write_png(&path, &Encoded(picture)).unwrap();
+        file::write_png(path.file(), &Encoded(picture)).unwrap();
     }
 }
 

@@ -297,7 +297,7 @@ fn the_calibration_s_workspaces_look_as_they_did() {
 fn what_keeps_a_workspace_empty_is_said_there() {
     let folder = crate::temporary();
     let project = imported(folder.path());
-    std::fs::write(project.interview_probe_path(), b"no picture").unwrap();
+    std::fs::write(project.interview_probe_picture(), b"no picture").unwrap();
     let mut window = opened(&project);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
     window.run_steps(2);

@@ -105,7 +105,11 @@ pub fn project(folder: &Path, environments: Vec<NamedEnvironment>) -> Project {
         frame_rate: 4.0,
         poses: vec!["pose00".to_owned()],
         lamps: rig().lamps.iter().map(|l| l.name.clone()).collect(),
-        frames: (0..FRAMES).map(|i| format!("frame_{i:03}")).collect(),
+        frames: (0..FRAMES)
+            .map(|i| format!("frame_{i:03}"))
+            .collect::<Vec<_>>()
+            .into(),
+        takes: Default::default(),
         ball: Ball {
             center_px: [32.0; 2],
             radius_px: 20.0,

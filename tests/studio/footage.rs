@@ -155,7 +155,7 @@ fn the_square_is_dragged_and_what_was_made_under_the_old_one_is_put_aside_when_c
 fn a_frame_that_is_gone_is_named_in_place_of_its_picture() {
     let folder = crate::temporary();
     let project = imported(folder.path());
-    std::fs::remove_file(project.frame_path(1)).unwrap();
+    std::fs::remove_file(project.frame_picture(1)).unwrap();
     let mut window = footage(&project);
     window.key_press(Key::ArrowRight);
     until(&mut window, "reason", |app| {

@@ -3,6 +3,7 @@
 use super::{Case, Comparison, GAMMA_PRIOR, GammaFit, Interval};
 use project::Shoot;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// What the fitted response is based on, as kept in `calibration.toml`. Files without it give the default, which
 /// warns of nothing.
@@ -62,7 +63,6 @@ impl Default for Evidence {
 impl Evidence {
     /// The evidence of a fit to a shoot.
     pub(crate) fn new(fit: &GammaFit, shoot: &Shoot) -> Self {
-        let name = |names: &[String], i: usize| names.get(i).cloned().unwrap_or_default();
         let [_, other] = fit.cases;
         let cases = match fit.better_curve {
             None => fit.cases.to_vec(),
@@ -74,7 +74,13 @@ impl Evidence {
             same_poses: fit
                 .same_poses
                 .iter()
-                .map(|[pose, frame]| [name(&shoot.poses, *pose), name(&shoot.frames, *frame)])
+                .map(|[pose, frame]| {
+                    let (pose, frame) = (shoot.poses.get(*pose), shoot.frames.get(*frame));
+                    [
+                        pose.cloned().unwrap_or_default(),
+                        frame.map(Cow::into_owned).unwrap_or_default(),
+                    ]
+                })
                 .collect(),
             exposure_deviation: fit.deviation[2],
             changed_exposure: fit.changed_exposure(),

@@ -163,17 +163,17 @@ impl PosePicture {
                 "Choose a pose of the shoot",
             ));
         }
-        let mask_path = project.exemplar_mask_path(pose);
+        let matte = project.exemplar_matte(pose);
         let framing = &project.settings.framing;
-        let mask = footage::read_mask(&mask_path, framing)?;
+        let mask = footage::read_mask(&matte, framing)?;
         let size = project.settings.size;
         let places = picked(mask.size(), size);
         let lamps = shoot.all_lamps().len();
         let olats = (0..lamps)
             .into_par_iter()
             .map(|lamp| {
-                let path = project.olat_path(pose, lamp);
-                sample(&path, framing, &mask, &mask_path, &places)
+                let picture = project.olat_picture(pose, lamp);
+                sample(&picture, framing, &mask, &matte, &places)
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {

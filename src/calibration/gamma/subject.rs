@@ -10,9 +10,8 @@ use super::matte::inside;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use imaging::{DualGamma, Mask};
-use project::{Framings, Project};
+use project::{Framings, Matte, Picture, Project};
 use rayon::prelude::*;
-use std::path::Path;
 
 /// Levels at which distributions are compared: the middles of twenty equal parts.
 pub(super) const QUANTILES: usize = 20;
@@ -184,14 +183,14 @@ fn load_poses(
             shoot.poses.len() as u64,
             name.clone(),
         );
-        let mask_path = project.exemplar_mask_path(pose);
-        let mask = footage::read_mask(&mask_path, framing)?;
+        let matte = project.exemplar_matte(pose);
+        let mask = footage::read_mask(&matte, framing)?;
         let inside = inside(&mask, SAMPLES);
         let olats = (0..lamps)
             .into_par_iter()
             .map(|lamp| {
-                let path = project.olat_path(pose, lamp);
-                sample(&path, framing, &mask, &mask_path, &inside)
+                let picture = project.olat_picture(pose, lamp);
+                sample(&picture, framing, &mask, &matte, &inside)
             })
             .collect::<Result<Vec<_>>>()?;
         let codes: Vec<CodeValues> = (0..inside.len())
@@ -231,10 +230,10 @@ fn load_frames(
         let read = some
             .par_iter()
             .map(|&frame| {
-                let mask_path = project.frame_mask_path(frame);
-                let mask = footage::read_mask(&mask_path, framing)?;
-                let path = project.frame_path(frame);
-                let picture = read_codes(&path, framing, &mask, &mask_path)?;
+                let matte = project.frame_matte(frame);
+                let mask = footage::read_mask(&matte, framing)?;
+                let picture = project.frame_picture(frame);
+                let picture = read_codes(&picture, framing, &mask, &matte)?;
                 let found = poses
                     .iter()
                     .map(|pose| pose.compare(frame, &mask, &picture, provisional))
@@ -340,32 +339,32 @@ fn encoded_quantiles(pictures: &[Vec<CodeValues>]) -> Quantiles {
 
 /// The code values of a picture at some places of its matte.
 pub(super) fn sample(
-    path: &Path,
+    picture: &Picture,
     framing: &Framings,
     mask: &Mask,
-    mask_path: &Path,
+    matte: &Matte,
     places: &[usize],
 ) -> Result<Vec<CodeValues>> {
-    let codes = read_codes(path, framing, mask, mask_path)?;
+    let codes = read_codes(picture, framing, mask, matte)?;
     Ok(places.iter().map(|&place| codes[place]).collect())
 }
 
 /// The code values of a picture, which must have its matte's size.
 fn read_codes(
-    path: &Path,
+    picture: &Picture,
     framing: &Framings,
     mask: &Mask,
-    mask_path: &Path,
+    matte: &Matte,
 ) -> Result<Vec<CodeValues>> {
-    let picture = footage::read_encoded(path, framing)?;
-    if picture.0.size() != mask.size() {
+    let read = footage::read_encoded(picture, framing)?;
+    if read.0.size() != mask.size() {
         return Err(Error::other_size(
-            (path, picture.0.size()),
-            (mask_path, mask.size()),
+            (picture.display(), read.0.size()),
+            (matte.display(), mask.size()),
             "Use the matte that belongs to the picture",
         ));
     }
-    Ok(codes(&picture))
+    Ok(codes(&read))
 }
 
 /// The interpolated quantiles of one or more values.

@@ -20,9 +20,8 @@ use imaging::resample::resize_area;
 use imaging::{Image, Mask, Raster, Response, color::luminance};
 use likelihood::Series;
 use path::{Path, Place};
-use project::Project;
+use project::{Picture, Project};
 use rayon::prelude::*;
-use std::path::PathBuf;
 
 /// Side of the pictures in which the subject is aligned: a shift of a twentieth of their pixels is still seen.
 const SIDE: usize = 64;
@@ -92,21 +91,25 @@ fn paths(
             shoot.poses.len() as u64,
             shoot.poses[pose].clone(),
         );
-        let matte = footage::read_mask(&project.exemplar_mask_path(pose), framing)?;
-        let (files, at, prediction): (Vec<PathBuf>, Vec<f32>, _) = match &tracked {
+        let matte = footage::read_mask(&project.exemplar_matte(pose), framing)?;
+        let (files, at, prediction): (Vec<Picture>, Vec<f32>, _) = match &tracked {
             Some(tracked) => {
                 let frames = &tracked[pose];
-                (frames.files.clone(), frames.times.clone(), Prediction::Mean)
+                (
+                    frames.pictures.clone(),
+                    frames.times.clone(),
+                    Prediction::Mean,
+                )
             }
             None => {
                 let (files, at) = (chosen.iter())
-                    .map(|&place| (project.olat_path(pose, order[place]), lamp_times[place]))
+                    .map(|&place| (project.olat_picture(pose, order[place]), lamp_times[place]))
                     .unzip();
                 (files, at, Prediction::OtherLamps)
             }
         };
-        let read = |path: &PathBuf| -> Result<Vec<f32>> {
-            let encoded = footage::read_encoded(path, framing)?;
+        let read = |picture: &Picture| -> Result<Vec<f32>> {
+            let encoded = footage::read_encoded(picture, framing)?;
             Ok(small(&response.decode(&encoded)))
         };
         let pictures = files.par_iter().map(read).collect::<Result<Vec<_>>>()?;
@@ -117,7 +120,7 @@ fn paths(
                 format!(
                     "{} has another size than the matte {}",
                     files[odd].display(),
-                    project.exemplar_mask_path(pose).display()
+                    project.exemplar_matte(pose).display()
                 ),
                 "Bring all pictures of the poses to one size",
             ));
@@ -135,7 +138,7 @@ fn paths(
 
 /// Pixels along the side of the exemplars' square.
 fn side_px(project: &Project) -> Result<f32> {
-    let size = imaging::file::dimensions(&project.exemplar_mask_path(0))?;
+    let size = footage::dimensions(&project.olat_picture(0, 0))?;
     Ok(project.settings.framing.of(size).side as f32)
 }
 

@@ -291,17 +291,20 @@ fn a_layout_of_another_number_of_lamps_is_refused() {
 #[test]
 fn pictures_under_two_names_are_found() {
     let folder = tempfile::tempdir().unwrap();
-    let paths: Vec<PathBuf> = ["a", "bb", "a", "c", "bb", "a"]
+    let pictures: Vec<Picture> = ["a", "bb", "a", "c", "bb", "a"]
         .iter()
         .enumerate()
         .map(|(i, content)| {
             let path = folder.path().join(format!("{i}.png"));
             std::fs::write(&path, content).unwrap();
-            path
+            Picture::File(path)
         })
         .collect();
-    assert_eq!(same_pictures(&paths).unwrap(), [vec![0, 2, 5], vec![1, 4]]);
-    assert!(same_pictures(&[folder.path().join("none.png")]).is_err());
+    assert_eq!(
+        same_pictures(&pictures).unwrap(),
+        [vec![0, 2, 5], vec![1, 4]]
+    );
+    assert!(same_pictures(&[folder.path().join("none.png").into()]).is_err());
 }
 
 #[test]

@@ -129,8 +129,8 @@ fn two_equal_balls(folder: &std::path::Path) -> Project {
     };
     std::fs::create_dir(project.shoot_path("probes_2")).unwrap();
     for lamp in 0..project.settings.shoot.lamps.len() {
-        let copy = project.second_probe_path(&second, lamp);
-        std::fs::copy(project.lamp_probe_path(lamp), copy).unwrap();
+        let copy = project.second_probe_picture(&second, lamp);
+        std::fs::copy(project.lamp_probe_picture(lamp), copy).unwrap();
     }
     project.settings.shoot.second_ball = Some(second);
     project
@@ -143,7 +143,7 @@ fn a_lamp_that_one_of_two_balls_shows_can_be_learnt() {
     let count = project.settings.shoot.lamps.len();
     // The first ball's photograph under one lamp is that under no lamp.
     let black = imaging::Encoded(imaging::Raster::filled(96, 96, [0.0; 3]));
-    imaging::file::write_png(&project.lamp_probe_path(3), &black).unwrap();
+    imaging::file::write_png(project.lamp_probe_picture(3).file(), &black).unwrap();
     let silent = Progress::silent();
     let mut alone = project.clone();
     alone.settings.shoot.second_ball = None;

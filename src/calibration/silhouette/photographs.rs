@@ -3,9 +3,10 @@
 use base::error::{Error, Result};
 use base::progress::Progress;
 use imaging::color::unit;
-use imaging::{Encoded, Raster, file};
+use imaging::{Encoded, Raster};
+use project::Picture;
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::fmt::Display;
 
 /// The average of photographs by one fixed camera. It takes the memory of one photograph.
 ///
@@ -16,7 +17,7 @@ pub struct Photographs {
     average: Raster<[f32; 3]>,
     count: usize,
     /// Name of the first photograph, for messages.
-    first: PathBuf,
+    first: String,
 }
 
 /// Photographs that are decoded at once: each takes twelve bytes per pixel.
@@ -31,22 +32,18 @@ impl Photographs {
     ///
     /// # Errors
     /// When the picture is too small to show a ball.
-    pub fn one(name: impl AsRef<Path>, picture: &Encoded) -> Result<Self> {
-        let name = name.as_ref();
+    pub fn one(name: impl Display, picture: &Encoded) -> Result<Self> {
         let (width, height) = picture.0.size();
         if width < 16 || height < 16 || picture.0.pixels.len() != width * height {
             return Err(Error::invalid(
-                format!(
-                    "{} has {width} × {height} pixels, fewer than 16 × 16",
-                    name.display()
-                ),
+                format!("{} has {width} × {height} pixels, fewer than 16 × 16", name),
                 "Use the mirror ball's photographs at their full size",
             ));
         }
         Ok(Self {
             average: picture.0.map(|pixel| pixel.map(unit)),
             count: 1,
-            first: name.to_path_buf(),
+            first: name.to_string(),
         })
     }
 
@@ -54,9 +51,9 @@ impl Photographs {
     ///
     /// # Errors
     /// When its size differs from the others'.
-    pub fn add(&mut self, name: impl AsRef<Path>, picture: &Encoded) -> Result<()> {
-        let first = (self.first.as_path(), self.average.size());
-        same_size((name.as_ref(), picture.0.size()), first)?;
+    pub fn add(&mut self, name: impl Display, picture: &Encoded) -> Result<()> {
+        let first = (self.first.as_str(), self.average.size());
+        same_size((name, picture.0.size()), first)?;
         self.count += 1;
         let share = 1.0 / self.count as f32;
         self.average
@@ -72,26 +69,26 @@ impl Photographs {
         Ok(())
     }
 
-    /// Reads and averages the photographs at `paths`, a few at a time.
+    /// Reads and averages photographs, a few at a time.
     ///
     /// # Errors
     /// When there are none, one cannot be read or differs in size from the others, or the job was stopped.
-    pub fn read(paths: &[PathBuf], progress: &Progress) -> Result<Self> {
+    pub fn read(pictures: &[Picture], progress: &Progress) -> Result<Self> {
         let mut photographs: Option<Self> = None;
-        for (chunk, group) in paths.chunks(AT_ONCE).enumerate() {
+        for (chunk, group) in pictures.chunks(AT_ONCE).enumerate() {
             progress.check("nothing was changed")?;
-            let pictures = group
+            let read = group
                 .par_iter()
-                .map(|path| file::read_encoded(path))
+                .map(footage::read_picture)
                 .collect::<Result<Vec<_>>>()?;
-            for (path, picture) in group.iter().zip(&pictures) {
+            for (address, picture) in group.iter().zip(&read) {
                 match &mut photographs {
-                    Some(photographs) => photographs.add(path, picture)?,
-                    None => photographs = Some(Self::one(path, picture)?),
+                    Some(photographs) => photographs.add(address.display(), picture)?,
+                    None => photographs = Some(Self::one(address.display(), picture)?),
                 }
             }
             let done = chunk * AT_ONCE + group.len();
-            progress.step("mirror balls", done as u64, paths.len() as u64, "");
+            progress.step("mirror balls", done as u64, pictures.len() as u64, "");
         }
         photographs.ok_or_else(|| {
             Error::missing(
@@ -109,12 +106,8 @@ impl Photographs {
     /// The photographs' name in messages.
     pub(super) fn place(&self) -> String {
         match self.count {
-            1 => self.first.display().to_string(),
-            more => format!(
-                "{} and {} other photographs",
-                self.first.display(),
-                more - 1
-            ),
+            1 => self.first.clone(),
+            more => format!("{} and {} other photographs", self.first, more - 1),
         }
     }
 
@@ -156,14 +149,14 @@ impl Photographs {
 /// # Errors
 /// Then.
 pub(crate) fn same_size(
-    (path, size): (&Path, (usize, usize)),
-    (first, expected): (&Path, (usize, usize)),
+    (picture, size): (impl Display, (usize, usize)),
+    (first, expected): (impl Display, (usize, usize)),
 ) -> Result<()> {
     if size == expected {
         return Ok(());
     }
     Err(Error::other_size(
-        (path, size),
+        (picture, size),
         (first, expected),
         "Use uncropped photographs of the mirror ball from one camera",
     ))

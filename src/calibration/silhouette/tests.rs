@@ -378,7 +378,11 @@ fn a_circle_by_hand_is_measured_as_it_is() {
 }
 
 fn read(paths: &[PathBuf]) -> Photographs {
-    Photographs::read(paths, &Progress::silent()).unwrap()
+    Photographs::read(
+        &paths.iter().cloned().map(Into::into).collect::<Vec<_>>(),
+        &Progress::silent(),
+    )
+    .unwrap()
 }
 
 #[test]

@@ -25,7 +25,7 @@ pub(crate) fn shared_shoot(
         folder: std::fs::canonicalize(&folder).unwrap(),
         poses: names("pose", 2, &manifest["exemplar_poses"]),
         lamps: names("olat_", 2, &manifest["olat_conditions"]),
-        frames: names("frame_", 3, &manifest["frames"]),
+        frames: names("frame_", 3, &manifest["frames"]).into(),
         ball: Ball {
             center_px: [0, 1].map(|i: usize| number(&probe["ball_center_px"][i])),
             radius_px: number(&probe["ball_radius_px"]),
@@ -139,12 +139,13 @@ fn a_changed_exposure_of_the_shared_shoot_is_found() {
         .settings
         .shoot
         .frames
-        .iter()
+        .names()
         .step_by(5)
-        .cloned()
-        .collect();
-    for (i, name) in project.settings.shoot.frames.iter().enumerate() {
-        let light = response.decode(&file::read_encoded(&project.frame_path(i)).unwrap());
+        .map(Into::into)
+        .collect::<Vec<String>>()
+        .into();
+    for (i, name) in project.settings.shoot.frames.names().enumerate() {
+        let light = response.decode(&file::read_encoded(project.frame_picture(i).file()).unwrap());
         let brighter = light.map(|pixel| pixel.map(|l| 1.2 * l));
         let path = shoot.join(format!("interview/{name}.png"));
         file::write_png(&path, &response.encode(&brighter)).unwrap();

@@ -40,19 +40,19 @@ fn odd_sizes_and_balls_never_panic() {
     let folder = tempfile::tempdir().unwrap();
     let mut project = small_project(folder.path());
     let shoot = &mut project.settings.shoot;
-    (shoot.poses, shoot.frames) = (vec!["pose".into()], vec!["frame".into()]);
+    (shoot.poses, shoot.frames) = (vec!["pose".into()], vec!["frame".into()].into());
     let mut refused = 0;
     for lamps in [1, 2, 6] {
         project.settings.shoot.lamps = (0..lamps).map(|i| format!("olat_{i:02}")).collect();
         for (width, height) in [(1, 1), (1, 40), (41, 17), (64, 64)] {
             for level in [0.0, 1.0, 0.3] {
-                for (i, path) in project.probe_paths().iter().enumerate() {
+                for (i, path) in project.probe_pictures().iter().enumerate() {
                     // A lamp, on all but the even pictures.
                     let picture = Raster::from_fn(width, height, |x, y| {
                         let lamp = x.abs_diff(5 * i) < 3 && y.abs_diff(20) < 3;
                         [if level == 0.3 && lamp { 0.9 } else { level }; 3]
                     });
-                    file::write_png(path, &Encoded(picture)).unwrap();
+                    file::write_png(path.file(), &Encoded(picture)).unwrap();
                 }
                 let middle = [0.5 * width as f32, 0.5 * height as f32];
                 for ball in [
@@ -84,10 +84,10 @@ fn figures_that_no_ball_has_are_refused_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let mut project = small_project(folder.path());
     let shoot = &mut project.settings.shoot;
-    (shoot.poses, shoot.frames) = (vec!["pose".into()], vec!["frame".into()]);
-    for path in project.probe_paths() {
+    (shoot.poses, shoot.frames) = (vec!["pose".into()], vec!["frame".into()].into());
+    for path in project.probe_pictures() {
         let picture = Raster::from_fn(64, 64, |x, y| [f32::from(x + y < 40) * 0.5; 3]);
-        file::write_png(&path, &Encoded(picture)).unwrap();
+        file::write_png(path.file(), &Encoded(picture)).unwrap();
     }
     for (ball, dome) in [
         (ball([32.0; 2], 1e10), None),
@@ -107,8 +107,8 @@ fn figures_that_no_ball_has_are_refused_in_a_sentence() {
 /// Gives the balls' photographs other codes.
 fn spoil(project: &Project, code: impl Fn(f32, f32) -> f32) {
     let mut seed = 1u64;
-    for path in project.probe_paths() {
-        let picture = file::read_encoded(&path).unwrap().0;
+    for path in project.probe_pictures() {
+        let picture = file::read_encoded(path.file()).unwrap().0;
         let spoilt = picture.map(|pixel| {
             pixel.map(|v| {
                 seed = (seed.wrapping_mul(6_364_136_223_846_793_005)).wrapping_add(1);
@@ -117,7 +117,7 @@ fn spoil(project: &Project, code: impl Fn(f32, f32) -> f32) {
                 code(v, random).clamp(0.0, 1.0)
             })
         });
-        file::write_png(&path, &Encoded(spoilt)).unwrap();
+        file::write_png(path.file(), &Encoded(spoilt)).unwrap();
     }
 }
 

@@ -104,7 +104,7 @@ impl<'a> Reviewer<'a> {
         let shoot = &self.project.settings.shoot;
         let info = self.predictor.info();
         let name = |case: Case| match case {
-            Case::Frame(frame) => shoot.frames[frame].clone(),
+            Case::Frame(frame) => shoot.frames.name(frame).into_owned(),
             Case::Pose(pose) => shoot.poses[pose].clone(),
         };
         let total = 2 * cases.len() as u64;

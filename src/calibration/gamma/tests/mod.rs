@@ -140,7 +140,11 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                 poses: (0..6).map(|i| format!("pose{i:02}")).collect(),
                 lamps: (0..10).map(|i| format!("olat_{i:02}")).collect(),
                 other_lamps: vec![],
-                frames: ["frame_000", "pose00", "pose03"].map(String::from).into(),
+                frames: ["frame_000", "pose00", "pose03"]
+                    .map(String::from)
+                    .to_vec()
+                    .into(),
+                takes: Default::default(),
                 ball: Ball {
                     center_px: [0, 1].map(|i: usize| number(&ball["ball_center_px"][i])),
                     radius_px: number(&ball["ball_radius_px"]),

@@ -92,7 +92,8 @@ impl SmallShoot {
                     poses: names("pose", 4),
                     lamps: names("olat_", dome().len()),
                     other_lamps: vec![],
-                    frames: names("frame_", 4),
+                    frames: names("frame_", 4).into(),
+                    takes: Default::default(),
                     ball,
                     second_ball: None,
                     dome_radius_m: None,
@@ -116,14 +117,14 @@ impl SmallShoot {
         };
         // A sensor's noise as on the virtual stage (four even draws are near enough to a Gaussian), then
         // eight bits.
-        let mut write = |path: PathBuf, light: &Image| {
+        let mut write = |picture: project::Picture, light: &Image| {
             let noisy = light.map(|pixel| {
                 pixel.map(|l| {
                     let draw = 3f32.sqrt() * (even() + even() + even() + even());
                     (l + self.noise * (0.003 * l.sqrt() + 5e-5) * draw).max(0.0)
                 })
             });
-            file::write_png(&path, &self.response.encode(&noisy)).unwrap();
+            file::write_png(picture.file(), &self.response.encode(&noisy)).unwrap();
         };
         let sum = |pictures: &[Image], exposure: f32| {
             let mut sum = Image::filled(SIZE, SIZE, [0.0; 3]);
@@ -174,9 +175,9 @@ impl SmallShoot {
                 *light = [0, 1, 2].map(|c| light[c] + level * WARM[c] * [1.0, 0.9, 0.7][c]);
             }
         }
-        write(project.interview_probe_path(), &interview);
+        write(project.interview_probe_picture(), &interview);
         for (i, probe) in probes.iter().enumerate() {
-            write(project.lamp_probe_path(i), probe);
+            write(project.lamp_probe_picture(i), probe);
         }
         let subject = |turn: f32, direction: Vec3| {
             Image::from_fn(SIZE, SIZE, |x, y| {
@@ -204,9 +205,9 @@ impl SmallShoot {
                 lamps.iter().map(|(d, _)| subject(turn, *d)).collect()
             };
             for (i, olat) in olats(turn).iter().enumerate() {
-                write(project.olat_path(pose, i), olat);
+                write(project.olat_picture(pose, i), olat);
             }
-            file::write_mask_png(&project.exemplar_mask_path(pose), &mask).unwrap();
+            file::write_mask_png(project.exemplar_matte(pose).file(), &mask).unwrap();
             let mut frame = sum(&olats(turn + self.turn), self.exposure);
             for pane in panes.iter().filter(|_| self.window > 0.0) {
                 let lit = subject(turn + self.turn, *pane);
@@ -215,8 +216,8 @@ impl SmallShoot {
                     *sum = [0, 1, 2].map(|c| sum[c] + share * WARM[c] * light[c]);
                 }
             }
-            write(project.frame_path(pose), &frame);
-            file::write_mask_png(&project.frame_mask_path(pose), &mask).unwrap();
+            write(project.frame_picture(pose), &frame);
+            file::write_mask_png(project.frame_matte(pose).file(), &mask).unwrap();
         }
         project
     }

@@ -68,7 +68,7 @@ fn a_study_shows_what_a_response_makes_of_the_pictures() {
     let picture = study.relit(&right, 1.0, &weights);
     assert_eq!(picture.0.size(), (32, 32));
     // Pose 1 and frame 1 are the same: so are their pixels, to noise and the weights' error.
-    let frame = file::read_encoded(&project.frame_path(1)).unwrap();
+    let frame = file::read_encoded(project.frame_picture(1).file()).unwrap();
     for (x, y) in [(16, 16), (12, 20), (20, 9)] {
         let (found, is) = (picture.0.at(x, y), frame.0.at(3 * x + 1, 3 * y + 1));
         for c in 0..3 {

@@ -306,7 +306,7 @@ fn view_ui(ui: &mut Ui, context: &PanelContext, project: &Project, out: &mut Vec
             ui,
             &format!(
                 "{}, {} frames in all",
-                shoot.frames[frame],
+                shoot.frames.name(frame),
                 shoot.frames.len()
             ),
         );

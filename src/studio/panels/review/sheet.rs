@@ -66,7 +66,9 @@ impl LampSheetPanel {
             .and_then(|p| p.settings.shoot.frames.get(sheet.frame));
         for (number, (lamp, [x, y])) in lamps.iter().zip(&placed.corners).enumerate() {
             let corner = area.min + vec2(*x, *y);
-            let marked = frame.and_then(|frame| context.review.marks.of(frame, &lamp.name));
+            let marked = frame
+                .as_deref()
+                .and_then(|frame| context.review.marks.of(frame, &lamp.name));
             let picture = LampPicture {
                 number,
                 lamp,

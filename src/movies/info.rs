@@ -1,0 +1,301 @@
+//! What a movie's header says, and what that means for its frames.
+
+use super::process::{self, Tools};
+use base::error::{Error, Result};
+use imaging::file::MAX_PIXELS;
+use serde::Deserialize;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// What a movie's header says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Info {
+    /// Columns and rows as shown: rotated, with square pixels.
+    pub size: (usize, usize),
+    /// Frames per second, on average.
+    pub frame_rate: f64,
+    /// Whether frames have an alpha.
+    pub has_alpha: bool,
+    /// Whether there is sound.
+    pub has_sound: bool,
+    /// The time code of the first frame, such as `01:00:00:00`; with `;` before the frames if it drops numbers.
+    pub time_code: Option<String>,
+    /// The reel's name, if the file says it.
+    pub reel: Option<String>,
+    /// The codec's name.
+    pub codec: String,
+    /// How frames are decoded and what a person should know of them, in sentences.
+    pub notes: Vec<String>,
+    pub(crate) stream: usize,
+    /// Seconds of one unit of time stamps: numerator and denominator.
+    pub(crate) time_base: (i64, i64),
+    /// The codec's frames are whole pictures.
+    pub(crate) is_intra: bool,
+    /// First time stamp, step and number of frames, if the header promises even steps.
+    pub(crate) even: Option<(i64, i64, u64)>,
+    pub(crate) matrix: &'static str,
+    pub(crate) is_full_range: bool,
+    pub(crate) is_rgb: bool,
+}
+
+#[derive(Deserialize)]
+struct Listing {
+    #[serde(default)]
+    streams: Vec<Stream>,
+    #[serde(default)]
+    format: Format,
+}
+
+#[derive(Default, Deserialize)]
+struct Format {
+    #[serde(default)]
+    tags: HashMap<String, String>,
+}
+
+#[derive(Deserialize)]
+struct Stream {
+    index: usize,
+    codec_type: Option<String>,
+    codec_name: Option<String>,
+    width: Option<usize>,
+    height: Option<usize>,
+    sample_aspect_ratio: Option<String>,
+    pix_fmt: Option<String>,
+    field_order: Option<String>,
+    color_range: Option<String>,
+    color_space: Option<String>,
+    color_transfer: Option<String>,
+    color_primaries: Option<String>,
+    r_frame_rate: Option<String>,
+    avg_frame_rate: Option<String>,
+    time_base: Option<String>,
+    start_pts: Option<i64>,
+    duration_ts: Option<i64>,
+    nb_frames: Option<String>,
+    #[serde(default)]
+    disposition: HashMap<String, i64>,
+    #[serde(default)]
+    tags: HashMap<String, String>,
+    #[serde(default)]
+    side_data_list: Vec<SideData>,
+}
+
+#[derive(Deserialize)]
+struct SideData {
+    rotation: Option<f64>,
+}
+
+/// Codecs whose frames are whole pictures, so that each can be decoded alone.
+const INTRA: [&str; 20] = [
+    "prores", "dnxhd", "mjpeg", "jpeg2000", "ffvhuff", "huffyuv", "utvideo", "rawvideo", "v210",
+    "v308", "v408", "v410", "r210", "r10k", "cfhd", "png", "tiff", "dpx", "exr", "qtrle",
+];
+/// Rows from which a movie without a matrix counts as HD.
+const HD_ROWS: usize = 720;
+
+impl Info {
+    /// Reads a movie's header.
+    ///
+    /// # Errors
+    /// When the file is not a movie that ffmpeg reads, has no pictures, or claims impossible ones.
+    pub(crate) fn read(path: &Path, tools: &Tools) -> Result<Self> {
+        const REMEDY: &str = "Check that the file is whole, or convert it: ffmpeg -i FILE -c:v prores_ks -profile:v 4 NEW.mov";
+        let words = [
+            "-v",
+            "error",
+            "-of",
+            "json",
+            "-show_streams",
+            "-show_format",
+        ];
+        let mut arguments: Vec<_> = words.map(Into::into).to_vec();
+        arguments.extend(process::input(path));
+        let said = process::run(&tools.ffprobe, arguments, tools.patience)?;
+        let refuse = |cause: &str| Error::codec("read", path, cause, REMEDY);
+        let bytes = said.map_err(|words| {
+            refuse(if words.is_empty() {
+                "ffprobe refused it"
+            } else {
+                &words
+            })
+        })?;
+        let listing: Listing =
+            serde_json::from_slice(&bytes).map_err(|e| refuse(&e.to_string()))?;
+        let is_video = |s: &&Stream| {
+            let is_cover = s.disposition.get("attached_pic") == Some(&1);
+            s.codec_type.as_deref() == Some("video") && !is_cover
+        };
+        let video = listing.streams.iter().find(is_video);
+        let video = video.ok_or_else(|| refuse("it holds no pictures"))?;
+        Self::of(video, &listing).map_err(|cause| refuse(&cause))
+    }
+
+    fn of(video: &Stream, listing: &Listing) -> std::result::Result<Self, String> {
+        let (width, height) = (video.width.unwrap_or(0), video.height.unwrap_or(0));
+        let format = video.pix_fmt.clone().unwrap_or_default();
+        if width == 0 || height == 0 || format.is_empty() {
+            let codec = video.codec_name.as_deref().unwrap_or("unknown");
+            return Err(format!("ffmpeg cannot decode its pictures (codec {codec})"));
+        }
+        let aspect = video
+            .sample_aspect_ratio
+            .as_deref()
+            .and_then(|s| ratio(s, ':'));
+        let aspect = aspect.map_or(1.0, |(a, b)| a as f64 / b as f64);
+        let square = (width as f64 * aspect).round().max(1.0);
+        if !(0.01..=100.0).contains(&aspect) || square * height as f64 > MAX_PIXELS as f64 {
+            return Err(format!(
+                "it claims frames of {width} × {height} pixels of aspect {aspect}, and at most {MAX_PIXELS} pixels are read"
+            ));
+        }
+        let turns = video.side_data_list.iter().find_map(|side| side.rotation);
+        let tagged = video.tags.get("rotate").and_then(|said| said.parse().ok());
+        let turns = turns.or(tagged).unwrap_or(0.0);
+        let is_upright = ((turns / 90.0).round() as i64).rem_euclid(2) == 1;
+        let square = (square as usize, height);
+        let size = if is_upright {
+            (square.1, square.0)
+        } else {
+            square
+        };
+        let [rate, average] = [&video.r_frame_rate, &video.avg_frame_rate]
+            .map(|said| said.as_deref().and_then(|said| ratio(said, '/')));
+        let seconds = average.or(rate).unwrap_or((24, 1));
+        let time_base = video.time_base.as_deref().and_then(|said| ratio(said, '/'));
+        let time_base = time_base.ok_or("its time stamps have no unit")?;
+        let codec = video.codec_name.clone().unwrap_or_default();
+        let is_intra = INTRA.contains(&&*codec);
+        let even = (rate == average)
+            .then(|| even(video, rate?, time_base))
+            .flatten();
+        let is_rgb = ["rgb", "bgr", "gbr", "argb", "abgr", "pal8", "gray", "mono"]
+            .iter()
+            .any(|start| format.starts_with(start));
+        let (matrix, matrix_note) = matrix(video.color_space.as_deref(), height);
+        let is_full = video.color_range.as_deref() == Some("pc") || format.starts_with("yuvj");
+        let mut info = Self {
+            size,
+            frame_rate: seconds.0 as f64 / seconds.1 as f64,
+            has_alpha: has_alpha(&format),
+            has_sound: (listing.streams.iter()).any(|s| s.codec_type.as_deref() == Some("audio")),
+            time_code: tag(listing, video, "timecode"),
+            reel: tag(listing, video, "reel_name"),
+            codec,
+            notes: vec![],
+            stream: video.index,
+            time_base,
+            is_intra,
+            even: even.filter(|_| is_intra),
+            matrix,
+            is_full_range: is_full,
+            is_rgb,
+        };
+        if !(0.001..=100_000.0).contains(&info.frame_rate) {
+            return Err(format!("it claims {} frames a second", info.frame_rate));
+        }
+        info.note(video, &format, (width, height), matrix_note);
+        Ok(info)
+    }
+
+    /// Says how its frames are read.
+    fn note(&mut self, video: &Stream, format: &str, coded: (usize, usize), matrix_note: String) {
+        let notes = &mut self.notes;
+        if self.is_rgb {
+            notes.push(format!("Pictures are stored as RGB or grey ({format})"));
+        } else {
+            let range = match (&video.color_range, self.is_full_range) {
+                (None, false) => "limited range (the file does not say)",
+                (_, true) => "full range",
+                (_, false) => "limited range",
+            };
+            notes.push(format!(
+                "Colours are decoded from {format} with {matrix_note}, {range}"
+            ));
+        }
+        let known = |tag: &Option<String>| {
+            tag.clone()
+                .filter(|tag| tag != "unknown" && tag != "unspecified")
+        };
+        let said = |what: &str, tag: &Option<String>| {
+            known(tag).map_or(format!("no {what} are tagged"), |tag| {
+                format!("{what} are tagged {tag}")
+            })
+        };
+        notes.push(format!(
+            "Its {}, and its {}; the response is fitted by `afterlight calibrate`, whatever the tags say",
+            said("primaries", &video.color_primaries),
+            said("transfer curves", &video.color_transfer)
+        ));
+        if let Some((wide, high)) = Some(self.size).filter(|&size| size != coded) {
+            notes.push(format!(
+                "Frames of {} × {} pixels are turned or widened to {wide} × {high} square pixels, as the file asks",
+                coded.0, coded.1
+            ));
+        }
+        if let Some(order @ ("tt" | "bb" | "tb" | "bt")) = video.field_order.as_deref() {
+            notes.push(format!(
+                "It is interlaced ({order}): both fields are kept in one picture. Deinterlace it before import"
+            ));
+        }
+    }
+}
+
+/// Start, step and number of frames, if a header that counts its frames gives all of them the same time.
+fn even(video: &Stream, rate: (i64, i64), base: (i64, i64)) -> Option<(i64, i64, u64)> {
+    let count: u64 = video.nb_frames.as_deref()?.parse().ok()?;
+    let ticks = i128::from(rate.1) * i128::from(base.1);
+    let per = i128::from(rate.0) * i128::from(base.0);
+    let step = i64::try_from(ticks / per)
+        .ok()
+        .filter(|_| ticks % per == 0)?;
+    let length = i64::try_from(count).ok()?.checked_mul(step)?;
+    let fits = count > 0 && count < 1 << 32 && step > 0 && video.duration_ts == Some(length);
+    let start = video
+        .start_pts
+        .filter(|start| start.checked_add(length).is_some())?;
+    fits.then_some((start, step, count))
+}
+
+/// A tag of the movie, its video or any of its streams: the time code has a stream of its own.
+fn tag(listing: &Listing, video: &Stream, name: &str) -> Option<String> {
+    let streams = listing.streams.iter().map(|stream| &stream.tags);
+    let mut all = std::iter::once(&video.tags)
+        .chain([&listing.format.tags])
+        .chain(streams);
+    all.find_map(|tags| tags.get(name)).cloned()
+}
+
+/// Two positive numbers.
+fn ratio(said: &str, between: char) -> Option<(i64, i64)> {
+    let (a, b) = said.split_once(between)?;
+    let both: (i64, i64) = (a.parse().ok()?, b.parse().ok()?);
+    let is_sane = |n: i64| (1..=1 << 40).contains(&n);
+    (is_sane(both.0) && is_sane(both.1)).then_some(both)
+}
+
+/// The name of the matrix for ffmpeg's `scale`, and in words.
+fn matrix(tagged: Option<&str>, rows: usize) -> (&'static str, String) {
+    match tagged {
+        Some("bt709") => ("bt709", "the matrix of Rec. 709".to_owned()),
+        Some("bt470bg" | "smpte170m") => ("bt601", "the matrix of Rec. 601".to_owned()),
+        Some("bt2020nc" | "bt2020c") => ("bt2020", "the matrix of Rec. 2020".to_owned()),
+        Some("smpte240m") => ("smpte240m", "the matrix of SMPTE 240M".to_owned()),
+        Some("fcc") => ("fcc", "the matrix of FCC".to_owned()),
+        _ if rows >= HD_ROWS => (
+            "bt709",
+            "the matrix of Rec. 709 (HD, not tagged)".to_owned(),
+        ),
+        _ => (
+            "bt601",
+            "the matrix of Rec. 601 (fewer than 720 rows, not tagged)".to_owned(),
+        ),
+    }
+}
+
+fn has_alpha(format: &str) -> bool {
+    [
+        "yuva", "rgba", "bgra", "argb", "abgr", "gbrap", "ya8", "ya16", "ayuv", "vuya",
+    ]
+    .iter()
+    .any(|start| format.starts_with(start))
+}

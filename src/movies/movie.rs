@@ -1,0 +1,278 @@
+//! A movie, any frame of it.
+
+use super::index::{Index, Stamp};
+use super::info::Info;
+use super::process::Tools;
+use super::reader::Reader;
+use super::{Pixels, cache};
+use base::error::{Error, Result};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Decoders of one movie that are kept, at different places.
+const READERS: usize = 3;
+/// Frames that are decoded to reach one further on, rather than to seek it.
+const FORWARD: u64 = 24;
+
+/// A movie, any frame of which can be read, by any number of threads.
+#[derive(Debug)]
+pub struct Movie {
+    path: PathBuf,
+    info: Info,
+    stamp: Stamp,
+    index: Mutex<Index>,
+    /// The least recently used first.
+    readers: Mutex<Vec<Reader>>,
+    tools: Tools,
+    /// Its number in this process, for the cache.
+    number: u64,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Movie {
+    /// Opens a movie: reads its header, and starts to list its frames if the header does not say when each is shown.
+    ///
+    /// # Errors
+    /// When it is no movie that ffmpeg reads, or ffmpeg is missing.
+    pub fn open(path: &Path, tools: &Tools) -> Result<Self> {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        refuse_raw(path)?;
+        let stamp = Stamp::of(path)?;
+        let info = Info::read(path, tools)?;
+        let index = Index::of(path, &info, stamp, tools)?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            info,
+            stamp,
+            index: Mutex::new(index),
+            readers: Mutex::default(),
+            tools: tools.clone(),
+            number: COUNT.fetch_add(1, Ordering::Relaxed),
+        })
+    }
+
+    /// What its header says.
+    pub fn info(&self) -> &Info {
+        &self.info
+    }
+
+    /// How many frames it has. Waits until they are listed.
+    ///
+    /// # Errors
+    /// When they cannot be listed, or there are none.
+    pub fn count(&self) -> Result<u64> {
+        match self.index().count()? {
+            0 => Err(Error::codec(
+                "read",
+                &self.path,
+                "it holds no frames",
+                "Check that the file is whole",
+            )),
+            count => Ok(count),
+        }
+    }
+
+    /// Whether the file is as it was when it was opened.
+    pub(crate) fn is_current(&self) -> bool {
+        Stamp::of(&self.path).is_ok_and(|now| now == self.stamp)
+    }
+
+    fn index(&self) -> Index {
+        locked(&self.index).clone()
+    }
+
+    /// Frame `frame`, counted from 0 in the order in which frames are shown.
+    ///
+    /// # Errors
+    /// When there is no such frame, it cannot be decoded, or the file has changed since it was opened.
+    pub fn frame(&self, frame: u64) -> Result<Arc<Pixels>> {
+        if !self.is_current() {
+            return Err(replaced(&self.path));
+        }
+        if let Some(pixels) = cache::get((self.number, frame)) {
+            return Ok(pixels);
+        }
+        let found = self.find(frame)?;
+        match found {
+            Found::Frame(pixels) => Ok(pixels),
+            Found::Missing(words) => Err(self.failed(frame, &words)),
+            // The header's even steps were a lie.
+            Found::Elsewhere => {
+                *locked(&self.index) =
+                    Index::listed(&self.path, &self.info, self.stamp, &self.tools)?;
+                cache::forget(self.number);
+                locked(&self.readers).clear();
+                match self.find(frame)? {
+                    Found::Frame(pixels) => Ok(pixels),
+                    Found::Missing(words) => Err(self.failed(frame, &words)),
+                    Found::Elsewhere => {
+                        Err(self.failed(frame, "it is not where the file's index says"))
+                    }
+                }
+            }
+        }
+    }
+
+    /// Drops what was decoded, and all decoders.
+    #[cfg(test)]
+    pub(crate) fn forget(&self) {
+        cache::forget(self.number);
+        locked(&self.readers).clear();
+    }
+
+    fn failed(&self, frame: u64, words: &str) -> Error {
+        let words = if words.is_empty() {
+            "the decoder gave nothing"
+        } else {
+            words
+        };
+        Error::codec(
+            "decode",
+            &self.path,
+            format!("frame {frame} is missing or damaged ({words})"),
+            "Replace the file, or import without this frame",
+        )
+    }
+
+    fn find(&self, frame: u64) -> Result<Found> {
+        let index = self.index();
+        let Some(time) = index.time(frame)? else {
+            let count = index.count()?;
+            return Err(Error::missing(
+                format!(
+                    "{} has no frame {frame}: its frames are 0 to {}",
+                    self.path.display(),
+                    count.saturating_sub(1)
+                ),
+                "Choose frames of the movie; if it was cut, import it again",
+            ));
+        };
+        let mut reader = match self.take_reader(frame) {
+            Some(reader) => reader,
+            None => self.start(&index, frame, time, true)?,
+        };
+        let mut found = self.advance(&mut reader, &index, frame, time)?;
+        // A seek may have come too late: from the file's start nothing is missed.
+        if let (Found::Missing(_), true) = (&found, index.key_before(frame)?.is_some()) {
+            reader = self.start(&index, frame, time, false)?;
+            found = self.advance(&mut reader, &index, frame, time)?;
+        }
+        if let Found::Frame(_) = found {
+            let mut readers = locked(&self.readers);
+            readers.push(reader);
+            let excess = readers.len().saturating_sub(READERS);
+            readers.drain(..excess);
+        }
+        Ok(found)
+    }
+
+    /// A decoder that is about to reach the frame.
+    fn take_reader(&self, frame: u64) -> Option<Reader> {
+        let mut readers = locked(&self.readers);
+        let ahead = |reader: &Reader| frame.checked_sub(reader.next).filter(|&way| way <= FORWARD);
+        let nearest = (0..readers.len())
+            .filter_map(|i| Some((ahead(&readers[i])?, i)))
+            .min();
+        nearest.map(|(_, i)| readers.remove(i))
+    }
+
+    fn start(&self, index: &Index, frame: u64, time: i64, seek: bool) -> Result<Reader> {
+        let key = if seek { index.key_before(frame)? } else { None };
+        let key = key.map(|(_, time)| time);
+        Reader::start(&self.path, &self.info, key, (frame, time), &self.tools)
+    }
+
+    /// Decodes on until the frame that is shown at `time`.
+    fn advance(&self, reader: &mut Reader, index: &Index, frame: u64, time: i64) -> Result<Found> {
+        while let Some(decoded) = reader.frame()? {
+            // Frames that the decoder left out are passed.
+            while reader.next <= frame
+                && index
+                    .time(reader.next)?
+                    .is_some_and(|next| next < decoded.time)
+            {
+                reader.next += 1;
+            }
+            if index.time(reader.next)? != Some(decoded.time) {
+                if let Index::Even { .. } = index {
+                    return Ok(Found::Elsewhere);
+                }
+                if decoded.time < time {
+                    continue;
+                }
+                return Ok(Found::Missing("later frames follow".to_owned()));
+            }
+            let number = reader.next;
+            reader.next += 1;
+            if decoded.is_damaged {
+                if number == frame {
+                    return Ok(Found::Missing("its data are damaged".to_owned()));
+                }
+                continue;
+            }
+            let pixels = Arc::new(decoded.pixels);
+            cache::put((self.number, number), pixels.clone());
+            match number.cmp(&frame) {
+                std::cmp::Ordering::Less => {}
+                std::cmp::Ordering::Equal => return Ok(Found::Frame(pixels)),
+                std::cmp::Ordering::Greater => {
+                    return Ok(Found::Missing("later frames follow".to_owned()));
+                }
+            }
+        }
+        Ok(Found::Missing(reader.words()))
+    }
+}
+
+impl Drop for Movie {
+    fn drop(&mut self) {
+        cache::forget(self.number);
+    }
+}
+
+enum Found {
+    Frame(Arc<Pixels>),
+    Missing(String),
+    /// Frames are not where the header says.
+    Elsewhere,
+}
+
+/// The file is not the one that was opened.
+pub(crate) fn replaced(path: &Path) -> Error {
+    Error::invalid(
+        format!(
+            "{} was replaced or changed while it was open",
+            path.display()
+        ),
+        "Wait until it is written, then try again; if it is another movie, import it again",
+    )
+}
+
+/// Refuses files that only their makers' programs read.
+fn refuse_raw(path: &Path) -> Result<()> {
+    let extension = path
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
+    let program = match &*extension {
+        "r3d" => "REDCINE-X PRO",
+        "braw" => "DaVinci Resolve or Blackmagic RAW Player",
+        "ari" | "arx" => "the ARRI Reference Tool",
+        "crm" => "Canon Cinema RAW Development",
+        _ => return Ok(()),
+    };
+    Err(Error::invalid(
+        format!(
+            "{} is a camera's raw movie, which only its maker's programs read",
+            path.display()
+        ),
+        format!(
+            "Transcode it with {program} to ProRes 4444 or to a sequence of 16-bit TIFF or DPX, then import that"
+        ),
+    ))
+}

@@ -1,0 +1,240 @@
+//! ffmpeg and ffprobe as processes: started so that a name is only ever a name, and killed when they must end.
+
+use base::error::{Error, Result};
+use std::ffi::{OsStr, OsString};
+use std::io::{BufRead, BufReader, ErrorKind, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// Between two looks at whether a process is still alive.
+pub(crate) const TICK: Duration = Duration::from_millis(50);
+/// Letters of complaints that are kept.
+const TAIL: usize = 600;
+/// Bytes that ffprobe may say about a file's streams.
+const MOST_SAID: u64 = 4 << 20;
+
+/// The programs, and where indices are kept.
+#[derive(Clone, Debug)]
+pub struct Tools {
+    /// The program that decodes.
+    pub ffmpeg: OsString,
+    /// The program that lists what a file holds.
+    pub ffprobe: OsString,
+    /// The folder of the indices; `None` keeps none.
+    pub cache: Option<PathBuf>,
+    /// How long a process may neither read nor write.
+    pub patience: Duration,
+}
+
+impl Default for Tools {
+    fn default() -> Self {
+        Self {
+            ffmpeg: "ffmpeg".into(),
+            ffprobe: "ffprobe".into(),
+            cache: dirs::cache_dir().map(|folder| folder.join("afterlight/movies")),
+            patience: Duration::from_secs(120),
+        }
+    }
+}
+
+/// The file's name as ffmpeg takes it: a colon, a dash, a quote or a line break in it means nothing, and nothing but files
+/// is opened, whatever a playlist or a reference inside the file says.
+pub(crate) fn input(file: &Path) -> Vec<OsString> {
+    let mut name = OsString::from("file:");
+    name.push(file);
+    let words = ["-protocol_whitelist", "file,pipe", "-i"];
+    words.iter().map(OsString::from).chain([name]).collect()
+}
+
+/// A running process. Dropped, it is killed with all that it started.
+#[derive(Debug)]
+pub(crate) struct Process {
+    child: Child,
+    /// Grows with each sign of life.
+    pub signs: Arc<AtomicU64>,
+    program: OsString,
+}
+
+impl Process {
+    /// Starts `program`; what it writes to its output and its error stream can be read.
+    ///
+    /// # Errors
+    /// When it cannot be started.
+    pub fn start(program: &OsStr, arguments: Vec<OsString>) -> Result<Self> {
+        let mut command = Command::new(program);
+        command.args(arguments);
+        #[cfg(unix)]
+        {
+            // A group of its own can be killed with all that it starts, and Ctrl-C in a terminal reaches us alone.
+            use std::os::unix::process::CommandExt;
+            command.process_group(0);
+        }
+        command.stdin(Stdio::null());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let child = command.spawn().map_err(|e| refused(program, e))?;
+        Ok(Self {
+            child,
+            signs: Arc::default(),
+            program: program.to_owned(),
+        })
+    }
+
+    /// Its output, once.
+    pub fn output(&mut self) -> Option<ChildStdout> {
+        self.child.stdout.take()
+    }
+
+    /// Hands each line of its error stream to `line`, on a thread of its own, and sends the last words at its end.
+    pub fn listen(&mut self, mut line: impl FnMut(&str) + Send + 'static) -> Receiver<String> {
+        let (say, words) = channel();
+        let (stream, signs) = (self.child.stderr.take(), self.signs.clone());
+        std::thread::spawn(move || {
+            let mut last = String::new();
+            for said in stream.into_iter().flat_map(lines) {
+                signs.fetch_add(1, Ordering::Relaxed);
+                line(&said);
+                if !said.starts_with("[Parsed_showinfo") && !said.contains('=') {
+                    last.push_str(said.trim());
+                    last.push(' ');
+                    let excess = last.len().saturating_sub(TAIL);
+                    let start = (excess..=last.len()).find(|&at| last.is_char_boundary(at));
+                    last.drain(..start.unwrap_or(0));
+                }
+            }
+            let _ = say.send(last.trim().to_owned());
+        });
+        words
+    }
+
+    /// What arrives, unless the process gives no sign of life for `patience`; `None` once nothing can arrive.
+    ///
+    /// # Errors
+    /// When it is silent: the process is killed.
+    pub fn wait<T>(&mut self, arrives: &Receiver<T>, patience: Duration) -> Result<Option<T>> {
+        let (mut signs, mut since) = (self.signs.load(Ordering::Relaxed), Instant::now());
+        loop {
+            match arrives.recv_timeout(TICK) {
+                Ok(got) => return Ok(Some(got)),
+                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            let now = self.signs.load(Ordering::Relaxed);
+            if now != signs {
+                (signs, since) = (now, Instant::now());
+            } else if since.elapsed() >= patience {
+                self.kill();
+                return Err(Error::busy(
+                    format!(
+                        "{} neither read nor wrote anything for {} s and was ended",
+                        self.program.to_string_lossy(),
+                        patience.as_secs_f32()
+                    ),
+                    "Check that the disk with the movie answers, then try again",
+                ));
+            }
+        }
+    }
+
+    /// Whether it ended well. Waits for its end.
+    pub fn ended_well(&mut self) -> bool {
+        self.child.wait().is_ok_and(|status| status.success())
+    }
+
+    fn kill(&mut self) {
+        if !matches!(self.child.try_wait(), Ok(None)) {
+            return;
+        }
+        #[cfg(unix)]
+        if let Ok(group) = i32::try_from(self.child.id()) {
+            use nix::sys::signal::{Signal, killpg};
+            // One that ended meanwhile is not waited for yet, so that its number is still its own.
+            let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+/// The lines of a stream, of at most 64 KiB each; bytes that are no UTF-8 are replaced.
+fn lines(stream: impl Read) -> impl Iterator<Item = String> {
+    let mut stream = BufReader::new(stream);
+    std::iter::from_fn(move || {
+        let mut line = Vec::new();
+        match stream.by_ref().take(1 << 16).read_until(b'\n', &mut line) {
+            Ok(1..) => Some(String::from_utf8_lossy(&line).trim_end().to_owned()),
+            _ => None,
+        }
+    })
+}
+
+/// All that a process says, at most 4 MiB.
+///
+/// # Errors
+/// When it cannot be started, is silent for too long, or fails: its last words.
+pub(crate) fn run(
+    program: &OsStr,
+    arguments: Vec<OsString>,
+    patience: Duration,
+) -> Result<std::result::Result<Vec<u8>, String>> {
+    let mut process = Process::start(program, arguments)?;
+    let words = process.listen(|_| {});
+    let (say, said) = channel();
+    let (output, signs) = (process.output(), process.signs.clone());
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        let mut output = output.into_iter().map(|output| output.take(MOST_SAID));
+        let mut piece = [0; 1 << 14];
+        if let Some(output) = &mut output.next() {
+            while let Ok(n @ 1..) = output.read(&mut piece) {
+                bytes.extend_from_slice(&piece[..n]);
+                signs.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+        let _ = say.send(bytes);
+    });
+    let bytes = process.wait(&said, patience)?.unwrap_or_default();
+    match process.ended_well() {
+        true => Ok(Ok(bytes)),
+        false => Ok(Err(words
+            .recv_timeout(Duration::from_secs(1))
+            .unwrap_or_default())),
+    }
+}
+
+fn refused(program: &OsStr, e: std::io::Error) -> Error {
+    if e.kind() != ErrorKind::NotFound {
+        return Error::io("start", program, e, "Check that it can be run");
+    }
+    Error::missing(
+        format!(
+            "movies are read with {}, which was not found",
+            program.to_string_lossy()
+        ),
+        "Install ffmpeg (it brings ffprobe), for example with your package manager or from ffmpeg.org",
+    )
+}
+
+/// Whether ffmpeg knows `-fps_mode`, which is new in 5.1, instead of `-vsync`.
+pub(crate) fn knows_fps_mode(tools: &Tools) -> Result<bool> {
+    let said = run(&tools.ffmpeg, vec!["-version".into()], tools.patience)?.unwrap_or_default();
+    let said = String::from_utf8_lossy(&said);
+    let version = said.split_whitespace().nth(2).unwrap_or_default();
+    let mut numbers = version
+        .trim_start_matches('n')
+        .split(['.', '-'])
+        .map_while(|n| n.parse::<u32>().ok());
+    // Versions without a number are built from newer sources.
+    Ok(numbers
+        .next()
+        .is_none_or(|major| (major, numbers.next().unwrap_or(0)) >= (5, 1)))
+}

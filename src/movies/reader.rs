@@ -1,0 +1,211 @@
+//! A decoder that runs ahead on threads of its own.
+
+use super::Pixels;
+use super::info::Info;
+use super::process::{self, Process, Tools, knows_fps_mode};
+use base::error::Result;
+use std::ffi::OsString;
+use std::io::Read;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, channel, sync_channel};
+use std::time::Duration;
+
+/// Bytes that are decoded ahead.
+const AHEAD: usize = 64 << 20;
+/// Bytes that are read at once.
+const PIECE: usize = 1 << 18;
+
+/// A decoded frame, with the time at which it is shown.
+pub(crate) struct Decoded {
+    pub time: i64,
+    /// The decoder said that it is damaged.
+    pub is_damaged: bool,
+    pub pixels: Pixels,
+}
+
+/// Decodes a movie from some time on.
+#[derive(Debug)]
+pub(crate) struct Reader {
+    process: Process,
+    frames: Receiver<Decoded>,
+    words: Receiver<String>,
+    patience: Duration,
+    /// The frame after the last one that was given.
+    pub next: u64,
+}
+
+impl Reader {
+    /// Starts to decode the frames that are shown at `from` or later. `key`: when a frame is shown before them from which
+    /// they can be decoded; `None` for the file's start.
+    ///
+    /// # Errors
+    /// When ffmpeg cannot be started.
+    pub fn start(
+        path: &Path,
+        info: &Info,
+        key: Option<i64>,
+        (next, from): (u64, i64),
+        tools: &Tools,
+    ) -> Result<Self> {
+        let mut arguments: Vec<OsString> = ["-nostdin", "-hide_banner", "-loglevel", "info"]
+            .map(Into::into)
+            .to_vec();
+        arguments.extend(["-progress", "pipe:2", "-copyts", "-noaccurate_seek"].map(Into::into));
+        let (seconds, per) = info.time_base;
+        if let Some(key) = key {
+            // Times are rounded to microseconds: one more, and it is not before the key frame.
+            let at = i128::from(key) * i128::from(seconds) * 1_000_000 / i128::from(per) + 1;
+            arguments.extend(["-seek_timestamp", "1", "-ss"].map(Into::into));
+            arguments.push(format!("{at}us").into());
+        }
+        arguments.extend(process::input(path));
+        let (width, height) = info.size;
+        let start = (from as f64 - 0.5) * seconds as f64 / per as f64;
+        let input = match info.is_rgb {
+            true => String::new(),
+            false => format!(
+                ":in_color_matrix={}:in_range={}",
+                info.matrix,
+                if info.is_full_range {
+                    "full"
+                } else {
+                    "limited"
+                }
+            ),
+        };
+        let format = if info.has_alpha {
+            "rgba64le"
+        } else {
+            "rgb48le"
+        };
+        let filters = format!(
+            "showinfo=checksum=0,select=gte(t\\,{start:.9}),scale={width}:{height}:flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp{input}:out_range=full,format={format}"
+        );
+        arguments.extend(["-map", &format!("0:{}", info.stream), "-vf", &filters].map(Into::into));
+        let mode = if knows_fps_mode(tools)? {
+            "-fps_mode"
+        } else {
+            "-vsync"
+        };
+        arguments.extend([mode, "passthrough", "-f", "rawvideo", "pipe:1"].map(Into::into));
+        let mut process = Process::start(&tools.ffmpeg, arguments)?;
+        let (tell, times) = channel();
+        let mut seen = Seen::new(info.time_base);
+        let words = process.listen(move |line| {
+            if let Some((time, is_damaged)) = seen.line(line)
+                && time >= from
+            {
+                let _ = tell.send((time, is_damaged));
+            }
+        });
+        let channels = 3 + usize::from(info.has_alpha);
+        let bytes = 2 * channels * width * height;
+        let (send, frames) = sync_channel((AHEAD / bytes).clamp(1, 16));
+        let (output, signs, has_alpha) = (process.output(), process.signs.clone(), info.has_alpha);
+        std::thread::spawn(move || {
+            let Some(mut output) = output else { return };
+            loop {
+                let mut codes = vec![0u8; bytes];
+                for piece in codes.chunks_mut(PIECE) {
+                    if output.read_exact(piece).is_err() {
+                        return;
+                    }
+                    signs.fetch_add(1, Ordering::Relaxed);
+                }
+                // ffmpeg says when a frame is shown before it writes it.
+                let Ok((time, is_damaged)) = times.recv() else {
+                    return;
+                };
+                let codes = codes
+                    .chunks_exact(2)
+                    .map(|b| u16::from_le_bytes([b[0], b[1]]));
+                let pixels = Pixels {
+                    size: (width, height),
+                    has_alpha,
+                    codes: codes.collect(),
+                };
+                let decoded = Decoded {
+                    time,
+                    is_damaged,
+                    pixels,
+                };
+                if send.send(decoded).is_err() {
+                    return;
+                }
+            }
+        });
+        Ok(Self {
+            process,
+            frames,
+            words,
+            patience: tools.patience,
+            next,
+        })
+    }
+
+    /// The next frame; `None` at the movie's end.
+    ///
+    /// # Errors
+    /// When ffmpeg gives no sign of life.
+    pub fn frame(&mut self) -> Result<Option<Decoded>> {
+        self.process.wait(&self.frames, self.patience)
+    }
+
+    /// ffmpeg's last words.
+    pub fn words(&self) -> String {
+        self.words
+            .recv_timeout(Duration::from_secs(1))
+            .unwrap_or_default()
+    }
+}
+
+/// Reads when frames are shown from what ffmpeg's `showinfo` says.
+struct Seen {
+    /// Seconds of one unit of the movie's time stamps.
+    base: (i64, i64),
+    /// The same of the filter's.
+    of_filter: (i64, i64),
+    is_damaged: bool,
+}
+
+impl Seen {
+    fn new(base: (i64, i64)) -> Self {
+        Self {
+            base,
+            of_filter: base,
+            is_damaged: false,
+        }
+    }
+
+    /// A frame's time, and whether it is damaged, if the line is about a frame.
+    fn line(&mut self, line: &str) -> Option<(i64, bool)> {
+        if line.contains("corrupt decoded frame") || line.contains("error while decoding") {
+            self.is_damaged = true;
+        }
+        if !line.starts_with("[Parsed_showinfo") {
+            return None;
+        }
+        if let Some((_, rest)) = line.split_once("config in time_base: ") {
+            let said = rest
+                .split([',', ' '])
+                .next()
+                .and_then(|said| said.split_once('/'));
+            if let Some((Ok(a), Ok(b @ 1..))) = said.map(|(a, b)| (a.parse(), b.parse::<i64>())) {
+                self.of_filter = (a, b);
+            }
+        }
+        let time: i64 = line
+            .split_once("pts:")?
+            .1
+            .split_whitespace()
+            .next()?
+            .parse()
+            .ok()?;
+        let damaged = std::mem::take(&mut self.is_damaged);
+        let up = i128::from(time) * i128::from(self.of_filter.0) * i128::from(self.base.1);
+        let down = i128::from(self.of_filter.1) * i128::from(self.base.0);
+        let rounded = (2 * up + down).div_euclid(2 * down);
+        Some((i64::try_from(rounded).ok()?, damaged))
+    }
+}

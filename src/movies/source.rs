@@ -1,0 +1,157 @@
+//! What an address opens: a movie or a sequence, opened once for the process.
+
+use super::process::Tools;
+use super::sequence::is_sequence;
+use super::{Movie, Pixels, Sequence};
+use base::error::Result;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A movie or a sequence.
+#[derive(Debug)]
+pub enum Source {
+    Movie(Movie),
+    Sequence(Sequence),
+}
+
+/// Sources that stay open, the least recently used first.
+static OPEN: Mutex<Vec<(PathBuf, Arc<Source>)>> = Mutex::new(Vec::new());
+/// Sources that stay open at most: a movie may keep three decoders.
+const MOST_OPEN: usize = 6;
+/// Endings of movies' names.
+const EXTENSIONS: [&str; 16] = [
+    "mov", "mp4", "m4v", "mxf", "mkv", "webm", "avi", "mts", "m2ts", "ts", "mpg", "mpeg", "ogv",
+    "wmv", "3gp", "nut",
+];
+
+/// Whether a name ends as a movie's, raw ones that cannot be read included.
+pub fn is_movie(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    let is = |known: &&str| extension.eq_ignore_ascii_case(known);
+    EXTENSIONS.iter().any(|known| is(&known))
+        || ["r3d", "braw", "ari", "arx", "crm"]
+            .iter()
+            .any(|known| is(&known))
+}
+
+/// Opens a movie or a sequence, or takes it if it is open.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn open(path: &Path) -> Result<Arc<Source>> {
+    let mut all = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(at) = all.iter().position(|(of, _)| of == path) {
+        let one = all.remove(at);
+        if one.1.is_current() {
+            let source = one.1.clone();
+            all.push(one);
+            return Ok(source);
+        }
+        return Err(super::movie::replaced(path));
+    }
+    drop(all);
+    let source = Arc::new(Source::open(path, &Tools::default())?);
+    let mut all = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    // Another thread may have opened it meanwhile.
+    if let Some((_, source)) = all.iter().find(|(of, _)| of == path) {
+        return Ok(source.clone());
+    }
+    all.push((path.to_path_buf(), source.clone()));
+    let excess = all.len().saturating_sub(MOST_OPEN);
+    all.drain(..excess);
+    Ok(source)
+}
+
+impl Source {
+    /// Opens a movie or a sequence for itself.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn open(path: &Path, tools: &Tools) -> Result<Self> {
+        match is_sequence(path) {
+            true => Ok(Self::Sequence(Sequence::open(path, tools)?)),
+            false => Ok(Self::Movie(Movie::open(path, tools)?)),
+        }
+    }
+
+    fn is_current(&self) -> bool {
+        match self {
+            Self::Movie(movie) => movie.is_current(),
+            Self::Sequence(_) => true,
+        }
+    }
+
+    /// Columns and rows as shown.
+    pub fn size(&self) -> (usize, usize) {
+        match self {
+            Self::Movie(movie) => movie.info().size,
+            Self::Sequence(sequence) => sequence.size(),
+        }
+    }
+
+    /// Frames per second, if it says.
+    pub fn frame_rate(&self) -> Option<f64> {
+        match self {
+            Self::Movie(movie) => Some(movie.info().frame_rate),
+            Self::Sequence(_) => None,
+        }
+    }
+
+    /// Whether frames have an alpha.
+    pub fn has_alpha(&self) -> bool {
+        match self {
+            Self::Movie(movie) => movie.info().has_alpha,
+            Self::Sequence(sequence) => sequence.has_alpha(),
+        }
+    }
+
+    /// The first frame's number: 0, but for numbered pictures.
+    pub fn first(&self) -> u64 {
+        match self {
+            Self::Movie(_) => 0,
+            Self::Sequence(sequence) => sequence.first().unwrap_or(0),
+        }
+    }
+
+    /// How many frames there are. Waits until they are listed.
+    ///
+    /// # Errors
+    /// When they cannot be listed.
+    pub fn count(&self) -> Result<u64> {
+        match self {
+            Self::Movie(movie) => movie.count(),
+            Self::Sequence(sequence) => Ok(sequence.count()),
+        }
+    }
+
+    /// What a person should know of how it is read, in sentences.
+    pub fn notes(&self) -> Vec<String> {
+        match self {
+            Self::Movie(movie) => movie.info().notes.clone(),
+            Self::Sequence(sequence) => {
+                let is_exr = |file: PathBuf| {
+                    file.extension()
+                        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+                };
+                let gap = sequence
+                    .gap()
+                    .map(|gap| format!("Picture {gap} of the sequence is missing"));
+                let exr =
+                    (sequence.first().and_then(|first| sequence.file(first))).is_some_and(is_exr);
+                let exr = exr.then(|| "EXR pictures hold light: they are encoded as sRGB, and what is brighter than 1 is cut".to_owned());
+                gap.into_iter().chain(exr).collect()
+            }
+        }
+    }
+
+    /// Frame `frame`.
+    ///
+    /// # Errors
+    /// When there is no such frame, or it cannot be read.
+    pub fn frame(&self, frame: u64) -> Result<Arc<Pixels>> {
+        match self {
+            Self::Movie(movie) => movie.frame(frame),
+            Self::Sequence(sequence) => sequence.frame(frame),
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Where a picture is: a file of its own, or one frame of a movie.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// The address of one picture.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Picture {
+    /// A file of its own.
+    File(PathBuf),
+    /// One frame of a movie.
+    Movie {
+        /// The movie's file, or the pattern of a sequence's files (`shot.%04d.exr`, `shot.####.exr`, a folder).
+        file: PathBuf,
+        /// The frame: of a movie counted from 0 in the order in which frames are shown, of a sequence the number in the
+        /// file's name.
+        frame: u64,
+    },
+}
+
+/// The address of a matte: how much of each pixel the subject covers.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Matte {
+    /// The brightness of a grey picture.
+    Grey(Picture),
+    /// The alpha of the picture itself.
+    Alpha(Picture),
+}
+
+impl Picture {
+    /// The file: of a frame its movie's, or its sequence's pattern.
+    pub fn file(&self) -> &Path {
+        match self {
+            Self::File(file) | Self::Movie { file, .. } => file,
+        }
+    }
+
+    /// Its name in sentences.
+    pub fn display(&self) -> impl fmt::Display + '_ {
+        Shown(self)
+    }
+}
+
+impl Matte {
+    /// The picture that holds it.
+    pub fn picture(&self) -> &Picture {
+        match self {
+            Self::Grey(picture) | Self::Alpha(picture) => picture,
+        }
+    }
+
+    /// The file that holds it.
+    pub fn file(&self) -> &Path {
+        self.picture().file()
+    }
+
+    /// Its name in sentences.
+    pub fn display(&self) -> impl fmt::Display + '_ {
+        let of = match self {
+            Self::Grey(_) => "",
+            Self::Alpha(_) => "the alpha of ",
+        };
+        fmt::from_fn(move |f| write!(f, "{of}{}", self.picture().display()))
+    }
+}
+
+struct Shown<'a>(&'a Picture);
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self.0 {
+            Picture::File(file) => write!(f, "{}", file.display()),
+            Picture::Movie { file, frame } => write!(f, "frame {frame} of {}", file.display()),
+        }
+    }
+}
+
+impl From<PathBuf> for Picture {
+    fn from(file: PathBuf) -> Self {
+        Self::File(file)
+    }
+}
+
+impl AsRef<Path> for Picture {
+    fn as_ref(&self) -> &Path {
+        self.file()
+    }
+}
+
+impl AsRef<Path> for Matte {
+    fn as_ref(&self) -> &Path {
+        self.file()
+    }
+}

@@ -1,0 +1,141 @@
+//! Where a project's pictures and mattes are.
+
+use super::{Frames, Matte, Picture, Project, SecondBall};
+use std::path::{Path, PathBuf};
+
+impl Picture {
+    /// Whether its file is there; of a sequence, whether its folder is.
+    pub(super) fn is_there(&self) -> bool {
+        let file = self.file();
+        let is_movie = matches!(self, Self::Movie { .. });
+        file.is_file() || (is_movie && (file.is_dir() || file.parent().is_some_and(Path::is_dir)))
+    }
+}
+
+impl Project {
+    /// The OLAT of pose `pose` under lamp `lamp`, counted over all lamps.
+    pub fn olat_picture(&self, pose: usize, lamp: usize) -> Picture {
+        let shoot = &self.settings.shoot;
+        let (pose, lamp) = (&shoot.poses[pose], shoot.lamp(lamp));
+        match shoot.takes.poses.get(pose) {
+            Some(take) => self.of_movie(&take.movie, take.lamps.get(lamp).copied().unwrap_or(0)),
+            None => self.file(format!("exemplars/{pose}/{lamp}.png")),
+        }
+    }
+
+    /// The matte of pose `pose`: its movie's alpha, the shoot's file, or the project's.
+    pub fn exemplar_matte(&self, pose: usize) -> Matte {
+        let shoot = &self.settings.shoot;
+        let name = &shoot.poses[pose];
+        if let Some(take) = shoot.takes.poses.get(name).filter(|take| take.alpha) {
+            // A lamp may leave the subject dark, but not transparent; all lamps together show it best.
+            let lit = take.tracking.first().or(take.lamps.values().next());
+            return Matte::Alpha(self.of_movie(&take.movie, lit.copied().unwrap_or(0)));
+        }
+        let shoots = self.shoot_path(format!("exemplar_masks/{name}.png"));
+        self.grey(
+            shoots,
+            self.exemplar_matte_path(pose),
+            shoot.takes.poses.contains_key(name),
+        )
+    }
+
+    /// Interview frame number `frame`.
+    pub fn frame_picture(&self, frame: usize) -> Picture {
+        match &self.settings.shoot.frames {
+            Frames::Clip(clip) => self.of_movie(&clip.movie, clip.first + frame as u64),
+            frames => self.file(format!("interview/{}.png", frames.name(frame))),
+        }
+    }
+
+    /// The matte of interview frame `frame`: its movie's alpha, the shoot's file, or the project's.
+    pub fn frame_matte(&self, frame: usize) -> Matte {
+        let frames = &self.settings.shoot.frames;
+        let is_clip = match frames {
+            Frames::Clip(clip) if clip.alpha => return Matte::Alpha(self.frame_picture(frame)),
+            Frames::Clip(_) => true,
+            Frames::Named(_) => false,
+        };
+        let shoots = self.shoot_path(format!("interview_masks/{}.png", frames.name(frame)));
+        self.grey(shoots, self.frame_matte_path(frame), is_clip)
+    }
+
+    /// Where the project keeps a matte of pose `pose`, if the shoot has none.
+    pub fn exemplar_matte_path(&self, pose: usize) -> PathBuf {
+        let name = &self.settings.shoot.poses[pose];
+        self.root.join(format!("mattes/exemplars/{name}.png"))
+    }
+
+    /// Where the project keeps a matte of interview frame `frame`, if the shoot has none.
+    pub fn frame_matte_path(&self, frame: usize) -> PathBuf {
+        let name = self.settings.shoot.frames.name(frame);
+        self.root.join(format!("mattes/interview/{name}.png"))
+    }
+
+    /// The mirror ball under the interview's light.
+    pub fn interview_probe_picture(&self) -> Picture {
+        match &self.settings.shoot.takes.interview_ball {
+            Some(still) => self.of_movie(&still.movie, still.frame),
+            None => self.file("probes/interview.png"),
+        }
+    }
+
+    /// The mirror ball under lamp `lamp` alone, counted over all lamps.
+    pub fn lamp_probe_picture(&self, lamp: usize) -> Picture {
+        let shoot = &self.settings.shoot;
+        let name = shoot.lamp(lamp);
+        match &shoot.takes.balls {
+            Some(take) => self.of_movie(&take.movie, take.lamps.get(name).copied().unwrap_or(0)),
+            None => self.file(format!("probes/{name}.png")),
+        }
+    }
+
+    /// A second ball under lamp `lamp` alone, counted over all lamps.
+    pub fn second_probe_picture(&self, second: &SecondBall, lamp: usize) -> Picture {
+        if second.folder == Path::new("probes") {
+            return self.lamp_probe_picture(lamp);
+        }
+        let name = self.settings.shoot.lamp(lamp);
+        Picture::File(self.shoot_path(second.folder.join(format!("{name}.png"))))
+    }
+
+    /// All mirror balls: the interview's, then the lamps'.
+    pub fn probe_pictures(&self) -> Vec<Picture> {
+        let lamps = 0..self.settings.shoot.all_lamps().len();
+        std::iter::once(self.interview_probe_picture())
+            .chain(lamps.map(|lamp| self.lamp_probe_picture(lamp)))
+            .collect()
+    }
+
+    /// The tracking frames of pose `pose`, if they are frames of its movie, and when each was taken: how many lamps had
+    /// been lit before.
+    pub fn tracking_pictures(&self, pose: usize) -> Vec<(Picture, usize)> {
+        let shoot = &self.settings.shoot;
+        let take = shoot.takes.poses.get(&shoot.poses[pose]);
+        let tracking = take.into_iter().flat_map(|take| {
+            let lit_before = |frame| take.lamps.values().filter(|&&lit| lit < frame).count();
+            take.tracking
+                .iter()
+                .map(move |&frame| (self.of_movie(&take.movie, frame), lit_before(frame)))
+        });
+        tracking.collect()
+    }
+
+    fn of_movie(&self, movie: &Path, frame: u64) -> Picture {
+        let file = self.shoot_path(movie);
+        Picture::Movie { file, frame }
+    }
+
+    fn file(&self, inside: impl AsRef<Path>) -> Picture {
+        Picture::File(self.shoot_path(inside))
+    }
+
+    /// The shoot's matte, unless only the project has one. Of a movie the project's is expected.
+    fn grey(&self, shoots: PathBuf, own: PathBuf, of_movie: bool) -> Matte {
+        let is_own = match of_movie {
+            true => !shoots.is_file(),
+            false => !shoots.is_file() && own.is_file(),
+        };
+        Matte::Grey(Picture::File(if is_own { own } else { shoots }))
+    }
+}
