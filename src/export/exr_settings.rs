@@ -18,7 +18,7 @@ pub struct ExrSettings {
     #[arg(long = "exr-crop")]
     pub crop: bool,
     /// Where an EXR's light layers go.
-    #[arg(long = "layer-files", value_enum, default_value_t)]
+    #[arg(id = "layer_files", long = "layer-files", value_enum, default_value_t)]
     pub layers: LayerFiles,
     /// Write a JSON file with the light layers' weights beside each EXR; there always is one if layers are files.
     #[arg(long = "layer-weights")]
