@@ -1,6 +1,8 @@
 //! What an export keeps of the interview besides its pictures: rate, time code, reel and sound.
 
 use super::time_code::TimeCode;
+use base::error::Result;
+use project::{Picture, Project};
 use std::path::PathBuf;
 
 /// The interview that is exported.
@@ -24,6 +26,26 @@ pub struct Source {
 }
 
 impl Interview {
+    /// The interview of a project: a movie, a sequence of pictures, or stills.
+    ///
+    /// # Errors
+    /// When its movie cannot be read.
+    pub fn of(project: &Project) -> Result<Self> {
+        let mut interview = Self::stills(project.settings.shoot.frame_rate);
+        if let Picture::Movie { file, frame } = project.frame_picture(0)
+            && let movies::Source::Movie(movie) = &*movies::open(&file)?
+        {
+            let info = movie.info();
+            interview.source = Some(Source {
+                file,
+                first_frame: frame as usize,
+                time_code: info.time_code.clone(),
+                reel: info.reel.clone(),
+            });
+        }
+        Ok(interview)
+    }
+
     /// Stills, which have no sound.
     pub fn stills(frame_rate: f64) -> Self {
         Self {

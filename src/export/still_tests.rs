@@ -82,8 +82,11 @@ fn an_exr_keeps_light_alpha_and_says_what_it_is() {
         )
     );
     let bytes = std::fs::read(&path).unwrap();
-    write_still(&path, &wanted, &about(Bits::Eight)).unwrap();
-    assert_eq!(std::fs::read(&path).unwrap(), bytes, "the same picture");
+    // The encoder's own order of attributes changes from one time to the next.
+    for _ in 0..20 {
+        write_still(&path, &wanted, &about(Bits::Eight)).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), bytes, "the same picture");
+    }
     let time = read.attributes.time_code.unwrap();
     assert_eq!((time.seconds, time.frame), (1, 7));
     let pixels = &read.layer_data.channel_data.pixels.pixels;

@@ -44,6 +44,8 @@ pub struct ExportOptions {
     pub name: String,
     /// Replace existing files. If off, they are kept and a number is appended to the name.
     pub replace: bool,
+    /// Keep stills of a stopped export that are made of the same, and replace the others.
+    pub resume: bool,
 }
 
 impl ExportOptions {
@@ -62,6 +64,11 @@ impl ExportOptions {
         let most = frames.saturating_sub(1);
         let (first, last) = self.frames.unwrap_or((0, most));
         (first.min(most), last.min(most))
+    }
+
+    /// Whether files keep their names, whatever is there.
+    pub fn replaces(&self) -> bool {
+        self.replace || (self.resume && !self.format.is_movie())
     }
 
     /// The name without the extension of a format.
@@ -145,7 +152,7 @@ impl ExportOptions {
             background: self.background.unwrap_or(look.background),
             files: Files {
                 to: self.to(&project.root),
-                existing: if self.replace {
+                existing: if self.replaces() {
                     Existing::Replace
                 } else {
                     Existing::Keep
@@ -158,6 +165,7 @@ impl ExportOptions {
                 space: self.space,
                 lut: None,
                 no_sound: !self.sound,
+                resume: self.resume && !self.format.is_movie(),
                 exr: self.exr,
             },
             profile: false,
@@ -181,6 +189,7 @@ impl Default for ExportOptions {
             layers: false,
             name: "exports/relit".to_owned(),
             replace: false,
+            resume: false,
         }
     }
 }
