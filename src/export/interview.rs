@@ -72,3 +72,50 @@ impl Interview {
         self.source.as_ref()?.reel.as_deref()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::Command;
+
+    #[test]
+    fn a_project_whose_interview_is_a_movie_hands_on_what_the_movie_says() {
+        if !test_support::ffmpeg() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let made = Command::new("ffmpeg")
+            .args([
+                "-v",
+                "error",
+                "-f",
+                "lavfi",
+                "-i",
+                "testsrc2=s=64x48:r=30000/1001:d=2",
+            ])
+            .args(["-f", "lavfi", "-i", "sine=d=2", "-c:v", "prores_ks"])
+            .args([
+                "-timecode",
+                "09:59:59;00",
+                "-metadata:s:v:0",
+                "reel_name=B003",
+            ])
+            .arg(folder.path().join("talk.mov"))
+            .status();
+        assert!(made.unwrap().success());
+        let mut project = Project::without_shoot(folder.path());
+        let shoot = &mut project.settings.shoot;
+        shoot.frame_rate = 30000.0 / 1001.0;
+        shoot.frames = project::Frames::Clip(project::Clip {
+            movie: "talk.mov".into(),
+            first: 10,
+            count: 40,
+            alpha: false,
+        });
+        let interview = Interview::of(&project).unwrap();
+        let source = interview.source.as_ref().unwrap();
+        assert_eq!((source.first_frame, interview.reel()), (10, Some("B003")));
+        assert_eq!(interview.time_code(0).to_string(), "09:59:59;10");
+        assert_eq!(interview.time_code(20).to_string(), "10:00:00;00");
+    }
+}
