@@ -232,6 +232,12 @@ fn a_small_shoot_goes_all_the_way() {
     let figure = |name: &str| relit["layers"][name].as_f64().unwrap();
     assert!(figure("residual") <= figure("brightest") / 2048.0);
     assert!(at.join("out_2.0003.exr").exists());
+    let checked = succeed(at, &["check", "out_2.0003.exr", "--strict", "--json"]);
+    assert_eq!(
+        (&checked["layers"], &checked["level"]),
+        (&Value::from(12), &Value::from("green"))
+    );
+    exports_go_on(at);
     let refused = fail(
         at,
         &[
@@ -281,6 +287,76 @@ fn relit(at: &Path, arguments: &[&str]) -> String {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{said}");
     said
+}
+
+/// An export that was stopped goes on: what was made of the same stays, everything else is made again.
+fn exports_go_on(at: &Path) {
+    for (to, ending) in [
+        ("go.%02d.png", "png"),
+        ("go.%02d.tif", "tif"),
+        ("go.%02d.exr", "exr"),
+    ] {
+        let relight = |yaw: &str| {
+            let asked = [
+                "relight",
+                "film",
+                "--environment",
+                "nave",
+                "--frames",
+                "1-4",
+                "--resume",
+                "--device",
+                "cpu",
+                "--yaw",
+                yaw,
+                "--to",
+                to,
+                "--json",
+            ];
+            let relit = succeed(at, &asked);
+            has_keys(
+                &relit["stages"],
+                &["read_ms", "make_ms", "write_ms", "frame_ms"],
+            );
+            relit["kept"].as_u64().unwrap()
+        };
+        let file = |frame: usize| at.join(format!("go.{frame:02}.{ending}"));
+        let read = || {
+            (1..=4)
+                .map(|frame| std::fs::read(file(frame)).unwrap())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(relight("10"), 0);
+        let whole = read();
+        // A kill leaves some of the frames; a hand may leave half of one.
+        std::fs::remove_file(file(3)).unwrap();
+        std::fs::write(file(1), &whole[0][..20]).unwrap();
+        assert_eq!(relight("10"), 2);
+        assert!(
+            read() == whole,
+            "{ending}: the frames are those of an export that was not stopped"
+        );
+        assert_eq!(relight("10"), 4);
+        assert_eq!(relight("11"), 0, "another look");
+        assert!(read() != whole);
+    }
+    let refused = fail(
+        at,
+        &[
+            "relight",
+            "film",
+            "--environment",
+            "nave",
+            "--resume",
+            "--to",
+            "x.mp4",
+        ],
+    );
+    assert!(refused.contains("written whole"), "{refused}");
+    test_support::shown!(Accidents, "An export of stills is stopped or killed, and asked for again with --resume",
+        danger: "hours are lost, or frames of an older look stay among the new ones",
+        done: "each file says what it was made of; what is the same stays, the rest is made",
+        bound: "the files of an export that was not stopped", measured: "equal bytes");
 }
 
 fn fields_are_kept_as_asked(at: &Path) {

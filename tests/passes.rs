@@ -3,8 +3,8 @@
 mod mapped;
 
 use afterlight::compositor::{
-    CameraView, Extra, Field, Grain, Ingredients, Levels, Pass, Picture, Reuse, Steady, Upstream,
-    compose, compose_reusing,
+    CameraView, Extra, Field, Grain, Ingredients, Levels, Pass, Picture, Plate, PlateSquare, Reuse,
+    Steady, Upstream, compose, compose_reusing,
 };
 use afterlight::evaluation::flip;
 use afterlight::footage::Frame;
@@ -30,7 +30,9 @@ struct Shoot {
     mask: Mask,
     weights: LightWeights,
     environment: Environment,
-    plate: Grain,
+    grain: Grain,
+    /// One and a half times as wide as the field, and one and a quarter times as high.
+    plate: Plate,
     /// Of a frame that was darker.
     before: Option<Steady>,
 }
@@ -61,7 +63,6 @@ impl Shoot {
         let mut shoot = Self {
             memory: ReflectanceField::from_olats(&olats(0.96)).into(),
             gpu: Field::Gpu(buffer, gpu.passes.clone()),
-            mask,
             weights: LightWeights {
                 per_lamp: (0..LAMPS).map(|l| [0.2, 0.1 * l as f32, 0.3]).collect(),
                 uncovered: 0.0,
@@ -75,7 +76,9 @@ impl Shoot {
                 }),
                 repaired_texels: 0,
             },
-            plate: Grain {
+            plate: Self::plate(&mask),
+            mask,
+            grain: Grain {
                 deviation: [[0.03; 3]; 8],
             },
             before: None,
@@ -89,6 +92,25 @@ impl Shoot {
         shoot
     }
 
+    fn plate(working: &Mask) -> Plate {
+        let (width, height) = (SIZE * 3 / 2, SIZE * 5 / 4);
+        let square = PlateSquare {
+            x: 0.125 * width as f32,
+            y: 0.0,
+            side: height as f32,
+        };
+        let at = |i: usize, start: f32| {
+            let at = (i as f32 - start) * SIZE as f32 / square.side;
+            (at.max(0.0) as usize).min(SIZE - 1)
+        };
+        let matte = Mask::from_fn(width, height, |x, y| {
+            working.at(at(x, square.x), at(y, square.y))
+        });
+        let fine = |x, y| [0.3 + 0.05 * ((x + 2 * y) % 4) as f32; 3];
+        let light = Image::from_fn(width, height, fine);
+        Plate::new(light, matte, square, working).unwrap()
+    }
+
     fn of<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
         Ingredients {
             field,
@@ -100,7 +122,8 @@ impl Shoot {
             upstream: Upstream::default(),
             extra: Extra {
                 before: self.before.as_ref(),
-                grain: Some(&self.plate),
+                grain: Some(&self.grain),
+                plate: Some(&self.plate),
                 ..Extra::default()
             },
         }

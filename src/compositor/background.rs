@@ -1,6 +1,7 @@
 //! Pass `background`: the environment behind the subject, as a camera on +Z that looks along −Z sees
 //! it, turned as the light or further, and of its colour.
 
+use super::cubic::Taps;
 use super::descriptor::{Descriptor, NO_BACKGROUND};
 use super::facts::key;
 use super::passes::{GpuPicture, Recording, Shader, extent};
@@ -81,7 +82,9 @@ impl Backdrop {
 
 /// Adds `level` · environment to a premultiplied picture where `mask` lets it through. The panorama is
 /// smoothed with a cubic B-spline, which has no ringing beside a sun and no facets when a small
-/// panorama fills a large picture; a large one is sampled as often as it has texels.
+/// panorama fills a large picture; a large one is sampled as often as it has texels, and a picture whose pixels are far
+/// smaller than texels is interpolated between places a fifth of a texel apart: off by less than
+/// 0.3 % of what a texel stands out.
 pub fn draw_background(
     picture: &mut Image,
     mask: &Mask,
@@ -90,38 +93,92 @@ pub fn draw_background(
     view: CameraView,
 ) {
     let (width, height) = picture.size();
-    let Sampling {
-        pixel,
-        turn,
-        samples,
-    } = Sampling::of(height, panorama.height, backdrop.yaw_deg, view);
-    let share = backdrop
-        .level
-        .map(|level| level / (samples * samples) as f32);
+    let sampling = Sampling::of(height, panorama.height, backdrop.yaw_deg, view);
+    let Sampling { pixel, turn, .. } = sampling;
     let untilt = backdrop.tilt.inverse();
-    picture
-        .pixels
-        .par_chunks_mut(width.max(1))
-        .enumerate()
-        .for_each(|(y, row)| {
-            for (x, out) in row.iter_mut().enumerate() {
-                let open = 1.0 - mask.at(x, y);
-                if open <= 0.0 {
-                    continue;
+    // What is seen at a place in pixels.
+    let seen = |x: f32, y: f32| {
+        let (across, down) = (x - width as f32 / 2.0, y - height as f32 / 2.0);
+        let direction = untilt * Vec3::new(across * pixel, -down * pixel, -1.0);
+        let (u, v) = uv_from_direction(direction);
+        spline(panorama, u - turn, v)
+    };
+    let add = |out: &mut [f32; 3], open: f32, color: [f32; 3]| {
+        (0..3).for_each(|c| out[c] += open * backdrop.level[c] * color[c]);
+    };
+    let lattice = (sampling.step > 1).then(|| Lattice::of(mask, sampling.step, &seen));
+    let samples = sampling.samples;
+    let rows = picture.pixels.par_chunks_mut(width.max(1)).enumerate();
+    rows.for_each(|(y, row)| {
+        let near = lattice.as_ref().map(|lattice| (lattice, lattice.taps(y)));
+        let row = row.iter_mut().zip(&mask.pixels[y * width..]);
+        for (x, (out, alpha)) in row.enumerate().filter(|(_, (_, alpha))| **alpha < 1.0) {
+            let color = match &near {
+                Some((lattice, taps)) => taps.sum(|row| lattice.rows.at(x, row)),
+                None => {
+                    let mut sum = [0f32; 3];
+                    for sample in 0..samples * samples {
+                        let (i, j) = (sample % samples, sample / samples);
+                        let within = [i, j].map(|i| (i as f32 + 0.5) / samples as f32);
+                        let color = seen(x as f32 + within[0], y as f32 + within[1]);
+                        (0..3).for_each(|c| sum[c] += color[c]);
+                    }
+                    sum.map(|v| v / (samples * samples) as f32)
                 }
-                let mut sum = [0f32; 3];
-                for sample in 0..samples * samples {
-                    let (i, j) = (sample % samples, sample / samples);
-                    let across = x as f32 + (i as f32 + 0.5) / samples as f32 - width as f32 / 2.0;
-                    let down = y as f32 + (j as f32 + 0.5) / samples as f32 - height as f32 / 2.0;
-                    let direction = untilt * Vec3::new(across * pixel, -down * pixel, -1.0);
-                    let (u, v) = uv_from_direction(direction);
-                    let color = spline(panorama, u - turn, v);
-                    (0..3).for_each(|c| sum[c] += color[c]);
-                }
-                (0..3).for_each(|c| out[c] += open * share[c] * sum[c]);
+            };
+            add(out, 1.0 - alpha, color);
+        }
+    });
+}
+
+/// What is seen at every `step`-th pixel along each axis: a picture that is far larger than what it sees of a panorama
+/// changes slowly, and is interpolated between these (by a cubic).
+struct Lattice {
+    step: usize,
+    /// Every pixel of every `step`-th row.
+    rows: Image,
+}
+
+impl Lattice {
+    /// Looks wherever a pixel of `mask` nearby is open.
+    fn of(mask: &Mask, step: usize, see: &(impl Fn(f32, f32) -> [f32; 3] + Sync)) -> Self {
+        let (width, height) = mask.size();
+        // One beyond the last pixel.
+        let [columns, rows] = [width, height].map(|length| (length - 1) / step + 2);
+        let along: Vec<Taps> = (0..width)
+            .map(|x| Taps::at(x as f32 / step as f32, columns))
+            .collect();
+        // A cubic looks two points to each side.
+        let around = |i: usize, length: usize| {
+            let [first, end] = [(i * step).saturating_sub(2 * step), (i + 2) * step];
+            first.min(length)..end.min(length)
+        };
+        let mut wide = Image::filled(width, rows, [0.0; 3]);
+        let lines = wide.pixels.par_chunks_mut(width).enumerate();
+        lines.for_each(|(j, line)| {
+            let mut open = vec![false; width];
+            for y in around(j, height) {
+                let row = open.iter_mut().zip(&mask.pixels[y * width..]);
+                row.for_each(|(open, &alpha)| *open |= alpha < 1.0);
             }
+            if !open.contains(&true) {
+                return;
+            }
+            let look = |i: usize| match open[around(i, width)].contains(&true) {
+                true => see((i * step) as f32 + 0.5, (j * step) as f32 + 0.5),
+                false => [0.0; 3],
+            };
+            let points: Vec<[f32; 3]> = (0..columns).map(look).collect();
+            let pixels = line.iter_mut().zip(&along);
+            pixels.for_each(|(pixel, taps)| *pixel = taps.sum(|i| points[i]));
         });
+        Self { step, rows: wide }
+    }
+
+    /// The rows around row `y` of the picture.
+    fn taps(&self, y: usize) -> Taps {
+        Taps::at(y as f32 / self.step as f32, self.rows.height)
+    }
 }
 
 #[repr(C)]
@@ -179,7 +236,12 @@ struct Sampling {
     turn: f32,
     /// Along each axis of a pixel.
     samples: usize,
+    /// Pixels between places that are looked at.
+    step: usize,
 }
+
+/// Places that are looked at are at most this part of a texel apart where pixels are smaller still.
+const APART: f32 = 0.2;
 
 impl Sampling {
     /// `rows` and `panorama_rows` are the heights of picture and panorama.
@@ -192,6 +254,7 @@ impl Sampling {
             // Reduced first, so that a turn more gives the same numbers.
             turn: yaw_deg.rem_euclid(360.0) / 360.0,
             samples: (pixel / texel).ceil().max(1.0) as usize,
+            step: (APART * texel / pixel).max(1.0) as usize,
         }
     }
 }
@@ -203,19 +266,26 @@ fn spline(panorama: &Image, u: f32, v: f32) -> [f32; 3] {
     let (x, y) = (u * width as f32 - 0.5, v * height as f32 - 0.5);
     let (column, row) = (x.floor(), y.floor());
     let (across, down) = (weights(x - column), weights(y - row));
+    // Yaw and half a turn bring a column out of the panorama once at most; narrow ones wrap in any case.
+    let wrapped = |c: isize| match c {
+        c if (0..width).contains(&c) => c,
+        c => c.rem_euclid(width),
+    };
+    let first = column as isize - 1;
+    let near = [0, 1, 2, 3].map(|i| wrapped(first + i) as usize);
+    let beyond = |far: [usize; 4]| far.map(|c| wrapped(c as isize + width / 2) as usize);
     let mut sum = [0f32; 3];
     for (j, wy) in down.into_iter().enumerate() {
         let r = row as isize + j as isize - 1;
-        let (r, half_turn) = match r {
-            r if r < 0 => (-1 - r, width / 2),
-            r if r >= height => (2 * height - 1 - r, width / 2),
-            r => (r, 0),
+        let (r, columns) = match r {
+            r if r < 0 => (-1 - r, beyond(near)),
+            r if r >= height => (2 * height - 1 - r, beyond(near)),
+            r => (r, near),
         };
         // Panoramas of fewer than two rows cannot be reflected this far.
-        let r = r.clamp(0, height - 1);
-        for (i, wx) in across.into_iter().enumerate() {
-            let c = (column as isize + i as isize - 1 + half_turn).rem_euclid(width);
-            let texel = panorama.at(c as usize, r as usize);
+        let texels = &panorama.pixels[r.clamp(0, height - 1) as usize * panorama.width..];
+        for (wx, column) in across.into_iter().zip(columns) {
+            let texel = texels[column];
             (0..3).for_each(|k| sum[k] += wx * wy * texel[k]);
         }
     }
@@ -312,6 +382,37 @@ mod tests {
         );
         let (_, y) = centroid(&seen(&spot(65, 33, 32, 14), (65, 65), 0.0, 60.0));
         assert!(y < -2.0, "a texel above the horizon is at {y}");
+    }
+
+    #[test]
+    fn a_large_picture_of_a_small_panorama_is_interpolated_as_if_each_pixel_looked() {
+        let panorama = spot(64, 32, 33, 15);
+        let (width, height) = (300, 301);
+        let mask = Mask::from_fn(width, height, |x, y| if x + y < 150 { 1.0 } else { 0.0 });
+        let backdrop = Backdrop {
+            yaw_deg: 7.0,
+            tilt: Quat::from_rotation_x(0.1),
+            level: [1e-6, 2e-6, 3e-6],
+        };
+        let view = CameraView::default();
+        let sampling = Sampling::of(height, 32, 7.0, view);
+        assert_eq!((sampling.samples, sampling.step), (1, 8));
+        let mut picture = Image::filled(width, height, [0.0; 3]);
+        draw_background(&mut picture, &mask, &panorama, &backdrop, view);
+        let untilt = backdrop.tilt.inverse();
+        let mut worst = 0f32;
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            let [across, down] =
+                [(x, width), (y, height)].map(|(i, length)| i as f32 + 0.5 - length as f32 / 2.0);
+            let pixel = sampling.pixel;
+            let look = untilt * Vec3::new(across * pixel, -down * pixel, -1.0);
+            let (u, v) = uv_from_direction(look);
+            let seen = spline(&panorama, u - sampling.turn, v);
+            let open = 1.0 - mask.at(x, y);
+            let (found, wanted) = (picture.at(x, y)[2], open * 3e-6 * seen[2]);
+            worst = worst.max((found - wanted).abs() / 3.0);
+        }
+        assert!(worst < 3e-3, "{worst} of a texel's contrast");
     }
 
     #[test]

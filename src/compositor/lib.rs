@@ -10,6 +10,7 @@ mod background_blur;
 mod channels;
 mod compose;
 mod composition;
+mod cubic;
 mod curve;
 mod descriptor;
 mod despill;

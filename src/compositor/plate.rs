@@ -7,6 +7,7 @@
 //! (`benches/plate.rs` measures the ways there are). But where U falls below zero, all of it is linear in the light, so
 //! pictures under single lamps add up to the picture under all of them.
 
+use super::cubic::Taps;
 use super::descriptor::{Descriptor, Run, decide};
 use super::edges::extend_edges;
 use super::facts::key;
@@ -90,34 +91,11 @@ struct Node {
     look: [f32; 3],
 }
 
-/// Along one axis: the four pixels of the working size around a plate's pixel, and their shares. Beyond the outer
-/// centres the outer pixel goes on.
-#[derive(Clone, Copy)]
-struct Taps {
-    pixels: [usize; 4],
-    shares: [f32; 4],
-}
-
-/// [`Taps`] for each of `length` pixels of the plate; the square begins at `start`.
+/// The [`Taps`] of each of `length` pixels of the plate among `size` of the working size; the square begins at `start`.
 fn taps(length: usize, start: f32, side: f32, size: usize) -> Vec<Taps> {
     let step = size as f32 / side;
-    let last = size.saturating_sub(1);
-    let place = |i: usize| {
-        let at = ((i as f32 + 0.5 - start) * step - 0.5).clamp(0.0, last as f32);
-        let first = (at as usize).min(last);
-        let t = at - first as f32;
-        let near = |k: usize| (first + k).saturating_sub(1).min(last);
-        Taps {
-            pixels: [0, 1, 2, 3].map(near),
-            shares: [
-                t * (-0.5 + t * (1.0 - 0.5 * t)),
-                1.0 + t * t * (1.5 * t - 2.5),
-                t * (0.5 + t * (2.0 - 1.5 * t)),
-                t * t * (0.5 * t - 0.5),
-            ],
-        }
-    };
-    (0..length).map(place).collect()
+    let at = |i: usize| Taps::at((i as f32 + 0.5 - start) * step - 0.5, size);
+    (0..length).map(at).collect()
 }
 
 /// Which of `size` pixels of the working size a plate's pixel belongs to; None beyond the square.
@@ -203,12 +181,8 @@ impl Plate {
             if !(inside(i, x) && inside(j, y)) {
                 return 0.0;
             }
-            let sum = |taps: &Taps, of: &dyn Fn(usize) -> f32| -> f32 {
-                let pairs = taps.pixels.iter().zip(taps.shares);
-                pairs.map(|(&pixel, share)| share * of(pixel)).sum()
-            };
-            let along = |row: usize| sum(&columns[i], &|column| working.at(column, row));
-            sum(&rows[j], &along).clamp(0.0, 1.0)
+            let along = |row: usize| columns[i].sum(|column| [working.at(column, row)]);
+            rows[j].sum(along)[0].clamp(0.0, 1.0)
         });
         Self::new(
             Image::filled(width, height, [1.0; 3]),
@@ -290,8 +264,7 @@ impl Plate {
         let lines = wide.par_chunks_mut(width).zip(ratio.par_chunks(size));
         lines.for_each(|(line, ratio)| {
             for (pixel, taps) in line.iter_mut().zip(&columns) {
-                let near = taps.pixels.map(|i| ratio[i]);
-                *pixel = [0, 1, 2].map(|c| (0..4).map(|k| taps.shares[k] * near[k][c]).sum());
+                *pixel = taps.sum(|i| ratio[i]);
             }
         });
         let rows = taps(height, y, side, size);
@@ -300,7 +273,7 @@ impl Plate {
         let lines = lines.zip(self.lit.pixels.par_chunks(width)).zip(rows);
         lines.with_min_len(8).for_each(|((line, lit), taps)| {
             let near = taps
-                .pixels
+                .places
                 .map(|row| wide[row * width..][..width].as_flattened());
             vectorized(
                 #[inline(always)]

@@ -6,22 +6,27 @@ use exr::compression::Compression;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::Args)]
 pub struct ExrSettings {
     /// Samples of an EXR.
-    #[arg(long = "exr-samples", value_enum, default_value_t)]
+    #[arg(id = "exr_samples", long = "exr-samples", value_enum, default_value_t)]
     pub samples: Samples,
     /// Compression of an EXR.
-    #[arg(long = "exr-compression", value_enum, default_value_t)]
+    #[arg(
+        id = "exr_compression",
+        long = "exr-compression",
+        value_enum,
+        default_value_t
+    )]
     pub compression: ExrCompression,
     /// Alpha of an EXR.
-    #[arg(long = "exr-alpha", value_enum, default_value_t)]
+    #[arg(id = "exr_alpha", long = "exr-alpha", value_enum, default_value_t)]
     pub alpha: ExrAlpha,
     /// Write only the rectangle of an EXR that is not empty, as its data window.
-    #[arg(long = "exr-crop")]
+    #[arg(id = "exr_crop", long = "exr-crop")]
     pub crop: bool,
     /// Where an EXR's light layers go.
-    #[arg(long = "layer-files", value_enum, default_value_t)]
+    #[arg(id = "layer_files", long = "layer-files", value_enum, default_value_t)]
     pub layers: LayerFiles,
     /// Write a JSON file with the light layers' weights beside each EXR; there always is one if layers are files.
-    #[arg(long = "layer-weights")]
+    #[arg(id = "layer_weights", long = "layer-weights")]
     pub weights: bool,
 }
 

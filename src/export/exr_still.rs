@@ -51,6 +51,11 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
             written_light(light, picture, about.encoding, about.exr),
         )
     });
+    // The picture itself comes last: once it is there, all is.
+    if about.exr.weights || about.exr.layers == LayerFiles::Files {
+        let text = layers.weights(path, about.exr.layers);
+        write_beside(&weights_file(path), |out| out.write_all(text.as_bytes()))?;
+    }
     match about.exr.layers {
         LayerFiles::Channels => {
             for (name, light) in pictures {
@@ -83,11 +88,7 @@ pub fn write_still_exr(path: &Path, picture: &Picture, about: &About) -> Result<
             file.write(path, vec![(None, beauty)])?;
         }
     }
-    if !about.exr.weights && about.exr.layers != LayerFiles::Files {
-        return Ok(());
-    }
-    let text = layers.weights(path, about.exr.layers);
-    write_beside(&weights_file(path), |out| out.write_all(text.as_bytes()))
+    Ok(())
 }
 
 /// Premultiplied linear Rec. 709 as a file has it: in its primaries, and divided by alpha if that is asked for.
@@ -152,6 +153,7 @@ impl File<'_> {
         file.write()
             .to_buffered(std::io::Cursor::new(&mut bytes))
             .map_err(|e| Error::codec("encode", path, e, "Check the size of the picture"))?;
+        sort_attributes(&mut bytes);
         write_beside(path, |out| out.write_all(&bytes))
     }
 
@@ -197,5 +199,35 @@ impl File<'_> {
             (attributes.other).extend(value.map(|value| (Text::from(key), value)));
         }
         attributes
+    }
+}
+
+/// Sorts the attributes of each header by name, as OpenEXR's own library writes them: the encoder takes those that it does
+/// not know from a table in random order, and the same picture is to give the same bytes. None if a header ends too soon.
+fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
+    // Bit 12 of the version: several parts, whose headers end with an empty one.
+    let has_parts = bytes.get(5)? & 0x10 != 0;
+    let mut at = 8;
+    loop {
+        let start = at;
+        let mut attributes = Vec::new();
+        while *bytes.get(at)? != 0 {
+            let from = at;
+            for _ in ["name", "type"] {
+                at += bytes.get(at..)?.iter().position(|byte| *byte == 0)? + 1;
+            }
+            let size = bytes.get(at..at + 4)?.try_into().ok()?;
+            at += 4 + usize::try_from(i32::from_le_bytes(size)).ok()?;
+            attributes.push(bytes.get(from..at)?.to_vec());
+        }
+        // A name ends with 0, so that the shorter of two comes first.
+        attributes.sort();
+        bytes
+            .get_mut(start..at)?
+            .copy_from_slice(&attributes.concat());
+        at += 1;
+        if !has_parts || *bytes.get(at)? == 0 {
+            return Some(());
+        }
     }
 }

@@ -144,6 +144,9 @@ pub struct Files {
     /// Bake a .cube look-up table, which reads and gives sRGB codes, into PNG, TIFF or a movie.
     #[arg(long, value_name = "FILE")]
     pub lut: Option<PathBuf>,
+    /// Keep stills of a stopped export whose project, network, environment and look are the same, and write the others.
+    #[arg(long)]
+    pub resume: bool,
     /// Write no sound, although the interview's movie has some.
     #[arg(long)]
     pub no_sound: bool,

@@ -12,6 +12,8 @@ mod format;
 mod interview;
 mod layers;
 mod lettering;
+mod overlap;
+mod provenance;
 mod rebuild;
 pub mod relight;
 mod scaled;
@@ -29,6 +31,8 @@ pub use exr_settings::{ExrAlpha, ExrCompression, ExrSettings, LayerFiles, Sample
 pub use format::{Bits, Existing, Files, Format};
 pub use interview::{Interview, Source};
 pub use layers::{LightLayer, LightLayers};
+pub use overlap::Stages;
+pub use provenance::provenance_of;
 pub use rebuild::{Rebuild, rebuilt};
 pub use scaled::{fitted, scaled};
 pub use sheet::{Tile, contact_sheet};

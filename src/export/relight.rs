@@ -1,5 +1,7 @@
 //! The relit interview: every frame predicted, lit by an environment and written.
 
+use super::overlap::{Stages, overlapped};
+use super::provenance::Provenance;
 use super::writer::{Lights, Writer, check};
 use super::{Files, Interview, LightLayers, Rebuild};
 use base::error::{Error, Result};
@@ -18,7 +20,7 @@ use light::panorama::{self, ReadSettings};
 use light::{Environment, Lighting, Mapping, Rig, built_in, conventions};
 use project::{KnownEnvironment, Project};
 use reflectance::Predictor;
-use scene::{Background, EXPOSURE_STOPS, Effects, Output, Scene};
+use scene::{Background, EXPOSURE_STOPS, Effects, Output, Pass, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -110,8 +112,12 @@ fn range(text: &str) -> std::result::Result<(usize, usize), String> {
 pub struct RelightReport {
     /// Number of frames.
     pub frames: usize,
+    /// How many of them were there already, from an export that was stopped.
+    pub kept: usize,
     /// Mean time per frame in milliseconds: prediction, sum, picture and file.
     pub ms_per_frame: f64,
+    /// Mean times of the stages, which run side by side.
+    pub stages: Stages,
     /// The passes of the last frame, with their mean time over all frames.
     pub passes: Vec<PassReport>,
     /// Where it was written, with the number of frames as it was asked for.
@@ -131,12 +137,16 @@ impl RelightReport {
             1 => "1 frame".to_owned(),
             frames => format!("{frames} frames"),
         };
+        let kept = match self.kept {
+            0 => String::new(),
+            kept => format!(" ({kept} were there already)"),
+        };
         let layers = self
             .layers
             .as_ref()
             .map_or(String::new(), |check| format!(". {}", check.sentence()));
         format!(
-            "{frames} at {:.0} ms each: {}{layers}",
+            "{frames}{kept} at {:.0} ms each: {}{layers}",
             self.ms_per_frame, self.output
         )
     }
@@ -155,31 +165,85 @@ pub fn relight(
     let (first, last) = frame_range(project, settings.frames)?;
     let count = last - first + 1;
     check(&settings.files, &settings.files.to, count)?;
-    let mut clip = Clip::open(project, settings, (first, last), progress)?;
+    let (mut clip, mut writer) = Clip::open(project, settings, (first, last), progress)?;
     let started = Instant::now();
-    for (done, index) in (first..=last).enumerate() {
-        progress.check(&clip.writer.keeps())?;
-        let note = format!("frame {index}");
-        progress.step("relighting", done as u64, count as u64, note);
-        clip.relight_frame(index, done as f32 / count as f32, progress)?;
-    }
-    clip.writer.finish(progress)?;
+    let planned = clip.plan((first, last), &mut writer, progress)?;
+    let relit = planned.iter().filter(|plan| plan.write).count();
+    let response = clip.calibration.response.clone();
+    let mut rebuild: Option<Rebuild> = None;
+    let frames: Vec<&Plan> = planned.iter().collect();
+    let (times, done) = overlapped(
+        &frames,
+        |plan| {
+            let (frame, filmed) = Frame::load_filmed(project, &response, plan.frame)?;
+            let filmed = filmed.shown(settings.files.at);
+            let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
+            Ok((frame, plate))
+        },
+        |plan, (frame, plate)| {
+            progress.check("")?;
+            let note = format!("frame {}", plan.frame);
+            progress.step(
+                "relighting",
+                (plan.frame - first) as u64,
+                count as u64,
+                note,
+            );
+            clip.relight_frame(plan, &frame, plate.as_ref())
+        },
+        |plan, made: Made| {
+            let made_of = Some(&*plan.made_of).filter(|text| !text.is_empty());
+            let check = writer.write(plan.frame, &made.picture, made.lights, made_of, progress)?;
+            rebuild = match (rebuild, check) {
+                (Some(worst), Some(check)) => Some(worst.and(check)),
+                (worst, check) => worst.or(check),
+            };
+            Ok(())
+        },
+    );
+    done.map_err(|e| match e {
+        Error::Cancelled { .. } => Error::Cancelled {
+            kept: writer.keeps(),
+        },
+        other => other,
+    })?;
+    writer.finish(progress)?;
     progress.step("relighting", count as u64, count as u64, "");
     for pass in &mut clip.passes {
-        pass.ms = pass.ms.map(|ms| ms / count as f64);
+        pass.ms = pass.ms.map(|ms| ms / planned.len() as f64);
     }
+    let whole = started.elapsed();
+    let stages = times.of_frames(planned.len(), whole);
     if settings.profile {
-        clip.profile(progress);
+        clip.profile(stages, progress);
     }
     Ok(RelightReport {
         frames: count,
-        ms_per_frame: started.elapsed().as_secs_f64() * 1e3 / count as f64,
+        kept: count - relit,
+        ms_per_frame: whole.as_secs_f64() * 1e3 / relit.max(1) as f64,
+        stages,
         passes: clip.passes,
-        output: clip.writer.to,
-        layers: clip.rebuild,
+        output: writer.to,
+        layers: rebuild,
         uncovered_energy: clip.uncovered_energy,
         device: clip.compute.description,
     })
+}
+
+/// A frame that is relit.
+struct Plan {
+    frame: usize,
+    scene: Scene,
+    /// What its file says that it was made of; "" for a movie.
+    made_of: String,
+    /// Whether it is written: what the next ones need may be there already.
+    write: bool,
+}
+
+/// A frame that is to be written.
+struct Made {
+    picture: Picture,
+    lights: Option<Lights>,
 }
 
 /// A clip while it is relit.
@@ -196,9 +260,8 @@ struct Clip<'a> {
     /// At the level of the first frame, or the clip would flicker.
     light: Option<EnvironmentLight>,
     series: Series,
-    writer: Writer,
-    /// How well the light layers gave back the worst frame so far.
-    rebuild: Option<Rebuild>,
+    /// What scenes have to make.
+    output: Output,
     /// The passes of the newest frame, with the time of all frames so far.
     passes: Vec<PassReport>,
     uncovered_energy: f32,
@@ -211,7 +274,7 @@ impl<'a> Clip<'a> {
         settings: &'a RelightSettings,
         frames: (usize, usize),
         progress: &Progress,
-    ) -> Result<Self> {
+    ) -> Result<(Self, Writer)> {
         let calibration = Calibration::load(project)?;
         let (environment, known_front) = match &settings.read {
             Some(read) => (read.clone(), Front::default()),
@@ -224,9 +287,10 @@ impl<'a> Clip<'a> {
         let compute = ComputeDevice::choose(settings.device);
         progress.say(format!("The network runs on the {}", compute.description));
         let predictor = Predictor::open(project, &compute.device)?;
-        let interview = Interview::stills(project.settings.shoot.frame_rate);
+        let interview = Interview::of(project)?;
         let size = picture_size(project, settings.files.at)?;
-        Ok(Self {
+        let writer = Writer::open(&settings.files, frames, size, &interview, progress)?;
+        let clip = Self {
             project,
             settings,
             calibration,
@@ -237,11 +301,55 @@ impl<'a> Clip<'a> {
             encoder: FieldEncoder::new(settings.storage),
             light: None,
             series: Series::default(),
-            writer: Writer::open(&settings.files, frames, size, &interview, progress)?,
-            rebuild: None,
+            output: writer.output(&settings.effects),
             passes: Vec::new(),
             uncovered_energy: 0.0,
-        })
+        };
+        Ok((clip, writer))
+    }
+
+    /// The frames that are relit: those that are not there already, and what these need.
+    fn plan(
+        &self,
+        (first, last): (usize, usize),
+        writer: &mut Writer,
+        progress: &Progress,
+    ) -> Result<Vec<Plan>> {
+        let settings = self.settings;
+        let count = last - first + 1;
+        let provenance = (writer.writes_stills())
+            .then(|| Provenance::of(self.project, &self.environment, &settings.files, first))
+            .transpose()?;
+        let mut planned = Vec::with_capacity(count);
+        for frame in first..=last {
+            let scene = self.scene(frame, (frame - first) as f32 / count as f32);
+            let made_of = provenance.as_ref().map_or(String::new(), |provenance| {
+                let picture = self.project.frame_picture(frame);
+                let matte = self.project.frame_matte(frame);
+                provenance.frame(&scene, &[picture.file(), matte.file()])
+            });
+            let write = !writer.keeps_frame(frame, &made_of);
+            // The first frame sets the level of all, and smoothing goes from frame to frame.
+            if write || frame == first || settings.effects.asks(Pass::Smoothing) {
+                planned.push(Plan {
+                    frame,
+                    scene,
+                    made_of,
+                    write,
+                });
+            }
+        }
+        let relit = planned.iter().filter(|plan| plan.write).count();
+        if relit < count {
+            progress.say(format!(
+                "{} of {count} frames are there already",
+                count - relit
+            ));
+        }
+        if relit == 0 {
+            planned.clear();
+        }
+        Ok(planned)
     }
 
     /// What frame `index` looks like, `share` of the way through the clip.
@@ -264,18 +372,20 @@ impl<'a> Clip<'a> {
             effects: settings.effects,
             exposure_stops: settings.exposure_stops,
             background: settings.background,
-            output: self.writer.output(&settings.effects),
+            output: self.output,
         }
     }
 
-    /// Predicts, lights and writes a frame.
-    fn relight_frame(&mut self, index: usize, share: f32, progress: &Progress) -> Result<()> {
-        let scene = self.scene(index, share);
-        let (frame, filmed) = Frame::load_filmed(self.project, &self.calibration.response, index)?;
-        let filmed = filmed.shown(self.settings.files.at);
-        let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;
+    /// Predicts and lights a frame; None if it is not to be written.
+    fn relight_frame(
+        &mut self,
+        plan: &Plan,
+        frame: &Frame,
+        plate: Option<&Plate>,
+    ) -> Result<Option<Made>> {
+        let (index, scene) = (plan.frame, &plan.scene);
         let started = Instant::now();
-        let predicted = self.predictor.predict_on_device(&frame)?;
+        let predicted = self.predictor.predict_on_device(frame)?;
         let field = self.encoder.encode(predicted, self.compute.passes())?;
         let predict_ms = Some(started.elapsed().as_secs_f64() * 1e3);
         let rig = &self.calibration.rig;
@@ -283,7 +393,7 @@ impl<'a> Clip<'a> {
             &mut self.light,
             &self.environment,
             rig,
-            &scene,
+            scene,
             (&field, &frame.mask),
         )?;
         self.uncovered_energy = light.weights().uncovered;
@@ -293,7 +403,7 @@ impl<'a> Clip<'a> {
                 weights_ms,
             },
             extra: Extra {
-                plate: plate.as_ref(),
+                plate,
                 identity: Identity {
                     frame: index as u64,
                     ..Identity::default()
@@ -303,20 +413,18 @@ impl<'a> Clip<'a> {
             ..light.on(&field, &frame.mask)
         };
         let plate = (&frame.plate, &frame.mask);
-        let picture = self.series.compose(&scene, plate, &of)?;
-        let lamps = || lights(&scene, &of, rig);
+        let picture = self.series.compose(scene, plate, &of)?;
+        add_times(&mut self.passes, &picture);
+        if !plan.write {
+            return Ok(None);
+        }
+        let lamps = || lights(scene, &of, rig);
         let lights = self.settings.files.layers.then(lamps).transpose()?;
-        let check = self.writer.write(index, &picture, lights, progress)?;
-        self.rebuild = match (self.rebuild, check) {
-            (Some(worst), Some(check)) => Some(worst.and(check)),
-            (worst, check) => worst.or(check),
-        };
-        add_times(&mut self.passes, picture);
-        Ok(())
+        Ok(Some(Made { picture, lights }))
     }
 
     /// Says what each pass did and took.
-    fn profile(&self, progress: &Progress) {
+    fn profile(&self, stages: Stages, progress: &Progress) {
         let turned = self.front.turned(self.settings.yaw_deg);
         progress.say(conventions::sentence(turned));
         progress.say(match self.compute.passes() {
@@ -324,6 +432,7 @@ impl<'a> Clip<'a> {
             None => "The passes ran on the CPU, timed by the wall clock",
         });
         progress.say(self.encoder.sentence());
+        progress.say(stages.sentence());
         for pass in &self.passes {
             let time = match pass.ms {
                 None => "   not timed".to_owned(),
@@ -423,9 +532,9 @@ fn frame_range(project: &Project, asked: Option<(usize, usize)>) -> Result<(usiz
     }
 }
 
-fn add_times(sums: &mut Vec<PassReport>, picture: Picture) {
+fn add_times(sums: &mut Vec<PassReport>, picture: &Picture) {
     let times: Vec<Option<f64>> = sums.iter().map(|pass| pass.ms).collect();
-    *sums = picture.passes;
+    sums.clone_from(&picture.passes);
     for (pass, earlier) in sums.iter_mut().zip(times) {
         pass.ms = pass.ms.zip(earlier).map(|(ms, earlier)| ms + earlier);
     }

@@ -6,6 +6,7 @@ use super::colors::Encoding;
 use super::format::{Bits, Existing, Files};
 use super::interview::Interview;
 use super::layers::LightLayers;
+use super::provenance::provenance_of;
 use super::rebuild::Rebuild;
 use super::scaled::{fitted, scaled};
 use super::sound::Sound;
@@ -133,9 +134,11 @@ impl Writer {
         frame: usize,
         picture: &Picture,
         lights: Option<Lights>,
+        made_of: Option<&str>,
         progress: &Progress,
     ) -> Result<Option<Rebuild>> {
-        let check = (self.put(frame, picture, lights, progress)).map_err(|e| self.kept(e))?;
+        let check = self.put(frame, picture, lights, made_of, progress);
+        let check = check.map_err(|e| self.kept(e))?;
         self.done += 1;
         Ok(check)
     }
@@ -145,6 +148,7 @@ impl Writer {
         frame: usize,
         picture: &Picture,
         lights: Option<Lights>,
+        made_of: Option<&str>,
         progress: &Progress,
     ) -> Result<Option<Rebuild>> {
         let mut shown = match self.size {
@@ -165,7 +169,7 @@ impl Writer {
                     exr: self.files.exr,
                     encoding: &self.encoding,
                     reel: self.interview.reel(),
-                    provenance: None,
+                    provenance: made_of,
                     layers: lights.as_ref().map(|lights| &lights.layers),
                 };
                 write_still(&path, &shown, &about)?;
@@ -193,6 +197,22 @@ impl Writer {
         }
         let layers = layers.in_space(self.encoding.primaries());
         Lights { layers, subject }
+    }
+
+    /// Whether each frame has a file of its own.
+    pub fn writes_stills(&self) -> bool {
+        matches!(self.destination, Destination::Stills(_))
+    }
+
+    /// Whether frame `frame` is there already, made of the same; then it counts as written.
+    pub fn keeps_frame(&mut self, frame: usize, made_of: &str) -> bool {
+        let Destination::Stills(stills) = &self.destination else {
+            return false;
+        };
+        let same =
+            self.files.resume && provenance_of(&stills.path(frame)).as_deref() == Some(made_of);
+        self.done += usize::from(same);
+        same
     }
 
     /// Ends a movie.
@@ -261,6 +281,18 @@ pub(super) fn check(files: &Files, to: &str, frames: usize) -> Result<Destinatio
                 ));
             }
         }
+    }
+    if files.resume && files.existing == Existing::Keep {
+        return Err(Error::invalid(
+            "an export that goes on (--resume) cannot keep existing files under their names (--keep)",
+            "Leave one of both out",
+        ));
+    }
+    if files.resume && matches!(destination, Destination::Clip(_)) {
+        return Err(Error::invalid(
+            format!("{to} is a movie, which is written whole: it cannot go on (--resume)"),
+            "Write stills, such as out.%04d.png, or leave --resume out",
+        ));
     }
     if files.layers && !is_linear {
         return Err(Error::invalid(

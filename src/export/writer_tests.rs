@@ -29,8 +29,11 @@ fn noise(size: usize) -> Picture {
 
 /// Writes frames until one cannot be written.
 fn fill(writer: &mut Writer, shown: &Picture) -> Error {
-    let fails =
-        (0..200).find_map(|frame| writer.write(frame, shown, None, &Progress::silent()).err());
+    let fails = (0..200).find_map(|frame| {
+        writer
+            .write(frame, shown, None, None, &Progress::silent())
+            .err()
+    });
     fails
         .or_else(|| writer.finish(&Progress::silent()).err())
         .expect("the disk has no room for this")
@@ -95,7 +98,7 @@ fn what_is_there_is_kept_or_replaced_as_it_was_asked_for() {
             Writer::open(&files, (3, 4), (16, 16), &film(), &Progress::silent()).unwrap();
         for frame in [3, 4] {
             writer
-                .write(frame, &shown, None, &Progress::silent())
+                .write(frame, &shown, None, None, &Progress::silent())
                 .unwrap();
         }
         writer.finish(&Progress::silent()).unwrap();
@@ -124,6 +127,7 @@ fn pictures_are_written_at_the_size_that_is_asked_for() {
                 0,
                 &picture(32, 32, [0.5; 3], false),
                 None,
+                None,
                 &Progress::silent(),
             )
             .unwrap();
@@ -151,7 +155,9 @@ fn sixteen_bits_are_made_of_light_unless_an_effect_works_on_codes() {
         display: None,
         ..picture(16, 16, [0.3, 0.2, 0.1], true)
     };
-    writer.write(0, &linear, None, &Progress::silent()).unwrap();
+    writer
+        .write(0, &linear, None, None, &Progress::silent())
+        .unwrap();
     let codes = view(linear.linear.as_ref().unwrap(), linear.view).0.pixels[0];
     let read = read_encoded(&path).unwrap().0.pixels[0];
     assert!((0..3).all(|c| (codes[c] - read[c]).abs() < 1.0 / 65535.0));
@@ -274,7 +280,9 @@ fn every_way_to_keep_layers_gives_back_the_picture() {
             let mut writer =
                 Writer::open(&files_settings, (7, 7), (12, 7), &film(), &silent).unwrap();
             let (shown, lights) = lit();
-            let check = writer.write(7, &shown, Some(lights), &silent).unwrap();
+            let check = writer
+                .write(7, &shown, Some(lights), None, &silent)
+                .unwrap();
             assert!(check.unwrap().is_exact(), "{exr:?}: {check:?}");
             let path = folder.path().join("shot.0007.exr");
             let found = Rebuild::of_file(&path).unwrap();
@@ -322,7 +330,9 @@ fn a_picture_that_was_changed_is_seen_and_files_that_lie_are_refused() {
         let (shown, mut lights) = lit();
         lights.layers.lamps[0].picture.pixels[3][0] *= change;
         let mut writer = Writer::open(&files, (0, 0), (12, 7), &film(), &silent).unwrap();
-        writer.write(0, &shown, Some(lights), &silent).unwrap();
+        writer
+            .write(0, &shown, Some(lights), None, &silent)
+            .unwrap();
         Rebuild::of_file(&path).unwrap()
     };
     assert!(write(1.0).is_exact());
@@ -352,7 +362,9 @@ fn a_picture_that_was_changed_is_seen_and_files_that_lie_are_refused() {
     };
     let (shown, lights) = lit();
     let mut writer = Writer::open(&apart, (0, 0), (12, 7), &film(), &silent).unwrap();
-    writer.write(0, &shown, Some(lights), &silent).unwrap();
+    writer
+        .write(0, &shown, Some(lights), None, &silent)
+        .unwrap();
     let json = folder.path().join("a.json");
     let text = std::fs::read_to_string(&json).unwrap();
     std::fs::write(&json, text.replace("a.light_01.exr", "/etc/passwd")).unwrap();
@@ -390,7 +402,7 @@ fn what_is_empty_is_left_out_if_that_is_asked_for() {
     let silent = Progress::silent();
     let window = |shown: &Picture| {
         let mut writer = Writer::open(&files, (0, 0), (9, 8), &film(), &silent).unwrap();
-        writer.write(0, shown, None, &silent).unwrap();
+        writer.write(0, shown, None, None, &silent).unwrap();
         let read = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
         let part = &read.layer_data[0];
         let at = part.attributes.layer_position;

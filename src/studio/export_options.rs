@@ -34,6 +34,8 @@ pub struct ExportOptions {
     pub background: Option<Background>,
     /// Colour space of the files; None for sRGB, or linear Rec. 709 in an EXR.
     pub space: Option<OutputSpace>,
+    /// A `.cube` table that is baked into codes: relative to the project's folder, or absolute; "" for none.
+    pub table: String,
     /// How an EXR holds its pixels.
     pub exr: ExrSettings,
     /// Write the interview's sound into a movie, if it has some.
@@ -44,6 +46,8 @@ pub struct ExportOptions {
     pub name: String,
     /// Replace existing files. If off, they are kept and a number is appended to the name.
     pub replace: bool,
+    /// Keep stills of a stopped export that are made of the same, and replace the others.
+    pub resume: bool,
 }
 
 impl ExportOptions {
@@ -62,6 +66,17 @@ impl ExportOptions {
         let most = frames.saturating_sub(1);
         let (first, last) = self.frames.unwrap_or((0, most));
         (first.min(most), last.min(most))
+    }
+
+    /// The table that is baked into codes; None if there is none, and for an EXR, which has no codes.
+    fn table(&self, root: &Path) -> Option<PathBuf> {
+        let name = self.table.trim();
+        (!name.is_empty() && self.format != Format::Exr).then(|| root.join(name))
+    }
+
+    /// Whether files keep their names, whatever is there.
+    pub fn replaces(&self) -> bool {
+        self.replace || (self.resume && !self.format.is_movie())
     }
 
     /// The name without the extension of a format.
@@ -145,7 +160,7 @@ impl ExportOptions {
             background: self.background.unwrap_or(look.background),
             files: Files {
                 to: self.to(&project.root),
-                existing: if self.replace {
+                existing: if self.replaces() {
                     Existing::Replace
                 } else {
                     Existing::Keep
@@ -156,8 +171,9 @@ impl ExportOptions {
                 layers: self.layers && self.format == Format::Exr,
                 codec: self.format.codec(),
                 space: self.space,
-                lut: None,
+                lut: self.table(&project.root),
                 no_sound: !self.sound,
+                resume: self.resume && !self.format.is_movie(),
                 exr: self.exr,
             },
             profile: false,
@@ -176,11 +192,13 @@ impl Default for ExportOptions {
             size: None,
             background: None,
             space: None,
+            table: String::new(),
             exr: ExrSettings::default(),
             sound: true,
             layers: false,
             name: "exports/relit".to_owned(),
             replace: false,
+            resume: false,
         }
     }
 }
@@ -213,6 +231,18 @@ mod tests {
         let mut options = ExportOptions::default();
         options.choose(Path::new("/film/b/c.png"), Path::new("/film"));
         assert_eq!(options.to(Path::new("/film")), "/film/b/c.%04d.png");
+    }
+
+    #[test]
+    fn a_table_is_for_codes() {
+        let mut options = named("a", Format::Exr);
+        options.table = " looks/warm.cube ".to_owned();
+        assert_eq!(options.table(Path::new("/film")), None);
+        options.format = Format::Tiff;
+        let found = options.table(Path::new("/film"));
+        assert_eq!(found, Some("/film/looks/warm.cube".into()));
+        options.table.clear();
+        assert_eq!(options.table(Path::new("/film")), None);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::choice_ui;
 use crate::export_options::ExportOptions;
-use egui::{ComboBox, Ui, WidgetText};
+use egui::{ComboBox, TextEdit, Ui, WidgetText};
 use export::{Codec, ExrAlpha, ExrCompression, Format, LayerFiles, OutputSpace, Samples};
 
 /// Width of a list in points.
@@ -171,6 +171,16 @@ fn space_ui(ui: &mut Ui, options: &mut ExportOptions) {
         );
     });
     ui.end_row();
+    if !is_linear {
+        let label = ui.label("Table");
+        let field = TextEdit::singleline(&mut options.table)
+            .hint_text("none; a .cube file")
+            .desired_width(200.0);
+        ui.add(field).labelled_by(label.id).on_hover_text(
+            "A look-up table that is baked in: it reads and gives sRGB codes. Relative to the project's folder, or a full path.",
+        );
+        ui.end_row();
+    }
 }
 
 fn name(space: OutputSpace, is_linear: bool) -> &'static str {

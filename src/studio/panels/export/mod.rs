@@ -265,7 +265,7 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
     let taken = context.existing_files.filter(|taken| taken.query.to == to);
     let taken = taken.filter(|taken| taken.files > 0);
     let written = match taken {
-        Some(taken) if !options.replace => &taken.free,
+        Some(taken) if !options.replaces() => &taken.free,
         _ => &to,
     };
     let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
@@ -296,8 +296,15 @@ fn files_ui(ui: &mut Ui, context: &PanelContext, options: &mut ExportOptions, ro
         ui.label(RichText::new(there).size(13.0).color(theme::ACCENT));
         ui.checkbox(&mut options.replace, "replace existing files")
             .on_hover_text("If off, existing files are kept and a number is appended");
+        if !options.format.is_movie() {
+            ui.checkbox(&mut options.resume, "go on with a stopped export")
+                .on_hover_text(
+                    "Keeps frames that were made of the same project, network, environment and look, and writes the others",
+                );
+        }
     } else {
         options.replace = false;
+        options.resume = false;
     }
 }
 

@@ -1,0 +1,186 @@
+//! What a still was made of, in its header, so that a stopped export goes on where it was.
+
+use super::format::Files;
+use super::still::PROVENANCE;
+use base::error::{Error, Result};
+use base::files::open;
+use exr::meta::MetaData;
+use exr::meta::attribute::{AttributeValue, Text};
+use light::Environment;
+use project::Project;
+use scene::Scene;
+use std::io::BufReader;
+use std::path::Path;
+use tiff::tags::Tag;
+
+/// What all frames of an export are made of.
+#[derive(Clone, Debug)]
+pub struct Provenance {
+    common: String,
+    /// Of what else decides how a file looks.
+    files: u64,
+}
+
+impl Provenance {
+    /// Of an export whose first frame is `first`: its light sets the level of all.
+    ///
+    /// # Errors
+    /// When calibration, network or look-up table cannot be read.
+    pub fn of(
+        project: &Project,
+        environment: &Environment,
+        files: &Files,
+        first: usize,
+    ) -> Result<Self> {
+        let settings = &project.settings;
+        let read = |path: &Path| {
+            std::fs::read(path).map_err(|e| {
+                Error::io("read", path, e, "Check that the project is there and whole")
+            })
+        };
+        let mut made_of = Hash::default();
+        made_of.text(&format!(
+            "{:?} {:?} {}",
+            settings.shoot, settings.framing, settings.size
+        ));
+        made_of.bytes(&read(&project.calibration_path())?);
+        // It has the checksums of the weights.
+        let mut network = Hash::default();
+        network.bytes(&read(&project.checkpoint_path().join("checkpoint.toml"))?);
+        let mut lit_by = Hash::default();
+        lit_by.text(&environment.name);
+        for value in environment.radiance.pixels.iter().flatten() {
+            lit_by.bytes(&value.to_le_bytes());
+        }
+        let mut written = Hash::default();
+        // What decides where files go does not decide what is in them.
+        let plain = Files {
+            to: String::new(),
+            existing: super::Existing::default(),
+            resume: false,
+            ..files.clone()
+        };
+        written.text(&format!("{plain:?} {first}"));
+        if let Some(table) = &files.lut {
+            written.bytes(&read(table)?);
+        }
+        let common = format!(
+            "version={} project={} checkpoint={} environment={}",
+            env!("CARGO_PKG_VERSION"),
+            made_of,
+            network,
+            lit_by
+        );
+        Ok(Self {
+            common,
+            files: written.0,
+        })
+    }
+
+    /// Of one frame, which looks as `scene` says and is made of the pictures at `pictures`.
+    pub fn frame(&self, scene: &Scene, pictures: &[&Path]) -> String {
+        let mut look = Hash(self.files);
+        look.text(&format!("{scene:?}"));
+        let mut plate = Hash::default();
+        for path in pictures {
+            plate.text(&path.to_string_lossy());
+            if let Ok(data) = std::fs::metadata(path) {
+                plate.text(&format!("{} {:?}", data.len(), data.modified().ok()));
+            }
+        }
+        format!(
+            "{} look={look} plate={plate} frame={}",
+            self.common, scene.frame
+        )
+    }
+}
+
+/// What a file says about what it was made of. None if it says nothing, or is no whole file.
+pub fn provenance_of(path: &Path) -> Option<String> {
+    let ending = path.extension()?.to_ascii_lowercase();
+    let file = BufReader::new(open(path).ok()?);
+    match ending.to_str()? {
+        "exr" => {
+            let parts = MetaData::read_from_buffered(file, false).ok()?.headers;
+            let key = Text::from(PROVENANCE);
+            let part = parts.first()?;
+            let shared = part.shared_attributes.other.get(&key);
+            // Where the reader puts what it does not know.
+            match shared.or_else(|| part.own_attributes.other.get(&key))? {
+                AttributeValue::Text(text) => Some(text.to_string()),
+                _ => None,
+            }
+        }
+        "tif" | "tiff" => {
+            let mut decoder = tiff::decoder::Decoder::new(file).ok()?;
+            let text = decoder.get_tag_ascii_string(Tag::ImageDescription).ok()?;
+            let (_, provenance) = text.split_once(&format!("\n{PROVENANCE}: "))?;
+            Some(provenance.trim_end_matches('\0').to_owned())
+        }
+        _ => {
+            let reader = png::Decoder::new(file).read_info().ok()?;
+            let texts = &reader.info().uncompressed_latin1_text;
+            let text = texts.iter().find(|text| text.keyword == PROVENANCE)?;
+            Some(text.text.clone())
+        }
+    }
+}
+
+/// FNV-1a of 64 bits (Fowler, Noll and Vo; RFC 9923): the same on every machine and in every build.
+#[derive(Clone, Copy)]
+struct Hash(u64);
+
+impl Default for Hash {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Hash {
+    fn bytes(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+
+    fn text(&mut self, text: &str) {
+        self.bytes(text.as_bytes());
+        // So that two texts are not one.
+        self.bytes(&[0]);
+    }
+}
+
+impl std::fmt::Display for Hash {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_the_published_one() {
+        let of = |text: &str| {
+            let mut hash = Hash::default();
+            hash.bytes(text.as_bytes());
+            hash.0
+        };
+        // RFC 9923, appendix C.
+        assert_eq!(of(""), 0xcbf2_9ce4_8422_2325);
+        assert_eq!(of("a"), 0xaf63_dc4c_8601_ec8c);
+        assert_eq!(of("foobar"), 0x8594_4171_f739_67e8);
+    }
+
+    #[test]
+    fn files_that_say_nothing_are_made_of_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", "a.exr", "a.tif"] {
+            let path = folder.path().join(name);
+            assert_eq!(provenance_of(&path), None);
+            std::fs::write(&path, b"not a picture").unwrap();
+            assert_eq!(provenance_of(&path), None);
+        }
+    }
+}
