@@ -3,11 +3,12 @@
 use crate::{Exemplar, Frame, ImportSettings, TrackingFrames, import, read_picture};
 use base::progress::Progress;
 use imaging::{Image, Response};
+use movies::Source;
 use project::{Picture, Project};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use test_support::shown;
-use virtual_stage::{StageSettings, TroubleSettings, write_shoot};
+use virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
 
 const SETTINGS: ImportSettings = ImportSettings { size: 16, seed: 1 };
 const LAMPS: usize = 6;
@@ -265,4 +266,62 @@ tracking = [12, 16, 20]
         danger: "wrong frames are learnt",
         done: "the import is refused: each sentence names the file and the frames that it has",
     );
+}
+
+#[test]
+fn a_stage_that_is_filmed_is_imported_from_its_movies() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let silent = Progress::silent();
+    let stage = StageSettings {
+        frames: 3,
+        size: 32,
+        lamps: LAMPS,
+        written_as: WrittenAs::Movies,
+        trouble: TroubleSettings {
+            tracking: Some(3),
+            ..TroubleSettings::default()
+        },
+        ..StageSettings::default()
+    };
+    let [filmed, shoot] = ["filmed", "shoot"].map(|name| folder.path().join(name));
+    write_shoot(&filmed, &stage, &silent).unwrap();
+    let files = StageSettings {
+        written_as: WrittenAs::Files,
+        ..stage
+    };
+    write_shoot(&shoot, &files, &silent).unwrap();
+    let movies = import(&folder.path().join("movies"), &filmed, &SETTINGS, &silent).unwrap();
+    let files = import(&folder.path().join("files"), &shoot, &SETTINGS, &silent).unwrap();
+    let Source::Movie(movie) = &*movies::open(&filmed.join("interview.mov")).unwrap() else {
+        panic!("no movie");
+    };
+    assert!(movie.info().has_sound && movie.info().time_code.as_deref() == Some("01:00:00:00"));
+    assert_eq!(movies.settings.shoot.lamps.len(), LAMPS);
+    for frame in 0..3 {
+        let [a, b] = [&files, &movies].map(|p| Frame::load(p, &Response::Srgb, frame).unwrap());
+        let off = a
+            .plate
+            .pixels
+            .iter()
+            .flatten()
+            .zip(b.plate.pixels.iter().flatten());
+        let off = off.map(|(a, b)| (a - b).abs()).sum::<f32>() / (3 * a.plate.pixels.len()) as f32;
+        // ProRes is no lossless codec.
+        assert!(off < 0.01 && a.mask == b.mask, "frame {frame}: {off}");
+    }
+    for pose in 0..6 {
+        assert_eq!(
+            TrackingFrames::of(&movies, pose).unwrap().unwrap().times,
+            [0.0, 0.5, 1.0]
+        );
+        let [a, b] = [&files, &movies].map(|p| Exemplar::load(p, &Response::Srgb, pose).unwrap());
+        for (lamp, (a, b)) in a.olats.iter().zip(&b.olats).enumerate() {
+            let off = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+            let off = off.map(|(a, b)| (a - b).abs()).sum::<f32>() / (3 * a.pixels.len()) as f32;
+            assert!(off < 0.01, "pose {pose}, lamp {lamp}: {off}");
+        }
+    }
 }

@@ -20,6 +20,7 @@ mod camera;
 pub mod dome;
 mod effects;
 mod environments;
+mod film;
 mod grid;
 mod head;
 mod interview_light;
@@ -44,6 +45,7 @@ mod trouble;
 mod truth;
 
 pub use effects::Effect;
+pub use film::WrittenAs;
 pub use shoot::write_shoot;
 pub use trouble::{Hair, LightKind, TroubleSettings};
 
@@ -66,6 +68,9 @@ pub struct StageSettings {
     /// Banks of lamps, and so OLATs per pose, from 4 to 931, where each lamp is a bank of its own.
     #[arg(long, default_value_t = StageSettings::default().lamps)]
     pub lamps: usize,
+    /// Whether pictures are written as files or as movies.
+    #[arg(long = "as", value_enum, default_value_t)]
+    pub written_as: WrittenAs,
     #[command(flatten)]
     pub trouble: TroubleSettings,
 }
@@ -77,6 +82,7 @@ impl Default for StageSettings {
             size: 256,
             seed: 1,
             lamps: 41,
+            written_as: WrittenAs::Files,
             trouble: TroubleSettings::NONE,
         }
     }

@@ -4,6 +4,7 @@
 use super::ball_view::Surroundings;
 use super::camera::green_screen;
 use super::effects::Tally;
+use super::film::{WrittenAs, film};
 use super::manifest::{Manifest, Tracking};
 use super::picture::Pictures;
 use super::probe::{BallLight, Probe};
@@ -64,6 +65,10 @@ pub fn write_shoot(
         }),
     );
     session.json("manifest.json", &manifest)?;
+    if settings.written_as == WrittenAs::Movies {
+        let before_lamp = session.tracking_times().unwrap_or_default();
+        film(folder, settings, session.poses.len(), &before_lamp)?;
+    }
     Ok(StageReport {
         files: session.files.into_inner(),
         seconds: start.elapsed().as_secs_f64(),
