@@ -79,13 +79,14 @@ struct StageArgs {
     output: OutputArgs,
 }
 
-/// Make a project from a shoot folder. No pictures are copied.
+/// Make a project from a shoot folder or a map of movies. No pictures are copied.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight import interview --shoot shoot --size 128")]
 struct ImportArgs {
     /// The project's folder, made if it is missing.
     project: PathBuf,
-    /// The folder that holds the shoot's manifest.json.
+    /// The folder that holds the shoot's manifest.json, whose interview, poses and balls may be movies; or a TOML map that
+    /// says which files and frames they are (docs/movies.md).
     #[arg(long)]
     shoot: PathBuf,
     #[command(flatten)]

@@ -103,7 +103,10 @@ pub fn provenance_of(path: &Path) -> Option<String> {
         "exr" => {
             let parts = MetaData::read_from_buffered(file, false).ok()?.headers;
             let key = Text::from(PROVENANCE);
-            match parts.first()?.shared_attributes.other.get(&key)? {
+            let part = parts.first()?;
+            let shared = part.shared_attributes.other.get(&key);
+            // Where the reader puts what it does not know.
+            match shared.or_else(|| part.own_attributes.other.get(&key))? {
                 AttributeValue::Text(text) => Some(text.to_string()),
                 _ => None,
             }

@@ -312,3 +312,33 @@ fn every_compression_gives_back_half_floats() {
         }
     }
 }
+
+#[test]
+fn every_still_says_what_it_was_made_of() {
+    use super::super::exr_settings::LayerFiles;
+    use super::super::provenance::provenance_of;
+    let folder = tempfile::tempdir().unwrap();
+    let light = picture(4, 3, [0.5; 3], true).linear.unwrap();
+    let layers = LightLayers {
+        lamps: Vec::new(),
+        rest: Some(light),
+    };
+    for name in ["a.png", "a.tif", "a.exr", "b.exr"] {
+        let path = folder.path().join(name);
+        let about = About {
+            provenance: Some("look=1 frame=2"),
+            layers: (name == "b.exr").then_some(&layers),
+            exr: ExrSettings {
+                layers: LayerFiles::Parts,
+                ..ExrSettings::default()
+            },
+            ..about(Bits::Eight)
+        };
+        write_still(&path, &picture(4, 3, [0.5; 3], true), &about).unwrap();
+        assert_eq!(
+            provenance_of(&path).as_deref(),
+            Some("look=1 frame=2"),
+            "{name}"
+        );
+    }
+}

@@ -2,14 +2,14 @@
 
 use super::framed::dimensions;
 use super::framing::fitted;
-use super::shoot::{Listing, MANIFEST, Manifest, NO_SHOOT, name_of};
+use super::parts::Parts;
+use super::shoot::{Listing, NO_SHOOT, name_of};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
 use imaging::file;
 use project::{
-    self, FORMAT, Frames, Framing, Framings, Matte, Picture, Project, Settings, Shoot, Takes,
-    relative,
+    self, FORMAT, Frames, Framing, Framings, Matte, Picture, Project, Settings, Shoot, relative,
 };
 use rayon::prelude::*;
 use std::path::Path;
@@ -55,8 +55,6 @@ pub fn plan_import(
     progress: &Progress,
 ) -> Result<Project> {
     project::check_size(settings.size)?;
-    let manifest_path = shoot.join(MANIFEST);
-    let manifest = Manifest::read(shoot)?;
     let project_file = root.join("project.toml");
     if project_file.exists() {
         return Err(Error::invalid(
@@ -64,13 +62,22 @@ pub fn plan_import(
             "Choose another folder, or remove project.toml to import again",
         ));
     }
-    let listing = Listing::read(shoot)?;
+    let Parts {
+        folder: shoot,
+        said_in,
+        manifest,
+        listing,
+        takes,
+        directions,
+    } = Parts::find(shoot, progress)?;
+    let shoot = &*shoot;
     manifest.check_counts(shoot, &listing)?;
     let Listing {
         poses,
         lamps,
         frames,
         frame_rate,
+        ..
     } = listing;
     for (is_empty, folder, what) in [
         (poses.is_empty(), "exemplars", "pose folder"),
@@ -87,7 +94,7 @@ pub fn plan_import(
     );
     let second_ball = manifest.second_ball(shoot);
     for ball in std::iter::once(&ball).chain(second_ball.as_ref().map(|second| &second.ball)) {
-        ball.check().map_err(|e| e.within(&manifest_path))?;
+        ball.check().map_err(|e| e.within(&said_in))?;
     }
     // Without the ball's size, distances in metres say nothing about what it shows.
     let dome_radius_m = manifest.dome_radius_m.filter(|_| !ball.is_far());
@@ -102,7 +109,7 @@ pub fn plan_import(
     }
     let lamp_layout = manifest
         .bank_directions
-        .map_or_else(Vec::new, |directions| {
+        .map_or(directions, |directions| {
             let layout = layout(directions, &lamps);
             if layout.is_empty() {
                 progress.say(format!(
@@ -140,7 +147,7 @@ pub fn plan_import(
                 lamps,
                 other_lamps: vec![],
                 frames,
-                takes: Takes::default(),
+                takes,
                 ball,
                 second_ball,
                 dome_radius_m,
@@ -152,7 +159,7 @@ pub fn plan_import(
         },
     };
     let shoot = &project.settings.shoot;
-    shoot.check().map_err(|e| e.within(&manifest_path))?;
+    shoot.check().map_err(|e| e.within(&said_in))?;
     let sizes = check_pictures(&project, progress)?;
     frame_subject(&mut project, sizes, progress);
     Ok(project)

@@ -7,9 +7,16 @@ mod frame;
 mod framed;
 mod framing;
 mod import;
+mod lamp_list;
+mod map;
 pub mod motion;
+#[cfg(test)]
+mod movie_tests;
+mod parts;
+mod round;
 pub mod scan;
 mod shoot;
+mod takes;
 mod tracking;
 
 pub use exemplar::{Exemplar, OlatReader};

@@ -131,41 +131,61 @@ fn interview(listing: &Listing, picture: Option<&Result<(usize, usize)>>, rate: 
 
 fn exemplars(folder: &Path, listing: &Listing) -> Line {
     let Listing { poses, lamps, .. } = listing;
-    let lack = if lamps.is_empty() || poses.is_empty() {
+    let is_movie = |pose: &&String| listing.pose_movies.contains_key(*pose);
+    let lack = if poses.is_empty()
+        || (lamps.is_empty() && !poses.iter().all(|pose| is_movie(&pose)))
+    {
         Some(
             "Add a picture of each pose under each lamp as exemplars/POSE/LAMP.png: from these the network learns \
              what every lamp does"
                 .to_owned(),
         )
     } else {
-        let olats = poses.iter().flat_map(|pose| {
-            let there = pictures(folder, &format!("exemplars/{pose}"));
-            let missing = lamps.iter().filter(move |&lamp| !there.contains(lamp));
-            missing.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
-        });
+        let olats = poses
+            .iter()
+            .filter(|pose| !is_movie(pose))
+            .flat_map(|pose| {
+                let there = pictures(folder, &format!("exemplars/{pose}"));
+                let missing = lamps.iter().filter(move |&lamp| !there.contains(lamp));
+                missing.map(move |lamp| format!("exemplars/{pose}/{lamp}.png"))
+            });
         absent(
             &olats.collect::<Vec<_>>(),
             "Every pose is needed under every lamp: a relit pose would lack that light",
         )
     };
-    let found = format!(
-        "{} × {}",
-        counted(poses.len(), "pose"),
-        counted(lamps.len(), "lamp")
-    );
+    let lamps = match lamps.len() {
+        0 if lack.is_none() => "the lamps of their movies".to_owned(),
+        count => counted(count, "lamp"),
+    };
+    let found = format!("{} × {lamps}", counted(poses.len(), "pose"));
     needed("Exemplars", found, lack)
 }
 
 fn mirror_balls(folder: &Path, listing: &Listing) -> Line {
     let there = pictures(folder, "probes");
-    let wanted = std::iter::once("interview").chain(listing.lamps.iter().map(String::as_str));
+    let interview = listing.interview_ball.is_none().then_some("interview");
+    let lamps = match &listing.ball_movie {
+        Some(_) => &[],
+        None => &listing.lamps[..],
+    };
+    let wanted = interview
+        .into_iter()
+        .chain(lamps.iter().map(String::as_str));
     let missing: Vec<String> = wanted
         .filter(|&name| !there.contains(name))
         .map(|name| format!("probes/{name}.png"))
         .collect();
     needed(
         "Mirror balls",
-        counted(there.len(), "photograph"),
+        match &listing.ball_movie {
+            Some(movie) => format!(
+                "{} and {}",
+                movie.display(),
+                counted(there.len(), "photograph")
+            ),
+            None => counted(there.len(), "photograph"),
+        },
         absent(
             &missing,
             "The lamps' directions and the interview's light are measured from the balls",

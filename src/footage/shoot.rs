@@ -5,8 +5,8 @@ use base::files;
 use glam::Vec3;
 use project::{Ball, Clip, Frames, NamedEnvironment, SecondBall, Shoot};
 use serde::Deserialize;
-use std::collections::BTreeSet;
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 /// The name of a shoot's manifest.
 pub const MANIFEST: &str = "manifest.json";
@@ -16,7 +16,7 @@ pub const SECOND_PROBES: &str = "probes_2";
 pub const NO_SHOOT: &str = "Check that this is a shoot folder and is complete";
 
 /// What is read from a shoot's `manifest.json`: what the pictures alone do not show.
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 pub struct Manifest {
     #[serde(default)]
     pub name: Option<String>,
@@ -109,9 +109,12 @@ impl Manifest {
     /// # Errors
     /// Then.
     pub fn check_counts(&self, shoot: &Path, listing: &Listing) -> Result<()> {
+        // Movies of lamps are counted when they are read.
+        let is_known = !(listing.lamps.is_empty() && !listing.pose_movies.is_empty());
+        let lamps = self.olat_conditions.filter(|_| is_known);
         let counts = [
             ("exemplar_poses", self.exemplar_poses, listing.poses.len()),
-            ("olat_conditions", self.olat_conditions, listing.lamps.len()),
+            ("olat_conditions", lamps, listing.lamps.len()),
             ("frames", self.frames, listing.frames.len()),
         ];
         match counts
@@ -176,6 +179,7 @@ impl Manifest {
 }
 
 /// What a shoot holds: names, sorted, without extensions.
+#[derive(Default)]
 pub struct Listing {
     pub poses: Vec<String>,
     /// Every lamp that any pose or probe has. If it is missing elsewhere, reading it names the file.
@@ -183,6 +187,12 @@ pub struct Listing {
     pub frames: Frames,
     /// Frames per second, if the interview is a movie that says it.
     pub frame_rate: Option<f64>,
+    /// Movies of poses under `exemplars/`, by the pose's name; relative to the shoot's folder.
+    pub pose_movies: BTreeMap<String, PathBuf>,
+    /// The movie of the mirror balls, relative to the shoot's folder.
+    pub ball_movie: Option<PathBuf>,
+    /// The mirror ball under the interview's light, if it is a movie.
+    pub interview_ball: Option<PathBuf>,
 }
 
 impl Listing {
@@ -196,12 +206,7 @@ impl Listing {
 
     /// Lists a shoot that may lack folders.
     pub fn present(shoot: &Path) -> Self {
-        Self::list(shoot, false).unwrap_or_else(|_| Self {
-            poses: vec![],
-            lamps: vec![],
-            frames: vec![].into(),
-            frame_rate: None,
-        })
+        Self::list(shoot, false).unwrap_or_default()
     }
 
     /// `all`: whether a folder that cannot be read is an error; otherwise it counts as empty.
@@ -212,12 +217,33 @@ impl Listing {
         };
         let exemplars = shoot.join("exemplars");
         let folder = |path: &Path| path.is_dir().then(|| name_of(path));
-        let poses = judged(entries(&exemplars, folder))?;
+        let mut poses = judged(entries(&exemplars, folder))?;
         let mut lamps = BTreeSet::new();
         for pose in &poses {
             lamps.extend(judged(png_names(&exemplars.join(pose)))?);
         }
-        let probes = judged(png_names(&shoot.join("probes")))?;
+        let movie = |path: &Path| movies::is_movie(path).then(|| name_of(path));
+        let mut pose_movies = BTreeMap::new();
+        for movie in judged(entries(&exemplars, movie))? {
+            let movie = Path::new("exemplars").join(movie);
+            let pose = name_of(&movie.with_extension(""));
+            if poses.contains(&pose) || pose_movies.contains_key(&pose) {
+                let problem = format!("{} has more than one pose {pose}", exemplars.display());
+                return Err(Error::invalid(
+                    problem,
+                    "Give each pose one folder or one movie",
+                ));
+            }
+            pose_movies.insert(pose, movie);
+        }
+        poses.extend(pose_movies.keys().cloned());
+        poses.sort();
+        let ball_movie = movie_named(shoot, "probes");
+        // Of balls that are a movie, the folder holds at most the interview's.
+        let probes = match &ball_movie {
+            Some(_) => vec![],
+            None => judged(png_names(&shoot.join("probes")))?,
+        };
         lamps.extend(probes.into_iter().filter(|name| name != "interview"));
         let (frames, frame_rate) = match clip(shoot, "interview") {
             Some(Ok((clip, rate))) => (Frames::Clip(clip), rate),
@@ -229,6 +255,9 @@ impl Listing {
             lamps: lamps.into_iter().collect(),
             frames,
             frame_rate,
+            pose_movies,
+            ball_movie,
+            interview_ball: movie_named(shoot, "probes_interview"),
         })
     }
 }
@@ -237,19 +266,17 @@ impl Listing {
 /// with its frames per second if it says them; `None` if there is neither.
 fn clip(shoot: &Path, name: &str) -> Option<Result<(Clip, Option<f64>)>> {
     let folder = shoot.join(name);
-    let is_named = |path: &Path| path.file_stem().is_some_and(|stem| stem == name);
-    let movie = |path: &Path| (is_named(path) && movies::is_movie(path)).then(|| name_of(path));
-    let movie = match entries(shoot, movie).ok()?.into_iter().next() {
+    let movie = match movie_named(shoot, name) {
         Some(movie) => movie,
         None => {
             let is_other = png_names(&folder).is_ok_and(|names| names.is_empty());
             let has_pictures = || movies::open(&folder).is_ok();
-            (folder.is_dir() && is_other && has_pictures()).then(|| name.to_owned())?
+            (folder.is_dir() && is_other && has_pictures()).then(|| name.into())?
         }
     };
     let opened = movies::open(&shoot.join(&movie)).and_then(|source| {
         let clip = Clip {
-            movie: movie.into(),
+            movie,
             first: source.first(),
             count: source.count()?,
             alpha: source.has_alpha(),
@@ -259,8 +286,15 @@ fn clip(shoot: &Path, name: &str) -> Option<Result<(Clip, Option<f64>)>> {
     Some(opened)
 }
 
+/// The movie `name.mov`, or with another ending, in a shoot's folder.
+fn movie_named(shoot: &Path, name: &str) -> Option<PathBuf> {
+    let is_named = |path: &Path| path.file_stem().is_some_and(|stem| stem == name);
+    let movie = |path: &Path| (is_named(path) && movies::is_movie(path)).then(|| name_of(path));
+    Some(entries(shoot, movie).ok()?.first()?.into())
+}
+
 /// Names that `pick` takes from a folder's entries, sorted.
-fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
+pub fn entries(folder: &Path, pick: impl Fn(&Path) -> Option<String>) -> Result<Vec<String>> {
     let listing = std::fs::read_dir(folder).map_err(|e| Error::io("open", folder, e, NO_SHOOT))?;
     let mut names: Vec<String> = listing
         .flatten()

@@ -36,6 +36,8 @@ pub struct Info {
     pub(crate) matrix: &'static str,
     pub(crate) is_full_range: bool,
     pub(crate) is_rgb: bool,
+    /// Decoded frames are 16-bit RGB already: nothing is converted.
+    pub(crate) is_plain: bool,
 }
 
 #[derive(Deserialize)]
@@ -189,6 +191,7 @@ impl Info {
             matrix,
             is_full_range: is_full,
             is_rgb,
+            is_plain: ["rgb48le", "rgba64le"].contains(&&*format),
         };
         if !(0.001..=100_000.0).contains(&info.frame_rate) {
             return Err(format!("it claims {} frames a second", info.frame_rate));

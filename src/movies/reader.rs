@@ -7,6 +7,7 @@ use base::error::Result;
 use std::ffi::OsString;
 use std::io::Read;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, channel, sync_channel};
 use std::time::Duration;
@@ -80,9 +81,13 @@ impl Reader {
             "rgb48le"
         };
         let filters = format!(
-            "showinfo=checksum=0,select=gte(t\\,{start:.9}),scale={width}:{height}:flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp{input}:out_range=full,format={format}"
+            "showinfo=checksum=0,select=gte(t\\,{start:.9}),scale={width}:{height}:{CONVERT}{input}:out_range=full,format={format}"
         );
         arguments.extend(["-map", &format!("0:{}", info.stream), "-vf", &filters].map(Into::into));
+        let gain = match info.is_plain {
+            true => 1.0,
+            false => gain(tools)?,
+        };
         let mode = if knows_fps_mode(tools)? {
             "-fps_mode"
         } else {
@@ -120,6 +125,11 @@ impl Reader {
                 let codes = codes
                     .chunks_exact(2)
                     .map(|b| u16::from_le_bytes([b[0], b[1]]));
+                let codes = codes.enumerate().map(|(i, code)| match channels {
+                    4 if i % 4 == 3 => code,
+                    // Beyond 65535 it stays there.
+                    _ => (f32::from(code) * gain).round() as u16,
+                });
                 let pixels = Pixels {
                     size: (width, height),
                     has_alpha,
@@ -159,6 +169,51 @@ impl Reader {
             .unwrap_or_default()
     }
 }
+
+/// What ffmpeg's codes are multiplied by so that white is 65535. Its converter (up to 7.0 at least) gives 255/256 of each code,
+/// so that nothing would ever count as clipped. Measured once.
+///
+/// # Errors
+/// When ffmpeg cannot be started.
+fn gain(tools: &Tools) -> Result<f32> {
+    static GAIN: OnceLock<f32> = OnceLock::new();
+    if let Some(&gain) = GAIN.get() {
+        return Ok(gain);
+    }
+    let filters = format!(
+        "color=white:s=16x16:r=1:d=1,format=yuv420p,scale=16:16:{CONVERT}:in_range=limited:out_range=full,format=rgb48le"
+    );
+    let words = [
+        "-nostdin",
+        "-v",
+        "error",
+        "-f",
+        "lavfi",
+        "-i",
+        &filters,
+        "-frames:v",
+        "1",
+        "-f",
+        "rawvideo",
+        "pipe:1",
+    ];
+    let said = process::run(
+        &tools.ffmpeg,
+        words.map(Into::into).to_vec(),
+        tools.patience,
+    )?
+    .unwrap_or_default();
+    let white = said
+        .get(..2)
+        .map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])));
+    let gain = white
+        .map(|white| 65535.0 / white)
+        .filter(|gain| (1.0..1.02).contains(gain));
+    Ok(*GAIN.get_or_init(|| gain.unwrap_or(1.0)))
+}
+
+/// How codes are converted.
+const CONVERT: &str = "flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp";
 
 /// Reads when frames are shown from what ffmpeg's `showinfo` says.
 struct Seen {

@@ -290,6 +290,27 @@ fn colours_come_as_tagged() {
             (name == "alpha.mov").then_some(true)
         );
     }
+    let white = folder.path().join("white.mkv");
+    ffmpeg(&[
+        "-f",
+        "lavfi",
+        "-i",
+        "color=white:s=32x32:d=0.1",
+        "-pix_fmt",
+        "yuv420p",
+        "-c:v",
+        "ffv1",
+        white.to_str().unwrap(),
+    ]);
+    let white = Movie::open(&white, &tools(folder.path()))
+        .unwrap()
+        .frame(0)
+        .unwrap();
+    assert!(
+        white.codes.iter().all(|&code| code >= 65500),
+        "{}",
+        white.codes[0]
+    );
     shown!(
         Pictures,
         "A movie's codes are of full or limited range, of Rec. 601, 709 or 2020",

@@ -147,6 +147,12 @@ impl Frames {
     }
 }
 
+impl Default for Frames {
+    fn default() -> Self {
+        Self::Named(vec![])
+    }
+}
+
 impl From<Vec<String>> for Frames {
     fn from(names: Vec<String>) -> Self {
         Self::Named(names)

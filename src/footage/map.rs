@@ -1,0 +1,219 @@
+//! A shoot as a TOML map: which files and frames are interview, poses and mirror balls. See `docs/movies.md`.
+
+use super::lamp_list;
+use super::takes::Rounds;
+use base::error::{Error, Result};
+use base::files;
+use glam::Vec3;
+use project::{Clip, Still};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// The map's content.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Map {
+    pub name: Option<String>,
+    /// In frames per second; otherwise the interview's movie says it.
+    pub frame_rate: Option<f64>,
+    pub lamps: Option<Lamps>,
+    interview: Interview,
+    #[serde(rename = "pose")]
+    poses: Vec<Pose>,
+    balls: Part,
+    /// How the balls were photographed; otherwise the ball is searched for and counts as far away.
+    #[serde(default)]
+    pub ball: Ball,
+}
+
+/// A number of lamps, or an `.lp` list.
+#[derive(Clone, Deserialize)]
+#[serde(untagged)]
+pub enum Lamps {
+    Count(usize),
+    List(PathBuf),
+}
+
+/// What is known of a mirror ball, as in a manifest.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ball {
+    pub center_px: Option<[f32; 2]>,
+    pub radius_px: Option<f32>,
+    pub radius_m: Option<f32>,
+    pub camera_distance_m: Option<f32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Interview {
+    file: PathBuf,
+    frames: Option<[u64; 2]>,
+    ball: BallFrame,
+}
+
+/// One picture.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BallFrame {
+    file: PathBuf,
+    frame: Option<u64>,
+}
+
+/// A part of a movie in which the lamps go round.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Part {
+    file: PathBuf,
+    frames: Option<[u64; 2]>,
+    #[serde(default)]
+    lamps: Vec<u64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Pose {
+    name: String,
+    file: PathBuf,
+    frames: Option<[u64; 2]>,
+    #[serde(default)]
+    lamps: Vec<u64>,
+    #[serde(default)]
+    tracking: Vec<u64>,
+}
+
+impl Map {
+    /// Reads a map.
+    ///
+    /// # Errors
+    /// When it cannot be read, or lacks something.
+    pub fn read(path: &Path) -> Result<Self> {
+        const REMEDY: &str =
+            "Write it as docs/movies.md says: [interview], [balls] and a [[pose]] for each pose";
+        let text = files::read_text(path, files::MOST_TEXT)
+            .map_err(|e| Error::io("open", path, e, REMEDY))?;
+        let map: Self =
+            toml::from_str(&text).map_err(|e| Error::codec("read", path, e.message(), REMEDY))?;
+        let mut names: Vec<&String> = map.poses.iter().map(|pose| &pose.name).collect();
+        names.sort();
+        if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(Error::codec(
+                "read",
+                path,
+                format!("pose {} is there twice", pair[0]),
+                REMEDY,
+            ));
+        }
+        match map.poses.is_empty() {
+            true => Err(Error::codec("read", path, "it names no pose", REMEDY)),
+            false => Ok(map),
+        }
+    }
+
+    /// Names and directions of the lamps; directions are empty if they are not known, both if not even their number is.
+    ///
+    /// # Errors
+    /// When the list cannot be read.
+    pub fn lamps(&self, folder: &Path) -> Result<(Vec<String>, Vec<Vec3>)> {
+        match &self.lamps {
+            None => Ok((vec![], vec![])),
+            Some(Lamps::Count(count)) => Ok((lamp_names((*count).min(100_000)), vec![])),
+            Some(Lamps::List(path)) => Ok(lamp_list::read(&folder.join(path))?.into_iter().unzip()),
+        }
+    }
+
+    /// The interview's frames, and how many a second.
+    ///
+    /// # Errors
+    /// When the movie cannot be read or has no such frames.
+    pub fn interview(&self, folder: &Path) -> Result<(Clip, Option<f64>)> {
+        let Interview { file, frames, .. } = &self.interview;
+        let path = folder.join(file);
+        let source = movies::open(&path)?;
+        let (first, count) = (source.first(), source.count()?);
+        let end = first + count.saturating_sub(1);
+        let [start, last] = frames.unwrap_or([first, end]);
+        if start > last || start < first || last > end {
+            return Err(Error::invalid(
+                format!(
+                    "the interview is said to be frames {start} to {last} of {}, which has {first} to {end}",
+                    path.display()
+                ),
+                "Correct `frames` of [interview]: the first frame and the last",
+            ));
+        }
+        let clip = Clip {
+            movie: file.clone(),
+            first: start,
+            count: last - start + 1,
+            alpha: source.has_alpha(),
+        };
+        Ok((clip, source.frame_rate()))
+    }
+
+    /// The mirror ball under the interview's light: the frame that is named, or the middle one.
+    ///
+    /// # Errors
+    /// When its movie cannot be read or has no such frame.
+    pub fn interview_ball(&self, folder: &Path) -> Result<Still> {
+        let BallFrame { file, frame } = &self.interview.ball;
+        still(folder, file, *frame)
+    }
+
+    /// The balls' movie.
+    pub fn balls(&self) -> Rounds {
+        let Part {
+            file,
+            frames,
+            lamps,
+        } = &self.balls;
+        Rounds {
+            movie: file.clone(),
+            range: *frames,
+            lamps: lamps.clone(),
+            tracking: vec![],
+        }
+    }
+
+    /// The poses' movies, by name.
+    pub fn poses(&self) -> impl Iterator<Item = (&String, Rounds)> {
+        self.poses.iter().map(|pose| {
+            let rounds = Rounds {
+                movie: pose.file.clone(),
+                range: pose.frames,
+                lamps: pose.lamps.clone(),
+                tracking: pose.tracking.clone(),
+            };
+            (&pose.name, rounds)
+        })
+    }
+}
+
+/// One frame of a movie: `frame`, or the middle one.
+///
+/// # Errors
+/// When the movie cannot be read or has no such frame.
+pub fn still(folder: &Path, file: &Path, frame: Option<u64>) -> Result<Still> {
+    let path = folder.join(file);
+    let source = movies::open(&path)?;
+    let (first, count) = (source.first(), source.count()?);
+    let frame = frame.unwrap_or(first + count / 2);
+    if frame < first || frame - first >= count {
+        return Err(Error::invalid(
+            format!(
+                "the mirror ball is said to be frame {frame} of {}, which has {count} from {first} on",
+                path.display()
+            ),
+            "Correct the frame",
+        ));
+    }
+    Ok(Still {
+        movie: file.to_path_buf(),
+        frame,
+    })
+}
+
+/// Names of lamps that have none, in the order in which they are lit.
+pub fn lamp_names(count: usize) -> Vec<String> {
+    (0..count).map(|lamp| format!("olat_{lamp:03}")).collect()
+}

@@ -1,0 +1,268 @@
+//! Shoots whose parts are movies, beside the same shoot as files.
+
+use crate::{Exemplar, Frame, ImportSettings, TrackingFrames, import, read_picture};
+use base::progress::Progress;
+use imaging::{Image, Response};
+use project::{Picture, Project};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use test_support::shown;
+use virtual_stage::{StageSettings, TroubleSettings, write_shoot};
+
+const SETTINGS: ImportSettings = ImportSettings { size: 16, seed: 1 };
+const LAMPS: usize = 6;
+/// ffmpeg converts RGB by way of luma and chroma, exact to an eighth of an 8-bit code; linear light is up to 2.3 times as steep.
+const NEAR: f32 = 2.3 / 8.0 / 255.0;
+
+/// A shoot of six poses, six lamps, three tracking frames a pose and three frames.
+fn stage(folder: &Path) {
+    let stage = StageSettings {
+        frames: 3,
+        size: 32,
+        lamps: LAMPS,
+        trouble: TroubleSettings {
+            tracking: Some(3),
+            ..TroubleSettings::default()
+        },
+        ..StageSettings::default()
+    };
+    write_shoot(folder, &stage, &Progress::silent()).unwrap();
+}
+
+/// Makes a lossless movie of pictures.
+fn film(pictures: &[PathBuf], movie: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    for (i, picture) in pictures.iter().enumerate() {
+        std::fs::copy(picture, folder.path().join(format!("{i:04}.png"))).unwrap();
+    }
+    let status = Command::new("ffmpeg")
+        .args(["-v", "error", "-y", "-framerate", "24", "-i"])
+        .arg(folder.path().join("%04d.png"))
+        .args(["-c:v", "ffv1", "-pix_fmt", "gbrp"])
+        .arg(movie)
+        .status();
+    assert!(status.unwrap().success());
+}
+
+/// A pose as it is filmed: fully lit, half of the lamps, fully lit, the other half, fully lit.
+fn round(shoot: &Path, pose: usize) -> Vec<PathBuf> {
+    let lit = |k: usize| shoot.join(format!("tracking/pose{pose:02}/frame_{k:02}.png"));
+    let olat = |lamp: usize| shoot.join(format!("exemplars/pose{pose:02}/olat_{lamp:02}.png"));
+    let half = |lamps: std::ops::Range<usize>| lamps.map(olat).collect::<Vec<_>>();
+    let parts = [
+        vec![lit(0)],
+        half(0..3),
+        vec![lit(1)],
+        half(3..6),
+        vec![lit(2)],
+    ];
+    parts.concat()
+}
+
+fn balls(shoot: &Path) -> Vec<PathBuf> {
+    (0..LAMPS)
+        .map(|lamp| shoot.join(format!("probes/olat_{lamp:02}.png")))
+        .collect()
+}
+
+fn interview(shoot: &Path) -> Vec<PathBuf> {
+    (0..3)
+        .map(|frame| shoot.join(format!("interview/frame_{frame:03}.png")))
+        .collect()
+}
+
+/// Frames and OLATs of two projects are the same.
+fn compare(files: &Project, movies: &Project) {
+    let near = |a: &Image, b: &Image| {
+        let off = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+        off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) < NEAR
+    };
+    for frame in 0..3 {
+        let [a, b] = [files, movies].map(|p| Frame::load(p, &Response::Srgb, frame).unwrap());
+        assert!(
+            near(&a.plate, &b.plate) && a.mask == b.mask,
+            "frame {frame}"
+        );
+    }
+    for pose in 0..movies.settings.shoot.poses.len() {
+        let [a, b] = [files, movies].map(|p| Exemplar::load(p, &Response::Srgb, pose).unwrap());
+        assert!(
+            a.olats.iter().zip(&b.olats).all(|(a, b)| near(a, b)),
+            "pose {pose}"
+        );
+        let [a, b] = [files, movies].map(|p| TrackingFrames::of(p, pose).unwrap().unwrap());
+        assert_eq!((a.times.len(), b.times), (3, vec![0.0, 0.5, 1.0]));
+        let seen = |pictures: &[Picture]| read_picture(&pictures[1]).unwrap().0;
+        assert!(near(&seen(&a.pictures), &seen(&b.pictures)));
+    }
+    let [a, b] = [files, movies].map(|p| {
+        p.probe_pictures()
+            .iter()
+            .map(|p| read_picture(p).unwrap().0)
+            .collect::<Vec<_>>()
+    });
+    assert_eq!(a.len(), b.len());
+    assert!(a.iter().zip(&b).all(|(a, b)| near(a, b)));
+}
+
+/// Mattes come from the shoot's folder or, as `afterlight matte` writes them, from the project's.
+fn give_mattes(shoot: &Path, project: &Project) {
+    for frame in 0..3 {
+        let to = project.frame_matte_path(frame);
+        std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+        std::fs::copy(
+            shoot.join(format!("interview_masks/frame_{frame:03}.png")),
+            to,
+        )
+        .unwrap();
+    }
+    for pose in 0..project.settings.shoot.poses.len() {
+        let to = project.exemplar_matte_path(pose);
+        std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+        std::fs::copy(shoot.join(format!("exemplar_masks/pose{pose:02}.png")), to).unwrap();
+    }
+}
+
+#[test]
+fn a_shoot_of_movies_is_the_shoot_of_its_files() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (shoot, filmed) = (folder.path().join("shoot"), folder.path().join("filmed"));
+    let silent = Progress::silent();
+    stage(&shoot);
+    let files = import(&folder.path().join("files"), &shoot, &SETTINGS, &silent).unwrap();
+    std::fs::create_dir_all(filmed.join("exemplars")).unwrap();
+    std::fs::create_dir_all(filmed.join("probes")).unwrap();
+    film(&interview(&shoot), &filmed.join("interview.mkv"));
+    for pose in 0..6 {
+        film(
+            &round(&shoot, pose),
+            &filmed.join(format!("exemplars/pose{pose:02}.mkv")),
+        );
+    }
+    film(&balls(&shoot), &filmed.join("probes.mkv"));
+    for name in ["manifest.json", "probes/interview.png"] {
+        std::fs::copy(shoot.join(name), filmed.join(name)).unwrap();
+    }
+    assert!(
+        crate::scan::scan(&filmed).is_complete(),
+        "{:?}",
+        crate::scan::scan(&filmed)
+    );
+    let root = folder.path().join("movies");
+    let movies = import(&root, &filmed, &SETTINGS, &silent).unwrap();
+    let said = Frame::load(&movies, &Response::Srgb, 0)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("afterlight matte") && said.contains("frame_000000.png"),
+        "{said}"
+    );
+    give_mattes(&shoot, &movies);
+    compare(&files, &movies);
+    assert_eq!(Project::open(&root).unwrap(), movies);
+    let text = std::fs::read_to_string(root.join("project.toml")).unwrap();
+    assert!(
+        !text.contains("frame_00"),
+        "frames of a movie have no names there: {text}"
+    );
+    // A lamp is missing in one movie.
+    let short: Vec<PathBuf> = round(&shoot, 1).into_iter().skip(2).collect();
+    film(&short, &filmed.join("exemplars/pose01.mkv"));
+    let again = folder.path().join("again");
+    let _ = movies::open(&filmed.join("exemplars/pose01.mkv"));
+    let said = import(&again, &filmed, &SETTINGS, &silent)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("pose01.mkv") && said.contains("6 lamps"),
+        "{said}"
+    );
+    assert!(!again.join("project.toml").exists());
+}
+
+#[test]
+fn a_map_says_which_frames_of_one_movie_are_what() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let shoot = folder.path().join("shoot");
+    let silent = Progress::silent();
+    stage(&shoot);
+    let files = import(&folder.path().join("files"), &shoot, &SETTINGS, &silent).unwrap();
+    let parts = [
+        interview(&shoot),
+        round(&shoot, 0),
+        round(&shoot, 1),
+        balls(&shoot),
+        vec![shoot.join("probes/interview.png")],
+    ];
+    // Balls have another size than pictures of the subject; one movie has one size.
+    film(&parts[..3].concat(), &folder.path().join("day 1.mkv"));
+    film(&parts[3..].concat(), &folder.path().join("balls.mkv"));
+    let manifest = std::fs::read_to_string(shoot.join("manifest.json")).unwrap();
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
+    let probes = &manifest["probes"];
+    let lamps: String = (0..LAMPS)
+        .map(|lamp| format!("olat_{lamp:02}.jpg 0 {lamp} 1\n"))
+        .collect();
+    std::fs::write(folder.path().join("dome.lp"), format!("{LAMPS}\n{lamps}")).unwrap();
+    let map = format!(
+        r#"
+name = "Ann"
+lamps = "dome.lp"
+ball = {{ center_px = {}, radius_px = {} }}
+interview = {{ file = "day 1.mkv", frames = [0, 2], ball = {{ file = "balls.mkv", frame = 6 }} }}
+balls = {{ file = "balls.mkv", lamps = [0, 1, 2, 3, 4, 5] }}
+[[pose]]
+name = "pose00"
+file = "day 1.mkv"
+frames = [3, 11]
+[[pose]]
+name = "pose01"
+file = "day 1.mkv"
+lamps = [13, 14, 15, 17, 18, 19]
+tracking = [12, 16, 20]
+"#,
+        probes["ball_center_px"], probes["ball_radius_px"]
+    );
+    let path = folder.path().join("ann.toml");
+    std::fs::write(&path, &map).unwrap();
+    let movies = import(&folder.path().join("movies"), &path, &SETTINGS, &silent).unwrap();
+    assert_eq!(movies.settings.name, "Ann");
+    assert_eq!(movies.settings.shoot.lamps, files.settings.shoot.lamps);
+    assert_eq!(movies.settings.shoot.lamp_layout.len(), LAMPS);
+    assert!((movies.settings.shoot.frame_rate - 24.0).abs() < 1e-9);
+    give_mattes(&shoot, &movies);
+    compare(&files, &movies);
+    for (from, to, says) in [
+        ("frames = [0, 2]", "frames = [0, 200]", "has 0 to 20"),
+        ("frames = [3, 11]", "frames = [3, 8]", "6 lamps"),
+        ("lamps = [13, 14,", "lamps = [999, 14,", "no frame 999"),
+        (
+            "lamps = [13, 14,",
+            "lamps = [14,",
+            "5 frames are named for 6 lamps",
+        ),
+        ("frame = 6", "frame = 60", "frame 60"),
+        ("day 1.mkv", "gone.mkv", "gone.mkv"),
+        ("pose01", "pose00", "twice"),
+        ("[[pose]]", "[[post]]", "ann.toml"),
+        ("name = \"pose01\"", "name = \"../up\"", "is not the name"),
+    ] {
+        std::fs::write(&path, map.replacen(from, to, 1)).unwrap();
+        let said = import(&folder.path().join("bad"), &path, &SETTINGS, &silent)
+            .unwrap_err()
+            .to_string();
+        assert!(said.contains(says), "{to}: {said}");
+    }
+    shown!(
+        Strangers,
+        "A map of a shoot names frames that a movie does not have, too few lamps, or files that are not there",
+        danger: "wrong frames are learnt",
+        done: "the import is refused: each sentence names the file and the frames that it has",
+    );
+}

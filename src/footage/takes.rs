@@ -1,0 +1,135 @@
+//! Poses and mirror balls that are movies: which frame shows which lamp.
+
+use super::round::{self, Round};
+use base::error::{Error, Result};
+use base::progress::Progress;
+use imaging::color::{linear_from_srgb, luminance};
+use movies::Source;
+use project::Take;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A movie or sequence in which the lamps go round.
+#[derive(Clone, Debug, Default)]
+pub struct Rounds {
+    /// The movie, relative to the shoot's folder.
+    pub movie: PathBuf,
+    /// First and last frame; `None` for all.
+    pub range: Option<[u64; 2]>,
+    /// The frame that each lamp lit alone, in the order of the lamps, if that is known.
+    pub lamps: Vec<u64>,
+    /// Fully lit frames, if they are known.
+    pub tracking: Vec<u64>,
+}
+
+impl Rounds {
+    /// All of a movie.
+    pub fn of(movie: impl Into<PathBuf>) -> Self {
+        Self {
+            movie: movie.into(),
+            ..Self::default()
+        }
+    }
+
+    /// Finds the lamps' frames; reads all frames, unless they are known. `expected`: the number of lamps, if it is known.
+    ///
+    /// # Errors
+    /// When the movie cannot be read, has no such frames, or shows another number of lamps.
+    pub fn find(
+        &self,
+        shoot: &Path,
+        expected: Option<usize>,
+        progress: &Progress,
+    ) -> Result<(Round, Arc<Source>)> {
+        let path = shoot.join(&self.movie);
+        let source = movies::open(&path)?;
+        let refuse = |why: String| {
+            Error::invalid(
+                format!("{}: {why}", path.display()),
+                "Say which frames the lamps lit: `frames`, or `lamps` frame by frame, in a TOML map (afterlight import --help)",
+            )
+        };
+        let (first, count) = (source.first(), source.count()?);
+        let end = first + count.saturating_sub(1);
+        let [start, last] = self.range.unwrap_or([first, end]);
+        let mut named = self
+            .lamps
+            .iter()
+            .chain(&self.tracking)
+            .chain([&start, &last]);
+        if let Some(beyond) = named.find(|&&frame| frame < first || frame > end) {
+            return Err(refuse(format!(
+                "there is no frame {beyond}: its frames are {first} to {end}"
+            )));
+        }
+        if !self.lamps.is_empty() {
+            if let Some(lamps) = expected.filter(|&lamps| lamps != self.lamps.len()) {
+                return Err(refuse(format!(
+                    "{} frames are named for {lamps} lamps",
+                    self.lamps.len()
+                )));
+            }
+            let round = Round {
+                lamps: self.lamps.clone(),
+                tracking: self.tracking.clone(),
+            };
+            return Ok((round, source));
+        }
+        if start > last || last - start >= MOST_SEARCHED {
+            return Err(refuse(format!(
+                "frames {start} to {last} are too many to search for lamps, or none"
+            )));
+        }
+        let mut light = Vec::new();
+        for frame in start..=last {
+            progress.check("no project was made")?;
+            let name = self.movie.display().to_string();
+            progress.step(
+                "looking for lamps",
+                frame - start + 1,
+                last - start + 1,
+                name,
+            );
+            light.push(mean_light(&source, frame)?);
+        }
+        let mut round = round::find(&light, start, expected).map_err(refuse)?;
+        if !self.tracking.is_empty() {
+            round.tracking.clone_from(&self.tracking);
+        }
+        Ok((round, source))
+    }
+
+    /// The take of a movie in which these lamps were found.
+    pub fn take(&self, (round, source): (Round, Arc<Source>), lamps: &[String]) -> Take {
+        Take {
+            movie: self.movie.clone(),
+            alpha: source.has_alpha(),
+            tracking: round.tracking,
+            lamps: lamps
+                .iter()
+                .cloned()
+                .zip(round.lamps)
+                .collect::<BTreeMap<_, _>>(),
+        }
+    }
+}
+
+/// Frames that are searched in one movie: a round takes seconds.
+const MOST_SEARCHED: u64 = 100_000;
+
+/// Mean light of a frame, as if it were encoded as sRGB.
+fn mean_light(source: &Source, frame: u64) -> Result<f32> {
+    let picture = source.frame(frame)?.encoded().0;
+    // Every third pixel of every third row tells as much.
+    let (width, height) = picture.size();
+    let rows = (0..height)
+        .step_by(3)
+        .flat_map(|y| (0..width).step_by(3).map(move |x| (x, y)));
+    let (mut sum, mut count) = (0.0, 0);
+    for (x, y) in rows {
+        sum += f64::from(luminance(picture.at(x, y).map(linear_from_srgb)));
+        count += 1;
+    }
+    Ok((sum / f64::from(count.max(1))) as f32)
+}
