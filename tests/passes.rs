@@ -123,10 +123,18 @@ impl Shoot {
             extra: Extra {
                 before: self.before.as_ref(),
                 grain: Some(&self.grain),
-                plate: Some(&self.plate),
                 ..Extra::default()
             },
         }
+    }
+}
+
+impl Shoot {
+    /// At the plate's size.
+    fn on_plate<'a>(&'a self, field: &'a Field) -> Ingredients<'a> {
+        let mut of = self.of(field);
+        of.extra.plate = Some(&self.plate);
+        of
     }
 }
 
@@ -163,7 +171,7 @@ fn a_picture_with_every_effect_looks_as_the_cpu_s() {
     let shoot = Shoot::new(&compute);
     let make = |output| {
         let scene = Scene { output, ..scene() };
-        [&shoot.memory, &shoot.gpu].map(|field| compose(&scene, &shoot.of(field)).unwrap())
+        [&shoot.memory, &shoot.gpu].map(|field| compose(&scene, &shoot.on_plate(field)).unwrap())
     };
     let [here, there] = make(Output::Display);
     let all = [

@@ -21,7 +21,7 @@ const HARD_CASES: &str = "Damaged files, extreme light and other hard cases: doc
 /// The exit code is 0 if the check could be made, whatever it says. With --strict it is 1 unless all is green.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples: afterlight check interview --strict --environment courtyard\n          afterlight check shot.0007.exr"
+    after_help = "Example: afterlight check interview --strict --environment courtyard\n         afterlight check shot.0007.exr"
 )]
 pub struct CheckArgs {
     /// The project's folder, or an EXR with light layers.

@@ -172,7 +172,7 @@ pub fn relight(
     let response = clip.calibration.response.clone();
     let mut rebuild: Option<Rebuild> = None;
     let frames: Vec<&Plan> = planned.iter().collect();
-    let (times, done) = overlapped(
+    let (mut times, done) = overlapped(
         &frames,
         |plan| {
             let (frame, filmed) = Frame::load_filmed(project, &response, plan.frame)?;
@@ -207,7 +207,10 @@ pub fn relight(
         },
         other => other,
     })?;
+    let ending = Instant::now();
     writer.finish(progress)?;
+    // An encoder that was fed has not written yet.
+    times.write += ending.elapsed();
     progress.step("relighting", count as u64, count as u64, "");
     for pass in &mut clip.passes {
         pass.ms = pass.ms.map(|ms| ms / planned.len() as f64);

@@ -1,10 +1,11 @@
 //! Chooses which square of a project's pictures is used.
 
-use super::framed::dimensions;
+use super::framed::{dimensions, read_matte};
 use super::scan::counted;
 use base::error::{Error, Result};
 use base::numbers;
-use project::{Framing, Padding, Project};
+use imaging::Mask;
+use project::{Framing, Matte, Padding, Project};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -21,6 +22,9 @@ pub struct FrameSettings {
     /// The same for the exemplars, if they have another size.
     #[arg(long, value_name = "X,Y,SIDE", value_parser = square, allow_hyphen_values = true)]
     pub exemplars: Option<Square>,
+    /// The smallest square that holds the subject in its mattes, with a tenth to spare.
+    #[arg(long, conflicts_with_all = ["interview", "exemplars"])]
+    pub fit: bool,
     /// What fills the square beyond the pictures' edges.
     #[arg(long, value_enum, default_value_t)]
     pub padding: Padding,
@@ -71,6 +75,12 @@ impl FrameSettings {
             ));
         }
         let mut aside = Vec::new();
+        if self.fit {
+            for Fitted { framing, .. } in fitted(project, sizes)? {
+                let padding = self.padding;
+                aside.extend(project.frame(Framing { padding, ..framing })?);
+            }
+        }
         for (size, square) in sizes.into_iter().zip([self.interview, self.exemplars]) {
             if let Some((x, y, side)) = square {
                 aside.extend(project.frame(Framing {
@@ -89,6 +99,110 @@ impl FrameSettings {
             aside,
         })
     }
+}
+
+/// Mattes of the interview that are looked at to find the subject.
+const LOOKS: usize = 9;
+/// What a square has more than the subject in it.
+const SPARE: f64 = 1.1;
+
+/// A square around the subject.
+pub(super) struct Fitted {
+    pub framing: Framing,
+    /// The largest square in the pictures' middle holds the subject too.
+    pub is_central: bool,
+}
+
+/// The smallest square around the subject in the mattes of some frames and all poses, with a tenth to spare: one if
+/// frames and exemplars have one size, else one for each.
+///
+/// # Errors
+/// When a matte is missing or cannot be read.
+pub(super) fn fitted(project: &Project, sizes: [(usize, usize); 2]) -> Result<Vec<Fitted>> {
+    let shoot = &project.settings.shoot;
+    let count = shoot.frames.len();
+    let looks = LOOKS.min(count);
+    let frames = (0..looks).map(|i| i * (count - 1) / (looks - 1).max(1));
+    let frames: Vec<Matte> = frames.map(|frame| project.frame_matte(frame)).collect();
+    let poses: Vec<Matte> = (0..shoot.poses.len())
+        .map(|pose| project.exemplar_matte(pose))
+        .collect();
+    let groups = match sizes[0] == sizes[1] {
+        true => vec![(sizes[0], [frames, poses].concat())],
+        false => vec![(sizes[0], frames), (sizes[1], poses)],
+    };
+    let fitted = groups.into_iter().map(|(size, mattes)| {
+        let mut held: Option<Extent> = None;
+        for matte in &mattes {
+            let found = extent(&read_matte(matte)?);
+            held = match (held, found) {
+                (Some(held), Some(found)) => Some(held.and(found)),
+                (held, found) => held.or(found),
+            };
+        }
+        let largest = Framing::largest(size);
+        Ok(Fitted {
+            framing: held.map_or(largest, |held| held.framing(size)),
+            is_central: held.is_none_or(|held| held.is_within(&largest)),
+        })
+    });
+    fitted.collect()
+}
+
+/// The rectangle of a picture that the subject is in: first and last column and row.
+#[derive(Clone, Copy)]
+struct Extent {
+    columns: [usize; 2],
+    rows: [usize; 2],
+}
+
+impl Extent {
+    fn and(self, other: Self) -> Self {
+        let join = |[a, b]: [usize; 2], [c, d]: [usize; 2]| [a.min(c), b.max(d)];
+        Self {
+            columns: join(self.columns, other.columns),
+            rows: join(self.rows, other.rows),
+        }
+    }
+
+    fn is_within(self, framing: &Framing) -> bool {
+        let within = |[first, last]: [usize; 2], from: i32| {
+            let end = i64::from(from) + framing.side as i64;
+            first as i64 >= i64::from(from) && (last as i64) < end
+        };
+        within(self.columns, framing.x) && within(self.rows, framing.y)
+    }
+
+    fn framing(self, size: (usize, usize)) -> Framing {
+        let length = |[first, last]: [usize; 2]| last + 1 - first;
+        let longest = length(self.columns).max(length(self.rows));
+        let side = (longest as f64 * SPARE).ceil() as usize;
+        let from = |[first, last]: [usize; 2]| {
+            ((first + last + 1) as i64 - side as i64).div_euclid(2) as i32
+        };
+        Framing {
+            x: from(self.columns),
+            y: from(self.rows),
+            side,
+            ..Framing::largest(size)
+        }
+        .bounded()
+    }
+}
+
+/// Where a matte covers more than a tenth; None if it does so nowhere.
+fn extent(mask: &Mask) -> Option<Extent> {
+    let covered = |alpha: &f32| *alpha > 0.1;
+    let rows = mask.pixels.chunks_exact(mask.width.max(1)).enumerate();
+    let found = rows.filter_map(|(y, row)| {
+        let first = row.iter().position(covered)?;
+        let last = row.iter().rposition(covered)?;
+        Some(Extent {
+            columns: [first, last],
+            rows: [y, y],
+        })
+    });
+    found.reduce(Extent::and)
 }
 
 impl FrameReport {
@@ -117,5 +231,34 @@ impl FrameReport {
             );
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_is_fitted_to_the_subject_and_may_leave_the_picture() {
+        let subject = |columns: std::ops::Range<usize>, rows: std::ops::Range<usize>| {
+            let inside = |x, y| columns.contains(&x) && rows.contains(&y);
+            let mask = Mask::from_fn(108, 192, |x, y| f32::from(inside(x, y)));
+            extent(&mask)
+        };
+        let largest = Framing::largest((108, 192));
+        let standing = subject(30..70, 20..192).unwrap();
+        assert!(!standing.is_within(&largest));
+        let standing = standing.framing((108, 192));
+        // 172 rows, and a tenth to spare.
+        assert_eq!((standing.x, standing.y, standing.side), (-45, 11, 190));
+        let head = subject(40..80, 70..110).unwrap();
+        assert!(head.is_within(&largest));
+        let head = head.framing((108, 192));
+        assert_eq!((head.x, head.y, head.side), (38, 68, 44));
+        assert!(subject(0..108, 42..150).unwrap().is_within(&largest));
+        assert!(subject(0..0, 0..0).is_none());
+        let corner = subject(0..1, 0..1).unwrap().framing((108, 192));
+        corner.check().unwrap();
+        assert_eq!(corner.side, 2);
     }
 }

@@ -1,13 +1,16 @@
 //! Import: checks what a shoot folder holds, and makes a project that points to it.
 
 use super::framed::dimensions;
+use super::framing::fitted;
 use super::parts::Parts;
 use super::shoot::{Listing, NO_SHOOT, name_of};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::Vec3;
 use imaging::file;
-use project::{self, FORMAT, Frames, Framings, Matte, Picture, Project, Settings, Shoot, relative};
+use project::{
+    self, FORMAT, Frames, Framing, Framings, Matte, Picture, Project, Settings, Shoot, relative,
+};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -130,7 +133,7 @@ pub fn plan_import(
             progress.say(format!("Interview: {note}"));
         }
     }
-    let project = Project {
+    let mut project = Project {
         root: root.to_path_buf(),
         settings: Settings {
             format: FORMAT,
@@ -157,13 +160,42 @@ pub fn plan_import(
     };
     let shoot = &project.settings.shoot;
     shoot.check().map_err(|e| e.within(&said_in))?;
-    check_pictures(&project, progress)?;
+    let sizes = check_pictures(&project, progress)?;
+    frame_subject(&mut project, sizes, progress);
     Ok(project)
 }
 
+/// Pictures that are not square show the network their largest square in the middle, or one around the subject if that
+/// is not in it; says so.
+fn frame_subject(project: &mut Project, sizes: [(usize, usize); 2], progress: &Progress) {
+    if sizes.iter().all(|(width, height)| width == height) {
+        return;
+    }
+    // Mattes may come later.
+    let fitted = fitted(project, sizes).unwrap_or_default();
+    for fitted in fitted.into_iter().filter(|fitted| !fitted.is_central) {
+        project.settings.framing.set(fitted.framing);
+    }
+    for (what, (width, height)) in [("frames", sizes[0]), ("exemplars", sizes[1])] {
+        let framing = project.settings.framing.of((width, height));
+        let square = match framing == Framing::largest((width, height)) {
+            true => "The network sees the largest square in their middle".to_owned(),
+            false => format!(
+                "The network sees the {} pixels from {}, {} around the subject",
+                framing.side, framing.x, framing.y
+            ),
+        };
+        if width != height {
+            progress.say(format!(
+                "The {what} have {width} × {height} pixels. {square}; choose another with `afterlight frame`"
+            ));
+        }
+    }
+}
+
 /// Reads the header of every picture: all must exist, be readable and have one size within each group. Of a movie the
-/// first frame stands for all. Mattes may all be missing, but not some of them.
-fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
+/// first frame stands for all. Mattes may all be missing, but not some of them. Returns the size of frames and of exemplars.
+fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usize); 2]> {
     let shoot = &project.settings.shoot;
     let group = |what: &'static str, pictures: Vec<Picture>| -> Result<(usize, usize)> {
         progress.check("no project was made")?;
@@ -221,14 +253,6 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
         frames.map(|f| project.frame_matte(f)).collect(),
         (&project.frame_picture(0), frame_size),
     )?;
-    for (what, (width, height)) in [("frames", frame_size), ("exemplars", olat_size)] {
-        if width != height {
-            progress.say(format!(
-                "The {what} have {width} × {height} pixels. The largest square in the middle is used; choose \
-                 another with `afterlight frame`"
-            ));
-        }
-    }
     if frame_size != olat_size {
         progress.say(
             "Frames and exemplars differ in size. Frame both with `afterlight frame` so that the subject is \
@@ -251,7 +275,7 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<()> {
             ));
         }
     }
-    Ok(())
+    Ok([frame_size, olat_size])
 }
 
 /// What it costs that sizes are unknown: a ray that is taken for parallel is off by the angle at which the camera sees

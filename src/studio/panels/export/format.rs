@@ -172,12 +172,12 @@ fn space_ui(ui: &mut Ui, options: &mut ExportOptions) {
     });
     ui.end_row();
     if !is_linear {
-        let label = ui.label("Table");
+        let label = ui.label("LUT");
         let field = TextEdit::singleline(&mut options.table)
             .hint_text("none; a .cube file")
             .desired_width(200.0);
         ui.add(field).labelled_by(label.id).on_hover_text(
-            "A look-up table that is baked in: it reads and gives sRGB codes. Relative to the project's folder, or a full path.",
+            "A look-up table that is baked into the files: it reads and gives sRGB codes. Relative to the project's folder, or a full path.",
         );
         ui.end_row();
     }
