@@ -15,6 +15,7 @@ fn stage(folder: &File, seed: u64, lamps: usize, trouble: TroubleSettings) -> (P
         size: SIZE,
         seed,
         lamps,
+        written_as: virtual_stage::WrittenAs::Files,
         trouble,
     };
     let shoot = folder.join("shoot");

@@ -22,6 +22,7 @@ const SMALL: StageSettings = StageSettings {
     size: 32,
     seed: 7,
     lamps: 6,
+    written_as: crate::WrittenAs::Files,
     trouble: TroubleSettings::NONE,
 };
 
