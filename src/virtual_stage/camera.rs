@@ -14,10 +14,11 @@ pub const POSITION: Vec3 = Vec3::new(0.0, 0.0, 4.0);
 pub const FRAME_HEIGHT_M: f32 = 0.44;
 
 /// Unit direction from the camera through (`x`, `y`), counted in pixels from the top left corner of
-/// a square picture of `size` pixels that shows `height_m` metres at the subject.
-pub fn ray(x: f32, y: f32, size: usize, height_m: f32) -> Vec3 {
-    let across = (x / size as f32 - 0.5) * height_m;
-    let up = (0.5 - y / size as f32) * height_m;
+/// a picture of so many columns and rows that shows `height_m` metres from top to bottom at the subject.
+pub fn ray(x: f32, y: f32, (width, height): (usize, usize), height_m: f32) -> Vec3 {
+    let (width, height) = (width as f32, height as f32);
+    let across = (x / height - 0.5 * (width / height)) * height_m;
+    let up = (0.5 - y / height) * height_m;
     (Vec3::new(across, up, 0.0) - POSITION).normalize()
 }
 
@@ -90,10 +91,11 @@ impl Sensor {
 }
 
 /// The green cloth behind the interview, lit flat, a little darker towards the corners.
-pub fn green_screen(size: usize) -> Image {
-    let middle = size as f32 * 0.5;
-    Raster::from_fn(size, size, |x, y| {
-        let off = ((x as f32 + 0.5 - middle).hypot(y as f32 + 0.5 - middle) / middle).powi(2);
+pub fn green_screen((width, height): (usize, usize)) -> Image {
+    let middle = [width, height].map(|side| side as f32 * 0.5);
+    Raster::from_fn(width, height, |x, y| {
+        let [x, y] = [x as f32 + 0.5 - middle[0], y as f32 + 0.5 - middle[1]];
+        let off = (x.hypot(y) / middle[1]).powi(2);
         [0.035, 0.250, 0.060].map(|c: f32| c * (1.0 - 0.07 * off))
     })
 }

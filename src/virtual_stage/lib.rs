@@ -62,6 +62,9 @@ pub struct StageSettings {
     /// Width and height of every picture in pixels, from 16.
     #[arg(long, default_value_t = StageSettings::default().size)]
     pub size: usize,
+    /// Width and height of the interview's frames, such as 540x960, if they differ. They show as much from top to bottom.
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = plate)]
+    pub plate: Option<(usize, usize)>,
     /// Random seed of camera response, noise and movements: the same seed gives the same files.
     #[arg(long, default_value_t = StageSettings::default().seed)]
     pub seed: u64,
@@ -75,11 +78,21 @@ pub struct StageSettings {
     pub trouble: TroubleSettings,
 }
 
+/// Columns and rows, such as `540x960`.
+fn plate(text: &str) -> std::result::Result<(usize, usize), String> {
+    let sides = text.split_once(['x', '×']);
+    let number = |side: &str| side.trim().parse::<usize>().ok();
+    sides
+        .and_then(|(width, height)| Some((number(width)?, number(height)?)))
+        .ok_or_else(|| format!("{text:?} is no size: give width and height, such as 540x960"))
+}
+
 impl Default for StageSettings {
     fn default() -> Self {
         Self {
             frames: 40,
             size: 256,
+            plate: None,
             seed: 1,
             lamps: 41,
             written_as: WrittenAs::Files,
@@ -89,6 +102,11 @@ impl Default for StageSettings {
 }
 
 impl StageSettings {
+    /// Columns and rows of the interview's frames.
+    pub fn frame_size(&self) -> (usize, usize) {
+        self.plate.unwrap_or((self.size, self.size))
+    }
+
     /// Refuses settings that cannot be produced or would fill the disk.
     ///
     /// # Errors
@@ -108,6 +126,12 @@ impl StageSettings {
             ))
         };
         within("pixels across (size)", self.size, 16..=1024)?;
+        for side in self
+            .plate
+            .map_or([self.size; 2], |(width, height)| [width, height])
+        {
+            within("pixels across a frame (plate)", side, 16..=4096)?;
+        }
         within("interview frames", self.frames, 1..=999)?;
         within("lamps", self.lamps, 4..=dome::MAX_LAMPS)?;
         self.trouble.check()

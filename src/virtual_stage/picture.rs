@@ -57,7 +57,7 @@ pub fn take(
     dome: &Dome,
     pose: &Pose,
     grid: &Grid,
-    size: usize,
+    size: (usize, usize),
     request: &Request,
     effort: Effort,
 ) -> Pictures {
@@ -94,12 +94,13 @@ pub fn take(
         .collect();
     let bank_count = if request.banks { dome.banks.len() } else { 0 };
     let layers = bank_count + request.sums.len();
-    let rows: Vec<Row> = (0..size)
+    let (width, height) = size;
+    let rows: Vec<Row> = (0..height)
         .into_par_iter()
         .map(|y| {
-            let mut row = Row::new(size, layers);
+            let mut row = Row::new(width, layers);
             let mut lamps = vec![Vec3::ZERO; sources.len()];
-            for x in 0..size {
+            for x in 0..width {
                 let points = visible_points(&subject, grid, &camera, x, y, &mut row.tally);
                 if points.is_empty() {
                     continue;
@@ -132,11 +133,14 @@ pub fn take(
         .collect();
     let mut tally = Tally::default();
     rows.iter().for_each(|row| tally.add(&row.tally));
-    let layer =
-        |i: usize| Raster::from_fn(size, size, |x, y| rows[y].light[x * layers + i].to_array());
+    let layer = |i: usize| {
+        Raster::from_fn(width, height, |x, y| {
+            rows[y].light[x * layers + i].to_array()
+        })
+    };
     Pictures {
-        coverage: Raster::from_fn(size, size, |x, y| rows[y].coverage[x].min(1.0)),
-        normals: Raster::from_fn(size, size, |x, y| {
+        coverage: Raster::from_fn(width, height, |x, y| rows[y].coverage[x].min(1.0)),
+        normals: Raster::from_fn(width, height, |x, y| {
             let normal = rows[y].normals[x].normalize_or_zero();
             let turned = camera
                 .subject_from_stage
@@ -173,7 +177,8 @@ struct Camera {
     eye: Vec3,
     /// `None` if both have the same axes.
     subject_from_stage: Option<Mat3>,
-    size: usize,
+    /// Columns and rows.
+    size: (usize, usize),
 }
 
 impl Camera {

@@ -136,7 +136,7 @@ pub fn reflect(x: f32, y: f32, size: usize) -> Option<(Vec3, Vec3)> {
     // The outline of a ball at finite distance is a little wider than the ball: the rays touch it.
     let distance = camera::POSITION.z;
     let outline = BALL_RADIUS_M / (1.0 - (BALL_RADIUS_M / distance).powi(2)).sqrt();
-    let ray = camera::ray(x, y, size, FRAME_PER_RADIUS * outline);
+    let ray = camera::ray(x, y, (size, size), FRAME_PER_RADIUS * outline);
     let along = camera::POSITION.dot(ray);
     let inside = along * along - camera::POSITION.length_squared() + BALL_RADIUS_M * BALL_RADIUS_M;
     if inside < 0.0 {

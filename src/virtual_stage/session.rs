@@ -106,8 +106,8 @@ impl<'a> Session<'a> {
         &self,
         pose: &Pose,
         grid: &Grid,
-        environments: bool,
-        banks: bool,
+        size: (usize, usize),
+        (environments, banks): (bool, bool),
         note: &str,
     ) -> Result<Pictures> {
         let mut sums: Vec<&[[f32; 3]]> = vec![&self.light.weights];
@@ -123,7 +123,7 @@ impl<'a> Session<'a> {
             _ => vec![],
         };
         sums.extend(bounced.iter().map(Vec::as_slice));
-        let mut pictures = self.trace(pose, grid, banks && bounced.is_empty(), &sums)?;
+        let mut pictures = self.trace(pose, grid, size, banks && bounced.is_empty(), &sums)?;
         if !bounced.is_empty() {
             pictures.banks = pictures.sums.split_off(own);
         }
@@ -141,6 +141,7 @@ impl<'a> Session<'a> {
         &self,
         pose: &Pose,
         grid: &Grid,
+        size: (usize, usize),
         banks: bool,
         sums: &[&[[f32; 3]]],
     ) -> Result<Pictures> {
@@ -151,14 +152,7 @@ impl<'a> Session<'a> {
             sums,
             look: self.trouble.look,
         };
-        let pictures = take(
-            &self.dome,
-            pose,
-            grid,
-            self.settings.size,
-            &request,
-            Effort::Needed,
-        );
+        let pictures = take(&self.dome, pose, grid, size, &request, Effort::Needed);
         self.count(&pictures.tally);
         Ok(pictures)
     }

@@ -98,11 +98,12 @@ impl Session<'_> {
     /// The poses under every bank. The first one sets the exposures.
     fn write_exemplars(&self) -> Result<Exposures> {
         let mut exposures = None;
+        let size = (self.settings.size, self.settings.size);
         for (i, pose) in self.poses.iter().enumerate() {
             // A pose that sways is taken again under each lamp; its own pictures are only truth.
             let banks = i == 0 || self.sways.is_empty();
             let grid = self.bake(pose);
-            let pictures = self.take(pose, &grid, i == 0, banks, &format!("pose {i}"))?;
+            let pictures = self.take(pose, &grid, size, (i == 0, banks), &format!("pose {i}"))?;
             let exposures = exposures.get_or_insert_with(|| Exposures {
                 olat: exposure(OLAT_PEAK, &pictures.banks, &pictures.coverage),
                 interview: exposure(INTERVIEW_PEAK, &pictures.sums[..1], &pictures.coverage),
@@ -122,14 +123,14 @@ impl Session<'_> {
                     (pictures.banks.par_iter().enumerate())
                         .try_for_each(|(bank, light)| olat(bank, light))?;
                     self.write_tracking(i, exposures.tracking, |_| {
-                        self.trace(pose, &grid, false, &[&lit])
+                        self.trace(pose, &grid, size, false, &[&lit])
                     })?;
                 }
                 Some(sway) => {
                     let grids = sway.grids(pose, &self.trouble.look, grid);
                     let at = |time: f32, lit: &[[f32; 3]]| {
                         let grid = grids.at(sway.face_m(time));
-                        self.trace(&sway.pose(pose, time), &grid, false, &[lit])
+                        self.trace(&sway.pose(pose, time), &grid, size, false, &[lit])
                     };
                     for bank in 0..self.dome.banks.len() {
                         let time = lamp_time(bank, self.dome.banks.len());
@@ -181,14 +182,15 @@ impl Session<'_> {
     /// The interview, and with trouble the sum of banks that is nearest to its first frame with truth.
     fn write_interview(&self, exposures: &Exposures) -> Result<Option<NearestSum>> {
         let mut nearest = None;
-        let screen = green_screen(self.settings.size);
+        let size = self.settings.frame_size();
+        let screen = green_screen(size);
         for (i, pose) in self.frames.iter().enumerate() {
             let place = self.truth_frames.iter().position(|&t| t == i);
             // The last truth frame is only used to judge pictures under environments.
             let banks = place.is_some_and(|p| p < 3);
             let grid = self.bake(pose);
             let note = format!("frame {i}");
-            let pictures = self.take(pose, &grid, place.is_some(), banks, &note)?;
+            let pictures = self.take(pose, &grid, size, (place.is_some(), banks), &note)?;
             if banks && nearest.is_none() && self.trouble != Trouble::default() {
                 nearest = Some(NearestSum::fit(
                     &pictures.banks,

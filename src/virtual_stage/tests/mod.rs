@@ -7,7 +7,7 @@ use super::picture::{self, Pictures, Request};
 use super::subject::Subject;
 use super::transport::Effort;
 use super::trouble::Look;
-use super::{StageSettings, TroubleSettings, write_shoot};
+use super::{StageSettings, TroubleSettings, plate, write_shoot};
 use base::progress::{Control, Progress};
 use glam::Vec3;
 use imaging::Image;
@@ -18,6 +18,7 @@ use std::path::Path;
 mod trouble;
 
 const SMALL: StageSettings = StageSettings {
+    plate: None,
     frames: 2,
     size: 32,
     seed: 7,
@@ -29,7 +30,7 @@ const SMALL: StageSettings = StageSettings {
 /// The pictures of a pose.
 fn take(dome: &Dome, pose: &Pose, size: usize, request: &Request, effort: Effort) -> Pictures {
     let grid = Grid::bake(&Subject::new(pose, &request.look));
-    picture::take(dome, pose, &grid, size, request, effort)
+    picture::take(dome, pose, &grid, (size, size), request, effort)
 }
 
 /// Names and contents of all files below a folder.
@@ -363,4 +364,41 @@ fn a_stopped_shoot_has_no_manifest() {
     let result = write_shoot(folder.path(), &SMALL, &Progress::new(&sink, cancel));
     assert!(matches!(result, Err(base::Error::Cancelled { .. })));
     assert!(!folder.path().join("manifest.json").exists());
+}
+
+#[test]
+fn a_plate_is_what_the_camera_sees_with_other_edges() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, size: usize, plate| {
+        let root = folder.path().join(name);
+        let settings = StageSettings {
+            frames: 1,
+            size,
+            lamps: 4,
+            plate,
+            ..StageSettings::default()
+        };
+        write_shoot(&root, &settings, &Progress::silent()).unwrap();
+        root
+    };
+    let (square, tall) = (write("square", 40, None), write("tall", 16, Some((24, 40))));
+    let mask = |root: &Path, file: &str| imaging::file::read_mask(&root.join(file)).unwrap();
+    let [whole, part] = [&square, &tall].map(|root| mask(root, "interview_masks/frame_000.png"));
+    assert_eq!((whole.size(), part.size()), ((40, 40), (24, 40)));
+    let pairs = (0..40).flat_map(|y| (0..24).map(move |x| (x, y)));
+    for (x, y) in pairs {
+        assert!(
+            (part.at(x, y) - whole.at(x + 8, y)).abs() < 0.02,
+            "{x}, {y}"
+        );
+    }
+    assert_eq!(mask(&tall, "exemplar_masks/pose00.png").size(), (16, 16));
+    assert_eq!(mask(&tall, "interview/frame_000.png").size(), (24, 40));
+    assert_eq!(plate("1080x1920"), Ok((1080, 1920)));
+    assert!(plate("1080").is_err() && plate("axb").is_err());
+    let large = StageSettings {
+        plate: Some((8, 40)),
+        ..StageSettings::default()
+    };
+    assert!(large.check().unwrap_err().to_string().contains("plate"));
 }

@@ -373,7 +373,7 @@ fn a_grid_between_baked_moments_makes_the_picture_of_a_baked_one() {
     let bake = |pose: &Pose| Grid::bake(&Subject::new(pose, &look));
     let grids = sway.grids(&still, &look, bake(&still));
     let taken = |pose: &Pose, grid: &Grid| {
-        picture::take(&dome, pose, grid, 96, &request, Effort::Needed).banks
+        picture::take(&dome, pose, grid, (96, 96), &request, Effort::Needed).banks
     };
     let middle = taken(&still, &bake(&still));
     let difference = |a: &[Image], b: &[Image]| {
