@@ -24,6 +24,7 @@ const MISLEADING_DEG: f64 = 5.0;
 /// The shoot of a seed: everything that can be drawn is.
 pub fn settings(seed: u64, size: usize) -> StageSettings {
     StageSettings {
+        plate: None,
         frames: 4,
         size,
         seed,
