@@ -11,6 +11,7 @@ const SIZE: usize = 64;
 /// A project of a stage in `folder`, with its truth.
 fn stage(folder: &File, seed: u64, lamps: usize, trouble: TroubleSettings) -> (Project, Truth) {
     let settings = StageSettings {
+        plate: None,
         frames: 1,
         size: SIZE,
         seed,
