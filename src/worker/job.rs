@@ -1,6 +1,7 @@
 //! Long actions. The command line and the studio send the same ones.
 
 use crate::demo::{self, DemoReport};
+use crate::mattes::{MattesReport, make_mattes};
 use base::error::Result;
 use base::progress::Progress;
 use calibration::develop::{DevelopReport, DevelopSettings, develop};
@@ -94,6 +95,8 @@ pub enum Job {
         project: PathBuf,
         settings: FrameSettings,
     },
+    /// Make the mattes that the shoot of the project in `project` lacks, or all of the project's own again.
+    Matte { project: PathBuf, replace: bool },
 }
 
 /// What a job made. Serialised, it is the figures alone.
@@ -114,6 +117,7 @@ pub enum Outcome {
     Packed(CheckpointInfo),
     WentBack(WentBack),
     Framed(FrameReport),
+    Matted(MattesReport),
 }
 
 /// The checkpoint that training goes on from now.
@@ -169,6 +173,7 @@ impl Job {
             Self::Demo { .. } => "making the demo",
             Self::Pack { .. } => "packing the network",
             Self::Frame { .. } => "framing the pictures",
+            Self::Matte { .. } => "making mattes",
         }
     }
 
@@ -180,7 +185,8 @@ impl Job {
             | Self::Train { project, .. }
             | Self::GoBack { project, .. }
             | Self::Review { project, .. }
-            | Self::Frame { project, .. } => Some(project.clone()),
+            | Self::Frame { project, .. }
+            | Self::Matte { project, .. } => Some(project.clone()),
             Self::Demo { folder, .. } => Some(demo::project_folder(folder)),
             // Environments are brought into line with what others write.
             Self::Environments { .. }
@@ -305,6 +311,9 @@ impl Job {
             Self::Frame { project, settings } => {
                 Project::change(&project, |project| settings.run(project)).map(Outcome::Framed)
             }
+            Self::Matte { project, replace } => {
+                make_mattes(&project, replace, progress).map(Outcome::Matted)
+            }
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
                 checkpoint::pack(&project.checkpoint_path(), &to).map(Outcome::Packed)
@@ -390,6 +399,7 @@ impl Outcome {
                 }
             ),
             Self::Framed(report) => report.sentence(),
+            Self::Matted(report) => report.sentence(),
             Self::Packed(info) => {
                 format!(
                     "A network for {} lamps at {} pixels",
