@@ -439,7 +439,9 @@ fn accuracy(shoot: &Path, options: &Options) -> Result<()> {
             let small = ReflectanceField::from_olats(&small);
             for (e, (name, weights)) in environments.iter().enumerate() {
                 let lit = lit_lamps(weights);
-                let relit = relight(&small, weights, &lit);
+                let mut relit = relight(&small, weights, &lit);
+                // As the pass `relight` leaves it.
+                extend_edges(&mut relit, &frame.mask);
                 for (m, (_, method)) in METHODS.iter().enumerate() {
                     pictures[m][e].push(method(&relit, &frame.mask, &shot));
                 }

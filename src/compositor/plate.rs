@@ -87,7 +87,7 @@ struct Nodes {
 struct Node {
     /// The nearest pixel that holds some of the subject, whose ratio it takes; often itself.
     source: u32,
-    /// The mean of the plate's light and the floor over the subject in it.
+    /// The mean of the plate's light and the floor over the subject in it; at the edge that of the solid subject next to it.
     look: [f32; 3],
 }
 
@@ -346,14 +346,23 @@ impl Nodes {
             }
         });
         let known = |i: usize| sums[i].1 > 0.0 && working.pixels[i] > 0.0;
-        let node = |(source, (light, covered)): (u32, &([f32; 3], f32))| Node {
-            source,
-            look: light.map(|v| if v > 0.0 { v / covered } else { 1.0 }),
-        };
         let sources = nearest(size, known).into_iter();
+        let look = sums.iter().map(|(light, covered)| {
+            let mean = |v: f32| if v > 0.0 { v / covered } else { 1.0 };
+            light.map(mean)
+        });
+        let mut look = Image {
+            width: size,
+            height: size,
+            pixels: look.collect(),
+        };
+        // At the subject's edge the sum of lamps shows the solid subject next to it, and so must the look: the ratio of
+        // one thing under two lights says something, that of two things nothing.
+        extend_edges(&mut look, working);
+        let nodes = sources.zip(look.pixels);
         Self {
             size,
-            each: sources.zip(&sums).map(node).collect(),
+            each: nodes.map(|(source, look)| Node { source, look }).collect(),
         }
     }
 
