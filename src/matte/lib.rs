@@ -1,8 +1,11 @@
 //! Mattes: how much of each pixel the subject covers, from a picture before a green or blue screen, or from one whose
-//! background is dark.
+//! background is dark. [`grab_cut`] tells a subject from what is behind it by colours and edges, from marks.
 
+mod flow_network;
+mod grab_cut;
 mod key;
 mod lit;
+mod mixture;
 mod parts;
 mod refine;
 mod screen;
@@ -10,6 +13,7 @@ mod screen;
 mod tests;
 mod window;
 
+pub use grab_cut::{GrabCut, Mark, grab_cut, rectangle};
 pub use lit::lit;
 pub use screen::{Hue, Key, key};
 
