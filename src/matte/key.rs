@@ -7,6 +7,7 @@ use super::{Matte, linear, otsu, quantile, spread, window};
 use base::error::{Error, Result};
 use imaging::{Encoded, Mask};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A screen's pixels are within so many standard deviations of its colour.
 const SIGMAS: f32 = 4.0;
@@ -15,8 +16,8 @@ const LEAST_NOISE: f32 = 0.008;
 /// The same for chroma.
 const LEAST_SPREAD: f32 = 0.008;
 
-/// A pixel of 8 bits that is darker than this in all channels may belong to a bar that fills the picture up.
-const BAR: f32 = 4.0 / 255.0;
+/// An encoded pixel that is darker than this in all channels may belong to a bar that fills the picture up.
+const BAR: f32 = 12.0 / 255.0;
 
 impl Key {
     /// The matte of a picture before this screen, whose light may be uneven and may have changed since the key was found.
@@ -26,14 +27,13 @@ impl Key {
     /// When the picture shows the screen nowhere.
     pub fn matte(&self, picture: &Encoded) -> Result<Matte> {
         let size = picture.0.size();
+        let shown = Shown::of(picture);
         let light = linear(picture);
-        let bars = bars(picture);
+        // A bar continues what it borders on: no edge of the subject is looked for there.
+        let light: Vec<[f32; 3]> = (0..light.len()).map(|i| light[shown.nearest(i)]).collect();
         let screen = self.local_screen(&light, size)?;
-        let share: Vec<f32> = (light.par_iter().zip(&screen).zip(&bars))
-            .map(|((&p, &s), &bar)| match bar {
-                true => 1.0,
-                false => self.hue.difference(p) / self.hue.difference(s).max(1e-4),
-            })
+        let share: Vec<f32> = (light.par_iter().zip(&screen))
+            .map(|(&p, &s)| self.hue.difference(p) / self.hue.difference(s).max(1e-4))
             .collect();
         let cut = Cut::of(&share);
         let mut inside: Vec<bool> = share.iter().map(|&s| s < cut.middle).collect();
@@ -49,7 +49,7 @@ impl Key {
             // What the screen's noise alone would give.
             let noise = cut.noise.min(0.1);
             *alpha = ((*alpha - noise) / (1.0 - 2.0 * noise)).clamp(0.0, 1.0);
-            if bars[i] {
+            if shown.nearest(i) != i {
                 *alpha = 0.0;
             }
         }
@@ -262,19 +262,41 @@ fn solve(mut matrix: [[f64; 6]; 6], mut right: [f64; 6]) -> [f64; 6] {
     right
 }
 
-/// Rows and columns from the border inwards that are black throughout: bars that fill the picture up.
-fn bars(picture: &Encoded) -> Vec<bool> {
-    let (width, height) = picture.0.size();
-    let black = |x: usize, y: usize| picture.0.at(x, y).iter().all(|&v| v <= BAR);
-    let row = |y: &usize| (0..width).all(|x| black(x, *y));
-    let column = |x: &usize| (0..height).all(|y| black(*x, y));
-    let (top, left) = (
-        (0..height).take_while(row).count(),
-        (0..width).take_while(column).count(),
-    );
-    let bottom = height - (0..height).rev().take_while(row).count();
-    let right = width - (0..width).rev().take_while(column).count();
-    (0..width * height)
-        .map(|i| !(left..right).contains(&(i % width)) || !(top..bottom).contains(&(i / width)))
-        .collect()
+/// What of a picture is no bar: rows or columns from the border inwards that are black throughout and fill the picture up.
+struct Shown {
+    columns: Range<usize>,
+    rows: Range<usize>,
+    width: usize,
+}
+
+impl Shown {
+    fn of(picture: &Encoded) -> Self {
+        let (width, height) = picture.0.size();
+        let black = |x: usize, y: usize| picture.0.at(x, y).iter().all(|&v| v <= BAR);
+        let row = |y: &usize| (0..width).all(|x| black(x, *y));
+        let column = |x: &usize| (0..height).all(|y| black(*x, y));
+        // The line next to a bar is a mixture, by scaling or by chroma of half the size.
+        let bar = |lines: usize| if lines > 0 { lines + 1 } else { 0 };
+        let top = bar((0..height).take_while(row).count());
+        let bottom = bar((0..height).rev().take_while(row).count());
+        let left = bar((0..width).take_while(column).count());
+        let right = bar((0..width).rev().take_while(column).count());
+        // A picture that is black throughout has no bars.
+        let within = |from: usize, to: usize, length: usize| match from + to < length {
+            true => from..length - to,
+            false => 0..length,
+        };
+        Self {
+            columns: within(left, right, width),
+            rows: within(top, bottom, height),
+            width,
+        }
+    }
+
+    /// The nearest place that is on no bar.
+    fn nearest(&self, place: usize) -> usize {
+        let x = (place % self.width).clamp(self.columns.start, self.columns.end - 1);
+        let y = (place / self.width).clamp(self.rows.start, self.rows.end - 1);
+        y * self.width + x
+    }
 }

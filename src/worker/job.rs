@@ -1,7 +1,6 @@
 //! Long actions. The command line and the studio send the same ones.
 
 use crate::demo::{self, DemoReport};
-use crate::mattes::{MattesReport, make_mattes};
 use base::error::Result;
 use base::progress::Progress;
 use calibration::develop::{DevelopReport, DevelopSettings, develop};
@@ -10,7 +9,7 @@ use check::{CheckReport, Evidence, LitEnvironment};
 use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use export::relight::{RelightReport, RelightSettings, find_environment, relight};
-use footage::{self, FrameReport, FrameSettings, ImportSettings};
+use footage::{self, FrameReport, FrameSettings, ImportSettings, MattesReport, make_mattes};
 use gpu::DeviceChoice;
 use imaging::DualGamma;
 use light::Lighting;

@@ -1,8 +1,8 @@
 //! Mattes that a shoot does not bring, made and kept in the project.
 
+use super::framed::read_picture;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use footage::read_picture;
 use imaging::{Encoded, color::byte_from_unit, file};
 use matte::{Key, boxed, key, lit};
 use project::{Picture, Project};
