@@ -11,6 +11,6 @@ pub mod cli;
 pub use base::{Error, Result, error, memory, progress, turn};
 pub use worker::demo;
 pub use {
-    calibration, check, compositor, evaluation, export, footage, gpu, imaging, light, movies,
-    project, reflectance, scene, studio, training, virtual_stage, worker,
+    calibration, check, compositor, evaluation, export, footage, gpu, imaging, light, matte,
+    movies, project, reflectance, scene, studio, training, virtual_stage, worker,
 };

@@ -6,6 +6,7 @@ mod checkpoints;
 mod console;
 mod environments;
 mod frame;
+mod matte;
 mod parse;
 mod probe;
 mod relight;
@@ -23,6 +24,7 @@ use evaluation::EvaluateSettings;
 use footage::ImportSettings;
 use frame::FrameArgs;
 use gpu::DeviceChoice;
+use matte::MatteArgs;
 use parse::parse_count;
 use probe::ProbeArgs;
 use project::Project;
@@ -59,6 +61,7 @@ enum Command {
     Train(TrainArgs),
     Checkpoints(CheckpointsArgs),
     Frame(FrameArgs),
+    Matte(MatteArgs),
     Relight(Box<RelightArgs>),
     Evaluate(EvaluateArgs),
     Review(ReviewArgs),
@@ -244,6 +247,7 @@ impl Cli {
             Command::Train(args) => do_job(args.output, args.job()),
             Command::Checkpoints(args) => args.run(),
             Command::Frame(args) => do_job(args.output, Ok(args.job())),
+            Command::Matte(args) => do_job(args.output, Ok(args.job())),
             Command::Relight(args) => do_job(args.output, Ok(args.job())),
             Command::Evaluate(args) => do_job(
                 args.output,

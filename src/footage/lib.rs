@@ -9,6 +9,7 @@ mod framing;
 mod import;
 mod lamp_list;
 mod map;
+mod mattes;
 pub mod motion;
 #[cfg(test)]
 mod movie_tests;
@@ -25,5 +26,6 @@ pub use frame::Frame;
 pub use framed::{dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture};
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
+pub use mattes::{MattesReport, make_mattes};
 pub use motion::{Motion, PoseMotion, SeenIn};
 pub use tracking::TrackingFrames;

@@ -9,7 +9,7 @@ use check::{CheckReport, Evidence, LitEnvironment};
 use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use export::relight::{RelightReport, RelightSettings, find_environment, relight};
-use footage::{self, FrameReport, FrameSettings, ImportSettings};
+use footage::{self, FrameReport, FrameSettings, ImportSettings, MattesReport, make_mattes};
 use gpu::DeviceChoice;
 use imaging::DualGamma;
 use light::Lighting;
@@ -94,6 +94,14 @@ pub enum Job {
         project: PathBuf,
         settings: FrameSettings,
     },
+    /// Make the mattes that the shoot of the project in `project` lacks, or all of the project's own again.
+    Matte {
+        project: PathBuf,
+        replace: bool,
+        /// Left, top, width and height in pixels of what holds the person in every frame, for interviews without a
+        /// screen.
+        within: Option<[usize; 4]>,
+    },
 }
 
 /// What a job made. Serialised, it is the figures alone.
@@ -114,6 +122,7 @@ pub enum Outcome {
     Packed(CheckpointInfo),
     WentBack(WentBack),
     Framed(FrameReport),
+    Matted(MattesReport),
 }
 
 /// The checkpoint that training goes on from now.
@@ -169,6 +178,7 @@ impl Job {
             Self::Demo { .. } => "making the demo",
             Self::Pack { .. } => "packing the network",
             Self::Frame { .. } => "framing the pictures",
+            Self::Matte { .. } => "making mattes",
         }
     }
 
@@ -180,7 +190,8 @@ impl Job {
             | Self::Train { project, .. }
             | Self::GoBack { project, .. }
             | Self::Review { project, .. }
-            | Self::Frame { project, .. } => Some(project.clone()),
+            | Self::Frame { project, .. }
+            | Self::Matte { project, .. } => Some(project.clone()),
             Self::Demo { folder, .. } => Some(demo::project_folder(folder)),
             // Environments are brought into line with what others write.
             Self::Environments { .. }
@@ -305,6 +316,11 @@ impl Job {
             Self::Frame { project, settings } => {
                 Project::change(&project, |project| settings.run(project)).map(Outcome::Framed)
             }
+            Self::Matte {
+                project,
+                replace,
+                within,
+            } => make_mattes(&project, replace, within, progress).map(Outcome::Matted),
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
                 checkpoint::pack(&project.checkpoint_path(), &to).map(Outcome::Packed)
@@ -390,6 +406,7 @@ impl Outcome {
                 }
             ),
             Self::Framed(report) => report.sentence(),
+            Self::Matted(report) => report.sentence(),
             Self::Packed(info) => {
                 format!(
                     "A network for {} lamps at {} pixels",

@@ -1,0 +1,184 @@
+//! Mattes that a shoot does not bring, made and kept in the project.
+
+use super::framed::read_picture;
+use base::error::{Error, Result};
+use base::progress::Progress;
+use imaging::{Encoded, color::byte_from_unit, file};
+use matte::{Key, boxed, key, lit};
+use project::{Picture, Project};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Which mattes were made.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MattesReport {
+    /// The project.
+    pub project: PathBuf,
+    /// Mattes of interview frames that were made.
+    pub frames: usize,
+    /// Mattes of poses that were made.
+    pub poses: usize,
+    /// Mattes that were there before, and were kept.
+    pub kept: usize,
+    /// `green` or `blue`; None if no frame was keyed.
+    pub screen: Option<&'static str>,
+    /// The screen's colour in the first frame that was keyed, in codes from 0 to 255.
+    pub screen_color: Option<[u8; 3]>,
+    /// The share of pixels, over all mattes made, whose coverage had to be worked out from what is around them; None if none
+    /// was made.
+    pub uncertain: Option<f32>,
+}
+
+impl MattesReport {
+    /// What was made, in a sentence.
+    pub fn sentence(&self) -> String {
+        let mut text = format!(
+            "{} mattes of frames and {} of poses made, {} kept",
+            self.frames, self.poses, self.kept
+        );
+        if let (Some(screen), Some([r, g, b])) = (self.screen, self.screen_color) {
+            text += &format!("; the screen is {screen} ({r} {g} {b})");
+        }
+        if let Some(uncertain) = self.uncertain {
+            text += &format!("; {:.1} % of their pixels are edges", 100.0 * uncertain);
+        }
+        text
+    }
+}
+
+/// Makes the mattes that neither the shoot nor the project has; all of the project's own again if `replace` is set. Those of
+/// the shoot are never touched. With a box (`within`: left, top, width and height in pixels) frames are cut out of it, whatever
+/// is behind the person.
+///
+/// # Errors
+/// When a picture cannot be read or its matte cannot be told or written, or the person stops; mattes made before are kept.
+pub fn make_mattes(
+    root: &Path,
+    replace: bool,
+    within: Option<[usize; 4]>,
+    progress: &Progress,
+) -> Result<MattesReport> {
+    let project = Project::open(root)?;
+    let shoot = &project.settings.shoot;
+    let (frames, poses) = (shoot.frames.len(), shoot.poses.len());
+    let mut report = MattesReport {
+        project: project.root.clone(),
+        frames: 0,
+        poses: 0,
+        kept: 0,
+        screen: None,
+        screen_color: None,
+        uncertain: None,
+    };
+    let mut uncertain = 0.0;
+    let mut screen: Option<Key> = None;
+    // Whether a matte is to be made at the project's own path.
+    let wanted = |matte: project::Matte, own: &Path| match matte {
+        project::Matte::Alpha(_) => false,
+        project::Matte::Grey(picture) => {
+            !picture.file().is_file() || (replace && picture.file() == own)
+        }
+    };
+    for item in 0..frames + poses {
+        progress.check("the mattes made so far are kept")?;
+        let (found, own) = match item.checked_sub(frames) {
+            None => (project.frame_matte(item), project.frame_matte_path(item)),
+            Some(pose) => (
+                project.exemplar_matte(pose),
+                project.exemplar_matte_path(pose),
+            ),
+        };
+        if !wanted(found, &own) {
+            report.kept += 1;
+            continue;
+        }
+        progress.step("making mattes", item as u64, (frames + poses) as u64, "");
+        let matte = match item.checked_sub(frames) {
+            None => {
+                report.frames += 1;
+                let picture = project.frame_picture(item);
+                match within {
+                    Some(within) => of_box(&picture, within)?,
+                    None => of_frame(&picture, &mut screen)?,
+                }
+            }
+            Some(pose) => {
+                report.poses += 1;
+                of_pose(&project, pose)?
+            }
+        };
+        uncertain += matte.uncertain;
+        file::write_mask_png(&own, &matte.mask)?;
+    }
+    let made = report.frames + report.poses;
+    report.uncertain = (made > 0).then(|| uncertain / made as f32);
+    report.screen = screen.as_ref().map(|key| key.hue.name());
+    report.screen_color = screen.map(|key| key.color.map(byte_from_unit));
+    Ok(report)
+}
+
+/// A frame's matte, by the screen of the first one that shows it.
+fn of_frame(picture: &Picture, screen: &mut Option<Key>) -> Result<matte::Matte> {
+    let pixels = read_picture(picture)?;
+    let named = |e: Error| about(picture, e);
+    if screen.is_none() {
+        *screen = Some(key(&pixels).map_err(named)?);
+    }
+    let Some(key) = screen else {
+        return Err(Error::bug("a screen that was found is gone"));
+    };
+    key.matte(&pixels).map_err(named)
+}
+
+/// A frame's matte, of what is in a box.
+fn of_box(picture: &Picture, within: [usize; 4]) -> Result<matte::Matte> {
+    boxed(&read_picture(picture)?, within).map_err(|e| about(picture, e))
+}
+
+/// A pose's matte, of what is brightest under all lamps: by a screen if it has one, by brightness otherwise.
+fn of_pose(project: &Project, pose: usize) -> Result<matte::Matte> {
+    let mut brightest: Option<Encoded> = None;
+    for lamp in 0..project.settings.shoot.all_lamps().len() {
+        let picture = project.olat_picture(pose, lamp);
+        let pixels = read_picture(&picture)?;
+        let Some(so_far) = &mut brightest else {
+            brightest = Some(pixels);
+            continue;
+        };
+        if so_far.0.size() != pixels.0.size() {
+            return Err(Error::other_size(
+                (picture.display(), pixels.0.size()),
+                ("the first lamp's picture", so_far.0.size()),
+                "All pictures of a pose have one size",
+            ));
+        }
+        for (most, pixel) in so_far.0.pixels.iter_mut().zip(&pixels.0.pixels) {
+            *most = std::array::from_fn(|c| most[c].max(pixel[c]));
+        }
+    }
+    let picture = project.olat_picture(pose, 0);
+    let brightest = brightest.ok_or_else(|| {
+        Error::missing(
+            "the shoot has no lamps",
+            "Import a shoot that has pictures under them",
+        )
+    })?;
+    match key(&brightest) {
+        Ok(key) => key.matte(&brightest),
+        Err(_) => lit(&brightest),
+    }
+    .map_err(|e| about(&picture, e))
+}
+
+/// The same error with the picture that it is about.
+fn about(picture: &Picture, error: Error) -> Error {
+    match error {
+        Error::Missing { problem, remedy } => {
+            Error::missing(format!("{}: {problem}", picture.display()), remedy)
+        }
+        Error::Invalid { problem, remedy } => {
+            Error::invalid(format!("{}: {problem}", picture.display()), remedy)
+        }
+        other => other,
+    }
+}

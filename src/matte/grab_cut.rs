@@ -1,0 +1,225 @@
+//! GrabCut (Rother, Kolmogorov and Blake 2004, "GrabCut: interactive foreground extraction using iterated graph cuts").
+
+use super::flow_network::{FlowNetwork, NEIGHBOURS};
+use super::mixture::Mixture;
+use base::error::{Error, Result};
+use imaging::color::unit;
+use imaging::{Encoded, Raster};
+use rayon::prelude::*;
+
+/// How much a border costs where colours do not change (section 2 of the paper).
+const GAMMA: f64 = 50.0;
+/// Costs are whole numbers for the cut, so that it is exact.
+const SCALE: f64 = 1024.0;
+/// Nothing parts a pixel from what a person said of it.
+const SURE: i32 = 1 << 28;
+/// The highest cost of a colour, far above the links of a pixel together.
+const MOST: f64 = 1e4;
+/// Pictures with more pixels are refused: the cut takes about 100 bytes for each.
+const MAX_PIXELS: usize = 1 << 22;
+
+/// What is known of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// It is behind the subject, and stays so.
+    Background,
+    /// It belongs to the subject, and stays so.
+    Subject,
+    /// Behind the subject at first; the cut may say otherwise.
+    MaybeBackground,
+    /// The subject at first; the cut may say otherwise.
+    MaybeSubject,
+}
+
+impl Mark {
+    fn is_subject(self) -> bool {
+        matches!(self, Self::Subject | Self::MaybeSubject)
+    }
+}
+
+/// A subject that was cut out.
+#[derive(Clone, Debug)]
+pub struct GrabCut {
+    /// For each pixel, whether it belongs to the subject.
+    pub subject: Raster<bool>,
+    /// Per pixel, how much more the colour fits where it was put than to the other side, as a difference of log densities.
+    /// Below 0, neighbours and edges decided against the colour. Sure marks have infinity.
+    pub margin: Raster<f32>,
+    /// Rounds until nothing changed, or as many as were allowed.
+    pub rounds: usize,
+}
+
+/// Marks a rectangle that holds the whole subject: outside is background, inside perhaps the subject. It is given as
+/// left, top, width and height in pixels; what lies outside of the picture is cut off.
+pub fn rectangle(
+    (width, height): (usize, usize),
+    [left, top, columns, rows]: [usize; 4],
+) -> Raster<Mark> {
+    let (right, bottom) = (left.saturating_add(columns), top.saturating_add(rows));
+    Raster::from_fn(width, height, |x, y| {
+        if (left..right).contains(&x) && (top..bottom).contains(&y) {
+            Mark::MaybeSubject
+        } else {
+            Mark::Background
+        }
+    })
+}
+
+/// Cuts the subject out in at most `rounds` rounds of fitting colours and cutting. NaN counts as black.
+///
+/// # Errors
+/// If picture and marks differ in size or are too large, or if no pixel is marked as background, or none as subject.
+pub fn grab_cut(picture: &Encoded, marks: &Raster<Mark>, rounds: usize) -> Result<GrabCut> {
+    let (width, height) = picture.0.size();
+    if marks.size() != (width, height) {
+        return Err(Error::invalid(
+            format!(
+                "the marks have {} × {} pixels, but the picture has {width} × {height}",
+                marks.width, marks.height
+            ),
+            "Draw the marks on this picture",
+        ));
+    }
+    if width * height > MAX_PIXELS {
+        return Err(Error::invalid(
+            format!("a picture of {width} × {height} pixels is too large to be cut at once"),
+            format!("Reduce it to at most {MAX_PIXELS} pixels"),
+        ));
+    }
+    let colors: Vec<[f64; 3]> = (picture.0.pixels.iter())
+        .map(|pixel| pixel.map(|v| f64::from(unit(v)) * 255.0))
+        .collect();
+    let mut subject: Vec<bool> = marks.pixels.iter().map(|mark| mark.is_subject()).collect();
+    let side = |subject: &[bool], wanted: bool| -> Vec<[f64; 3]> {
+        let sides = colors.iter().zip(subject);
+        sides.filter(|s| *s.1 == wanted).map(|s| *s.0).collect()
+    };
+    let nothing = |what: &str, remedy: &str| {
+        Error::invalid(format!("no pixel is marked as {what}"), remedy.to_owned())
+    };
+    let mut front = Mixture::split(&side(&subject, true))
+        .ok_or_else(|| nothing("subject", "Mark a part of the subject to keep"))?;
+    let mut back = Mixture::split(&side(&subject, false)).ok_or_else(|| {
+        nothing(
+            "background",
+            "Mark a part of what is behind the subject to remove",
+        )
+    })?;
+    let links = links(&colors, width, height);
+    let mut costs = Vec::new();
+    let mut done = 0;
+    while done < rounds.max(1) {
+        done += 1;
+        // A side that lost its last pixel keeps the colours that it had.
+        let now = |wanted| {
+            let sides = colors.iter().zip(&subject);
+            sides.filter(move |s| *s.1 == wanted).map(|s| *s.0)
+        };
+        front = front.refitted(now(true)).unwrap_or(front);
+        back = back.refitted(now(false)).unwrap_or(back);
+        costs = (colors.par_iter())
+            .map(|&color| (back.cost(color).min(MOST), front.cost(color).min(MOST)))
+            .collect();
+        let cut = cut(&costs, marks, &links);
+        let same = cut == subject;
+        subject = cut;
+        if same {
+            break;
+        }
+    }
+    let margin = (costs.iter().zip(&subject).zip(&marks.pixels))
+        .map(|((&(back, front), &subject), mark)| match mark {
+            Mark::Background | Mark::Subject => f32::INFINITY,
+            _ if subject => (back - front) as f32,
+            _ => (front - back) as f32,
+        })
+        .collect();
+    let raster = |pixels| Raster {
+        width,
+        height,
+        pixels,
+    };
+    Ok(GrabCut {
+        subject: raster(subject),
+        margin: Raster {
+            width,
+            height,
+            pixels: margin,
+        },
+        rounds: done,
+    })
+}
+
+/// Costs of parting each pixel from its neighbours to the right and below (directions 4 to 7), equation 11: less where
+/// colours differ more than they do in the mean.
+fn links(colors: &[[f64; 3]], width: usize, height: usize) -> Vec<[i32; 4]> {
+    let difference = |pixel: usize, d: usize| {
+        let (across, down) = NEIGHBOURS[d];
+        let (x, y) = (
+            (pixel % width) as isize + across,
+            (pixel / width) as isize + down,
+        );
+        if !(0..width as isize).contains(&x) || y >= height as isize {
+            return None;
+        }
+        let other = colors[y as usize * width + x as usize];
+        Some(
+            (0..3)
+                .map(|c| (colors[pixel][c] - other[c]).powi(2))
+                .sum::<f64>(),
+        )
+    };
+    let (sum, count) = (0..colors.len())
+        .flat_map(|pixel| (4..8).filter_map(move |d| Some((pixel, d))))
+        .filter_map(|(pixel, d)| difference(pixel, d))
+        .fold((0.0, 0usize), |(sum, count), d| (sum + d, count + 1));
+    // Even pictures have no edges to follow.
+    let beta = if sum > 0.0 {
+        count as f64 / (2.0 * sum)
+    } else {
+        0.0
+    };
+    (0..colors.len())
+        .into_par_iter()
+        .map(|pixel| {
+            std::array::from_fn(|i| {
+                let d = i + 4;
+                let length = if NEIGHBOURS[d].0 != 0 && NEIGHBOURS[d].1 != 0 {
+                    std::f64::consts::SQRT_2
+                } else {
+                    1.0
+                };
+                difference(pixel, d).map_or(0, |apart| {
+                    ((GAMMA / length) * (-beta * apart).exp() * SCALE) as i32
+                })
+            })
+        })
+        .collect()
+}
+
+fn cut(costs: &[(f64, f64)], marks: &Raster<Mark>, links: &[[i32; 4]]) -> Vec<bool> {
+    let (width, height) = marks.size();
+    let mut network = FlowNetwork::new(width, height);
+    for (pixel, ((&(back, front), mark), links)) in
+        costs.iter().zip(&marks.pixels).zip(links).enumerate()
+    {
+        let (x, y) = (pixel % width, pixel / width);
+        // A cost common to both sides changes nothing.
+        let least = back.min(front);
+        let whole = |cost: f64| ((cost - least) * SCALE) as i32;
+        let (to_sink, to_source) = match mark {
+            Mark::Background => (0, SURE),
+            Mark::Subject => (SURE, 0),
+            _ => (whole(back), whole(front)),
+        };
+        network.set_terminal(x, y, to_sink, to_source);
+        for (i, &cost) in links.iter().enumerate().filter(|link| *link.1 > 0) {
+            network.link(x, y, i + 4, cost);
+        }
+    }
+    network.source_side()
+}
+
+#[cfg(test)]
+#[path = "grab_cut_tests.rs"]
+mod tests;

@@ -1,0 +1,87 @@
+//! Mattes: how much of each pixel the subject covers, from a picture before a green or blue screen, or from one whose
+//! background is dark. [`grab_cut`] tells a subject from what is behind it by colours and edges, from marks.
+
+mod boxed;
+mod flow_network;
+mod grab_cut;
+mod key;
+mod lit;
+mod mixture;
+mod parts;
+mod refine;
+mod screen;
+#[cfg(test)]
+mod tests;
+mod window;
+
+pub use boxed::boxed;
+pub use grab_cut::{GrabCut, Mark, grab_cut, rectangle};
+pub use lit::lit;
+pub use screen::{Hue, Key, key};
+
+use imaging::color::linear_from_srgb;
+use imaging::{Encoded, Mask};
+use rayon::prelude::*;
+
+/// A matte and how much of it was hard to tell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matte {
+    /// The subject's coverage in `[0, 1]`, of the picture's size.
+    pub mask: Mask,
+    /// The share of all pixels, in `[0, 1]`, whose coverage had to be worked out from what is around them: edges and hair.
+    pub uncertain: f32,
+}
+
+/// Light of encoded values. The camera's own curve is not known yet when mattes are made, so that of sRGB stands for it:
+/// a pixel half covered comes out half covered to within what the two curves differ.
+fn linear(picture: &Encoded) -> Vec<[f32; 3]> {
+    let pixels = picture.0.pixels.par_iter();
+    pixels.map(|p| p.map(linear_from_srgb)).collect()
+}
+
+/// The `share`-quantile of some values, from 0 to 1; None of none.
+fn quantile(mut values: Vec<f32>, share: f32) -> Option<f32> {
+    let last = values.len().checked_sub(1)?;
+    let at = (share * last as f32).round() as usize;
+    Some(
+        *values
+            .select_nth_unstable_by(at.min(last), f32::total_cmp)
+            .1,
+    )
+}
+
+/// A robust standard deviation: 1.4826 times the median distance to `center` (Rousseeuw and Croux 1993); 0 of no values.
+fn spread(values: impl Iterator<Item = f32>, center: f32) -> f32 {
+    let distances = values.map(|v| (v - center).abs()).collect();
+    1.4826 * quantile(distances, 0.5).unwrap_or(0.0)
+}
+
+/// The threshold between the two classes of some values that sets their means apart the most (Otsu 1979), and the share of
+/// the variance that it explains, in `[0, 1]`. None if all values are the same.
+fn otsu(values: &[f32], (low, high): (f32, f32)) -> Option<(f32, f32)> {
+    const BINS: usize = 256;
+    let width = (high - low) / BINS as f32;
+    let mut counts = [0.0_f64; BINS];
+    for v in values {
+        counts[(((v - low) / width) as usize).min(BINS - 1)] += 1.0;
+    }
+    let sum = |of: &dyn Fn(usize) -> f64| (0..BINS).map(|i| counts[i] * of(i)).sum::<f64>();
+    let (all, mean) = (sum(&|_| 1.0), sum(&|i| i as f64));
+    let mean = mean / all;
+    let variance = sum(&|i| (i as f64 - mean).powi(2));
+    let (mut below, mut moment, mut best) = (0.0, 0.0, (0.0, 0.0, 0.0));
+    for (i, count) in counts.iter().enumerate().take(BINS - 1) {
+        below += count;
+        moment += count * i as f64;
+        let between = (mean * below - moment).powi(2) / (below * (all - below) / all);
+        // Over an empty valley all thresholds are as good: the middle one counts.
+        if between > best.0 * (1.0 + 1e-9) {
+            best = (between, i as f64, i as f64);
+        } else if between >= best.0 * (1.0 - 1e-9) {
+            best.2 = i as f64;
+        }
+    }
+    let middle = (best.1 + best.2) / 2.0 + 1.0;
+    (variance > 0.0 && best.0 > 0.0)
+        .then(|| (low + middle as f32 * width, (best.0 / variance) as f32))
+}

@@ -1,0 +1,70 @@
+//! Connected parts of a picture.
+
+/// The places of the square around a place of a picture with these columns and rows, that place included.
+fn around(place: usize, (width, height): (usize, usize)) -> impl Iterator<Item = usize> {
+    let (x, y) = (place % width, place / width);
+    let columns = x.saturating_sub(1)..(x + 2).min(width);
+    (y.saturating_sub(1)..(y + 2).min(height))
+        .flat_map(move |row| columns.clone().map(move |column| row * width + column))
+}
+
+/// The connected parts of the places for which `inside` holds; diagonal neighbours are connected.
+pub fn parts(size: (usize, usize), inside: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+    let mut todo: Vec<bool> = (0..size.0 * size.1).map(inside).collect();
+    let mut parts = Vec::new();
+    for start in 0..todo.len() {
+        if !std::mem::take(&mut todo[start]) {
+            continue;
+        }
+        let mut part = vec![start];
+        let mut next = 0;
+        while next < part.len() {
+            for place in around(part[next], size) {
+                if std::mem::take(&mut todo[place]) {
+                    part.push(place);
+                }
+            }
+            next += 1;
+        }
+        parts.push(part);
+    }
+    parts
+}
+
+/// Parts of the subject smaller than this share of its largest part are specks, and so are gaps in it.
+const SPECK: f32 = 0.005;
+
+/// Removes specks from what is `inside`, and closes gaps in it that are small or, by `is_background`, no background.
+pub fn clean(inside: &mut [bool], size: (usize, usize), is_background: impl Fn(usize) -> bool) {
+    let found = parts(size, |i| inside[i]);
+    let largest = found.iter().map(Vec::len).max().unwrap_or(0);
+    let is_speck = |part: &[usize]| (part.len() as f32) < SPECK * largest as f32;
+    for place in found.iter().filter(|part| is_speck(part)).flatten() {
+        inside[*place] = false;
+    }
+    let (width, height) = size;
+    let at_border = |place: &usize| {
+        let (x, y) = (place % width, place / width);
+        x == 0 || y == 0 || x + 1 == width || y + 1 == height
+    };
+    for gap in parts(size, |i| !inside[i]) {
+        let background = gap.iter().filter(|i| is_background(**i)).count();
+        let open = gap.iter().any(at_border);
+        if !open && (is_speck(&gap) || 2 * background < gap.len()) {
+            for place in gap {
+                inside[place] = true;
+            }
+        }
+    }
+}
+
+/// Clears soft pixels that touch no part of the `kept` subject.
+pub fn drop_loose(alpha: &mut [f32], size: (usize, usize), kept: &[bool]) {
+    for part in parts(size, |i| alpha[i] > 0.0) {
+        if !part.iter().any(|i| kept[*i]) {
+            for place in part {
+                alpha[place] = 0.0;
+            }
+        }
+    }
+}
