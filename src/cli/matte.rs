@@ -17,6 +17,10 @@ pub struct MatteArgs {
     /// Make all mattes in PROJECT/mattes again.
     #[arg(long)]
     replace: bool,
+    /// For an interview without a screen: a box that holds the person in every frame, with some background outside of it,
+    /// in pixels of the pictures.
+    #[arg(long = "box", value_name = "LEFT,TOP,WIDTH,HEIGHT", value_parser = parse_box)]
+    within: Option<[usize; 4]>,
     #[command(flatten)]
     pub output: OutputArgs,
 }
@@ -27,6 +31,13 @@ impl MatteArgs {
         Job::Matte {
             project: self.project,
             replace: self.replace,
+            within: self.within,
         }
     }
+}
+
+fn parse_box(text: &str) -> Result<[usize; 4], String> {
+    let numbers: Result<Vec<usize>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    let four = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    four.ok_or_else(|| format!("expected LEFT,TOP,WIDTH,HEIGHT in whole pixels, found {text:?}"))
 }

@@ -4,7 +4,7 @@ use super::framed::read_picture;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use imaging::{Encoded, color::byte_from_unit, file};
-use matte::{Key, key, lit};
+use matte::{Key, boxed, key, lit};
 use project::{Picture, Project};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -47,11 +47,17 @@ impl MattesReport {
 }
 
 /// Makes the mattes that neither the shoot nor the project has; all of the project's own again if `replace` is set. Those of
-/// the shoot are never touched.
+/// the shoot are never touched. With a box (`within`: left, top, width and height in pixels) frames are cut out of it, whatever
+/// is behind the person.
 ///
 /// # Errors
 /// When a picture cannot be read or its matte cannot be told or written, or the person stops; mattes made before are kept.
-pub fn make_mattes(root: &Path, replace: bool, progress: &Progress) -> Result<MattesReport> {
+pub fn make_mattes(
+    root: &Path,
+    replace: bool,
+    within: Option<[usize; 4]>,
+    progress: &Progress,
+) -> Result<MattesReport> {
     let project = Project::open(root)?;
     let shoot = &project.settings.shoot;
     let (frames, poses) = (shoot.frames.len(), shoot.poses.len());
@@ -90,7 +96,11 @@ pub fn make_mattes(root: &Path, replace: bool, progress: &Progress) -> Result<Ma
         let matte = match item.checked_sub(frames) {
             None => {
                 report.frames += 1;
-                of_frame(&project.frame_picture(item), &mut screen)?
+                let picture = project.frame_picture(item);
+                match within {
+                    Some(within) => of_box(&picture, within)?,
+                    None => of_frame(&picture, &mut screen)?,
+                }
             }
             Some(pose) => {
                 report.poses += 1;
@@ -118,6 +128,11 @@ fn of_frame(picture: &Picture, screen: &mut Option<Key>) -> Result<matte::Matte>
         return Err(Error::bug("a screen that was found is gone"));
     };
     key.matte(&pixels).map_err(named)
+}
+
+/// A frame's matte, of what is in a box.
+fn of_box(picture: &Picture, within: [usize; 4]) -> Result<matte::Matte> {
+    boxed(&read_picture(picture)?, within).map_err(|e| about(picture, e))
 }
 
 /// A pose's matte, of what is brightest under all lamps: by a screen if it has one, by brightness otherwise.
@@ -160,6 +175,9 @@ fn about(picture: &Picture, error: Error) -> Error {
     match error {
         Error::Missing { problem, remedy } => {
             Error::missing(format!("{}: {problem}", picture.display()), remedy)
+        }
+        Error::Invalid { problem, remedy } => {
+            Error::invalid(format!("{}: {problem}", picture.display()), remedy)
         }
         other => other,
     }

@@ -17,6 +17,8 @@ pub struct Round {
 
 /// Fully lit frames are at least so much brighter than the brightest lamp alone: a lamp may give half of all light.
 const LIT: f32 = 1.7;
+/// Fully lit frames of one round differ by less than this factor.
+const ALIKE: f32 = 1.15;
 /// Dark frames are at least so much darker than the darkest lamp.
 const DARK: f32 = 4.0;
 /// Dark frames have at most this part of the brightest one's light.
@@ -49,6 +51,8 @@ pub fn find(light: &[f32], first: u64, expected: Option<usize>) -> Result<Round,
         None => single.clone(),
         Some(count) if single.len() == count => single.clone(),
         Some(count) if with_dark.len() == count => with_dark,
+        // Some lamps are far brighter than others, and no frame is fully lit.
+        Some(count) if bright.len() == count && differ(&bright, light, lit) => bright.clone(),
         Some(count) if groups.len() == count => groups.iter().map(|group| middle(group)).collect(),
         Some(count) if single.len().is_multiple_of(count) => {
             // Every lamp burnt for as many frames.
@@ -67,7 +71,8 @@ pub fn find(light: &[f32], first: u64, expected: Option<usize>) -> Result<Round,
         }
     };
     let round = found[0].saturating_sub(1)..=found[found.len() - 1] + 1;
-    let tracking = bright.iter().filter(|&&i| is_lit(i) && round.contains(&i));
+    let is_tracking = |i: &&usize| is_lit(**i) && round.contains(*i) && !found.contains(*i);
+    let tracking = bright.iter().filter(is_tracking);
     Ok(Round {
         tracking: tracking.map(|&i| frame(i)).collect(),
         lamps: found.into_iter().map(frame).collect(),
@@ -96,6 +101,15 @@ fn bounds(light: &[f32]) -> (f32, f32) {
     (dark, lit.unwrap_or(f32::INFINITY))
 }
 
+/// Whether the frames from `lit` on differ in light, as lamps do and fully lit frames do not.
+fn differ(bright: &[usize], light: &[f32], lit: f32) -> bool {
+    let lit = bright.iter().map(|&i| light[i]).filter(|&l| l >= lit);
+    let (least, most) = lit.fold((f32::INFINITY, 0f32), |(least, most), l| {
+        (least.min(l), most.max(l))
+    });
+    most > ALIKE * least
+}
+
 /// Runs of frames that follow each other.
 fn groups(frames: &[usize]) -> Vec<&[usize]> {
     frames.chunk_by(|a, b| b - a == 1).collect()
@@ -117,6 +131,18 @@ mod tests {
             _ => 0.00012,
         });
         lights.collect()
+    }
+
+    #[test]
+    fn as_many_frames_as_lamps_are_the_lamps_however_bright() {
+        let strong = [0.01, 0.02, 0.09, 0.012, 0.2, 0.015, 0.01, 0.3, 0.02];
+        let found = find(&strong, 5, Some(9)).unwrap();
+        assert_eq!(found.lamps, (5..14).collect::<Vec<_>>());
+        assert_eq!(found.tracking, [0u64; 0]);
+        let with_dark = [&[0.0f32, 0.0][..], &strong, &[0.0]].concat();
+        let found = find(&with_dark, 0, Some(9)).unwrap();
+        assert_eq!(found.lamps, (2..11).collect::<Vec<_>>());
+        assert_eq!(found.tracking, [0u64; 0]);
     }
 
     #[test]

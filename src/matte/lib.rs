@@ -1,6 +1,7 @@
 //! Mattes: how much of each pixel the subject covers, from a picture before a green or blue screen, or from one whose
 //! background is dark. [`grab_cut`] tells a subject from what is behind it by colours and edges, from marks.
 
+mod boxed;
 mod flow_network;
 mod grab_cut;
 mod key;
@@ -13,6 +14,7 @@ mod screen;
 mod tests;
 mod window;
 
+pub use boxed::boxed;
 pub use grab_cut::{GrabCut, Mark, grab_cut, rectangle};
 pub use lit::lit;
 pub use screen::{Hue, Key, key};

@@ -115,8 +115,8 @@ pub fn key(picture: &Encoded) -> Result<Key> {
 fn none(why: &str) -> Error {
     Error::missing(
         format!("the picture shows no green or blue screen: {why}"),
-        "Put mattes of your own beside the pictures, as grey PNGs of their size, or film before a green or blue screen \
-         that reaches the upper corners",
+        "Give a box around the person (afterlight matte --box), put mattes of your own beside the pictures, as grey PNGs of \
+         their size, or film before a green or blue screen that reaches the upper corners",
     )
 }
 

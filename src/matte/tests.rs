@@ -227,3 +227,67 @@ fn every_pixel_may_be_anything() {
         }
     }
 }
+
+#[test]
+fn a_box_is_enough_before_any_background() {
+    let mut worst = (1.0_f32, 0.0_f32);
+    if let Some(shoot) = test_support::shared("data/stage") {
+        for path in files(&shoot.join("interview")).iter().step_by(8) {
+            let picture = file::read_encoded(path).unwrap();
+            let name = path.file_name().unwrap();
+            let truth = file::read_mask(&shoot.join("interview_masks").join(name)).unwrap();
+            let (w, h) = picture.0.size();
+            let found = boxed(&picture, [0, h / 14, w, h]).unwrap();
+            let (iou, off) = scores(&found.mask, &truth);
+            println!("{name:?} in a box: IoU {iou:.4}, error {off:.5}");
+            worst = (worst.0.min(iou), worst.1.max(off));
+        }
+    }
+    // No screen: grey, and one as warm as the subject; at twice the size that is cut, too.
+    for (screen, size) in [
+        ([0.3, 0.3, 0.3], (150, 110)),
+        ([0.25, 0.1, 0.1], (200, 180)),
+        ([0.3, 0.3, 0.3], (1000, 700)),
+    ] {
+        let (picture, truth) = round(size, screen, [0.5, 0.35, 0.2]);
+        let (w, h) = size;
+        let found = boxed(&picture, [w / 10, h / 12, w - w / 5, h]).unwrap();
+        let (iou, off) = scores(&found.mask, &truth);
+        println!("{screen:?} {size:?}: IoU {iou:.4}, error {off:.5}");
+        worst = (worst.0.min(iou), worst.1.max(off));
+    }
+    assert!(worst.0 >= 0.985 && worst.1 <= 0.01, "{worst:?}");
+    shown!(Pictures, "A subject in a box, without any screen",
+        danger: "no matte at all, or one with the background's colours in it",
+        done: "the colours outside of the box tell what is background",
+        bound: "IoU 0.985, mean error 0.01",
+        measured: format!("IoU {:.3}, mean error {:.4}", worst.0, worst.1));
+}
+
+#[test]
+fn a_box_that_says_nothing_ends_in_a_sentence() {
+    let (picture, _) = round((60, 40), [0.3; 3], [0.5, 0.35, 0.2]);
+    for of in [
+        [0, 0, 60, 40],
+        [0, 0, usize::MAX, usize::MAX],
+        [5, 5, 0, 0],
+        [100, 100, 5, 5],
+    ] {
+        let said = boxed(&picture, of).unwrap_err().to_string();
+        assert!(
+            said.contains("60 × 40") && said.contains("Draw the box"),
+            "{said}"
+        );
+    }
+    for (width, height) in [(1, 1), (2, 1), (9, 7)] {
+        for value in [0.5, f32::NAN] {
+            let even = Encoded(Raster::filled(width, height, [value; 3]));
+            if let Ok(matte) = boxed(&even, [0, 0, 1, 1]) {
+                assert!(matte.mask.pixels.iter().all(|a| (0.0..=1.0).contains(a)));
+            }
+        }
+    }
+    shown!(Pictures, "A box that is empty, outside of the picture, or as large as it",
+        danger: "an empty matte that looks like a result, or a crash",
+        done: "a sentence says what the box must leave free");
+}

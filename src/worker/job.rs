@@ -95,7 +95,13 @@ pub enum Job {
         settings: FrameSettings,
     },
     /// Make the mattes that the shoot of the project in `project` lacks, or all of the project's own again.
-    Matte { project: PathBuf, replace: bool },
+    Matte {
+        project: PathBuf,
+        replace: bool,
+        /// Left, top, width and height in pixels of what holds the person in every frame, for interviews without a
+        /// screen.
+        within: Option<[usize; 4]>,
+    },
 }
 
 /// What a job made. Serialised, it is the figures alone.
@@ -310,9 +316,11 @@ impl Job {
             Self::Frame { project, settings } => {
                 Project::change(&project, |project| settings.run(project)).map(Outcome::Framed)
             }
-            Self::Matte { project, replace } => {
-                make_mattes(&project, replace, progress).map(Outcome::Matted)
-            }
+            Self::Matte {
+                project,
+                replace,
+                within,
+            } => make_mattes(&project, replace, within, progress).map(Outcome::Matted),
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
                 checkpoint::pack(&project.checkpoint_path(), &to).map(Outcome::Packed)
