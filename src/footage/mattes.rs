@@ -205,7 +205,7 @@ mod tests {
         let root = folder.path().join("project");
         let project = import(&root, &shoot, &settings, &silent).unwrap();
         let poses = project.settings.shoot.poses.len();
-        let nothing = make_mattes(&root, true, &silent).unwrap();
+        let nothing = make_mattes(&root, true, None, &silent).unwrap();
         assert_eq!(
             (nothing.frames, nothing.poses, nothing.kept),
             (0, 0, 3 + poses)
@@ -222,7 +222,7 @@ mod tests {
             missing.push((truth(matte.file()), own));
             std::fs::remove_file(matte.file()).unwrap();
         }
-        let made = make_mattes(&root, false, &silent).unwrap();
+        let made = make_mattes(&root, false, None, &silent).unwrap();
         assert_eq!((made.frames, made.poses, made.kept), (2, 1, poses));
         assert_eq!(made.screen, Some("green"));
         assert!(made.sentence().contains("green"), "{}", made.sentence());
@@ -238,9 +238,12 @@ mod tests {
         let own = &missing[0].1;
         let painted = Mask::filled(64, 64, 1.0);
         file::write_mask_png(own, &painted).unwrap();
-        assert_eq!(make_mattes(&root, false, &silent).unwrap().kept, 3 + poses);
+        assert_eq!(
+            make_mattes(&root, false, None, &silent).unwrap().kept,
+            3 + poses
+        );
         assert_eq!(file::read_mask(own).unwrap(), painted);
-        let again = make_mattes(&root, true, &silent).unwrap();
+        let again = make_mattes(&root, true, None, &silent).unwrap();
         assert_eq!((again.frames, again.poses, again.kept), (2, 1, poses));
         assert_ne!(file::read_mask(own).unwrap(), painted);
 
@@ -249,7 +252,9 @@ mod tests {
         let picture = project.frame_picture(0).file().to_owned();
         let grey = Encoded(imaging::Raster::filled(64, 64, [0.5; 3]));
         file::write_png(&picture, &grey).unwrap();
-        let said = make_mattes(&root, false, &silent).unwrap_err().to_string();
+        let said = make_mattes(&root, false, None, &silent)
+            .unwrap_err()
+            .to_string();
         assert!(
             said.contains("frame_000.png") && said.contains("screen"),
             "{said}"
