@@ -182,3 +182,82 @@ fn about(picture: &Picture, error: Error) -> Error {
         other => other,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ImportSettings, import};
+    use imaging::Mask;
+    use virtual_stage::{StageSettings, write_shoot};
+
+    #[test]
+    fn what_a_shoot_lacks_is_made_and_what_it_has_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
+        let stage = StageSettings {
+            frames: 3,
+            size: 64,
+            lamps: 6,
+            ..StageSettings::default()
+        };
+        write_shoot(&shoot, &stage, &silent).unwrap();
+        let settings = ImportSettings { size: 16, seed: 1 };
+        let root = folder.path().join("project");
+        let project = import(&root, &shoot, &settings, &silent).unwrap();
+        let poses = project.settings.shoot.poses.len();
+        let nothing = make_mattes(&root, true, None, &silent).unwrap();
+        assert_eq!(
+            (nothing.frames, nothing.poses, nothing.kept),
+            (0, 0, 3 + poses)
+        );
+        assert!(nothing.uncertain.is_none() && !root.join("mattes").exists());
+
+        let truth = |from: &Path| file::read_mask(from).unwrap();
+        let mut missing = Vec::new();
+        for (matte, own) in [
+            (project.frame_matte(0), project.frame_matte_path(0)),
+            (project.frame_matte(2), project.frame_matte_path(2)),
+            (project.exemplar_matte(1), project.exemplar_matte_path(1)),
+        ] {
+            missing.push((truth(matte.file()), own));
+            std::fs::remove_file(matte.file()).unwrap();
+        }
+        let made = make_mattes(&root, false, None, &silent).unwrap();
+        assert_eq!((made.frames, made.poses, made.kept), (2, 1, poses));
+        assert_eq!(made.screen, Some("green"));
+        assert!(made.sentence().contains("green"), "{}", made.sentence());
+        for (truth, own) in &missing {
+            let found = file::read_mask(own).unwrap();
+            let off = found.pixels.iter().zip(&truth.pixels);
+            let off = off.map(|(a, b)| (a - b).abs()).sum::<f32>() / found.pixels.len() as f32;
+            assert!(off < 0.02, "{}: {off}", own.display());
+        }
+        assert!(!project.frame_matte_path(1).exists());
+
+        // Painted by hand: kept, until all are to be made again.
+        let own = &missing[0].1;
+        let painted = Mask::filled(64, 64, 1.0);
+        file::write_mask_png(own, &painted).unwrap();
+        assert_eq!(
+            make_mattes(&root, false, None, &silent).unwrap().kept,
+            3 + poses
+        );
+        assert_eq!(file::read_mask(own).unwrap(), painted);
+        let again = make_mattes(&root, true, None, &silent).unwrap();
+        assert_eq!((again.frames, again.poses, again.kept), (2, 1, poses));
+        assert_ne!(file::read_mask(own).unwrap(), painted);
+
+        // A frame without a screen is named.
+        std::fs::remove_file(own).unwrap();
+        let picture = project.frame_picture(0).file().to_owned();
+        let grey = Encoded(imaging::Raster::filled(64, 64, [0.5; 3]));
+        file::write_png(&picture, &grey).unwrap();
+        let said = make_mattes(&root, false, None, &silent)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            said.contains("frame_000.png") && said.contains("screen"),
+            "{said}"
+        );
+    }
+}
