@@ -119,8 +119,9 @@ impl Plate {
     ) -> Result<Self> {
         let size = working.width;
         let (width, height) = matte.size();
-        let sized = radiance.size() == (width, height) && working.height == size;
-        if !sized || width * height * size == 0 || !(square.side > 0.0) {
+        let is_sized = radiance.size() == (width, height) && working.height == size;
+        let is_empty = width * height * size == 0 || square.side.is_nan() || square.side <= 0.0;
+        if !is_sized || is_empty {
             return Err(Error::invalid(
                 format!(
                     "a plate of {} × {} pixels, a matte of {width} × {height} and a working size of {size} × {} do not \

@@ -21,7 +21,11 @@ fn whole(side: usize) -> PlateSquare {
 /// A subject with texture finer than the working size, and what a light makes of it.
 fn albedo(x: usize, y: usize) -> [f32; 3] {
     let fine = ((x * 7919 + y * 104_729) % 101) as f32 / 101.0;
-    let stripe = if (x / 3 + y / 5) % 2 == 0 { 0.9 } else { 0.3 };
+    let stripe = if (x / 3 + y / 5).is_multiple_of(2) {
+        0.9
+    } else {
+        0.3
+    };
     [0.2 + 0.6 * fine, stripe, 0.5 * stripe + 0.3 * fine]
 }
 

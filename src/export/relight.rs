@@ -169,7 +169,7 @@ pub fn relight(
     let started = Instant::now();
     let planned = clip.plan((first, last), &mut writer, progress)?;
     let relit = planned.iter().filter(|plan| plan.write).count();
-    let response = clip.calibration.response.clone();
+    let response = clip.calibration.response;
     let mut rebuild: Option<Rebuild> = None;
     let frames: Vec<&Plan> = planned.iter().collect();
     let (mut times, done) = overlapped(

@@ -51,7 +51,7 @@ impl Parts {
         let mut listing = Listing::read(shoot)?;
         let mut takes = Takes::default();
         let list = lamp_list_of(shoot)?;
-        let known = (!listing.lamps.is_empty()).then(|| listing.lamps.len());
+        let known = (!listing.lamps.is_empty()).then_some(listing.lamps.len());
         let mut expected = known
             .or(list.as_ref().map(Vec::len))
             .or(manifest.olat_conditions);

@@ -110,7 +110,7 @@ impl Manifest {
     /// Then.
     pub fn check_counts(&self, shoot: &Path, listing: &Listing) -> Result<()> {
         // Movies of lamps are counted when they are read.
-        let is_known = !(listing.lamps.is_empty() && !listing.pose_movies.is_empty());
+        let is_known = !listing.lamps.is_empty() || listing.pose_movies.is_empty();
         let lamps = self.olat_conditions.filter(|_| is_known);
         let counts = [
             ("exemplar_poses", self.exemplar_poses, listing.poses.len()),

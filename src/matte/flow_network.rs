@@ -311,8 +311,7 @@ mod tests {
         let mut links = Vec::new();
         for y in 0..height {
             for x in 0..width {
-                for d in 4..8 {
-                    let (across, down) = NEIGHBOURS[d];
+                for (d, &(across, down)) in NEIGHBOURS.iter().enumerate().skip(4) {
                     let (nx, ny) = (x as isize + across, y as isize + down);
                     if (0..width as isize).contains(&nx) && ny < height as isize {
                         links.push((x, y, d, below(12)));

@@ -170,7 +170,7 @@ fn links(colors: &[[f64; 3]], width: usize, height: usize) -> Vec<[i32; 4]> {
         )
     };
     let (sum, count) = (0..colors.len())
-        .flat_map(|pixel| (4..8).filter_map(move |d| Some((pixel, d))))
+        .flat_map(|pixel| (4..8).map(move |d| (pixel, d)))
         .filter_map(|(pixel, d)| difference(pixel, d))
         .fold((0.0, 0usize), |(sum, count), d| (sum + d, count + 1));
     // Even pictures have no edges to follow.

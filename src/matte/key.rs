@@ -249,8 +249,9 @@ fn solve(mut matrix: [[f64; 6]; 6], mut right: [f64; 6]) -> [f64; 6] {
     for k in 0..6 {
         for row in k + 1..6 {
             let factor = matrix[row][k] / matrix[k][k];
-            for column in k..6 {
-                matrix[row][column] -= factor * matrix[k][column];
+            let pivot = matrix[k];
+            for (cell, above) in matrix[row].iter_mut().zip(pivot).skip(k) {
+                *cell -= factor * above;
             }
             right[row] -= factor * right[k];
         }

@@ -61,7 +61,7 @@ impl Normal {
             c[r[0]][k[0]] * c[r[1]][k[1]] - c[r[0]][k[1]] * c[r[1]][k[0]]
         };
         let others = [[1, 2], [0, 2], [0, 1]];
-        let sign = |i: usize, j: usize| if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = |i: usize, j: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
         let determinant: f64 = (0..3)
             .map(|j| sign(0, j) * c[0][j] * minor([1, 2], others[j]))
             .sum();
@@ -199,7 +199,7 @@ fn principal(moments: &Moments) -> ([f64; 3], f64) {
     for _ in 0..32 {
         let next = c.map(|row| dot(row, axis));
         let length = dot(next, next).sqrt();
-        if !(length > 1e-9) {
+        if length.is_nan() || length <= 1e-9 {
             return (axis, 0.0);
         }
         (axis, variance) = (next.map(|v| v / length), length);

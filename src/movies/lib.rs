@@ -1,7 +1,7 @@
 //! Movies and sequences of pictures, read frame by frame through the system's ffmpeg.
 //!
 //! ffmpeg runs as a process: nothing is linked, and what a damaged file does to a decoder stays there. Frame 12 is the
-//! thirteenth frame that is shown, however it is reached: an [`index`] says when each frame is shown, and each decoded
+//! thirteenth frame that is shown, however it is reached: an index says when each frame is shown, and each decoded
 //! frame is known by that time.
 
 mod cache;

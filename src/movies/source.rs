@@ -10,8 +10,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A movie or a sequence.
 #[derive(Debug)]
 pub enum Source {
-    Movie(Movie),
-    Sequence(Sequence),
+    Movie(Box<Movie>),
+    Sequence(Box<Sequence>),
 }
 
 /// Sources that stay open, the least recently used first.
@@ -28,10 +28,7 @@ const EXTENSIONS: [&str; 16] = [
 pub fn is_movie(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default();
     let is = |known: &&str| extension.eq_ignore_ascii_case(known);
-    EXTENSIONS.iter().any(|known| is(&known))
-        || ["r3d", "braw", "ari", "arx", "crm"]
-            .iter()
-            .any(|known| is(&known))
+    EXTENSIONS.iter().any(&is) || ["r3d", "braw", "ari", "arx", "crm"].iter().any(is)
 }
 
 /// Opens a movie or a sequence, or takes it if it is open.
@@ -69,8 +66,8 @@ impl Source {
     /// When it cannot be read.
     pub fn open(path: &Path, tools: &Tools) -> Result<Self> {
         match is_sequence(path) {
-            true => Ok(Self::Sequence(Sequence::open(path, tools)?)),
-            false => Ok(Self::Movie(Movie::open(path, tools)?)),
+            true => Ok(Self::Sequence(Box::new(Sequence::open(path, tools)?))),
+            false => Ok(Self::Movie(Box::new(Movie::open(path, tools)?))),
         }
     }
 

@@ -170,7 +170,7 @@ fn a_scrub_shows_the_nearest_frame_at_hand_and_then_the_one_it_rests_on() {
 /// The ball on a plate of 5 times its width, striped, and a source of it.
 fn filmed(index: usize) -> Prediction {
     let (frame, field) = ball(index);
-    let stripes = |x: usize, _| [if x / 2 % 2 == 0 { 0.6 } else { 0.3 }; 3];
+    let stripes = |x: usize, _| [if (x / 2).is_multiple_of(2) { 0.6 } else { 0.3 }; 3];
     let square = PlateSquare {
         x: 0.0,
         y: 40.0,
