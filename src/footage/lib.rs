@@ -23,7 +23,9 @@ mod tracking;
 pub use exemplar::{Exemplar, OlatReader};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
-pub use framed::{dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture};
+pub use framed::{
+    cut_picture, dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture,
+};
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
 pub use mattes::{MattesReport, make_mattes};
