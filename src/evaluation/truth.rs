@@ -180,49 +180,57 @@ mod tests {
         let stage = StageSettings {
             frames: 1,
             size: 48,
-            plate: Some((27, 48)),
+            plate: Some((24, 48)),
             lamps: 4,
             ..StageSettings::default()
         };
         write_shoot(&shoot, &stage, &silent)?;
-        let settings = ImportSettings { size: 24, seed: 0 };
+        let settings = ImportSettings { size: 16, seed: 0 };
         let root = folder.path().join("project");
         import(&root, &shoot, &settings, &silent)?;
-        let named = |name: &str| (shoot.join(name), image::open(shoot.join(name)).unwrap());
-        let shown = |plate: (usize, usize)| -> Result<Image> {
-            Project::change(&root, |project| project.frame(Framing::whole(plate)))?;
+        let shown = |framing: Framing| -> Result<Image> {
+            Project::change(&root, |project| project.frame(framing))?;
             let truth = Truth::open(&Project::open(&root)?, &shoot)?;
-            assert_eq!(
-                truth.relit_at(0, "nave", PictureSize::Plate)?.size(),
-                (27, 48)
-            );
+            let plate = truth.relit_at(0, "nave", PictureSize::Plate)?;
+            assert_eq!(plate.size(), (24, 48));
             truth.relit(0, "nave")
         };
-        let alike = shown((27, 48))?;
-        assert_eq!(alike.size(), (24, 24));
-        // Frames of twice the size, and of one and a third, whose pixels do not end where the truth's do.
-        for (width, height, most) in [(54, 96, 1e-6), (36, 64, 0.02)] {
+        let alike = shown(Framing::whole((24, 48)))?;
+        assert_eq!(alike.size(), (16, 16));
+        // Frames of twice the size; then a square whose edges are within pixels of the truth, at two sizes of the frames.
+        let odd = |(width, height): (usize, usize), side| Framing {
+            side,
+            ..Framing::whole((width, height))
+        };
+        let squares = [
+            Framing::whole((48, 96)),
+            odd((30, 60), 53),
+            odd((60, 120), 106),
+        ];
+        let mut seen = vec![];
+        for framing in squares {
+            let [width, height] = framing.source.map(|side| side as u32);
             for name in ["interview/frame_000.png", "interview_masks/frame_000.png"] {
-                let (path, picture) = named(name);
-                let filter = image::imageops::FilterType::Nearest;
-                picture
-                    .resize_exact(width, height, filter)
-                    .save(path)
-                    .unwrap();
+                let path = shoot.join(name);
+                let picture = image::open(&path).unwrap();
+                let resized =
+                    picture.resize_exact(width, height, image::imageops::FilterType::Nearest);
+                resized.save(path).unwrap();
             }
-            let other = shown((width as usize, height as usize))?;
-            let pairs = alike
-                .pixels
-                .iter()
-                .flatten()
-                .zip(other.pixels.iter().flatten());
-            let errors = pairs.map(|(a, b)| (a - b).abs()).collect::<Vec<_>>();
-            let (sum, level) = (
-                errors.iter().sum::<f32>(),
-                alike.pixels.iter().flatten().sum::<f32>(),
-            );
-            assert!(sum / level <= most, "{width} × {height}: {}", sum / level);
+            seen.push(shown(framing)?);
         }
+        let off = |a: &Image, b: &Image| -> f32 {
+            let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+            let errors: f32 = pairs.map(|(a, b)| (a - b).abs()).sum();
+            errors / a.pixels.iter().flatten().sum::<f32>()
+        };
+        assert_eq!(off(&alike, &seen[0]), 0.0);
+        assert!(
+            off(&seen[1], &seen[2]) < 0.05,
+            "{}",
+            off(&seen[1], &seen[2])
+        );
+        assert!(off(&alike, &seen[1]) > 0.1);
         Ok(())
     }
 }

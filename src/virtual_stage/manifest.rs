@@ -126,7 +126,7 @@ impl Manifest {
                 ),
                 (
                     "interview",
-                    "interview/frame_NNN.png, or .jpg (8 bit encoded, green screen)",
+                    "interview/frame_NNN.png (8 bit encoded, green screen)",
                 ),
                 ("probes", "probes/interview.png, probes/olat_BB.png"),
             ]),

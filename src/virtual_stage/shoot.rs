@@ -5,6 +5,7 @@ use super::ball_view::Surroundings;
 use super::camera::green_screen;
 use super::effects::Tally;
 use super::film::{WrittenAs, film};
+use super::jpeg::decode;
 use super::manifest::{Manifest, Tracking};
 use super::picture::Pictures;
 use super::probe::{BallLight, Probe};
@@ -189,7 +190,9 @@ impl Session<'_> {
             // The last truth frame is only used to judge pictures under environments.
             let banks = place.is_some_and(|p| p < 3);
             if let Some(shipped) = self.shipped(i) {
-                self.bytes(&format!("interview/frame_{i:03}.jpg"), shipped.picture)?;
+                // As PNG, which a shoot of stills is made of.
+                let picture = self.folder.join(format!("interview/frame_{i:03}.png"));
+                self.written(write_png(&picture, &decode(shipped.picture)?))?;
                 self.bytes(&format!("interview_masks/frame_{i:03}.png"), shipped.matte)?;
                 if place.is_none() {
                     continue;

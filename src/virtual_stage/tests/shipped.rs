@@ -1,3 +1,4 @@
+use crate::jpeg::decode;
 use crate::session::Session;
 use crate::shipped::FRAMES;
 use crate::shoot::before_screen;
@@ -21,11 +22,10 @@ fn the_shipped_interview_is_what_the_stage_traces() {
             std::fs::write(&path, bytes).unwrap();
             path
         };
-        let picture = put("frame.jpg", FRAMES[i].picture);
         let shipped = session
             .sensor
             .response
-            .decode(&read_encoded(&picture).unwrap());
+            .decode(&decode(FRAMES[i].picture).unwrap());
         assert_eq!(shipped.size(), (540, 960));
         let matte = read_mask(&put("frame.png", FRAMES[i].matte)).unwrap();
         let (shipped, matte) = (
@@ -80,8 +80,9 @@ fn the_demo_asks_for_the_shipped_interview_and_traces_its_truth() {
     };
     let report = write_shoot(folder.path(), &small, &Progress::silent()).unwrap();
     let there = |name: &str| folder.path().join(name).is_file();
-    assert!(there("interview/frame_001.jpg") && there("interview_masks/frame_001.png"));
-    assert!(there("truth/frame_001_relit_nave.exr") && !there("interview/frame_001.png"));
+    assert!(there("interview_masks/frame_001.png") && there("truth/frame_001_relit_nave.exr"));
+    let frame = read_encoded(&folder.path().join("interview/frame_001.png")).unwrap();
+    assert_eq!(frame, decode(FRAMES[1].picture).unwrap());
     assert_eq!(
         report.files,
         super::contents(Path::new(folder.path())).len()
