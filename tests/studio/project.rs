@@ -4,9 +4,9 @@ use super::{
     Window, clay, clay_window, drop_onto, lines_with, snapshot, snapshot_without, told_job, until,
     window,
 };
-use afterlight::base::progress::Progress;
 use afterlight::calibration::CalibrateSettings;
 use afterlight::gpu::DeviceChoice;
+use afterlight::progress::Progress;
 use afterlight::project::{Lock, Project};
 use afterlight::studio::{Phase, Preferences, StudioApp};
 use afterlight::virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};

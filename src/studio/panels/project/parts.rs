@@ -1,7 +1,7 @@
 //! The parts of a shoot that a person brings one by one: a row for each kind, with what was brought.
 
 use super::quiet_ui;
-use crate::command::{Command, Dialog, ProjectCommand};
+use crate::command::{Command, Dialog};
 use crate::icons;
 use crate::panel_context::PanelContext;
 use crate::theme::{self, GAP};
@@ -189,7 +189,7 @@ struct Thumbnail(TextureHandle);
 
 fn thumbnails_ui(ui: &mut Ui, candidate: &Candidate) {
     for (i, picture) in candidate.thumbnails.iter().enumerate() {
-        let id = Id::new(("thumbnail", &candidate.path, i));
+        let id = Id::unique(("thumbnail", &candidate.path, i));
         let kept = ui.data(|data| data.get_temp::<Thumbnail>(id));
         let Thumbnail(texture) = kept.unwrap_or_else(|| {
             let picture = SrgbPicture::of(picture);
