@@ -2,11 +2,11 @@
 
 use afterlight_person::Segmenter;
 use base::progress::Progress;
+use footage::{ImportSettings, import, make_mattes};
 use imaging::Encoded;
 use imaging::color::{linear_from_srgb, srgb_from_linear, unit};
 use imaging::file::{read_encoded, read_linear, read_mask};
-use imaging::resample::resize;
-use imaging::resample::resize_area;
+use imaging::resample::{resize, resize_area};
 use imaging::{Mask, Raster};
 use matte::{guessed, key};
 use std::path::Path;
@@ -200,6 +200,43 @@ fn a_person_is_found_without_screen_or_box() {
         done: "a small network finds the person; colours and edges decide where it is not sure",
         bound: format!("IoU {}, mean error {}", ANY[0], ANY[1]),
         measured: format!("IoU {iou:.3}, mean error {off:.4}"));
+}
+
+/// What `afterlight matte` does with an interview before a grey wall.
+#[test]
+fn an_interview_without_a_screen_gets_mattes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
+    let settings = StageSettings {
+        frames: 2,
+        size: 128,
+        lamps: 4,
+        seed: 5,
+        ..StageSettings::default()
+    };
+    write_shoot(&shoot, &settings, &silent).unwrap();
+    let wall = imaging::Image::filled(128, 128, [0.2, 0.19, 0.18]);
+    let truths: Vec<Mask> = (0..2)
+        .map(|index| {
+            let (picture, truth) = frame(&shoot, index);
+            let file = shoot.join(format!("interview/frame_{index:03}.png"));
+            imaging::file::write_png(&file, &before(&picture, &truth, &wall)).unwrap();
+            truth
+        })
+        .collect();
+    let root = folder.path().join("project");
+    let settings = ImportSettings { size: 16, seed: 1 };
+    let project = import(&root, &shoot, &settings, &silent).unwrap();
+    std::fs::remove_dir_all(shoot.join("interview_masks")).unwrap();
+    let segmenter = Segmenter::new().unwrap();
+    let person = |picture: &Encoded| segmenter.probability(picture);
+    let made = make_mattes(&root, false, None, Some(&person), &silent).unwrap();
+    assert_eq!((made.frames, made.guessed, made.screen), (2, 2, None));
+    for (index, truth) in truths.iter().enumerate() {
+        let found = read_mask(&project.frame_matte_path(index)).unwrap();
+        let [iou, off] = scores(&found, truth);
+        assert!(iou >= 0.97 && off <= 0.02, "frame {index}: {iou} {off}");
+    }
 }
 
 #[test]
