@@ -1,11 +1,14 @@
 //! Footage: exemplars and interview frames as linear pictures at the working size, and the import
 //! that finds them.
 
+pub mod candidate;
+mod damaged;
 mod exemplar;
 mod filmed;
 mod frame;
 mod framed;
 mod framing;
+pub mod gathered;
 mod import;
 mod lamp_list;
 mod map;
@@ -20,6 +23,7 @@ mod shoot;
 mod takes;
 mod tracking;
 
+pub use damaged::{StandIn, offer, readable_frame, stand_in};
 pub use exemplar::{Exemplar, OlatReader};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;

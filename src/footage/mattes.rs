@@ -1,5 +1,6 @@
 //! Mattes that a shoot does not bring, made and kept in the project.
 
+use super::damaged::{offer, stand_in};
 use super::framed::read_picture;
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -108,24 +109,29 @@ pub fn make_mattes(
         progress.step("making mattes", item as u64, (frames + poses) as u64, "");
         let matte = match item.checked_sub(frames) {
             None => {
+                if let Some(stand_in) = stand_in(&project, item)? {
+                    progress.say(stand_in.sentence);
+                    continue;
+                }
                 report.frames += 1;
                 let picture = project.frame_picture(item);
                 match (within, person) {
-                    (Some(within), _) => of_box(&picture, within)?,
+                    (Some(within), _) => of_box(&picture, within),
                     // One way for all frames: what the first one shows.
                     (None, Some(person)) if report.guessed > 0 => {
                         report.guessed += 1;
-                        of_person(&picture, person)?
+                        of_person(&picture, person)
                     }
                     (None, Some(person)) => match of_frame(&picture, &mut screen) {
                         Err(Error::Missing { .. }) if screen.is_none() => {
                             report.guessed += 1;
-                            of_person(&picture, person)?
+                            of_person(&picture, person)
                         }
-                        found => found?,
+                        found => found,
                     },
-                    (None, None) => of_frame(&picture, &mut screen)?,
+                    (None, None) => of_frame(&picture, &mut screen),
                 }
+                .map_err(|e| offer(&project, item, e))?
             }
             Some(pose) => {
                 report.poses += 1;
