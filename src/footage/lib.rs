@@ -27,7 +27,9 @@ pub use damaged::{StandIn, offer, readable_frame, stand_in};
 pub use exemplar::{Exemplar, OlatReader};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
-pub use framed::{dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture};
+pub use framed::{
+    cut_picture, dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture,
+};
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
 pub use mattes::{FindPerson, MattesReport, make_mattes};
