@@ -32,6 +32,6 @@ pub use framed::{
 };
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
-pub use mattes::{MattesReport, make_mattes};
+pub use mattes::{FindPerson, MattesReport, make_mattes};
 pub use motion::{Motion, PoseMotion, SeenIn};
 pub use tracking::TrackingFrames;
