@@ -4,6 +4,7 @@
 mod exemplar;
 mod filmed;
 mod frame;
+mod frame_mattes;
 mod framed;
 mod framing;
 mod import;
@@ -11,21 +12,26 @@ mod lamp_list;
 mod map;
 mod mattes;
 pub mod motion;
+mod movement;
 #[cfg(test)]
 mod movie_tests;
 mod parts;
 mod round;
 pub mod scan;
 mod shoot;
+mod steady;
+pub mod strokes;
 mod takes;
 mod tracking;
 
 pub use exemplar::{Exemplar, OlatReader};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
+pub use frame_mattes::{FrameMatte, FrameMattes};
 pub use framed::{dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture};
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
-pub use mattes::{MattesReport, make_mattes};
+pub use mattes::{MatteSettings, MattesReport, make_mattes};
 pub use motion::{Motion, PoseMotion, SeenIn};
+pub use strokes::{BrushSide, Stroke, Strokes};
 pub use tracking::TrackingFrames;

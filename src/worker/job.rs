@@ -9,7 +9,9 @@ use check::{CheckReport, Evidence, LitEnvironment};
 use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use export::relight::{RelightReport, RelightSettings, find_environment, relight};
-use footage::{self, FrameReport, FrameSettings, ImportSettings, MattesReport, make_mattes};
+use footage::{
+    self, FrameReport, FrameSettings, ImportSettings, MatteSettings, MattesReport, make_mattes,
+};
 use gpu::DeviceChoice;
 use imaging::DualGamma;
 use light::Lighting;
@@ -97,10 +99,7 @@ pub enum Job {
     /// Make the mattes that the shoot of the project in `project` lacks, or all of the project's own again.
     Matte {
         project: PathBuf,
-        replace: bool,
-        /// Left, top, width and height in pixels of what holds the person in every frame, for interviews without a
-        /// screen.
-        within: Option<[usize; 4]>,
+        settings: MatteSettings,
     },
 }
 
@@ -316,11 +315,9 @@ impl Job {
             Self::Frame { project, settings } => {
                 Project::change(&project, |project| settings.run(project)).map(Outcome::Framed)
             }
-            Self::Matte {
-                project,
-                replace,
-                within,
-            } => make_mattes(&project, replace, within, progress).map(Outcome::Matted),
+            Self::Matte { project, settings } => {
+                make_mattes(&project, &settings, progress).map(Outcome::Matted)
+            }
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
                 checkpoint::pack(&project.checkpoint_path(), &to).map(Outcome::Packed)
