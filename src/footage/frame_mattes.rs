@@ -11,6 +11,9 @@ use project::{Picture, Project};
 use std::path::Path;
 use std::sync::Arc;
 
+/// A frame follows another if on average its motion may be believed as far as this.
+const LEAST_TRUST: f32 = 0.25;
+
 /// Finds mattes of frames, and remembers what more than one frame needs.
 pub struct FrameMattes {
     project: Project,
@@ -95,12 +98,21 @@ impl FrameMattes {
             Err(why) => {
                 let near = [&self.neighbour, &self.first].into_iter().flatten();
                 let near = near.into_iter().find(|(of, _)| of.abs_diff(frame) == 1);
+                // Without strokes nobody said that the frames show one person.
+                let near = near.filter(|_| !strokes.strokes.is_empty());
                 let Some((of, matte)) = near.cloned() else {
                     return Err(named(unwrapped(why)));
                 };
                 let Some(flow) = self.movement.between(frame, of)? else {
                     return Err(named(unwrapped(why)));
                 };
+                let trust = &flow.trust().pixels;
+                if trust.iter().sum::<f32>() < LEAST_TRUST * trust.len() as f32 {
+                    return Err(named(Error::missing(
+                        "too little of it is found in the frame next to it to follow that one's matte",
+                        "Paint on this frame what to keep and what to remove (studio: Footage, Paint matte)",
+                    )));
+                }
                 follows = true;
                 let matte = flow.warped_mask(&matte);
                 let found = followed(&picture, &matte, flow.trust(), &told).map_err(named)?;

@@ -177,7 +177,8 @@ fn frames(
     };
     let mut mattes = FrameMattes::of(project, settings)?;
     // Where only strokes tell the subject, frames follow those that were painted: first on from them, then back.
-    let start = match painted.first() {
+    let telling = painted.iter().find(|frame| strokes.tell_both(**frame));
+    let start = match telling.or(painted.first()) {
         Some(&painted) if !mattes.is_told(first)? => painted,
         _ => 0,
     };
@@ -185,14 +186,13 @@ fn frames(
     let mut done = 0;
     for frame in (start..count).chain((0..start).rev()) {
         if !wanted[frame] {
-            if start > 0 || !painted.is_empty() {
+            if !painted.is_empty() {
                 // A matte that is there is followed as well.
-                mattes.neighbour = match own(frame).is_file() {
-                    true => read_matte(&project.frame_matte(frame))
-                        .ok()
-                        .map(|m| (frame, m)),
-                    false => None,
-                };
+                let matte = read_matte(&project.frame_matte(frame)).ok();
+                mattes.neighbour = matte.map(|matte| (frame, matte));
+            }
+            if frame == start {
+                mattes.first = mattes.neighbour.clone();
             }
             continue;
         }

@@ -421,3 +421,62 @@ fn strokes_that_no_brush_can_paint_are_refused_by_a_sentence() {
         danger: "a crash, or hours of painting",
         done: "it is refused by its name, with the stroke and what is wrong with it");
 }
+
+/// A project whose interview is these pictures.
+fn filmed(pictures: &[Encoded], truths: Vec<Mask>) -> Stage {
+    let folder = tempfile::tempdir().unwrap();
+    let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
+    let stage = StageSettings {
+        frames: pictures.len(),
+        size: 16,
+        lamps: 4,
+        ..StageSettings::default()
+    };
+    write_shoot(&shoot, &stage, &silent).unwrap();
+    std::fs::remove_dir_all(shoot.join("interview_masks")).unwrap();
+    let settings = ImportSettings { size: 16, seed: 1 };
+    let project = import(&folder.path().join("project"), &shoot, &settings, &silent).unwrap();
+    for (frame, picture) in pictures.iter().enumerate() {
+        file::write_png(project.frame_picture(frame).file(), picture).unwrap();
+    }
+    Stage {
+        folder,
+        project,
+        truths,
+    }
+}
+
+#[test]
+fn mattes_of_filmed_frames_flicker_less_than_each_by_itself() {
+    let mut said = Vec::new();
+    if let Some(shoot) = test_support::shared("data/stage") {
+        let named = |frame: usize| format!("frame_{frame:03}.png");
+        let pictures: Vec<_> = (0..40)
+            .map(|i| file::read_encoded(&shoot.join("interview").join(named(i))).unwrap())
+            .collect();
+        let truths = (0..40)
+            .map(|i| file::read_mask(&shoot.join("interview_masks").join(named(i))).unwrap())
+            .collect();
+        let (report, iou, off) = filmed(&pictures, truths).made(&MatteSettings::default());
+        assert!(iou >= 0.985 && off <= 0.01, "{iou}, {off}");
+        let (after, before) = (report.flicker.unwrap(), report.flicker_before.unwrap());
+        assert!(after < before, "{before} to {after}");
+        said.push(format!(
+            "a shoot of 40 frames {before:.4} to {after:.4}, IoU {iou:.4}, mean error {off:.4}"
+        ));
+    }
+    if let Some(footage) = test_support::shared("data/footage") {
+        let movie = movies::open(&footage.join("d0.mp4")).unwrap();
+        let pictures: Vec<_> = (0..12).map(|i| movie.frame(i).unwrap().encoded()).collect();
+        let (report, ..) = filmed(&pictures, Vec::new()).made(&MatteSettings::default());
+        let (after, before) = (report.flicker.unwrap(), report.flicker_before.unwrap());
+        assert!(after < before, "{before} to {after}");
+        said.push(format!("a filmed man {before:.4} to {after:.4}"));
+    }
+    if !said.is_empty() {
+        shown!(Pictures, "Filmed frames before a green screen, one after the other",
+            danger: "edges that boil",
+            done: "mattes are averaged along the motion, where the pictures agree",
+            measured: said.join("; "));
+    }
+}

@@ -49,8 +49,8 @@ impl From<BrushSide> for Side {
 
 /// Radii of brushes in pixels of the plate.
 pub const RADII: std::ops::RangeInclusive<f32> = 0.5..=2000.0;
-/// Places that a brush may reach, in pixels: far beyond every plate.
-const FARTHEST: f32 = 1e5;
+/// Pixels from the upper left corner that a point may be away: far beyond every plate.
+pub const FARTHEST: f32 = 1e5;
 /// Frames to both sides that a stroke speaks for.
 pub const REACH: usize = 8;
 /// How much less a stroke says with each frame.
@@ -109,6 +109,14 @@ impl Strokes {
         frames.sort_unstable();
         frames.dedup();
         frames
+    }
+
+    /// Whether a frame has strokes of both sides.
+    pub fn tell_both(&self, frame: usize) -> bool {
+        [BrushSide::Keep, BrushSide::Remove].iter().all(|side| {
+            let mut all = self.strokes.iter();
+            all.any(|stroke| stroke.frame == frame && stroke.side == *side)
+        })
     }
 
     /// What was painted on a frame of this size.

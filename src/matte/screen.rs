@@ -116,7 +116,7 @@ fn none(why: &str) -> Error {
     Error::missing(
         format!("the picture shows no green or blue screen: {why}"),
         "Give a box around the person (afterlight matte --box) or a clean plate (--clean-plate), paint what to keep and to \
-         remove in the studio (Footage, Matte), put mattes of your own beside the pictures, as grey PNGs of \
+         remove in the studio (Footage, Paint matte), put mattes of your own beside the pictures, as grey PNGs of \
          their size, or film before a green or blue screen that reaches the upper corners",
     )
 }

@@ -12,7 +12,7 @@ use worker::Lookup;
 /// The longer side at which the matte is shown.
 const SHOWN_PX: usize = 1280;
 /// Steps of undo that are kept.
-const STEPS: usize = 200;
+const STEPS: usize = 50;
 /// How much larger one step makes the brush.
 pub const GROWTH: f32 = 1.2;
 
@@ -122,7 +122,11 @@ impl MattePainting {
     ///
     /// # Errors
     /// If the strokes of before are not known.
-    pub fn paint(&mut self, stroke: Stroke) -> std::result::Result<(), String> {
+    pub fn paint(&mut self, mut stroke: Stroke) -> std::result::Result<(), String> {
+        // The pointer may have left the picture by far.
+        for place in stroke.points.iter_mut().flatten() {
+            *place = place.clamp(-strokes::FARTHEST, strokes::FARTHEST);
+        }
         self.change(|strokes| strokes.strokes.push(stroke))
     }
 

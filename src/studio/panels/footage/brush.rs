@@ -13,8 +13,8 @@ use project::Framing;
 
 /// Points that the brush moves before the next point of a stroke.
 const STEP: f32 = 1.5;
-/// The most points of a stroke.
-const MOST_POINTS: usize = 5000;
+/// The most points of a stroke; a longer line is more than one.
+const MOST_POINTS: usize = 2000;
 
 /// Holds the stroke that is being painted.
 #[derive(Default)]
@@ -129,12 +129,19 @@ impl Brush {
                 .points
                 .last()
                 .is_none_or(|[x, y]| place.scale * (to - pos2(*x, *y)).length() >= STEP);
-            if far && stroke.points.len() < MOST_POINTS {
+            if far {
                 stroke.points.push([to.x, to.y]);
+            }
+            if stroke.points.len() >= MOST_POINTS {
+                let next = Painted {
+                    points: vec![[to.x, to.y]],
+                    ..*stroke
+                };
+                let whole = std::mem::replace(stroke, next);
+                out.push(Command::Matte(MatteCommand::Stroke(Box::new(whole))));
             }
         }
         if !held && let Some(stroke) = self.painted.take() {
-            // What was begun on another frame belongs there.
             out.push(Command::Matte(MatteCommand::Stroke(Box::new(stroke))));
         }
     }

@@ -68,9 +68,9 @@ impl FootagePanel {
                 ui.add_space(GAP);
                 view_ui(ui, context, project, out);
                 if let Some(Ok(shown)) = picture {
-                    ui.add_space(2.0 * GAP);
-                    matte::tools_ui(ui, context, out);
                     ui.add_space(GAP);
+                    matte::tools_ui(ui, context, out);
+                    ui.add_space(0.5 * GAP);
                     match context.matte.on {
                         true => matte::matte_ui(ui, context, project, shown, out),
                         false => self.framing_ui(ui, context, project, shown, out),
@@ -122,10 +122,7 @@ impl FootagePanel {
         let kept = project.settings.framing.of(shown.size);
         let mut framing = self.framing(kept);
         let (width, height) = shown.size;
-        quiet_ui(
-            ui,
-            &format!("Only this square of the {width} × {height} pictures is used."),
-        );
+        quiet_ui(ui, &format!("The square used of {width} × {height} pixels"));
         let speed = width.max(height) as f32 / 500.0;
         egui::Grid::new("square")
             .num_columns(2)
@@ -173,10 +170,7 @@ impl FootagePanel {
         });
         let size = project.settings.size;
         if framing.side < size {
-            quiet_ui(
-                ui,
-                &format!("Smaller than the working size of {size} pixels."),
-            );
+            quiet_ui(ui, &format!("Smaller than the working size, {size}"));
         }
         framing = framing.bounded();
         self.draft = (framing != kept).then_some(framing);
