@@ -12,5 +12,5 @@ pub use base::{Error, Result, error, memory, progress, turn};
 pub use worker::demo;
 pub use {
     calibration, check, compositor, evaluation, export, footage, gpu, imaging, light, matte,
-    movies, project, reflectance, scene, studio, training, virtual_stage, worker,
+    movies, person, project, reflectance, scene, studio, training, virtual_stage, worker,
 };

@@ -1,41 +1,12 @@
 //! The program as a person or a script meets it: the whole way on a small shoot, exit codes, JSON.
 
+mod program;
+
+use program::{afterlight, fail, succeed};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 use test_support::Need;
-
-/// Runs the program in a folder, which is its cache too; what burn does is written beside.
-fn afterlight(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_afterlight"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("XDG_CACHE_HOME", folder.join("cache"))
-        .env("CUBECL_DEBUG_LOG", folder.join("kernels.log"))
-        .output()
-        .expect("the program starts")
-}
-
-fn succeed(folder: &Path, arguments: &[&str]) -> Value {
-    let output = afterlight(folder, arguments);
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{arguments:?} failed: {errors}"
-    );
-    let printed = String::from_utf8(output.stdout).expect("figures are text");
-    serde_json::from_str(&printed)
-        .unwrap_or_else(|e| panic!("{arguments:?} printed {printed:?}: {e}"))
-}
-
-/// The one line of an expected failure.
-fn fail(folder: &Path, arguments: &[&str]) -> String {
-    let output = afterlight(folder, arguments);
-    assert_eq!(output.status.code(), Some(1), "{arguments:?} did not fail");
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    errors.lines().last().unwrap_or_default().to_owned()
-}
 
 fn has_keys(figures: &Value, keys: &[&str]) {
     for key in keys {
@@ -932,7 +903,7 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
         .output()
         .unwrap();
     let probed = String::from_utf8_lossy(&probe.stdout);
-    assert_eq!(probed.trim(), "128,128,24");
+    assert_eq!(probed.trim(), "540,960,24");
     let sheet = image::open(at.join("demo/olats.png")).unwrap().into_rgb8();
     let codes = sheet.as_raw();
     assert!(codes.iter().any(|&code| code > 100) && codes.iter().any(|&code| code < 20));

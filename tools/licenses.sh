@@ -42,6 +42,7 @@ while IFS='|' read -r package license; do
 	done
 done <"$work/crates"
 note "Phosphor icons: MIT" assets/phosphor
+note "Weights of MediaPipe's selfie segmentation: Apache-2.0" assets/person
 printf 'Afterlight is built of the following software. The numbers are those of the texts below.\n\n'
 cat "$work/list"
 for number in $(seq "$count"); do

@@ -6,7 +6,7 @@ use footage::FrameSettings;
 use std::path::PathBuf;
 use worker::Job;
 
-/// Choose which square of the pictures is used, or print the current one.
+/// Choose which square of the pictures is used and what stands in for damaged frames, or print the current choice.
 ///
 /// A calibration and a network made under another framing are set aside in the project's folder.
 #[derive(Debug, Args)]

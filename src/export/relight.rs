@@ -175,6 +175,9 @@ pub fn relight(
     let (mut times, done) = overlapped(
         &frames,
         |plan| {
+            if let Some(stand_in) = footage::stand_in(project, plan.frame)? {
+                progress.say(stand_in.sentence);
+            }
             let (frame, filmed) = Frame::load_filmed(project, &response, plan.frame)?;
             let filmed = filmed.shown(settings.files.at);
             let plate = filmed.map(|filmed| Plate::of(filmed, &frame)).transpose()?;

@@ -1,5 +1,6 @@
 //! A frame of the interview at its own resolution.
 
+use super::damaged::{offer, readable_frame, stand_in};
 use super::frame::Frame;
 use super::framed::{cut_mask, cut_picture, dimensions, read_matte, read_picture};
 use base::error::{Error, Result};
@@ -33,7 +34,8 @@ pub struct FilmedFrame {
 }
 
 impl Frame {
-    /// Reads frame `index` of the project, linearised by `response`, at the working size and as it was filmed.
+    /// Reads frame `index` of the project, linearised by `response`, at the working size and as it was filmed. If its picture
+    /// cannot be read and the project wants to go on: the frame that is held in its place, or black with an empty matte.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -43,8 +45,19 @@ impl Frame {
         index: usize,
     ) -> Result<(Self, FilmedFrame)> {
         Self::check_index(project, index)?;
-        let (picture, matte) = (project.frame_picture(index), project.frame_matte(index));
-        let codes = read_picture(&picture)?;
+        let stand_in = stand_in(project, index)?;
+        let read = stand_in.as_ref().map_or(index, |stand_in| stand_in.held);
+        let (picture, matte) = (project.frame_picture(read), project.frame_matte(read));
+        let codes = read_picture(&picture).map_err(|e| offer(project, index, e))?;
+        if stand_in.is_some_and(|stand_in| stand_in.is_black) {
+            let (width, height) = codes.0.size();
+            let filmed = FilmedFrame {
+                framing: project.settings.framing.of((width, height)),
+                plate: Image::filled(width, height, [0.0; 3]),
+                mask: Mask::filled(width, height, 0.0),
+            };
+            return Ok((filmed.at_working_size(index, project.settings.size), filmed));
+        }
         let mask = read_matte(&matte)?;
         if codes.0.size() != mask.size() {
             let ((width, height), (wide, high)) = (codes.0.size(), mask.size());
@@ -75,7 +88,7 @@ pub fn picture_size(project: &Project, size: PictureSize) -> Result<(usize, usiz
     if size == PictureSize::Square {
         return Ok((working, working));
     }
-    let plate = dimensions(&project.frame_picture(0))?;
+    let plate = dimensions(&project.frame_picture(readable_frame(project, 0)?))?;
     let side = project.settings.framing.of(plate).side;
     Ok(match size {
         PictureSize::Plate => plate,

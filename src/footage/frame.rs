@@ -1,5 +1,6 @@
 //! One frame of the interview.
 
+use super::damaged::{offer, readable_frame};
 use super::framed;
 use base::error::{Error, Result};
 use imaging::{Image, Mask, Response, resample::resize_area};
@@ -17,16 +18,19 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Reads frame `index` of the project, linearised by `response`.
+    /// Reads frame `index` of the project, linearised by `response`. If its picture cannot be read and the project wants to go on,
+    /// the frame that is held in its place.
     ///
     /// # Errors
     /// When the frame does not exist, or a file cannot be read or has another shape than its matte.
     pub fn load(project: &Project, response: &Response, index: usize) -> Result<Self> {
         Self::check_index(project, index)?;
+        let read = readable_frame(project, index)?;
         Ok(Self {
             index,
-            plate: load_linear(project, &project.frame_picture(index), response)?,
-            mask: load_mask(project, &project.frame_matte(index))?,
+            plate: load_linear(project, &project.frame_picture(read), response)
+                .map_err(|e| offer(project, index, e))?,
+            mask: load_mask(project, &project.frame_matte(read))?,
         })
     }
 

@@ -6,10 +6,15 @@ use super::movement::Movement;
 use super::strokes::Strokes;
 use base::error::{Error, Result};
 use imaging::{Encoded, Mask};
-use matte::{Correction, Key, Seeds, boxed, by_clean_plate, corrected, followed, key, painted};
+use matte::{
+    Correction, Key, Seeds, boxed, by_clean_plate, corrected, followed, guessed, key, painted,
+};
 use project::{Picture, Project};
 use std::path::Path;
 use std::sync::Arc;
+
+/// Says how likely each pixel of a picture shows a person: probabilities at any size.
+pub type FindPerson = Box<dyn Fn(&Encoded) -> Result<Mask> + Send>;
 
 /// A frame follows another if on average its motion may be believed as far as this.
 const LEAST_TRUST: f32 = 0.25;
@@ -19,6 +24,9 @@ pub struct FrameMattes {
     project: Project,
     within: Option<[usize; 4]>,
     plate: Option<Encoded>,
+    person: Option<FindPerson>,
+    /// Whether the person was found that way: then it is the way for all frames.
+    is_guessed: bool,
     /// The screen that the first keyed frame shows.
     pub(super) screen: Option<Key>,
     pub(super) movement: Movement,
@@ -38,6 +46,8 @@ pub struct FrameMatte {
     pub seeds: Seeds,
     /// Whether it follows the matte of a neighbour.
     pub followed: bool,
+    /// Whether it begins with where a person was found.
+    pub guessed: bool,
 }
 
 #[derive(Clone)]
@@ -45,19 +55,26 @@ struct Start {
     picture: Arc<Encoded>,
     /// The matte before strokes, or why there is none.
     matte: std::result::Result<matte::Matte, Arc<Error>>,
+    guessed: bool,
 }
 
 impl FrameMattes {
-    /// Mattes of this project's frames.
+    /// Mattes of this project's frames. Without box, clean plate and screen, `person` says where the person is.
     ///
     /// # Errors
     /// When the clean plate cannot be read.
-    pub fn of(project: &Project, settings: &MatteSettings) -> Result<Self> {
+    pub fn of(
+        project: &Project,
+        settings: &MatteSettings,
+        person: Option<FindPerson>,
+    ) -> Result<Self> {
         let plate = settings.clean_plate.as_deref();
         Ok(Self {
             project: project.clone(),
             within: settings.within,
             plate: plate.map(read_plate).transpose()?,
+            person,
+            is_guessed: false,
             screen: None,
             movement: Movement::of(project.clone()),
             neighbour: None,
@@ -86,7 +103,7 @@ impl FrameMattes {
         let size = picture.0.size();
         let seeds = strokes.seeds(frame, size);
         let mut told = seeds.clone();
-        if let Some(carried) = strokes.carried(frame, size, &mut self.movement)? {
+        if let Some(carried) = strokes.carried(frame, size, &mut self.movement) {
             told.join(&carried.resized(size));
         }
         let named = |e: Error| about(&self.project.frame_picture(frame), e);
@@ -128,6 +145,7 @@ impl FrameMattes {
             matte: found,
             seeds,
             followed: follows,
+            guessed: start.guessed,
         })
     }
 
@@ -155,6 +173,7 @@ impl FrameMattes {
             matte,
             seeds,
             followed: false,
+            guessed: false,
         })
     }
 
@@ -168,14 +187,33 @@ impl FrameMattes {
         let matte = match (&self.plate, self.within) {
             (Some(plate), _) => by_clean_plate(&picture, plate),
             (None, Some(within)) => boxed(&picture, within),
-            (None, None) => keyed(&picture, &mut self.screen),
+            (None, None) => self.found(&picture),
         };
         let start = Start {
             picture: Arc::new(picture),
+            guessed: self.is_guessed && matte.is_ok(),
             matte: matte.map_err(Arc::new),
         };
         self.start = Some((frame, start.clone()));
         Ok(start)
+    }
+}
+
+impl FrameMattes {
+    /// A matte by the screen, or where a person is found. What the first frame shows is the way for all.
+    fn found(&mut self, picture: &Encoded) -> Result<matte::Matte> {
+        let Some(person) = &self.person else {
+            return keyed(picture, &mut self.screen);
+        };
+        if !self.is_guessed {
+            match keyed(picture, &mut self.screen) {
+                Err(Error::Missing { .. }) if self.screen.is_none() => (),
+                told => return told,
+            }
+        }
+        let matte = guessed(picture, person)?;
+        self.is_guessed = true;
+        Ok(matte)
     }
 }
 

@@ -5,7 +5,7 @@ use super::scan::counted;
 use base::error::{Error, Result};
 use base::numbers;
 use imaging::Mask;
-use project::{Framing, Matte, Padding, Project};
+use project::{DamagedFrames, Framing, Matte, Padding, Project};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -28,6 +28,9 @@ pub struct FrameSettings {
     /// What fills the square beyond the pictures' edges.
     #[arg(long, value_enum, default_value_t)]
     pub padding: Padding,
+    /// What is shown in place of an interview frame that cannot be read [default: as it is set; stop in a new project]
+    #[arg(long, value_enum, value_name = "CHOICE")]
+    pub damaged_frames: Option<DamagedFrames>,
 }
 
 /// Left edge, upper edge and side in whole pixels.
@@ -49,6 +52,8 @@ fn square(text: &str) -> std::result::Result<Square, String> {
 pub struct FrameReport {
     pub interview: Framing,
     pub exemplars: Framing,
+    /// What is shown in place of an interview frame that cannot be read.
+    pub damaged_frames: DamagedFrames,
     /// The folders into which the old calibration and network were moved, if there were any.
     pub aside: Vec<PathBuf>,
 }
@@ -61,6 +66,9 @@ impl FrameSettings {
     /// size.
     pub fn run(&self, project: &mut Project) -> Result<FrameReport> {
         project.check_parts()?;
+        if let Some(choice) = self.damaged_frames {
+            project.settings.shoot.damaged_frames = choice;
+        }
         let sizes = [
             dimensions(&project.frame_picture(0))?,
             dimensions(&project.olat_picture(0, 0))?,
@@ -96,6 +104,7 @@ impl FrameSettings {
         Ok(FrameReport {
             interview: framing.of(sizes[0]),
             exemplars: framing.of(sizes[1]),
+            damaged_frames: project.settings.shoot.damaged_frames,
             aside,
         })
     }
@@ -223,6 +232,11 @@ impl FrameReport {
             said(&self.interview),
             said(&self.exemplars)
         );
+        text += match self.damaged_frames {
+            DamagedFrames::Stop => "",
+            DamagedFrames::Hold => ". In place of a damaged frame the one before it is shown",
+            DamagedFrames::Black => ". Damaged frames are black",
+        };
         for folder in &self.aside {
             text += &format!(
                 "\nThe calibration and the network were made with another framing and were moved to {}. Calibrate \

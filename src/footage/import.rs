@@ -12,6 +12,7 @@ use project::{
     self, FORMAT, Frames, Framing, Framings, Matte, Picture, Project, Settings, Shoot, relative,
 };
 use rayon::prelude::*;
+use std::ops::Range;
 use std::path::Path;
 
 /// The settings of an import.
@@ -88,10 +89,17 @@ pub fn plan_import(
             return Err(missing(&shoot.join(folder), what));
         }
     }
-    let (ball, frame_rate) = (
-        manifest.ball(),
-        manifest.frame_rate().or(frame_rate).unwrap_or(24.0),
-    );
+    let ball = manifest.ball();
+    let said = manifest.frame_rate();
+    let frame_rate = frame_rate.or(said).unwrap_or(24.0);
+    // Rounded ones, such as 29.97, are the same.
+    if let Some(said) = said.filter(|said| (said / frame_rate - 1.0).abs() > 5e-4) {
+        progress.say(format!(
+            "{} says {said} frames a second, but the interview's movie has {frame_rate:.3}, which is used: sound and time code \
+             follow it",
+            said_in.display()
+        ));
+    }
     let second_ball = manifest.second_ball(shoot);
     for ball in std::iter::once(&ball).chain(second_ball.as_ref().map(|second| &second.ball)) {
         ball.check().map_err(|e| e.within(&said_in))?;
@@ -147,6 +155,7 @@ pub fn plan_import(
                 lamps,
                 other_lamps: vec![],
                 frames,
+                damaged_frames: manifest.damaged_frames,
                 takes,
                 ball,
                 second_ball,
@@ -246,11 +255,15 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         Frames::Named(names) => 0..names.len(),
         Frames::Clip(_) => 0..1,
     };
-    let pictures = frames.clone().map(|f| project.frame_picture(f)).collect();
-    let frame_size = group("checking frames", pictures)?;
+    let frames = readable(project, frames, progress);
+    if frames.is_empty() {
+        return dimensions(&project.frame_picture(0)).map(|size| [size; 2]);
+    }
+    let pictures = frames.iter().map(|&f| project.frame_picture(f)).collect();
+    let frame_size = group("checking frames", pictures).map_err(|e| or_go_on(project, e))?;
     mattes(
         "interview_masks",
-        frames.map(|f| project.frame_matte(f)).collect(),
+        frames.iter().map(|&f| project.frame_matte(f)).collect(),
         (&project.frame_picture(0), frame_size),
     )?;
     if frame_size != olat_size {
@@ -276,6 +289,37 @@ fn check_pictures(project: &Project, progress: &Progress) -> Result<[(usize, usi
         }
     }
     Ok([frame_size, olat_size])
+}
+
+/// The frames whose headers can be read; all, if the project wants to stop at others.
+fn readable(project: &Project, frames: Range<usize>, progress: &Progress) -> Vec<usize> {
+    if project.settings.shoot.damaged_frames.is_stop() {
+        return frames.collect();
+    }
+    let is_readable = |frame: &usize| match dimensions(&project.frame_picture(*frame)) {
+        Ok(_) => true,
+        Err(error) => {
+            progress.say(format!("Frame {frame} cannot be read: {error}"));
+            false
+        }
+    };
+    frames.into_par_iter().filter(is_readable).collect()
+}
+
+/// What can be done about a frame that cannot be read, if others can be.
+fn or_go_on(project: &Project, error: Error) -> Error {
+    let is_one = matches!(error, Error::Codec { .. } | Error::Io { .. });
+    let all = [0, project.settings.shoot.frames.len() - 1];
+    let mut others = all
+        .map(|frame| dimensions(&project.frame_picture(frame)))
+        .into_iter();
+    if !is_one || !others.any(|size| size.is_ok()) {
+        return error;
+    }
+    error.with_note(
+        "or go on without this frame: write `\"damaged_frames\": \"hold\"` into the manifest to show the frame before it in its \
+         place, or `\"black\"` to show black",
+    )
 }
 
 /// What it costs that sizes are unknown: a ray that is taken for parallel is off by the angle at which the camera sees

@@ -1,12 +1,15 @@
 //! Footage: exemplars and interview frames as linear pictures at the working size, and the import
 //! that finds them.
 
+pub mod candidate;
+mod damaged;
 mod exemplar;
 mod filmed;
 mod frame;
 mod frame_mattes;
 mod framed;
 mod framing;
+pub mod gathered;
 mod import;
 mod lamp_list;
 mod map;
@@ -24,11 +27,14 @@ pub mod strokes;
 mod takes;
 mod tracking;
 
+pub use damaged::{StandIn, offer, readable_frame, stand_in};
 pub use exemplar::{Exemplar, OlatReader};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
-pub use frame_mattes::{FrameMatte, FrameMattes};
-pub use framed::{dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture};
+pub use frame_mattes::{FindPerson, FrameMatte, FrameMattes};
+pub use framed::{
+    cut_picture, dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture,
+};
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
 pub use mattes::{MatteSettings, MattesReport, make_mattes};

@@ -5,7 +5,7 @@ use super::takes::Rounds;
 use base::error::{Error, Result};
 use base::files;
 use glam::Vec3;
-use project::{Clip, Still};
+use project::{Clip, DamagedFrames, Still};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -14,9 +14,14 @@ use std::path::{Path, PathBuf};
 #[serde(deny_unknown_fields)]
 pub struct Map {
     pub name: Option<String>,
-    /// In frames per second; otherwise the interview's movie says it.
+    /// The folder to which all files are relative, relative to the map's own; otherwise that.
+    pub folder: Option<PathBuf>,
+    /// In frames per second, for pictures; a movie says its own.
     pub frame_rate: Option<f64>,
     pub lamps: Option<Lamps>,
+    /// What is shown in place of frames of the interview that cannot be read.
+    #[serde(default)]
+    pub damaged_frames: DamagedFrames,
     interview: Interview,
     #[serde(rename = "pose")]
     poses: Vec<Pose>,

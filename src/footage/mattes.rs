@@ -1,6 +1,7 @@
 //! Mattes that a shoot does not bring, made and kept in the project.
 
-use super::frame_mattes::{FrameMattes, about};
+use super::damaged::{offer, stand_in};
+use super::frame_mattes::{FindPerson, FrameMattes, about};
 use super::framed::{read_matte, read_picture};
 use super::steady::Steady;
 use super::strokes::Strokes;
@@ -56,6 +57,8 @@ pub struct MattesReport {
     /// The share of pixels, over all mattes made, whose coverage had to be worked out from what is around them; None if none
     /// was made.
     pub uncertain: Option<f32>,
+    /// Frames made in which no screen but a network told the person.
+    pub guessed: usize,
     /// Frames made whose own strokes were used.
     pub painted: usize,
     /// Frames made that follow the matte of a neighbour, since nothing else tells their subject.
@@ -78,6 +81,12 @@ impl MattesReport {
         );
         if let (Some(screen), Some([r, g, b])) = (self.screen, self.screen_color) {
             text += &format!("; the screen is {screen} ({r} {g} {b})");
+        }
+        if self.guessed > 0 {
+            text += &format!(
+                "; without a screen, a network found the person in {} frames: look at their mattes",
+                self.guessed
+            );
         }
         if let Some(uncertain) = self.uncertain {
             text += &format!("; {:.1} % of their pixels are edges", 100.0 * uncertain);
@@ -104,13 +113,15 @@ impl MattesReport {
 
 /// Makes the mattes that neither the shoot nor the project has; all of the project's own again if `replace` is set. Those of
 /// the shoot are never touched. A box or a clean plate tells frames from what is behind the person, whatever it is; otherwise
-/// their screen does, and strokes correct them. Where nothing but strokes tells the person, frames follow the painted ones.
+/// their screen does, and without one `person` says where the person is. Strokes correct all of these. Where nothing but strokes
+/// tells the person, frames follow the painted ones.
 ///
 /// # Errors
 /// When a picture cannot be read or its matte cannot be told or written, or the person stops; mattes made before are kept.
 pub fn make_mattes(
     root: &Path,
     settings: &MatteSettings,
+    person: Option<FindPerson>,
     progress: &Progress,
 ) -> Result<MattesReport> {
     let project = Project::open(root)?;
@@ -122,6 +133,7 @@ pub fn make_mattes(
         screen: None,
         screen_color: None,
         uncertain: None,
+        guessed: 0,
         painted: 0,
         followed: 0,
         painted_kept: 0,
@@ -129,7 +141,14 @@ pub fn make_mattes(
         flicker_before: None,
     };
     let mut uncertain = 0.0;
-    frames(&project, settings, progress, &mut report, &mut uncertain)?;
+    let mattes = FrameMattes::of(&project, settings, person)?;
+    frames(
+        &project,
+        (settings, mattes),
+        progress,
+        &mut report,
+        &mut uncertain,
+    )?;
     poses(&project, settings, progress, &mut report, &mut uncertain)?;
     let made = report.frames + report.poses;
     report.uncertain = (made > 0).then(|| uncertain / made as f32);
@@ -156,7 +175,7 @@ fn step(progress: &Progress, project: &Project, item: usize) -> Result<()> {
 
 fn frames(
     project: &Project,
-    settings: &MatteSettings,
+    (settings, mut mattes): (&MatteSettings, FrameMattes),
     progress: &Progress,
     report: &mut MattesReport,
     uncertain: &mut f32,
@@ -175,7 +194,6 @@ fn frames(
     let Some(first) = wanted.iter().position(|wanted| *wanted) else {
         return Ok(());
     };
-    let mut mattes = FrameMattes::of(project, settings)?;
     // Where only strokes tell the subject, frames follow those that were painted: first on from them, then back.
     let telling = painted.iter().find(|frame| strokes.tell_both(**frame));
     let start = match telling.or(painted.first()) {
@@ -196,9 +214,17 @@ fn frames(
             }
             continue;
         }
-        let made = step(progress, project, done).and_then(|()| mattes.of_frame(frame, &strokes));
+        let made = step(progress, project, done).and_then(|()| {
+            if let Some(stand_in) = stand_in(project, frame)? {
+                progress.say(stand_in.sentence);
+                return Ok(None);
+            }
+            let made = mattes.of_frame(frame, &strokes);
+            made.map(Some).map_err(|e| offer(project, frame, e))
+        });
         let made = match made {
-            Ok(made) => made,
+            Ok(Some(made)) => made,
+            Ok(None) => continue,
             Err(e) => {
                 // What was found before is kept.
                 steady.finish(&mut mattes.movement)?;
@@ -212,6 +238,7 @@ fn frames(
         report.frames += 1;
         report.painted += usize::from(painted.contains(&frame));
         report.followed += usize::from(made.followed);
+        report.guessed += usize::from(made.guessed);
         *uncertain += made.matte.uncertain;
         steady.push(frame, made, &mut mattes.movement)?;
     }

@@ -325,3 +325,108 @@ fn a_stage_that_is_filmed_is_imported_from_its_movies() {
         }
     }
 }
+
+#[test]
+fn a_movie_is_the_interview_of_what_lies_beside_it_or_says_what_is_missing() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let silent = Progress::silent();
+    let stage = StageSettings {
+        frames: 3,
+        size: 32,
+        lamps: LAMPS,
+        written_as: WrittenAs::Movies,
+        trouble: TroubleSettings {
+            tracking: Some(3),
+            ..TroubleSettings::default()
+        },
+        ..StageSettings::default()
+    };
+    let shoot = folder.path().join("card");
+    write_shoot(&shoot, &stage, &silent).unwrap();
+    // As a camera names it, at another rate than the manifest says.
+    let movie = shoot.join("A001_C003.mov");
+    let status = Command::new("ffmpeg")
+        .args(["-v", "error", "-r", "30000/1001", "-i"])
+        .arg(shoot.join("interview.mov"))
+        .args(["-an", "-c:v", "prores_ks"])
+        .arg(&movie)
+        .status();
+    assert!(status.unwrap().success());
+    std::fs::remove_file(shoot.join("interview.mov")).unwrap();
+    let said = std::sync::Mutex::new(String::new());
+    let sink = |report| {
+        if let base::progress::Report::Say(sentence) = report {
+            said.lock().unwrap().push_str(&sentence);
+        }
+    };
+    let progress = Progress::new(&sink, base::progress::Control::default());
+    let film = import(&folder.path().join("film"), &movie, &SETTINGS, &progress).unwrap();
+    assert_eq!(film.settings.shoot.frames.len(), 3);
+    assert_eq!(film.frame_picture(0).file().file_name(), movie.file_name());
+    let rate = film.settings.shoot.frame_rate;
+    assert!((rate - 30000.0 / 1001.0).abs() < 1e-6, "{rate}");
+    let said = said.into_inner().unwrap();
+    assert!(said.contains("24") && said.contains("29.970"), "{said}");
+    Frame::load(&film, &Response::Srgb, 2).unwrap();
+
+    let alone = folder.path().join("alone.mov");
+    std::fs::copy(&movie, &alone).unwrap();
+    let refused = import(&folder.path().join("no"), &alone, &SETTINGS, &silent).unwrap_err();
+    let refused = refused.to_string();
+    for word in [
+        "alone.mov",
+        "exemplars/",
+        "probes.mov",
+        "New project",
+        "docs/movies.md",
+    ] {
+        assert!(refused.contains(word), "{refused}");
+    }
+    assert!(!folder.path().join("no").exists());
+    shown!(
+        Strangers,
+        "A movie alone is given as a shoot",
+        danger: "words about a folder that is none",
+        done: "poses and balls that lie beside it make it an interview; otherwise a sentence says what is missing",
+    );
+    shown!(
+        Strangers,
+        "A manifest says another frame rate than the interview's movie",
+        danger: "sound and time code of an export drift from the pictures",
+        done: "the movie's rate counts, and the difference is said at import",
+    );
+}
+
+#[test]
+fn an_interview_of_exr_pictures_is_imported() {
+    let folder = tempfile::tempdir().unwrap();
+    let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
+    stage(&shoot);
+    let files = import(&folder.path().join("files"), &shoot, &SETTINGS, &silent).unwrap();
+    let plain = Frame::load(&files, &Response::Srgb, 2).unwrap();
+    for (frame, path) in interview(&shoot).into_iter().enumerate() {
+        let light = Response::Srgb.decode(&imaging::file::read_encoded(&path).unwrap());
+        imaging::file::write_exr(
+            &path.with_file_name(format!("A.{}.exr", 1001 + frame)),
+            &light,
+        )
+        .unwrap();
+        std::fs::remove_file(path).unwrap();
+        let mask =
+            |digits: usize| shoot.join(format!("interview_masks/frame_{frame:0digits$}.png"));
+        std::fs::rename(mask(3), mask(6)).unwrap();
+    }
+    let exr = import(&folder.path().join("exr"), &shoot, &SETTINGS, &silent).unwrap();
+    let light = Frame::load(&exr, &Response::Srgb, 2).unwrap();
+    let off = light
+        .plate
+        .pixels
+        .iter()
+        .flatten()
+        .zip(plain.plate.pixels.iter().flatten());
+    let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(off < 1e-3 && light.mask == plain.mask, "{off}");
+}

@@ -37,18 +37,63 @@ impl Parts {
             return Self::of_map(shoot, progress);
         }
         if shoot.is_file() {
-            return Err(Error::invalid(
-                format!("{} alone is no shoot", shoot.display()),
-                "A shoot also has poses under single lamps and mirror balls. If they are all in this movie, say which \
-                 frames are what in a TOML map, and give that: docs/movies.md has one to start from",
-            ));
+            return Self::of_interview(shoot, progress);
         }
-        Self::of_folder(shoot, progress)
+        Self::of_folder(
+            shoot,
+            Manifest::read(shoot)?,
+            Listing::read(shoot)?,
+            progress,
+        )
     }
 
-    fn of_folder(shoot: &Path, progress: &Progress) -> Result<Self> {
-        let manifest = Manifest::read(shoot)?;
-        let mut listing = Listing::read(shoot)?;
+    /// A movie is the interview of the shoot in its folder.
+    fn of_interview(movie: &Path, progress: &Progress) -> Result<Self> {
+        let parent = movie
+            .parent()
+            .filter(|parent| !parent.as_os_str().is_empty());
+        let folder = parent.unwrap_or(Path::new("."));
+        let beside = Listing::present(folder);
+        let lacks = [
+            (
+                beside.poses.is_empty(),
+                "exemplars/ with each pose under each single lamp",
+            ),
+            (
+                beside.ball_movie.is_none() && !folder.join("probes").is_dir(),
+                "probes.mov or probes/ with the mirror ball under each lamp",
+            ),
+        ];
+        let lacks: Vec<&str> = lacks
+            .into_iter()
+            .filter_map(|(lacks, what)| lacks.then_some(what))
+            .collect();
+        if !lacks.is_empty() {
+            return Err(Error::missing(
+                format!(
+                    "{} alone is no shoot: beside it there is no {}",
+                    movie.display(),
+                    lacks.join(", and no ")
+                ),
+                "Put that into its folder, bring all files to the studio's page New project, or say in a TOML map which \
+                 files and frames are what: docs/movies.md has one to start from",
+            ));
+        }
+        // A camera's folder has none.
+        let manifest = match folder.join(super::shoot::MANIFEST).exists() {
+            true => Manifest::read(folder)?,
+            false => Manifest::default(),
+        };
+        let listing = Listing::with_interview(folder, movie)?;
+        Self::of_folder(folder, manifest, listing, progress)
+    }
+
+    fn of_folder(
+        shoot: &Path,
+        manifest: Manifest,
+        mut listing: Listing,
+        progress: &Progress,
+    ) -> Result<Self> {
         let mut takes = Takes::default();
         let list = lamp_list_of(shoot)?;
         let known = (!listing.lamps.is_empty()).then_some(listing.lamps.len());
@@ -107,7 +152,11 @@ impl Parts {
         let parent = path
             .parent()
             .filter(|parent| !parent.as_os_str().is_empty());
-        let folder = parent.unwrap_or(Path::new(".")).to_path_buf();
+        let folder = parent.unwrap_or(Path::new("."));
+        let folder = map
+            .folder
+            .as_ref()
+            .map_or(folder.to_path_buf(), |other| folder.join(other));
         let (mut lamps, directions) = map.lamps(&folder)?;
         let balls = map.balls();
         let expected = (!lamps.is_empty()).then_some(lamps.len());
@@ -139,6 +188,7 @@ impl Parts {
         let manifest = Manifest {
             name: map.name.or_else(|| Some(name_of(&path.with_extension("")))),
             frame_rate: map.frame_rate,
+            damaged_frames: map.damaged_frames,
             camera,
             probes,
             ..Manifest::default()

@@ -63,7 +63,7 @@ pub fn scan(folder: &Path) -> Scan {
         }
     };
     let rate = manifest.as_ref().ok().and_then(Manifest::frame_rate);
-    let rate = rate.or(listing.frame_rate).unwrap_or(24.0);
+    let rate = listing.frame_rate.or(rate).unwrap_or(24.0);
     let lines = vec![
         manifest_line(folder, &manifest, &listing),
         interview(&listing, picture.as_ref(), rate),

@@ -3,7 +3,7 @@
 use base::error::{Error, Result};
 use base::files;
 use glam::Vec3;
-use project::{Ball, Clip, Frames, NamedEnvironment, SecondBall, Shoot};
+use project::{Ball, Clip, DamagedFrames, Frames, NamedEnvironment, SecondBall, Shoot};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -47,6 +47,9 @@ pub struct Manifest {
     pub olat_conditions: Option<usize>,
     #[serde(default)]
     pub frames: Option<usize>,
+    /// What is shown in place of frames of the interview that cannot be read: `stop`, `hold` or `black`.
+    #[serde(default)]
+    pub damaged_frames: DamagedFrames,
 }
 
 /// When the subject was photographed fully lit while the lamps went round.
@@ -201,16 +204,24 @@ impl Listing {
     /// # Errors
     /// When one of its folders or movies cannot be read.
     pub fn read(shoot: &Path) -> Result<Self> {
-        Self::list(shoot, true)
+        Self::list(shoot, None, true)
+    }
+
+    /// Lists the shoot in folder `shoot`, whose interview is the movie `interview` in it.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn with_interview(shoot: &Path, interview: &Path) -> Result<Self> {
+        Self::list(shoot, Some(name_of(interview).into()), true)
     }
 
     /// Lists a shoot that may lack folders.
     pub fn present(shoot: &Path) -> Self {
-        Self::list(shoot, false).unwrap_or_default()
+        Self::list(shoot, None, false).unwrap_or_default()
     }
 
     /// `all`: whether a folder that cannot be read is an error; otherwise it counts as empty.
-    fn list(shoot: &Path, all: bool) -> Result<Self> {
+    fn list(shoot: &Path, interview: Option<PathBuf>, all: bool) -> Result<Self> {
         let judged = |names: Result<Vec<String>>| match names {
             Err(_) if !all => Ok(vec![]),
             names => names,
@@ -245,7 +256,8 @@ impl Listing {
             None => judged(png_names(&shoot.join("probes")))?,
         };
         lamps.extend(probes.into_iter().filter(|name| name != "interview"));
-        let (frames, frame_rate) = match clip(shoot, "interview") {
+        let interview = interview.or_else(|| clip_named(shoot, "interview"));
+        let (frames, frame_rate) = match interview.map(|movie| clip(shoot, movie)) {
             Some(Ok((clip, rate))) => (Frames::Clip(clip), rate),
             Some(Err(e)) if all => return Err(e),
             _ => (judged(png_names(&shoot.join("interview")))?.into(), None),
@@ -262,28 +274,27 @@ impl Listing {
     }
 }
 
-/// The movie `name.mov` (or another ending) in a shoot's folder, or the folder `name` of pictures other than PNG, as a whole,
-/// with its frames per second if it says them; `None` if there is neither.
-fn clip(shoot: &Path, name: &str) -> Option<Result<(Clip, Option<f64>)>> {
-    let folder = shoot.join(name);
-    let movie = match movie_named(shoot, name) {
-        Some(movie) => movie,
-        None => {
-            let is_other = png_names(&folder).is_ok_and(|names| names.is_empty());
-            let has_pictures = || movies::open(&folder).is_ok();
-            (folder.is_dir() && is_other && has_pictures()).then(|| name.into())?
-        }
+/// The movie `name.mov` (or another ending) in a shoot's folder, or the folder `name` of pictures other than PNG; `None` if there
+/// is neither.
+fn clip_named(shoot: &Path, name: &str) -> Option<PathBuf> {
+    movie_named(shoot, name).or_else(|| {
+        let folder = shoot.join(name);
+        let is_other = png_names(&folder).is_ok_and(|names| names.is_empty());
+        let has_pictures = || movies::open(&folder).is_ok();
+        (folder.is_dir() && is_other && has_pictures()).then(|| name.into())
+    })
+}
+
+/// All of a movie or sequence in a shoot's folder, with its frames per second if it says them.
+fn clip(shoot: &Path, movie: PathBuf) -> Result<(Clip, Option<f64>)> {
+    let source = movies::open(&shoot.join(&movie))?;
+    let clip = Clip {
+        movie,
+        first: source.first(),
+        count: source.count()?,
+        alpha: source.has_alpha(),
     };
-    let opened = movies::open(&shoot.join(&movie)).and_then(|source| {
-        let clip = Clip {
-            movie,
-            first: source.first(),
-            count: source.count()?,
-            alpha: source.has_alpha(),
-        };
-        Ok((clip, source.frame_rate()))
-    });
-    Some(opened)
+    Ok((clip, source.frame_rate()))
 }
 
 /// The movie `name.mov`, or with another ending, in a shoot's folder.

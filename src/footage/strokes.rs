@@ -131,20 +131,18 @@ impl Strokes {
     /// What the strokes on the frames around one say of it: each is carried along with the picture, says less with every
     /// frame and where the motion is in doubt, and is silent [`REACH`] frames away. At the size at which motion is looked for;
     /// None if nothing is near. `size` is that of the frames.
-    ///
-    /// # Errors
-    /// When a frame cannot be read.
     pub(super) fn carried(
         &self,
         frame: usize,
         size: (usize, usize),
         movement: &mut Movement,
-    ) -> Result<Option<Seeds>> {
+    ) -> Option<Seeds> {
         let near = self.frames().into_iter();
         let near = near.filter(|&other| other != frame && other.abs_diff(frame) <= REACH);
         let mut all: Option<Seeds> = None;
         for other in near {
-            let Some(flow) = movement.between(frame, other)? else {
+            // A frame that cannot be read is named when its own matte is made.
+            let Ok(Some(flow)) = movement.between(frame, other) else {
                 continue;
             };
             let there = self.seeds(other, size);
@@ -161,7 +159,7 @@ impl Strokes {
                 None => all = Some(here),
             }
         }
-        Ok(all.filter(|all| !all.is_empty()))
+        all.filter(|all| !all.is_empty())
     }
 }
 

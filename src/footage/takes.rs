@@ -119,7 +119,7 @@ impl Rounds {
 const MOST_SEARCHED: u64 = 100_000;
 
 /// Mean light of a frame, as if it were encoded as sRGB.
-fn mean_light(source: &Source, frame: u64) -> Result<f32> {
+pub(super) fn mean_light(source: &Source, frame: u64) -> Result<f32> {
     let picture = source.frame(frame)?.encoded().0;
     // Every third pixel of every third row tells as much.
     let (width, height) = picture.size();

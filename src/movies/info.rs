@@ -1,5 +1,6 @@
 //! What a movie's header says, and what that means for its frames.
 
+use super::movie::{raw, raw_tag};
 use super::process::{self, Tools};
 use base::error::{Error, Result};
 use imaging::file::MAX_PIXELS;
@@ -59,6 +60,7 @@ struct Stream {
     index: usize,
     codec_type: Option<String>,
     codec_name: Option<String>,
+    codec_tag_string: Option<String>,
     width: Option<usize>,
     height: Option<usize>,
     sample_aspect_ratio: Option<String>,
@@ -129,6 +131,14 @@ impl Info {
         };
         let video = listing.streams.iter().find(is_video);
         let video = video.ok_or_else(|| refuse("it holds no pictures"))?;
+        let is_known = video
+            .codec_name
+            .as_deref()
+            .is_some_and(|name| name != "unknown");
+        let tag = video.codec_tag_string.as_deref().filter(|_| !is_known);
+        if let Some(program) = tag.and_then(raw_tag) {
+            return Err(raw(path, program));
+        }
         Self::of(video, &listing).map_err(|cause| refuse(&cause))
     }
 

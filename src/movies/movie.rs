@@ -6,6 +6,7 @@ use super::process::Tools;
 use super::reader::Reader;
 use super::{Pixels, cache};
 use base::error::{Error, Result};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -99,7 +100,7 @@ impl Movie {
         let found = self.find(frame)?;
         match found {
             Found::Frame(pixels) => Ok(pixels),
-            Found::Missing(words) => Err(self.failed(frame, &words)),
+            Found::Missing { words, .. } => Err(self.failed(frame, &words)),
             // The header's even steps were a lie.
             Found::Elsewhere => {
                 *locked(&self.index) =
@@ -108,7 +109,7 @@ impl Movie {
                 locked(&self.readers).clear();
                 match self.find(frame)? {
                     Found::Frame(pixels) => Ok(pixels),
-                    Found::Missing(words) => Err(self.failed(frame, &words)),
+                    Found::Missing { words, .. } => Err(self.failed(frame, &words)),
                     Found::Elsewhere => {
                         Err(self.failed(frame, "it is not where the file's index says"))
                     }
@@ -134,7 +135,7 @@ impl Movie {
             "decode",
             &self.path,
             format!("frame {frame} is missing or damaged ({words})"),
-            "Replace the file, or import without this frame",
+            "Replace the file",
         )
     }
 
@@ -156,10 +157,17 @@ impl Movie {
             None => self.start(&index, frame, time, true)?,
         };
         let mut found = self.advance(&mut reader, &index, frame, time)?;
-        // A seek may have come too late: from the file's start nothing is missed.
-        if let (Found::Missing(_), true) = (&found, index.key_before(frame)?.is_some()) {
-            reader = self.start(&index, frame, time, false)?;
+        // A seek may have come too late: it starts further back.
+        if let (Found::Missing { .. }, true) = (&found, index.key_before(frame)?.is_some()) {
+            let earlier = frame.saturating_sub(FORWARD);
+            let from = index.time(earlier)?.unwrap_or(time);
+            reader = self.start(&index, earlier, from, true)?;
             found = self.advance(&mut reader, &index, frame, time)?;
+            // From the file's start nothing is missed, but that may take hours, and whole pictures need no others.
+            if matches!(found, Found::Missing { is_sure: false, .. } if !self.info.is_intra) {
+                reader = self.start(&index, frame, time, false)?;
+                found = self.advance(&mut reader, &index, frame, time)?;
+            }
         }
         if let Found::Frame(_) = found {
             let mut readers = locked(&self.readers);
@@ -188,7 +196,13 @@ impl Movie {
 
     /// Decodes on until the frame that is shown at `time`.
     fn advance(&self, reader: &mut Reader, index: &Index, frame: u64, time: i64) -> Result<Found> {
+        let mut is_sure = false;
+        let missing = |words: &str, is_sure| Found::Missing {
+            words: words.to_owned(),
+            is_sure,
+        };
         while let Some(decoded) = reader.frame()? {
+            is_sure |= decoded.time < time;
             // Frames that the decoder left out are passed.
             while reader.next <= frame
                 && index
@@ -204,13 +218,13 @@ impl Movie {
                 if decoded.time < time {
                     continue;
                 }
-                return Ok(Found::Missing("later frames follow".to_owned()));
+                return Ok(missing("later frames follow", is_sure));
             }
             let number = reader.next;
             reader.next += 1;
             if decoded.is_damaged {
                 if number == frame {
-                    return Ok(Found::Missing("its data are damaged".to_owned()));
+                    return Ok(missing("its data are damaged", true));
                 }
                 continue;
             }
@@ -220,11 +234,11 @@ impl Movie {
                 std::cmp::Ordering::Less => {}
                 std::cmp::Ordering::Equal => return Ok(Found::Frame(pixels)),
                 std::cmp::Ordering::Greater => {
-                    return Ok(Found::Missing("later frames follow".to_owned()));
+                    return Ok(missing("later frames follow", is_sure));
                 }
             }
         }
-        Ok(Found::Missing(reader.words()))
+        Ok(missing(&reader.words(), is_sure))
     }
 }
 
@@ -236,7 +250,11 @@ impl Drop for Movie {
 
 enum Found {
     Frame(Arc<Pixels>),
-    Missing(String),
+    /// The decoder's words; and whether it is sure, since a frame before it was decoded.
+    Missing {
+        words: String,
+        is_sure: bool,
+    },
     /// Frames are not where the header says.
     Elsewhere,
 }
@@ -252,21 +270,26 @@ pub(crate) fn replaced(path: &Path) -> Error {
     )
 }
 
-/// Refuses files that only their makers' programs read.
-fn refuse_raw(path: &Path) -> Result<()> {
-    let extension = path
-        .extension()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .to_lowercase();
-    let program = match &*extension {
-        "r3d" => "REDCINE-X PRO",
-        "braw" => "DaVinci Resolve or Blackmagic RAW Player",
-        "ari" | "arx" => "the ARRI Reference Tool",
+/// The program that reads a camera's raw files, by their name's ending; `None` if it is none of those.
+pub(crate) fn raw_program(path: &Path) -> Option<&'static str> {
+    let extension = path.extension().unwrap_or_default();
+    Some(match &*extension.to_string_lossy().to_lowercase() {
+        "r3d" => RED,
+        "braw" => BLACKMAGIC,
+        "ari" | "arx" => ARRI,
         "crm" => "Canon Cinema RAW Development",
-        _ => return Ok(()),
-    };
-    Err(Error::invalid(
+        "dng" => "DaVinci Resolve",
+        _ => return None,
+    })
+}
+
+const RED: &str = "REDCINE-X PRO";
+const BLACKMAGIC: &str = "DaVinci Resolve or Blackmagic RAW Player";
+const ARRI: &str = "the ARRI Reference Tool";
+
+/// Why a camera's raw movie is not read, and what to do.
+pub(crate) fn raw(path: &Path, program: &str) -> Error {
+    Error::invalid(
         format!(
             "{} is a camera's raw movie, which only its maker's programs read",
             path.display()
@@ -274,5 +297,35 @@ fn refuse_raw(path: &Path) -> Result<()> {
         format!(
             "Transcode it with {program} to ProRes 4444 or to a sequence of 16-bit TIFF or DPX, then import that"
         ),
-    ))
+    )
+}
+
+/// Refuses files that only their makers' programs read, by their names or first bytes.
+fn refuse_raw(path: &Path) -> Result<()> {
+    let mut head = [0; 8];
+    let file = base::files::open(path).map_err(|e| {
+        Error::io(
+            "open",
+            path,
+            e,
+            "Check that the movie is there and can be read",
+        )
+    })?;
+    // Shorter files are no raw ones.
+    let _ = { file }.read_exact(&mut head);
+    let program = match (&head[..4], &head[4..]) {
+        (_, b"RED1" | b"RED2") => Some(RED),
+        (b"ARRI", _) => Some(ARRI),
+        _ => raw_program(path),
+    };
+    program.map_or(Ok(()), |program| Err(raw(path, program)))
+}
+
+/// The program that reads a movie whose pictures ffmpeg does not know, by their tag, if it is a camera's raw one.
+pub(crate) fn raw_tag(tag: &str) -> Option<&'static str> {
+    match tag {
+        "aprn" | "aprh" => Some("Final Cut Pro or Compressor"),
+        // Blackmagic RAW has one for each compression, such as brxq.
+        _ => tag.starts_with("br").then_some(BLACKMAGIC),
+    }
 }

@@ -1,9 +1,11 @@
 //! A sequence of pictures: files whose names differ by a number, or all pictures of a folder.
 
+use super::movie::{raw, raw_program};
 use super::process::Tools;
 use super::{Movie, Pixels};
 use base::error::{Error, Result};
 use imaging::file::{self, Codes};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -120,6 +122,9 @@ impl Sequence {
         };
         let first = sequence.first();
         let Some(first) = first else {
+            if let Some((file, program)) = raw_in(path) {
+                return Err(raw(&file, program));
+            }
             return Err(Error::missing(
                 format!("there is no picture {}", path.display()),
                 "Name a folder of pictures, one of them, or a pattern such as shot.%04d.exr",
@@ -207,6 +212,12 @@ impl Sequence {
                 let pixels = Movie::open(&file, &self.tools)?.frame(0)?;
                 return Ok(pixels);
             }
+            "exr" => file::read_codes(&file).map_err(|e| match is_known(&file) {
+                true => e,
+                false => e.with_note(
+                    "if its compression is newer than OpenEXR 2, write it again: oiiotool IN.exr --compression zip -o OUT.exr",
+                ),
+            })?,
             _ => file::read_codes(&file)?,
         };
         Ok(Arc::new(Pixels {
@@ -215,6 +226,28 @@ impl Sequence {
             codes,
         }))
     }
+}
+
+/// Whether an EXR says that it is compressed by a method of OpenEXR 2, or cannot be asked.
+fn is_known(path: &Path) -> bool {
+    const NAME: &[u8] = b"compression\0compression\0";
+    let mut head = Vec::new();
+    let Ok(file) = base::files::open(path) else {
+        return true;
+    };
+    // Headers are short, but for those with pictures in them.
+    let _ = file.take(1 << 16).read_to_end(&mut head);
+    let at = head.windows(NAME.len()).position(|part| part == NAME);
+    // The value follows its size; 9 is DWAB.
+    let method = at.and_then(|at| head.get(at + NAME.len() + 4));
+    method.is_none_or(|&method| method <= 9)
+}
+
+/// A camera's raw file in a folder, and the program that reads it.
+fn raw_in(folder: &Path) -> Option<(PathBuf, &'static str)> {
+    let entries = std::fs::read_dir(folder).ok()?.flatten();
+    let mut raw = entries.filter_map(|entry| Some((entry.path(), raw_program(&entry.path())?)));
+    raw.next()
 }
 
 /// The folder of a sequence and its files.

@@ -1,5 +1,6 @@
 //! Movies made by ffmpeg whose frames show their own numbers.
 
+mod stills;
 mod strange;
 
 use super::*;

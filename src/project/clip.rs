@@ -32,6 +32,26 @@ pub struct Clip {
     pub alpha: bool,
 }
 
+/// What is shown in place of an interview frame that cannot be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum DamagedFrames {
+    /// Nothing: work stops and names the frame.
+    #[default]
+    Stop,
+    /// The frame before it; at the interview's start the one after it.
+    Hold,
+    /// Black, without the subject. Calibration and training see the frame before it.
+    Black,
+}
+
+impl DamagedFrames {
+    /// Whether work stops.
+    pub fn is_stop(&self) -> bool {
+        *self == Self::Stop
+    }
+}
+
 /// Frames of a movie or sequence that show one thing under each lamp alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -27,7 +27,7 @@ mod pictures;
 mod sealed;
 mod shoot;
 
-pub use clip::{Clip, Frames, Still, Take, Takes};
+pub use clip::{Clip, DamagedFrames, Frames, Still, Take, Takes};
 pub use environments::{EnvironmentChange, KnownEnvironment, NamedEnvironment, free_name};
 pub use framing::{Framing, Framings, Padding};
 pub use lock::Lock;
@@ -93,6 +93,7 @@ impl Project {
                     lamps: vec![],
                     other_lamps: vec![],
                     frames: vec![].into(),
+                    damaged_frames: DamagedFrames::Stop,
                     takes: Takes::default(),
                     ball: Ball {
                         center_px: [8.0; 2],

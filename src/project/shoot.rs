@@ -1,6 +1,6 @@
 //! What a shoot's folder holds, and its mirror balls.
 
-use super::{Frames, NamedEnvironment, Takes};
+use super::{DamagedFrames, Frames, NamedEnvironment, Takes};
 use base::error::{Error, Result};
 use base::files;
 use glam::Vec3;
@@ -26,6 +26,9 @@ pub struct Shoot {
     pub other_lamps: Vec<String>,
     /// The interview's frames.
     pub frames: Frames,
+    /// What is shown in place of a frame that cannot be read.
+    #[serde(default, skip_serializing_if = "DamagedFrames::is_stop")]
+    pub damaged_frames: DamagedFrames,
     /// Poses and mirror balls that are frames of movies.
     #[serde(default, skip_serializing_if = "Takes::is_empty")]
     pub takes: Takes,

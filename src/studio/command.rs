@@ -10,6 +10,7 @@ use super::training::TrainChoice;
 use super::wizard::Plan;
 use calibration::{Circle, Trial};
 use evaluation::review::MarkedOlat;
+use footage::candidate::Slot;
 use footage::{BrushSide, Stroke};
 use light::Lighting;
 use light::conventions::Front;
@@ -259,6 +260,8 @@ pub enum ProjectCommand {
     New(Option<PathBuf>),
     /// Change the plan for a project; None gives it up.
     Plan(Option<Box<Plan>>),
+    /// Bring files or folders of a shoot to the plan, as parts of this kind or as they are guessed.
+    Bring(Vec<PathBuf>, Option<Slot>),
     /// Make the planned project and open it.
     Make,
     /// Make the demo in this folder and open its project.
@@ -293,6 +296,8 @@ pub enum Dialog {
     Project,
     /// The shoot of a new project.
     Shoot,
+    /// A movie of a new project's shoot.
+    ShootPart(Slot),
     /// The folder of a new project.
     ProjectFolder,
     /// Where the open project's shoot is now.

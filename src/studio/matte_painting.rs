@@ -271,7 +271,11 @@ fn found(
 ) -> Result<Found> {
     let mattes = match mattes {
         Some(mattes) => mattes,
-        None => mattes.insert(FrameMattes::of(project, &MatteSettings::default())?),
+        None => mattes.insert(FrameMattes::of(
+            project,
+            &MatteSettings::default(),
+            Some(worker::find_person()?),
+        )?),
     };
     let found = mattes.of_painted(request.frame, &request.strokes)?;
     Ok((overlay(&found.matte.mask), found.matte.uncertain))

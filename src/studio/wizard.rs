@@ -2,7 +2,10 @@
 
 use base::error::Error;
 use footage::ImportSettings;
+use footage::candidate::{Candidate, Slot, expand};
+use footage::gathered;
 use footage::scan::{Line, Scan, scan};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use worker::{Job, Lookup};
 
@@ -19,6 +22,18 @@ pub struct Plan {
     pub size: usize,
     /// How many of the lamps to use; None for all.
     pub lamps: Option<usize>,
+    /// Files and folders that the person brought one by one, in place of a shoot's folder.
+    pub parts: Vec<PlannedPart>,
+}
+
+/// A file or folder that a person brought.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedPart {
+    pub path: PathBuf,
+    /// What the person says that it is; None as it is guessed.
+    pub slot: Option<Slot>,
+    /// It was dropped just now: where the pointer is next says what it is.
+    pub is_landing: bool,
 }
 
 impl Default for Plan {
@@ -29,6 +44,7 @@ impl Default for Plan {
             name: String::new(),
             size: 128,
             lamps: None,
+            parts: vec![],
         }
     }
 }
@@ -46,11 +62,30 @@ impl Plan {
     pub fn root(&self) -> Option<PathBuf> {
         let typed = typed(&self.folder);
         let beside = || {
-            let shoot = self::typed(&self.shoot)?;
+            let part = || Some(self.parts.first()?.path.parent()?.to_path_buf());
+            let shoot = self::typed(&self.shoot).or_else(part)?;
             let name = shoot.file_name()?.to_string_lossy().into_owned();
             Some(shoot.with_file_name(format!("{name}-project")))
         };
         typed.or_else(beside)
+    }
+
+    /// Adds files and folders, as what they are said or guessed to be. Those that are there already stay as they are.
+    pub fn bring(&mut self, paths: Vec<PathBuf>, slot: Option<Slot>, is_landing: bool) {
+        for path in paths {
+            if !self.parts.iter().any(|part| part.path == path) {
+                self.parts.push(PlannedPart {
+                    path,
+                    slot,
+                    is_landing,
+                });
+            }
+        }
+    }
+
+    /// Whether the shoot is gathered part by part.
+    pub fn is_gathered(&self) -> bool {
+        typed(&self.shoot).is_none() && !self.parts.is_empty()
     }
 }
 
@@ -93,7 +128,30 @@ pub struct Wizard {
     /// The folder that was asked for last.
     asked: Option<PathBuf>,
     lookup: Option<Lookup<PathBuf, Scan>>,
+    /// What brought files turned out to be.
+    candidates: HashMap<PathBuf, Candidate>,
+    /// The file that is looked at.
+    looking: Option<PathBuf>,
+    looks: Option<Lookup<PathBuf, Vec<Candidate>>>,
 }
+
+/// A brought file, and what is known of it.
+#[derive(Clone, Copy)]
+pub struct Brought<'a> {
+    pub part: &'a PlannedPart,
+    /// None while it is looked at.
+    pub candidate: Option<&'a Candidate>,
+}
+
+impl Brought<'_> {
+    /// What it is: as it is said, or guessed.
+    pub fn slot(&self) -> Option<Slot> {
+        self.part.slot.or_else(|| self.candidate?.guess)
+    }
+}
+
+/// Where the map of gathered parts is kept in the project's folder.
+pub const MAP: &str = "shoot.toml";
 
 impl Wizard {
     /// The plan; None if no project is planned.
@@ -107,16 +165,54 @@ impl Wizard {
         self.scan.as_ref().filter(|scan| scan.folder == shoot)
     }
 
+    /// The files that were brought.
+    pub fn brought(&self) -> impl Iterator<Item = Brought<'_>> {
+        let parts = self.plan.iter().flat_map(|plan| &plan.parts);
+        parts.map(|part| Brought {
+            part,
+            candidate: self.candidates.get(&part.path),
+        })
+    }
+
+    /// Those of them of which it is known what they are.
+    pub fn gathered(&self) -> Vec<(Slot, &Candidate)> {
+        self.brought()
+            .filter_map(|one| Some((one.slot()?, one.candidate?)))
+            .collect()
+    }
+
+    /// What gathered parts amount to, as if they were a scanned folder; None if there is no interview yet.
+    pub fn gathered_scan(&self) -> Option<Scan> {
+        let parts = self.gathered();
+        let interview = parts.iter().find(|(slot, _)| *slot == Slot::Interview)?.1;
+        let folder = interview
+            .path
+            .parent()
+            .unwrap_or(Path::new(""))
+            .to_path_buf();
+        Some(Scan {
+            name: gathered::name(&parts).unwrap_or_default(),
+            folder,
+            lines: vec![],
+            frames: interview.frames as usize,
+            poses: parts.iter().filter(|(slot, _)| *slot == Slot::Pose).count(),
+            lamps: gathered::lamps(&parts).unwrap_or(0),
+            picture: interview.size,
+        })
+    }
+
     /// Changes the plan, or gives it up.
     pub fn set(&mut self, plan: Option<Plan>) {
         self.plan = plan;
         if self.plan.is_none() {
             self.asked = None;
+            self.candidates.clear();
         }
     }
 
     /// Scans the shoot's folder, if it changed, and takes in what was found.
-    pub fn look(&mut self, wake: impl Fn() + Send + 'static) {
+    pub fn look(&mut self, wake: impl Fn() + Clone + Send + 'static) {
+        self.look_at_brought(wake.clone());
         let shoot = self.plan.as_ref().and_then(|plan| typed(&plan.shoot));
         if let Some(shoot) = shoot
             && self.asked.as_ref() != Some(&shoot)
@@ -132,20 +228,95 @@ impl Wizard {
         }
     }
 
+    /// Looks at brought files, one after the other.
+    fn look_at_brought(&mut self, wake: impl Fn() + Send + 'static) {
+        let answers: Vec<_> = self.looks.iter().flat_map(Lookup::answers).collect();
+        for (path, found) in answers {
+            self.looking = None;
+            let mut found = found.unwrap_or_else(|e| vec![Candidate::failed(&path, e.to_string())]);
+            // A folder may stand for many, or for itself.
+            found.dedup_by(|a, b| a.path == b.path);
+            let Some(plan) = &mut self.plan else { continue };
+            let Some(at) = plan.parts.iter().position(|part| part.path == path) else {
+                continue;
+            };
+            let dropped = plan.parts.remove(at);
+            for (i, candidate) in found.into_iter().enumerate() {
+                if plan.parts.iter().all(|part| part.path != candidate.path) {
+                    let path = candidate.path.clone();
+                    plan.parts.insert(
+                        at + i,
+                        PlannedPart {
+                            path,
+                            ..dropped.clone()
+                        },
+                    );
+                }
+                self.candidates.insert(candidate.path.clone(), candidate);
+            }
+        }
+        let Some(plan) = &self.plan else { return };
+        let mut unseen = plan
+            .parts
+            .iter()
+            .filter(|part| !self.candidates.contains_key(&part.path));
+        if let (None, Some(part)) = (&self.looking, unseen.next()) {
+            let look = |path: &PathBuf| {
+                Ok(expand(path)
+                    .iter()
+                    .map(|path| Candidate::look(path))
+                    .collect())
+            };
+            let looks = self.looks.get_or_insert_with(|| Lookup::start(wake, look));
+            looks.ask(part.path.clone());
+            self.looking = Some(part.path.clone());
+        }
+    }
+
+    /// Why no project can be made of the gathered parts.
+    fn obstacle(&self) -> Option<&'static str> {
+        if self.brought().any(|one| one.candidate.is_none()) {
+            return Some("The files are still being looked at");
+        }
+        if self.brought().any(|one| one.slot().is_none()) {
+            return Some("Say what each file is: see the marks above");
+        }
+        let parts = self.gathered();
+        if (0..parts.len()).any(|part| gathered::misfit(&parts, part).is_some()) {
+            return Some("Something does not fit: see the marks above");
+        }
+        Some(match gathered::missing(&parts)? {
+            Slot::Interview => "The interview is missing",
+            Slot::InterviewBall => "The mirror ball in the interview's light is missing",
+            Slot::Balls => "The mirror ball under each lamp is missing",
+            Slot::Pose | Slot::Lamps => "The poses are missing",
+        })
+    }
+
     /// The job that makes the project, and the project's folder.
     ///
     /// # Errors
     /// What is missing.
     pub fn job(&self) -> Result<(Job, PathBuf), &'static str> {
         let plan = self.plan.as_ref().ok_or("No project is being planned")?;
-        let shoot = typed(&plan.shoot).ok_or("Choose the shoot's folder first")?;
-        let scan = self
-            .scan()
-            .ok_or("The shoot's folder is still being scanned")?;
-        if !scan.is_complete() {
-            return Err("The shoot is incomplete: see the marks above");
-        }
-        let root = plan.root().ok_or("Choose a folder for the project")?;
+        let root = || plan.root().ok_or("Choose a folder for the project");
+        let (shoot, lamps) = if plan.is_gathered() {
+            if let Some(obstacle) = self.obstacle() {
+                return Err(obstacle);
+            }
+            (root()?.join(MAP), gathered::lamps(&self.gathered()))
+        } else {
+            let shoot =
+                typed(&plan.shoot).ok_or("Choose the shoot's folder, or bring its parts")?;
+            let scan = self
+                .scan()
+                .ok_or("The shoot's folder is still being scanned")?;
+            if !scan.is_complete() {
+                return Err("The shoot is incomplete: see the marks above");
+            }
+            (shoot, Some(scan.lamps))
+        };
+        let root = root()?;
         let name = plan.name.trim();
         let job = Job::Import {
             project: root.clone(),
@@ -154,7 +325,9 @@ impl Wizard {
                 size: plan.size,
                 seed: 1,
             },
-            lamps: plan.lamps.filter(|&count| count < scan.lamps),
+            lamps: plan
+                .lamps
+                .filter(|&count| lamps.is_none_or(|all| count < all)),
             name: (!name.is_empty()).then(|| name.to_owned()),
         };
         Ok((job, root))

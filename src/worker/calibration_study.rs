@@ -270,7 +270,7 @@ impl CalibrationStudy {
         };
         let frame = frame.min(project.settings.shoot.frames.len() - 1);
         if self.frame.as_ref().is_none_or(|(read, _)| *read != frame) {
-            let path = project.frame_picture(frame);
+            let path = project.frame_picture(footage::readable_frame(&project, frame)?);
             let encoded = footage::read_encoded(&path, &project.settings.framing)?;
             self.frame = Some((frame, SrgbPicture::reduced(&encoded, PICTURE_PX)));
         }

@@ -16,6 +16,7 @@ use gpu::DeviceChoice;
 use imaging::DualGamma;
 use light::Lighting;
 use light::subset::Subset;
+use person::Segmenter;
 use project::{EnvironmentChange, KnownEnvironment, Lock, Project};
 use reflectance::checkpoint::{self, CheckpointInfo};
 use serde::{Serialize, Serializer};
@@ -316,7 +317,8 @@ impl Job {
                 Project::change(&project, |project| settings.run(project)).map(Outcome::Framed)
             }
             Self::Matte { project, settings } => {
-                make_mattes(&project, &settings, progress).map(Outcome::Matted)
+                let person = Some(find_person()?);
+                make_mattes(&project, &settings, person, progress).map(Outcome::Matted)
             }
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
@@ -324,6 +326,15 @@ impl Job {
             }
         }
     }
+}
+
+/// Says where a person is in a picture, by a small network.
+///
+/// # Errors
+/// When its weights are damaged.
+pub fn find_person() -> Result<FindPerson> {
+    let segmenter = Segmenter::new()?;
+    Ok(Box::new(move |picture| segmenter.probability(picture)))
 }
 
 impl ImportReport {

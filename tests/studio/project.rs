@@ -6,8 +6,10 @@ use super::{
 };
 use afterlight::calibration::CalibrateSettings;
 use afterlight::gpu::DeviceChoice;
+use afterlight::progress::Progress;
 use afterlight::project::{Lock, Project};
 use afterlight::studio::{Phase, Preferences, StudioApp};
+use afterlight::virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
 use afterlight::worker::{Job, Need};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -127,6 +129,71 @@ fn what_a_shoot_lacks_is_said_before_a_project_is_made() {
     window.get_by_label("Cancel").click();
     window.run();
     window.get_by_label("No project is open");
+}
+
+#[test]
+fn a_shoot_is_gathered_from_dropped_movies() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = crate::temporary();
+    let filmed = folder.path().join("filmed");
+    let stage = StageSettings {
+        frames: 3,
+        size: 32,
+        lamps: 6,
+        written_as: WrittenAs::Movies,
+        trouble: TroubleSettings {
+            tracking: Some(3),
+            ..TroubleSettings::default()
+        },
+        ..StageSettings::default()
+    };
+    write_shoot(&filmed, &stage, &Progress::silent()).unwrap();
+    let mut window = no_project();
+    window.run();
+    drop_onto(&mut window, filmed.join("exemplars/pose00.mov"));
+    window.get_by_label("New project");
+    let known = |count: usize| move |app: &StudioApp| app.wizard().gathered().len() == count;
+    until(&mut window, "look at the pose", known(1));
+    window.get_by_label_contains("6 frames look as if one lamp lit each");
+    // Where the pointer is next says what it is; what does not fit says why.
+    drop_onto(&mut window, filmed.join("interview.mov"));
+    let row = window
+        .get_by_label("Add files to: Mirror ball")
+        .rect()
+        .center();
+    window.hover_at(row);
+    window.run_steps(2);
+    until(&mut window, "look at the interview", known(2));
+    window.get_by_label_contains("does not change as it does when lamps go round");
+    window.get_by_label("Take interview.mov out").click();
+    window.run_steps(2);
+    drop_onto(&mut window, filmed.join("interview.mov"));
+    window.hover_at(egui::pos2(5.0, 5.0));
+    for name in ["probes.mov", "probes/interview.png", "exemplars"] {
+        drop_onto(&mut window, filmed.join(name));
+        window.hover_at(egui::pos2(5.0, 6.0));
+        window.run_steps(2);
+    }
+    until(&mut window, "look at all files", known(9));
+    window.run();
+    assert!(window.query_by_label_contains("does not change").is_none());
+    let make = window.get_by_label("Make project");
+    assert!(!make.accesskit_node().is_disabled());
+    make.click();
+    until(
+        &mut window,
+        "opened project",
+        needs(Some(Need::Calibration)),
+    );
+    let made = Project::open(&folder.path().join("filmed-project")).unwrap();
+    let shoot = &made.settings.shoot;
+    assert_eq!(
+        (shoot.poses.len(), shoot.lamps.len(), shoot.frames.len()),
+        (6, 6, 3)
+    );
+    assert_eq!(made.settings.name, "filmed");
 }
 
 #[test]

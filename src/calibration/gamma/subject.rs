@@ -230,10 +230,12 @@ fn load_frames(
         let read = some
             .par_iter()
             .map(|&frame| {
-                let matte = project.frame_matte(frame);
+                let read = footage::readable_frame(project, frame)?;
+                let matte = project.frame_matte(read);
                 let mask = footage::read_mask(&matte, framing)?;
-                let picture = project.frame_picture(frame);
-                let picture = read_codes(&picture, framing, &mask, &matte)?;
+                let picture = project.frame_picture(read);
+                let picture = read_codes(&picture, framing, &mask, &matte)
+                    .map_err(|e| footage::offer(project, frame, e))?;
                 let found = poses
                     .iter()
                     .map(|pose| pose.compare(frame, &mask, &picture, provisional))

@@ -64,6 +64,23 @@ fn what_is_no_whole_movie_is_a_sentence() {
     std::fs::write(at("empty.mov"), "").unwrap();
     std::fs::write(at("film.r3d"), &whole).unwrap();
     std::fs::write(at("film.braw"), &whole).unwrap();
+    // Renamed raw: what the files say counts.
+    std::fs::write(
+        at("red.mov"),
+        [&[0, 0, 1, 0][..], b"RED2", &[0; 300]].concat(),
+    )
+    .unwrap();
+    std::fs::write(at("arri.mov"), [&b"ARRI"[..], &[0; 300]].concat()).unwrap();
+    let is_prores = |tag: &[u8]| {
+        [b"apcn", b"apch", b"ap4h"]
+            .iter()
+            .any(|known| tag == *known)
+    };
+    let coded = whole.windows(4).position(is_prores).unwrap();
+    let raw = [&whole[..coded], b"brxq", &whole[coded + 4..]].concat();
+    std::fs::write(at("blackmagic.mov"), raw).unwrap();
+    std::fs::create_dir(at("A001.RDC")).unwrap();
+    std::fs::write(at("A001.RDC/A001_001.R3D"), &whole).unwrap();
     ffmpeg(&[
         "-f",
         "lavfi",
@@ -78,6 +95,9 @@ fn what_is_no_whole_movie_is_a_sentence() {
         ("gone.mov", "gone.mov"),
         ("film.r3d", "REDCINE"),
         ("film.braw", "Transcode"),
+        ("red.mov", "REDCINE"),
+        ("arri.mov", "ARRI Reference Tool"),
+        ("blackmagic.mov", "Blackmagic RAW"),
         ("sound.wav", "no pictures"),
     ] {
         let said = Movie::open(&at(name), &tools)
@@ -86,6 +106,14 @@ fn what_is_no_whole_movie_is_a_sentence() {
             .to_string();
         assert!(said.contains(says), "{name}: {said}");
     }
+    let said = Source::open(&at("A001.RDC"), &tools)
+        .map(|_| ())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("REDCINE") && said.contains("A001_001.R3D"),
+        "{said}"
+    );
     let none = Tools {
         ffprobe: "no-such-ffprobe".into(),
         ..tools
@@ -120,14 +148,8 @@ fn a_truncated_movie_has_the_frames_that_are_there() {
     assert!(said.contains(&format!("no frame {count}")), "{said}");
 }
 
-#[test]
-fn a_damaged_frame_is_named_and_the_others_are_read() {
-    if !test_support::ffmpeg() {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("damaged.mov");
-    make(&path, 12, "24", "-c:v prores_ks");
+/// Overwrites the packet that is stored as number `packet`.
+fn damage(path: &Path, packet: usize, byte: u8) {
     let listed = Command::new("ffprobe")
         .args([
             "-v",
@@ -137,7 +159,7 @@ fn a_damaged_frame_is_named_and_the_others_are_read() {
             "-show_entries",
             "packet=pos,size",
         ])
-        .arg(&path)
+        .arg(path)
         .output()
         .unwrap();
     let listed = String::from_utf8(listed.stdout).unwrap();
@@ -146,9 +168,20 @@ fn a_damaged_frame_is_named_and_the_others_are_read() {
         let (size, at) = (numbers.next().unwrap(), numbers.next().unwrap());
         at..at + size
     });
-    let mut bytes = std::fs::read(&path).unwrap();
-    bytes[places.nth(5).unwrap()].fill(0xff);
-    std::fs::write(&path, bytes).unwrap();
+    let mut bytes = std::fs::read(path).unwrap();
+    bytes[places.nth(packet).unwrap()].fill(byte);
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn a_damaged_frame_is_named_and_the_others_are_read() {
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("damaged.mov");
+    make(&path, 12, "24", "-c:v prores_ks");
+    damage(&path, 5, 0xff);
     let movie = Movie::open(&path, &tools(folder.path())).unwrap();
     for frame in [0, 4, 6, 11, 7] {
         assert_eq!(number(&movie.frame(frame).unwrap()), frame as usize);
@@ -164,6 +197,59 @@ fn a_damaged_frame_is_named_and_the_others_are_read() {
         "One frame in the middle of a movie is damaged",
         danger: "all later frames are taken for the one before",
         done: "the frame is named, and the others are read",
+    );
+}
+
+#[test]
+#[cfg(unix)]
+fn a_damaged_frame_late_in_a_movie_is_not_searched_from_its_start() {
+    use std::os::unix::fs::PermissionsExt;
+    if !test_support::ffmpeg() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    // ffmpeg, and where it was told to start.
+    let (program, log) = (folder.path().join("logged"), folder.path().join("starts"));
+    let script = format!(
+        "#!/bin/sh\necho \"$@\" >> '{}'\nexec ffmpeg \"$@\"\n",
+        log.display()
+    );
+    std::fs::write(&program, script).unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    for (name, coding) in [
+        ("intra.mov", "-c:v prores_ks"),
+        (
+            "groups.mp4",
+            "-c:v libx264 -bf 2 -g 12 -pix_fmt yuv420p -x264-params scenecut=0",
+        ),
+    ] {
+        let path = folder.path().join(name);
+        make(&path, 120, "24", coding);
+        damage(&path, 100, 0);
+        let tools = Tools {
+            ffmpeg: program.clone().into(),
+            ..tools(folder.path())
+        };
+        let movie = Movie::open(&path, &tools).unwrap();
+        assert_eq!(number(&movie.frame(90).unwrap()), 90);
+        movie.forget();
+        std::fs::write(&log, "").unwrap();
+        // Packets are not stored in the order in which frames are shown.
+        assert!((96..106).any(|frame| movie.frame(frame).is_err()), "{name}");
+        assert_eq!(number(&movie.frame(110).unwrap()), 110);
+        let starts = std::fs::read_to_string(&log).unwrap();
+        let from_the_start = |line: &&str| line.contains("rawvideo") && !line.contains("-ss ");
+        assert_eq!(
+            starts.lines().filter(from_the_start).count(),
+            0,
+            "{name}: {starts}"
+        );
+    }
+    shown!(
+        Strangers,
+        "A frame is damaged ten hours into a movie",
+        danger: "the movie is decoded from its start to look for it",
+        done: "decoding starts again a second before it; if frames come before and after it and it does not, it is named",
     );
 }
 

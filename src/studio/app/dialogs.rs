@@ -72,6 +72,12 @@ impl StudioApp {
             Dialog::Shoot => dialogs.folder("Choose the shoot's folder", |shoot| {
                 Command::Project(ProjectCommand::New(Some(shoot)))
             }),
+            Dialog::ShootPart(slot) => dialogs.show(move || {
+                let dialog = FileDialog::new()
+                    .set_title("Choose a movie, or the first picture of a sequence");
+                let files = dialog.pick_files()?;
+                Some(Command::Project(ProjectCommand::Bring(files, Some(slot))))
+            }),
             Dialog::ProjectFolder => {
                 let plan = self.picker.wizard.plan().cloned().unwrap_or_default();
                 dialogs.folder("Choose the project's folder", move |folder| {

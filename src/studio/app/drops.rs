@@ -2,6 +2,7 @@
 
 use super::StudioApp;
 use crate::command::{Command, LookCommand, ProjectCommand};
+use crate::layout::Pane;
 use crate::status::Phase;
 use footage::scan::is_shoot;
 use std::path::{Path, PathBuf};
@@ -23,6 +24,9 @@ impl StudioApp {
             .iter()
             .map(|file| file.path().to_path_buf())
             .collect();
+        let Some(paths) = self.dropped_parts(paths) else {
+            return;
+        };
         let (panoramas, others): (Vec<_>, Vec<_>) = paths.into_iter().partition(|p| is_panorama(p));
         if !panoramas.is_empty() {
             out.push(Command::Look(LookCommand::AddEnvironments(panoramas)));
@@ -32,6 +36,26 @@ impl StudioApp {
                 .into_iter()
                 .filter_map(|path| self.dropped_folder(path)),
         );
+    }
+
+    /// What was dropped, unless it was brought to the plan for a new project: while that is shown, or if it is a movie.
+    fn dropped_parts(&mut self, paths: Vec<PathBuf>) -> Option<Vec<PathBuf>> {
+        let is_whole = |path: &PathBuf| {
+            let is_file = FILES.iter().any(|name| path.ends_with(name));
+            is_file || is_shoot(path) || path.join("project.toml").exists()
+        };
+        let is_planned = self.picker.wizard.plan().is_some() && self.shown.contains(&Pane::Project);
+        let is_part = |path: &PathBuf| movies::is_movie(path) || (is_planned && is_part(path));
+        if paths.is_empty() || paths.iter().any(is_whole) || !paths.iter().all(is_part) {
+            return Some(paths);
+        }
+        if !is_planned {
+            self.apply_to_project(ProjectCommand::New(None));
+        }
+        let mut plan = self.picker.wizard.plan().cloned().unwrap_or_default();
+        plan.bring(paths, None, true);
+        self.picker.wizard.set(Some(plan));
+        None
     }
 
     /// The command for a dropped folder, or a file that is no panorama.
@@ -59,6 +83,16 @@ impl StudioApp {
         ));
         None
     }
+}
+
+/// Whether it may be a part of a shoot: a folder, a movie, a picture or a list of lamps.
+fn is_part(path: &Path) -> bool {
+    const OTHERS: [&str; 2] = ["lp", "dpx"];
+    let extension = path.extension().unwrap_or_default();
+    let is_other = OTHERS
+        .iter()
+        .any(|known| extension.eq_ignore_ascii_case(known));
+    path.is_dir() || movies::is_movie(path) || is_panorama(path) || is_other
 }
 
 fn is_panorama(path: &Path) -> bool {

@@ -6,10 +6,13 @@ use crate::command::{ProjectCommand, WindowCommand};
 use crate::layout::{Pane, Workspace};
 use crate::state::State;
 use crate::status::Phase;
-use crate::wizard::Plan;
-use base::error::Result;
+use crate::wizard::{MAP, Plan};
+use base::error::{Error, Result};
 use egui::ViewportCommand;
+use footage::candidate::{Candidate, Slot};
+use footage::gathered;
 use project::{Framing, Project};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use worker::{Blocked, Job, Worker};
 
@@ -32,8 +35,22 @@ impl StudioApp {
                 }
             }
             ProjectCommand::Plan(plan) => self.picker.wizard.set(plan.map(|plan| *plan)),
+            ProjectCommand::Bring(paths, slot) => {
+                let mut plan = self.picker.wizard.plan().cloned().unwrap_or_default();
+                plan.bring(paths, slot, false);
+                self.picker.wizard.set(Some(plan));
+            }
             ProjectCommand::Make => match self.picker.wizard.job() {
-                Ok((job, project)) => self.make(job, project),
+                Ok((job, project)) => {
+                    let gathered = self.picker.wizard.plan().is_some_and(Plan::is_gathered);
+                    let parts = if gathered {
+                        self.picker.wizard.gathered()
+                    } else {
+                        vec![]
+                    };
+                    let parts = parts.into_iter().map(|(slot, part)| (slot, part.clone()));
+                    self.make(job, project, parts.collect());
+                }
                 Err(sentence) => self.status.refuse(sentence.to_owned()),
             },
             ProjectCommand::MakeDemo(folder) => {
@@ -44,7 +61,7 @@ impl StudioApp {
                     minutes: worker::demo::MINUTES,
                     device: self.device,
                 };
-                self.make(job, project);
+                self.make(job, project, vec![]);
             }
             ProjectCommand::Locate(folder) => {
                 let locate = move |project: &mut Project| {
@@ -108,8 +125,9 @@ impl StudioApp {
         self.readers = Readers::default();
     }
 
-    /// Runs the job that makes the project in folder `project`, which is opened when it is done.
-    fn make(&mut self, job: Job, project: PathBuf) {
+    /// Runs the job that makes the project in folder `project`, which is opened when it is done. The map of gathered `parts`,
+    /// if there are any, is written first.
+    fn make(&mut self, job: Job, project: PathBuf, parts: Vec<(Slot, Candidate)>) {
         let wake = self.wake();
         let worker = self.session.worker.get_or_insert_with(|| {
             let nothing = || {
@@ -123,6 +141,9 @@ impl StudioApp {
         let made = self.picker.made.clone();
         let begun = worker.work(job.what(), move |progress| {
             let _lock = job.lock()?;
+            if !parts.is_empty() {
+                write_map(&parts, &project)?;
+            }
             let outcome = job.run(progress)?;
             made.put(project);
             Ok(outcome.sentence())
@@ -188,4 +209,17 @@ impl StudioApp {
             }
         });
     }
+}
+
+/// Writes the map of gathered parts into the folder of a project that is not there yet.
+fn write_map(parts: &[(Slot, Candidate)], project: &Path) -> Result<()> {
+    if project.join("project.toml").exists() {
+        // The import says so.
+        return Ok(());
+    }
+    let remedy = "Choose another folder for the project";
+    std::fs::create_dir_all(project).map_err(|e| Error::io("make", project, e, remedy))?;
+    let parts: Vec<_> = parts.iter().map(|(slot, part)| (*slot, part)).collect();
+    let text = gathered::map(&parts, project)?;
+    base::files::write_beside(&project.join(MAP), |file| file.write_all(text.as_bytes()))
 }

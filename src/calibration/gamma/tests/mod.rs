@@ -144,6 +144,7 @@ fn the_virtual_stage_is_fitted_to_0_03_by_pixels() {
                     .map(String::from)
                     .to_vec()
                     .into(),
+                damaged_frames: Default::default(),
                 takes: Default::default(),
                 ball: Ball {
                     center_px: [0, 1].map(|i: usize| number(&ball["ball_center_px"][i])),

@@ -93,6 +93,7 @@ impl SmallShoot {
                     lamps: names("olat_", dome().len()),
                     other_lamps: vec![],
                     frames: names("frame_", 4).into(),
+                    damaged_frames: Default::default(),
                     takes: Default::default(),
                     ball,
                     second_ball: None,

@@ -1,5 +1,6 @@
 //! The project: the open one, recent ones, and the way to a new one.
 
+mod parts;
 mod wizard;
 
 use super::TEXT_WIDTH;

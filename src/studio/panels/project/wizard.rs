@@ -1,5 +1,6 @@
 //! A new project on one page: the shoot, what was found in it, and the settings.
 
+use super::parts::{forget, parts_ui};
 use super::quiet_ui;
 use crate::command::{Command, Dialog, ProjectCommand};
 use crate::icons;
@@ -17,6 +18,10 @@ const NAMES: f32 = 110.0;
 /// The page.
 pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<Command>) {
     let mut changed = plan.clone();
+    let gathered = plan
+        .is_gathered()
+        .then(|| context.wizard.gathered_scan())
+        .flatten();
     let scan = context.wizard.scan();
     ui.heading("New project");
     ui.add_space(GAP);
@@ -35,16 +40,19 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
     ui.add_space(GAP);
     match scan {
         Some(scan) => found_ui(ui, scan),
-        None if plan.shoot.trim().is_empty() => quiet_ui(
-            ui,
-            "A shoot's folder holds the interview's frames, each pose under each single lamp, their mattes, the \
-             mirror balls, and manifest.json, which says where camera and ball stood. Choose it, type its path, \
-             or drop it here.",
-        ),
+        None if plan.shoot.trim().is_empty() => {
+            quiet_ui(
+                ui,
+                "A shoot's folder holds the interview, each pose under each single lamp, the mirror balls, and \
+                 manifest.json. Choose it, type its path, or drop it here. Without one, bring its parts:",
+            );
+            ui.add_space(0.5 * GAP);
+            parts_ui(ui, context, plan, &mut changed, out);
+        }
         None => quiet_ui(ui, "Reading the folder"),
     }
     ui.add_space(GAP);
-    if let Some(scan) = scan {
+    if let Some(scan) = scan.or(gathered.as_ref()) {
         choices_ui(ui, scan, plan, &mut changed, out);
         ui.add_space(GAP);
     }
@@ -55,12 +63,14 @@ pub fn plan_ui(ui: &mut Ui, context: &PanelContext, plan: &Plan, out: &mut Vec<C
         };
         let make = Button::new("Make project").min_size(vec2(120.0, 28.0));
         if ui.add_enabled(obstacle.is_none(), make).clicked() {
+            forget(ui);
             out.push(Command::Project(ProjectCommand::Make));
         }
         if ui
             .add(Button::new("Cancel").min_size(vec2(84.0, 28.0)))
             .clicked()
         {
+            forget(ui);
             out.push(Command::Project(ProjectCommand::Plan(None)));
         }
         if let Some(obstacle) = obstacle {

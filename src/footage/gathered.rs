@@ -1,0 +1,330 @@
+//! A shoot whose parts a person gathers one by one: what is missing, what does not fit, and its map.
+
+use super::candidate::{Candidate, Slot};
+use super::round;
+use base::error::{Error, Result};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Parts, and what each is taken for.
+pub type Gathered<'a> = [(Slot, &'a Candidate)];
+
+/// How many lamps the parts have: as the list says, or the mirror ball's movie.
+pub fn lamps(parts: &Gathered) -> Option<usize> {
+    let of = |slot| {
+        parts
+            .iter()
+            .filter(move |(is, _)| *is == slot)
+            .map(|(_, part)| part)
+    };
+    let listed = of(Slot::Lamps).find_map(|list| list.lamps);
+    let shown = |ball: &&Candidate| {
+        round::find(&ball.light, ball.first, None)
+            .ok()
+            .map(|round| round.lamps.len())
+    };
+    listed.or_else(|| of(Slot::Balls).find_map(shown))
+}
+
+/// The shoot's name: that of the folder with the interview.
+pub fn name(parts: &Gathered) -> Option<String> {
+    let interview = parts.iter().find(|(slot, _)| *slot == Slot::Interview)?.1;
+    let folder = interview.path.parent()?.file_name()?;
+    Some(folder.to_string_lossy().into_owned())
+}
+
+/// Why part `index` cannot be what it is taken for; `None` if it can.
+pub fn misfit(parts: &Gathered, index: usize) -> Option<String> {
+    let (slot, part) = parts[index];
+    if let Some(failure) = &part.failure {
+        return Some(failure.clone());
+    }
+    let earlier = parts[..index].iter().any(|(is, _)| *is == slot);
+    if earlier && slot != Slot::Pose {
+        return Some(
+            "There is one already: remove one of them, or say that this is something else"
+                .to_owned(),
+        );
+    }
+    let is_list = part.lamps.is_some();
+    match slot {
+        Slot::Lamps => (!is_list).then(|| "This is no list of lamps (.lp)".to_owned()),
+        _ if is_list => Some("This is a list of lamps".to_owned()),
+        Slot::InterviewBall => None,
+        Slot::Interview if part.frames < 2 => Some("One picture is no interview".to_owned()),
+        Slot::Interview => (part.jumps == Some(true)).then(|| {
+            "Its brightness jumps from frame to frame, as if lamps went round: this looks like a pose".to_owned()
+        }),
+        Slot::Balls | Slot::Pose if part.light.is_empty() => Some(match part.jumps {
+            Some(true) => format!(
+                "Its {} frames are too many for a round of lamps. Cut it, or say in a map which frames they are (docs/movies.md)",
+                part.frames
+            ),
+            _ => "Its brightness does not change as it does when lamps go round one by one".to_owned(),
+        }),
+        Slot::Balls | Slot::Pose => round::find(&part.light, part.first, lamps(parts)).err(),
+    }
+}
+
+/// The first part that is still missing; `None` if a project can be made.
+pub fn missing(parts: &Gathered) -> Option<Slot> {
+    let needed = [
+        Slot::Interview,
+        Slot::InterviewBall,
+        Slot::Balls,
+        Slot::Pose,
+    ];
+    needed
+        .into_iter()
+        .find(|slot| !parts.iter().any(|(is, _)| is == slot))
+}
+
+/// The map of the parts, to be kept in the folder `beside`, which must exist.
+///
+/// # Errors
+/// When a part is missing, or its folder cannot be found, or has a name that no text can hold.
+pub fn map(parts: &Gathered, beside: &Path) -> Result<String> {
+    const REMEDY: &str = "Bring all parts of the shoot";
+    if let Some(slot) = missing(parts) {
+        return Err(Error::missing(
+            format!("the shoot has no {}", slot.name()),
+            REMEDY,
+        ));
+    }
+    // Patterns are no files.
+    let full = |path: &Path| -> Result<PathBuf> {
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new("."));
+        let name = path.file_name().unwrap_or_default();
+        let fail = |e| Error::io("open", folder, e, "Check that it is there");
+        Ok(folder.canonicalize().map_err(fail)?.join(name))
+    };
+    let paths = parts
+        .iter()
+        .map(|(_, part)| full(&part.path))
+        .collect::<Result<Vec<_>>>()?;
+    let mut folder = paths[0].parent().unwrap_or(Path::new("/")).to_path_buf();
+    while !paths.iter().all(|path| path.starts_with(&folder)) {
+        folder.pop();
+    }
+    let quoted = |path: &Path| match path.to_str() {
+        Some(text) => Ok(toml::Value::from(text).to_string()),
+        None => Err(Error::invalid(
+            format!("{} is not a name in UTF-8", path.display()),
+            "Rename it",
+        )),
+    };
+    let all = |slot: Slot| {
+        let these = parts
+            .iter()
+            .zip(&paths)
+            .filter(move |((is, _), _)| *is == slot);
+        these.map(|(_, path)| {
+            quoted(path.strip_prefix(&folder).unwrap_or(path)).map(|file| (file, path))
+        })
+    };
+    let one = |slot: Slot| {
+        all(slot)
+            .next()
+            .transpose()
+            .map(|one| one.map(|(file, _)| file).unwrap_or_default())
+    };
+    let mut text = format!(
+        "folder = {}\n",
+        quoted(&project::relative(beside, &folder)?)?
+    );
+    if let Some(name) = name(parts) {
+        let _ = writeln!(text, "name = {}", toml::Value::from(name));
+    }
+    if let Some(list) = all(Slot::Lamps).next() {
+        let _ = writeln!(text, "lamps = {}", list?.0);
+    }
+    let (interview, ball) = (one(Slot::Interview)?, one(Slot::InterviewBall)?);
+    let _ = writeln!(
+        text,
+        "\n[interview]\nfile = {interview}\nball = {{ file = {ball} }}"
+    );
+    let _ = writeln!(text, "\n[balls]\nfile = {}", one(Slot::Balls)?);
+    let mut names = BTreeSet::new();
+    for pose in all(Slot::Pose) {
+        let (file, path) = pose?;
+        let name = toml::Value::from(free_name(path, &mut names)).to_string();
+        let _ = writeln!(text, "\n[[pose]]\nname = {name}\nfile = {file}");
+    }
+    Ok(text)
+}
+
+/// A pose's name after its file, which no other pose has.
+fn free_name(path: &Path, taken: &mut BTreeSet<String>) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = stem.split(['%', '#']).next().unwrap_or_default();
+    let stem = stem.trim_end_matches(['.', '_', '-', ' ']);
+    let stem: String = stem
+        .chars()
+        .filter(|c| !matches!(c, '/' | '\\' | '\0'))
+        .collect();
+    let stem = if stem.is_empty() {
+        "pose".to_owned()
+    } else {
+        stem
+    };
+    let numbered = (2..).map(|n| format!("{stem}_{n}"));
+    let mut names = std::iter::once(stem.clone()).chain(numbered);
+    names
+        .find(|name| taken.insert(name.clone()))
+        .unwrap_or(stem)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::candidate::expand;
+    use crate::{ImportSettings, import};
+    use base::progress::Progress;
+    use test_support::shown;
+    use virtual_stage::{StageSettings, TroubleSettings, WrittenAs, write_shoot};
+
+    const LAMPS: usize = 8;
+
+    /// A filmed shoot whose files have names that say nothing but for the balls, in two folders.
+    fn scattered(folder: &Path) -> Vec<PathBuf> {
+        let stage = StageSettings {
+            frames: 6,
+            size: 32,
+            lamps: LAMPS,
+            written_as: WrittenAs::Movies,
+            trouble: TroubleSettings {
+                tracking: Some(4),
+                ..TroubleSettings::default()
+            },
+            ..StageSettings::default()
+        };
+        let shoot = folder.join("stage");
+        write_shoot(&shoot, &stage, &Progress::silent()).unwrap();
+        let [day, balls] = ["day 1 \u{201c}A\u{201d}", "second card"].map(|name| folder.join(name));
+        std::fs::create_dir(&day).unwrap();
+        std::fs::create_dir(&balls).unwrap();
+        let moved = [
+            ("interview.mov", day.join("A001.mov")),
+            ("exemplars/pose00.mov", day.join("A002.mov")),
+            ("exemplars/pose01.mov", day.join("A003.mov")),
+            ("probes.mov", balls.join("chrome.mov")),
+            ("probes/interview.png", balls.join("B7.png")),
+        ];
+        for (from, to) in &moved {
+            std::fs::rename(shoot.join(from), to).unwrap();
+        }
+        moved.into_iter().map(|(_, to)| to).collect()
+    }
+
+    #[test]
+    fn scattered_files_are_told_apart_and_become_a_project() {
+        if !test_support::ffmpeg() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let files = scattered(folder.path());
+        let dropped: Vec<PathBuf> = expand(files[0].parent().unwrap());
+        assert_eq!(
+            dropped,
+            files[..3],
+            "a folder of movies stands for the movies"
+        );
+        assert_eq!(expand(&files[4]), files[4..]);
+        let looked: Vec<Candidate> = files.iter().map(|file| Candidate::look(file)).collect();
+        let expected = [
+            Slot::Interview,
+            Slot::Pose,
+            Slot::Pose,
+            Slot::Balls,
+            Slot::InterviewBall,
+        ];
+        for (candidate, slot) in looked.iter().zip(expected) {
+            assert_eq!(candidate.guess, Some(slot), "{candidate:?}");
+            assert_eq!(candidate.failure, None);
+            assert_eq!(
+                candidate.thumbnails.len(),
+                if slot == Slot::InterviewBall { 1 } else { 3 }
+            );
+        }
+        for word in ["8 frames look as if one lamp lit each", "3 fully lit"] {
+            assert!(looked[1].reason.contains(word), "{}", looked[1].reason);
+        }
+        assert!(looked[3].reason.contains("chrome"), "{}", looked[3].reason);
+        let parts: Vec<_> = expected.into_iter().zip(&looked).collect();
+        for part in 0..parts.len() {
+            assert_eq!(misfit(&parts, part), None, "{:?}", parts[part].0);
+        }
+        assert_eq!((lamps(&parts), missing(&parts)), (Some(LAMPS), None));
+        let root = folder.path().join("project");
+        std::fs::create_dir(&root).unwrap();
+        std::fs::write(root.join("shoot.toml"), map(&parts, &root).unwrap()).unwrap();
+        let settings = ImportSettings { size: 16, seed: 1 };
+        let project = import(
+            &root,
+            &root.join("shoot.toml"),
+            &settings,
+            &Progress::silent(),
+        )
+        .unwrap();
+        let shoot = &project.settings.shoot;
+        assert_eq!(
+            (&*shoot.poses, shoot.lamps.len()),
+            (&["A002".to_owned(), "A003".to_owned()][..], LAMPS)
+        );
+        assert_eq!(
+            (shoot.frames.len(), &*project.settings.name),
+            (6, "day 1 \u{201c}A\u{201d}")
+        );
+        assert!(shoot.folder.is_relative());
+        shown!(
+            Strangers,
+            "Movies come straight from cameras' cards, in several folders, under names that say nothing",
+            danger: "a pose is taken for the interview, or nobody knows what to do with them",
+            done: "names and brightness tell what each is, with the reason; a map of them is made and imported",
+        );
+    }
+
+    #[test]
+    fn what_does_not_fit_says_why() {
+        if !test_support::ffmpeg() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let files = scattered(folder.path());
+        let list = folder.path().join("dome.lp");
+        std::fs::write(&list, "3\na 0 0 1\nb 0 1 0\nc 1 0 0\n").unwrap();
+        let broken = folder.path().join("broken.mov");
+        std::fs::write(&broken, "no movie").unwrap();
+        let look = |file: &Path| Candidate::look(file);
+        let (interview, pose, list) = (look(&files[0]), look(&files[1]), look(&list));
+        let broken = look(&broken);
+        let said = |parts: &Gathered| misfit(parts, parts.len() - 1).unwrap_or_default();
+        for (parts, says) in [
+            (&[(Slot::Interview, &pose)][..], "jumps"),
+            (&[(Slot::Pose, &interview)], "does not change"),
+            (&[(Slot::Lamps, &list), (Slot::Pose, &pose)], "3 lamps"),
+            (&[(Slot::Pose, &list)], "list of lamps"),
+            (&[(Slot::Lamps, &pose)], "no list"),
+            (&[(Slot::Interview, &broken)], "broken.mov"),
+            (
+                &[(Slot::Interview, &interview), (Slot::Interview, &interview)],
+                "one already",
+            ),
+        ] {
+            assert!(said(parts).contains(says), "{says}: {}", said(parts));
+        }
+        let some = [(Slot::Interview, &interview)];
+        assert_eq!(missing(&some), Some(Slot::InterviewBall));
+        assert!(map(&some, folder.path()).is_err());
+        shown!(
+            Strangers,
+            "A file is brought as something that it is not, or poses and lamps do not match",
+            danger: "wrong frames are learnt",
+            done: "each file says what does not fit, before a project is made",
+        );
+    }
+}

@@ -1,0 +1,211 @@
+//! The parts of a shoot that a person brings one by one: a row for each kind, with what was brought.
+
+use super::quiet_ui;
+use crate::command::{Command, Dialog};
+use crate::icons;
+use crate::panel_context::PanelContext;
+use crate::theme::{self, GAP};
+use crate::wizard::{Brought, Plan};
+use egui::{
+    Button, ColorImage, ComboBox, Event, Id, Rect, RichText, Stroke, TextureHandle, Ui, vec2,
+};
+use footage::candidate::{Candidate, Slot};
+use footage::gathered;
+use worker::SrgbPicture;
+
+/// Height of a thumbnail in points.
+const THUMBNAIL: f32 = 56.0;
+/// Width of the column with the kinds' names, in points.
+const NAMES: f32 = 120.0;
+
+/// The rows. Changes of `plan` go into `changed`.
+pub fn parts_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    plan: &Plan,
+    changed: &mut Plan,
+    out: &mut Vec<Command>,
+) {
+    let is_dragging = ui.input(|input| !input.raw.hovered_files.is_empty());
+    let edge = match is_dragging {
+        true => Stroke::new(2.0, theme::ACCENT),
+        false => Stroke::NONE,
+    };
+    let well = egui::Frame::new().fill(theme::WELL).stroke(edge);
+    well.corner_radius(4)
+        .inner_margin(1.5 * GAP)
+        .show(ui, |ui| {
+            ui.set_width(ui.available_width());
+            let mut rows = Vec::new();
+            for slot in Slot::ALL {
+                let row = ui.scope(|ui| kind_ui(ui, context, slot, changed, out));
+                rows.push((slot, row.response.rect));
+                ui.add_space(0.5 * GAP);
+                ui.separator();
+            }
+            unknown_ui(ui, context, changed);
+            land(ui, plan, changed, &rows);
+        });
+}
+
+/// What was dropped just now is what the row is that the pointer is over next: while files are dragged, window systems do not
+/// say where the pointer is.
+fn land(ui: &Ui, plan: &Plan, changed: &mut Plan, rows: &[(Slot, Rect)]) {
+    if !plan.parts.iter().any(|part| part.is_landing) {
+        return;
+    }
+    let moved = |event: &Event| match event {
+        Event::PointerMoved(at) => Some(*at),
+        _ => None,
+    };
+    let Some(at) = ui.input(|input| input.events.iter().find_map(moved)) else {
+        return;
+    };
+    let row = rows.iter().find(|(_, rect)| rect.contains(at));
+    for part in changed.parts.iter_mut().filter(|part| part.is_landing) {
+        part.is_landing = false;
+        part.slot = row.map(|(slot, _)| *slot);
+    }
+}
+
+/// One kind of part: what was brought, or what belongs there.
+fn kind_ui(
+    ui: &mut Ui,
+    context: &PanelContext,
+    slot: Slot,
+    changed: &mut Plan,
+    out: &mut Vec<Command>,
+) {
+    ui.horizontal_top(|ui| {
+        ui.allocate_ui(vec2(NAMES, 0.0), |ui| {
+            ui.set_width(NAMES);
+            ui.vertical(|ui| {
+                ui.strong(slot.name());
+                let button = ui.small_button("Add…");
+                let words = format!("Add files to: {}", slot.name());
+                button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &words));
+                if button.clicked() {
+                    out.push(Command::Dialog(Dialog::ShootPart(slot)));
+                }
+            });
+        });
+        ui.vertical(|ui| {
+            ui.set_width(ui.available_width());
+            let parts = context.wizard.gathered();
+            let mut any = false;
+            for one in context
+                .wizard
+                .brought()
+                .filter(|one| one.slot() == Some(slot))
+            {
+                any = true;
+                let is_this = |(_, part): &(Slot, &Candidate)| part.path == one.part.path;
+                let misfit = parts.iter().position(is_this);
+                let misfit = misfit.and_then(|index| gathered::misfit(&parts, index));
+                brought_ui(ui, one, misfit, changed);
+            }
+            if !any {
+                quiet_ui(ui, slot.wants());
+            }
+        });
+    });
+}
+
+/// What was brought and is not known to be anything yet.
+fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
+    let mut any = false;
+    for one in context.wizard.brought().filter(|one| one.slot().is_none()) {
+        any = true;
+        let reason = one.candidate.map(|candidate| match &candidate.failure {
+            Some(failure) => failure.clone(),
+            None => "Say what this is, at the right".to_owned(),
+        });
+        brought_ui(ui, one, reason, changed);
+    }
+    if !any {
+        quiet_ui(
+            ui,
+            "Drop movies and folders here, one by one or all at once: names and brightness tell what each is",
+        );
+    }
+}
+
+/// One file: its pictures, what it holds, why it is taken for that, and why it does not fit.
+fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<String>, changed: &mut Plan) {
+    let path = &one.part.path;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    ui.horizontal_top(|ui| {
+        if let Some(candidate) = one.candidate {
+            thumbnails_ui(ui, candidate);
+        }
+        let room = (ui.available_width() - 190.0).max(120.0);
+        ui.vertical(|ui| {
+            ui.set_width(room);
+            ui.spacing_mut().item_spacing.y = 1.0;
+            ui.add(egui::Label::new(RichText::new(&*name).strong()).truncate())
+                .on_hover_text(path.display().to_string());
+            let Some(candidate) = one.candidate else {
+                quiet_ui(ui, "Looking at it");
+                return;
+            };
+            quiet_ui(ui, &candidate.found);
+            let guessed = one.part.slot.is_none() && candidate.guess.is_some();
+            if !candidate.reason.is_empty() {
+                let said = if guessed { "Guessed: " } else { "" };
+                quiet_ui(ui, &format!("{said}{}", candidate.reason));
+            }
+            if let Some(misfit) = misfit {
+                let text = format!("{} {misfit}", icons::WARNING);
+                ui.add(egui::Label::new(RichText::new(text).color(theme::ACCENT)).wrap());
+            }
+        });
+        let chosen = one.slot();
+        let list = ComboBox::from_id_salt(("slot", path)).width(130.0);
+        let list = list.selected_text(chosen.map_or("What is it?", Slot::name));
+        let mut now = chosen;
+        let list = list.show_ui(ui, |ui| {
+            for slot in Slot::ALL {
+                ui.selectable_value(&mut now, Some(slot), slot.name());
+            }
+        });
+        let words = format!("What {name} is");
+        (list.response)
+            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, &words));
+        if now != chosen {
+            let part = changed.parts.iter_mut().find(|part| part.path == *path);
+            part.into_iter().for_each(|part| part.slot = now);
+        }
+        let words = format!("Take {name} out");
+        if icons::named_ui(ui, true, Button::new(icons::REMOVE), &words).clicked() {
+            changed.parts.retain(|part| part.path != *path);
+        }
+    });
+    ui.add_space(0.5 * GAP);
+}
+
+/// A thumbnail on the GPU, kept as long as the window.
+#[derive(Clone)]
+struct Thumbnail(TextureHandle);
+
+fn thumbnails_ui(ui: &mut Ui, candidate: &Candidate) {
+    for (i, picture) in candidate.thumbnails.iter().enumerate() {
+        let id = Id::unique(("thumbnail", &candidate.path, i));
+        let kept = ui.data(|data| data.get_temp::<Thumbnail>(id));
+        let Thumbnail(texture) = kept.unwrap_or_else(|| {
+            let picture = SrgbPicture::of(picture);
+            let pixels = ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
+            let texture =
+                (ui.ctx()).load_texture("thumbnail", pixels, egui::TextureOptions::LINEAR);
+            let made = Thumbnail(texture);
+            ui.data_mut(|data| data.insert_temp(id, made.clone()));
+            made
+        });
+        let size = texture.size_vec2();
+        ui.image((texture.id(), size * (THUMBNAIL / size.y.max(1.0))));
+    }
+}
+
+/// Frees the thumbnails.
+pub fn forget(ui: &Ui) {
+    ui.data_mut(|data| data.remove_by_type::<Thumbnail>());
+}
