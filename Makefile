@@ -3,7 +3,7 @@ CARGO ?= cargo
 AFTERLIGHT = $(or $(CARGO_TARGET_DIR),target)/debug/afterlight
 DEMO ?= demo
 
-.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes bench-plate weights trials starter screenshots clean-demo
+.PHONY: run build setup test stability lint doc peers bench bench-relight bench-passes bench-plate weights trials starter demo-interview screenshots clean-demo
 
 run: build
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
@@ -99,6 +99,17 @@ starter: build
 	$(AFTERLIGHT) calibrate target/starter/project
 	$(AFTERLIGHT) train target/starter/project --fresh --preset quick --exclude-truth target/starter/shoot
 	$(AFTERLIGHT) pack target/starter/project --to assets/starter
+
+# Traces the demo's interview, which comes with the program: some minutes. The stage's test says when it has to be made again.
+demo-interview: build setup
+	rm -rf target/interview assets/interview
+	mkdir -p assets/interview
+	$(AFTERLIGHT) stage target/interview --size 128 --frames 24 --plate 540x960
+	for frame in target/interview/interview/*.png; do \
+		name=$$(basename $$frame .png); \
+		ffmpeg -loglevel error -y -i $$frame -q:v 2 -pix_fmt yuvj444p assets/interview/$$name.jpg || exit 1; \
+		cp target/interview/interview_masks/$$name.png assets/interview/ || exit 1; \
+	done
 
 # What others install: a .deb, a tarball and the notes of this version, in target/package. Takes half an hour.
 .PHONY: package test-package

@@ -903,7 +903,7 @@ fn the_demo_leaves_a_project_a_clip_a_sheet_and_a_report() {
         .output()
         .unwrap();
     let probed = String::from_utf8_lossy(&probe.stdout);
-    assert_eq!(probed.trim(), "128,128,24");
+    assert_eq!(probed.trim(), "540,960,24");
     let sheet = image::open(at.join("demo/olats.png")).unwrap().into_rgb8();
     let codes = sheet.as_raw();
     assert!(codes.iter().any(|&code| code > 100) && codes.iter().any(|&code| code < 20));

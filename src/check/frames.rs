@@ -16,7 +16,7 @@ const SHARES: [f32; 2] = [0.02, 0.25];
 /// Whether the poses show what the frames show.
 pub(super) fn check(pictures: &Pictures) -> Check {
     let poses: Vec<Vec<f32>> = (pictures.poses.iter())
-        .map(|pose| seen(&pose.plate, &pose.mask))
+        .map(|pose| seen(&pose.plate, &pose.mask, &pictures.shown))
         .collect();
     let apart = (0..poses.len()).filter_map(|i| {
         let others = poses.iter().enumerate().filter(|(j, _)| *j != i);
@@ -31,7 +31,8 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     };
     let mut far: Vec<(f32, &str)> = (pictures.frames.iter())
         .filter_map(|frame| {
-            let distance = nearest(&seen(&frame.plate, &frame.mask), poses.iter())?;
+            let frame_seen = seen(&frame.plate, &frame.mask, &pictures.shown);
+            let distance = nearest(&frame_seen, poses.iter())?;
             Some((distance / scale, frame.name.as_str()))
         })
         .collect();
@@ -62,17 +63,20 @@ pub(super) fn check(pictures: &Pictures) -> Check {
     )
 }
 
-/// A picture as a viewer sees it: display values where the subject is, at the exposure that suits it.
-fn seen(plate: &Image, mask: &Mask) -> Vec<f32> {
+/// A picture as a viewer sees it: display values where the subject is, of what is `shown`, at the exposure that suits it.
+fn seen(plate: &Image, mask: &Mask, shown: &Mask) -> Vec<f32> {
     /// The exposure puts the subject's 90th percentile here.
     const EXPOSED: f32 = 0.5;
-    let mut lit: Vec<f32> = (plate.pixels.iter().zip(&mask.pixels))
+    let covered: Vec<f32> = (mask.pixels.iter().zip(&shown.pixels))
+        .map(|(covered, shown)| covered * shown)
+        .collect();
+    let mut lit: Vec<f32> = (plate.pixels.iter().zip(&covered))
         .filter(|(_, covered)| **covered > 0.5)
         .map(|(pixel, _)| luminance(*pixel))
         .collect();
     lit.sort_by(f32::total_cmp);
     let level = lit.get(lit.len() * 9 / 10).copied().unwrap_or(f32::NAN);
-    (plate.pixels.iter().zip(&mask.pixels))
+    (plate.pixels.iter().zip(&covered))
         .map(|(pixel, covered)| {
             let value = (EXPOSED * luminance(*pixel) / level).max(0.0);
             covered * value.powf(1.0 / 2.2)
@@ -88,4 +92,52 @@ fn nearest<'a>(picture: &[f32], others: impl Iterator<Item = &'a Vec<f32>>) -> O
             (squares.sum::<f32>() / picture.len().max(1) as f32).sqrt()
         })
         .min_by(f32::total_cmp)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pictures::{Filmed, Pose};
+    use super::*;
+
+    /// A head on shoulders that reach from side to side, its head `at` a column; `columns` of it are filmed.
+    fn subject(at: f32, columns: std::ops::Range<usize>) -> (Image, Mask) {
+        let covers = |x: usize, y: usize| {
+            let head = (x as f32 - at).hypot(y as f32 - 12.0) < 7.0;
+            columns.contains(&x) && (head || y > 20)
+        };
+        let mask = Mask::from_fn(32, 32, |x, y| f32::from(u8::from(covers(x, y))));
+        let plate = mask.map(|covered| [0.4 * covered; 3]);
+        (plate, mask)
+    }
+
+    #[test]
+    fn shoulders_that_a_narrow_plate_cuts_off_make_no_frame_unlike_the_poses() {
+        let filmed = 7..25;
+        let level = |shown: Mask| {
+            let poses = [13.0, 15.0, 17.0, 19.0].map(|at| {
+                let (plate, mask) = subject(at, 0..32);
+                Pose {
+                    olats: vec![],
+                    peaks: vec![],
+                    plate,
+                    mask,
+                }
+            });
+            let frames = [14.0, 16.0, 18.0].map(|at| {
+                let (plate, mask) = subject(at, filmed.clone());
+                let name = "frame".to_owned();
+                Filmed { name, plate, mask }
+            });
+            let pictures = Pictures {
+                poses: poses.into(),
+                frames: frames.into(),
+                shown,
+                all_frames: 3,
+            };
+            check(&pictures).level
+        };
+        assert_eq!(level(Mask::filled(32, 32, 1.0)), Level::Bad);
+        let shown = |x, _| f32::from(u8::from(filmed.contains(&x)));
+        assert_eq!(level(Mask::from_fn(32, 32, shown)), Level::Good);
+    }
 }

@@ -3,10 +3,10 @@
 use base::error::Result;
 use base::progress::Progress;
 use calibration::Calibration;
-use footage::{Frame, OlatReader};
+use footage::{Frame, OlatReader, dimensions};
 use imaging::resample::resize_area;
 use imaging::{Image, Mask};
-use project::Project;
+use project::{Framing, Project};
 use rayon::prelude::*;
 
 /// Side of the small pictures: what moves by a thirtieth of the picture moves by a pixel.
@@ -18,6 +18,8 @@ const FRAMES: usize = 48;
 pub(super) struct Pictures {
     pub poses: Vec<Pose>,
     pub frames: Vec<Filmed>,
+    /// What frames and poses both show: a plate may end within the square.
+    pub shown: Mask,
     /// All frames of the interview; only some are looked at.
     pub all_frames: usize,
 }
@@ -51,7 +53,16 @@ impl Pictures {
         let (poses, all_frames) = (shoot.poses.len(), shoot.frames.len());
         let chosen = evenly(all_frames, FRAMES);
         let total = (poses + chosen.len()) as u64;
+        let side = SIDE.min(project.settings.size);
+        let framings = &project.settings.framing;
+        let [filmed, lit] = [project.frame_picture(0), project.olat_picture(0, 0)]
+            .map(|picture| Ok(within(&framings.of(dimensions(&picture)?), side)));
+        let (mut shown, lit): (Mask, Mask) = (filmed?, lit?);
+        for (share, other) in shown.pixels.iter_mut().zip(lit.pixels) {
+            *share = share.min(other);
+        }
         let mut read = Self {
+            shown,
             poses: Vec::new(),
             frames: Vec::new(),
             all_frames,
@@ -66,7 +77,6 @@ impl Pictures {
             let name = shoot.frames.name(frame);
             progress.step("looking at the pictures", (poses + i) as u64, total, &*name);
             let taken = Frame::load(project, &calibration.response, frame)?;
-            let side = SIDE.min(project.settings.size);
             read.frames.push(Filmed {
                 name: name.into_owned(),
                 plate: resize_area(&taken.plate, side, side),
@@ -115,6 +125,20 @@ pub(super) fn sum(pictures: &[Image], weights: &[[f32; 3]]) -> Image {
         }
     }
     sum
+}
+
+/// The share of each of `side` × `side` blocks of a square that is within the pictures.
+fn within(framing: &Framing, side: usize) -> Mask {
+    let block = framing.side as f32 / side as f32;
+    let share = |i: usize, from: i32, length: usize| {
+        let start = from as f32 + i as f32 * block;
+        let end = (start + block).min(length as f32);
+        ((end - start.max(0.0)) / block).clamp(0.0, 1.0)
+    };
+    let [width, height] = framing.source;
+    Mask::from_fn(side, side, |x, y| {
+        share(x, framing.x, width) * share(y, framing.y, height)
+    })
 }
 
 /// The brightest values of a picture, in `side` × `side` blocks of it.

@@ -7,7 +7,7 @@ use worker::Job;
 
 /// Make the mattes that a shoot does not bring, from its green or blue screen.
 ///
-/// Poses without a screen are cut out by brightness. The mattes are kept in PROJECT/mattes as grey PNGs; the shoot's own are
+/// Without a screen a small network finds the person in each frame. Poses without a screen are cut out by brightness. The mattes are kept in PROJECT/mattes as grey PNGs; the shoot's own are
 /// never touched.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: afterlight matte interview")]

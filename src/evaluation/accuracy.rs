@@ -9,6 +9,7 @@ use clap::ValueEnum;
 use compositor::Plate;
 use compositor::reference::{extend_edges, lit_lamps, relight};
 use footage::{Exemplar, Frame, PictureSize};
+use imaging::resample::resize_area;
 use imaging::{Image, Mask};
 use light::weights::{Partition, Weighting};
 use project::Project;
@@ -181,12 +182,14 @@ pub fn score_under(
             _ => ReflectanceField::from_olats(&nearest(&poses, &frame)?.exemplar.olats),
         };
         let measured = |set: &mut Vec<FramePictures>, pictures, truths| {
-            set.push(FramePictures {
+            let mut measured = FramePictures {
                 frame: index,
                 mask: matte.clone(),
                 pictures,
                 truths,
-            });
+            };
+            measured.shrink_to_truth();
+            set.push(measured);
         };
         let limit = method == Method::TruthOlats;
         let plate = plate.as_ref().filter(|_| !limit);
@@ -240,10 +243,7 @@ fn enlarged(mut sum: Image, plate: Option<&Plate>, mask: &Mask) -> Image {
     extend_edges(&mut sum, mask);
     premultiply(&mut sum, mask);
     let mut picture = plate.relit(&sum, mask);
-    let pixels = picture.pixels.iter_mut().zip(&plate.matte.pixels);
-    for (pixel, &alpha) in pixels.filter(|(_, alpha)| **alpha > 0.0) {
-        *pixel = pixel.map(|v| v / alpha);
-    }
+    unpremultiply(&mut picture, &plate.matte);
     picture
 }
 
@@ -253,12 +253,40 @@ fn premultiply(picture: &mut Image, mask: &Mask) {
     }
 }
 
+fn unpremultiply(picture: &mut Image, mask: &Mask) {
+    let pixels = picture.pixels.iter_mut().zip(&mask.pixels);
+    for (pixel, &alpha) in pixels.filter(|(_, alpha)| **alpha > 0.0) {
+        *pixel = pixel.map(|v| v / alpha);
+    }
+}
+
 /// Pictures of one frame beside their truths.
 struct FramePictures {
     frame: usize,
     mask: Mask,
     pictures: Vec<Image>,
     truths: Vec<Image>,
+}
+
+impl FramePictures {
+    /// Averages the pictures down to the truths' size, if these show the same in fewer pixels.
+    fn shrink_to_truth(&mut self) {
+        let (width, height) = self.mask.size();
+        let Some((narrow, low)) = self.truths.first().map(Image::size) else {
+            return;
+        };
+        if narrow >= width || narrow * height != low * width {
+            return;
+        }
+        let mask = resize_area(&self.mask, narrow, low);
+        let large = (self.pictures.iter_mut()).filter(|picture| picture.size() == (width, height));
+        for picture in large {
+            premultiply(picture, &self.mask);
+            *picture = resize_area(picture, narrow, low);
+            unpremultiply(picture, &mask);
+        }
+        self.mask = mask;
+    }
 }
 
 fn psnr_of(set: &[FramePictures]) -> Result<Psnr> {

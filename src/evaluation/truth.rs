@@ -5,11 +5,14 @@
 //! truth/FRAME_relit_ENVIRONMENT.exr     linear light
 //! truth/FRAME_olat/LAMP.exr             linear light, of some frames only
 //! ```
+//!
+//! Pictures may be smaller than the interview's frames: those of the same shape show the same.
 
 use base::error::{Error, Result};
-use footage::{PictureSize, read_linear};
-use imaging::{Image, resample::resize_area};
-use project::{Framings, NamedEnvironment, Project};
+use footage::{PictureSize, cut_picture, dimensions};
+use imaging::resample::{resize, resize_area};
+use imaging::{Image, file};
+use project::{Framing, NamedEnvironment, Project};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +21,8 @@ use std::path::{Path, PathBuf};
 pub struct Truth {
     folder: PathBuf,
     size: usize,
-    framing: Framings,
+    /// The square of the interview's frames that the network sees.
+    framing: Framing,
     frame_names: Vec<String>,
     lamps: Vec<String>,
     /// Frames of the project with relit truth, ascending.
@@ -31,7 +35,7 @@ impl Truth {
     /// Finds the truth for `project` in `folder`: the `truth` folder itself or the shoot that has one.
     ///
     /// # Errors
-    /// When there is no truth, or a frame is relit under one environment and not under another.
+    /// When there is no truth, the first frame cannot be read, or a frame is relit under one environment and not under another.
     pub fn open(project: &Project, folder: &Path) -> Result<Self> {
         let shoot = &project.settings.shoot;
         let inside = folder.join("truth");
@@ -42,7 +46,7 @@ impl Truth {
                 folder.to_path_buf()
             },
             size: project.settings.size,
-            framing: project.settings.framing.clone(),
+            framing: (project.settings.framing).of(dimensions(&project.frame_picture(0))?),
             frame_names: shoot.frames.names().map(Into::into).collect(),
             lamps: shoot.lamps.clone(),
             frames: Vec::new(),
@@ -95,7 +99,7 @@ impl Truth {
         self.relit_at(frame, environment, PictureSize::Square)
     }
 
-    /// A frame under an environment, linear, as a picture of that size shows it.
+    /// A frame under an environment, linear: what a picture of that size shows, at the truth's own resolution.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -116,7 +120,7 @@ impl Truth {
         self.olats_at(frame, PictureSize::Square)
     }
 
-    /// A frame under each lamp alone, linear, as pictures of that size show it.
+    /// A frame under each lamp alone, linear: what pictures of that size show, at the truth's own resolution.
     ///
     /// # Errors
     /// When one cannot be read.
@@ -141,13 +145,92 @@ impl Truth {
     }
 
     fn read(&self, path: &Path, at: PictureSize) -> Result<Image> {
+        let truth = file::read_linear(path)?;
         Ok(match at {
-            PictureSize::Plate => imaging::file::read_linear(path)?,
-            PictureSize::Box => read_linear(path, &self.framing)?,
-            PictureSize::Square => {
-                let truth = read_linear(path, &self.framing)?;
-                resize_area(&truth, self.size, self.size)
-            }
+            PictureSize::Plate => truth,
+            PictureSize::Box => self.square(truth),
+            PictureSize::Square => resize_area(&self.square(truth), self.size, self.size),
         })
+    }
+
+    /// The square that the network sees.
+    fn square(&self, truth: Image) -> Image {
+        let [width, height] = self.framing.source;
+        if truth.width * height != truth.height * width {
+            return cut_picture(truth.clone(), &Framing::largest(truth.size()));
+        }
+        match self.framing.scaled(truth.size()) {
+            Some(framing) => cut_picture(truth, &framing),
+            None => cut_picture(resize(&truth, width, height), &self.framing),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::progress::Progress;
+    use footage::{ImportSettings, import};
+    use virtual_stage::{StageSettings, write_shoot};
+
+    #[test]
+    fn a_truth_in_fewer_pixels_shows_the_same_square() -> Result<()> {
+        let folder = tempfile::tempdir().unwrap();
+        let (shoot, silent) = (folder.path().join("shoot"), Progress::silent());
+        let stage = StageSettings {
+            frames: 1,
+            size: 48,
+            plate: Some((24, 48)),
+            lamps: 4,
+            ..StageSettings::default()
+        };
+        write_shoot(&shoot, &stage, &silent)?;
+        let settings = ImportSettings { size: 16, seed: 0 };
+        let root = folder.path().join("project");
+        import(&root, &shoot, &settings, &silent)?;
+        let shown = |framing: Framing| -> Result<Image> {
+            Project::change(&root, |project| project.frame(framing))?;
+            let truth = Truth::open(&Project::open(&root)?, &shoot)?;
+            let plate = truth.relit_at(0, "nave", PictureSize::Plate)?;
+            assert_eq!(plate.size(), (24, 48));
+            truth.relit(0, "nave")
+        };
+        let alike = shown(Framing::whole((24, 48)))?;
+        assert_eq!(alike.size(), (16, 16));
+        // Frames of twice the size; then a square whose edges are within pixels of the truth, at two sizes of the frames.
+        let odd = |(width, height): (usize, usize), side| Framing {
+            side,
+            ..Framing::whole((width, height))
+        };
+        let squares = [
+            Framing::whole((48, 96)),
+            odd((30, 60), 53),
+            odd((60, 120), 106),
+        ];
+        let mut seen = vec![];
+        for framing in squares {
+            let [width, height] = framing.source.map(|side| side as u32);
+            for name in ["interview/frame_000.png", "interview_masks/frame_000.png"] {
+                let path = shoot.join(name);
+                let picture = image::open(&path).unwrap();
+                let resized =
+                    picture.resize_exact(width, height, image::imageops::FilterType::Nearest);
+                resized.save(path).unwrap();
+            }
+            seen.push(shown(framing)?);
+        }
+        let off = |a: &Image, b: &Image| -> f32 {
+            let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+            let errors: f32 = pairs.map(|(a, b)| (a - b).abs()).sum();
+            errors / a.pixels.iter().flatten().sum::<f32>()
+        };
+        assert_eq!(off(&alike, &seen[0]), 0.0);
+        assert!(
+            off(&seen[1], &seen[2]) < 0.05,
+            "{}",
+            off(&seen[1], &seen[2])
+        );
+        assert!(off(&alike, &seen[1]) > 0.1);
+        Ok(())
     }
 }

@@ -88,8 +88,8 @@ fn framed(picture: Image, framings: &Framings) -> Image {
     cut_picture(picture, &framing)
 }
 
-/// The square of a picture, padded beyond its edges.
-pub(super) fn cut_picture(picture: Image, framing: &Framing) -> Image {
+/// The square of a picture, padded beyond its edges, at the picture's own resolution.
+pub fn cut_picture(picture: Image, framing: &Framing) -> Image {
     let outside = match framing.padding {
         Padding::Black => Some([0.0; 3]),
         Padding::Edge => None,

@@ -27,9 +27,11 @@ pub use damaged::{StandIn, offer, readable_frame, stand_in};
 pub use exemplar::{Exemplar, OlatReader};
 pub use filmed::{FilmedFrame, PictureSize, picture_size};
 pub use frame::Frame;
-pub use framed::{dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture};
+pub use framed::{
+    cut_picture, dimensions, read_encoded, read_linear, read_mask, read_matte, read_picture,
+};
 pub use framing::{FrameReport, FrameSettings, Square};
 pub use import::{ImportSettings, import, plan_import};
-pub use mattes::{MattesReport, make_mattes};
+pub use mattes::{FindPerson, MattesReport, make_mattes};
 pub use motion::{Motion, PoseMotion, SeenIn};
 pub use tracking::TrackingFrames;

@@ -4,8 +4,8 @@ use super::damaged::{offer, stand_in};
 use super::framed::read_picture;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use imaging::{Encoded, color::byte_from_unit, file};
-use matte::{Key, boxed, key, lit};
+use imaging::{Encoded, Mask, color::byte_from_unit, file};
+use matte::{Key, boxed, guessed, key, lit};
 use project::{Picture, Project};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -21,6 +21,8 @@ pub struct MattesReport {
     pub poses: usize,
     /// Mattes that were there before, and were kept.
     pub kept: usize,
+    /// Frames made in which no screen but a network told the person.
+    pub guessed: usize,
     /// `green` or `blue`; None if no frame was keyed.
     pub screen: Option<&'static str>,
     /// The screen's colour in the first frame that was keyed, in codes from 0 to 255.
@@ -40,6 +42,12 @@ impl MattesReport {
         if let (Some(screen), Some([r, g, b])) = (self.screen, self.screen_color) {
             text += &format!("; the screen is {screen} ({r} {g} {b})");
         }
+        if self.guessed > 0 {
+            text += &format!(
+                "; without a screen, a network found the person in {} frames: look at their mattes",
+                self.guessed
+            );
+        }
         if let Some(uncertain) = self.uncertain {
             text += &format!("; {:.1} % of their pixels are edges", 100.0 * uncertain);
         }
@@ -47,9 +55,12 @@ impl MattesReport {
     }
 }
 
+/// Says how likely each pixel of a picture shows a person: probabilities at any size.
+pub type FindPerson<'a> = &'a dyn Fn(&Encoded) -> Result<Mask>;
+
 /// Makes the mattes that neither the shoot nor the project has; all of the project's own again if `replace` is set. Those of
 /// the shoot are never touched. With a box (`within`: left, top, width and height in pixels) frames are cut out of it, whatever
-/// is behind the person.
+/// is behind the person. Without a box and a screen, `person` says where the person is.
 ///
 /// # Errors
 /// When a picture cannot be read or its matte cannot be told or written, or the person stops; mattes made before are kept.
@@ -57,6 +68,7 @@ pub fn make_mattes(
     root: &Path,
     replace: bool,
     within: Option<[usize; 4]>,
+    person: Option<FindPerson>,
     progress: &Progress,
 ) -> Result<MattesReport> {
     let project = Project::open(root)?;
@@ -67,6 +79,7 @@ pub fn make_mattes(
         frames: 0,
         poses: 0,
         kept: 0,
+        guessed: 0,
         screen: None,
         screen_color: None,
         uncertain: None,
@@ -102,9 +115,21 @@ pub fn make_mattes(
                 }
                 report.frames += 1;
                 let picture = project.frame_picture(item);
-                match within {
-                    Some(within) => of_box(&picture, within),
-                    None => of_frame(&picture, &mut screen),
+                match (within, person) {
+                    (Some(within), _) => of_box(&picture, within),
+                    // One way for all frames: what the first one shows.
+                    (None, Some(person)) if report.guessed > 0 => {
+                        report.guessed += 1;
+                        of_person(&picture, person)
+                    }
+                    (None, Some(person)) => match of_frame(&picture, &mut screen) {
+                        Err(Error::Missing { .. }) if screen.is_none() => {
+                            report.guessed += 1;
+                            of_person(&picture, person)
+                        }
+                        found => found,
+                    },
+                    (None, None) => of_frame(&picture, &mut screen),
                 }
                 .map_err(|e| offer(&project, item, e))?
             }
@@ -134,6 +159,11 @@ fn of_frame(picture: &Picture, screen: &mut Option<Key>) -> Result<matte::Matte>
         return Err(Error::bug("a screen that was found is gone"));
     };
     key.matte(&pixels).map_err(named)
+}
+
+/// A frame's matte, of whom a network finds.
+fn of_person(picture: &Picture, person: FindPerson) -> Result<matte::Matte> {
+    guessed(&read_picture(picture)?, person).map_err(|e| about(picture, e))
 }
 
 /// A frame's matte, of what is in a box.
@@ -211,7 +241,7 @@ mod tests {
         let root = folder.path().join("project");
         let project = import(&root, &shoot, &settings, &silent).unwrap();
         let poses = project.settings.shoot.poses.len();
-        let nothing = make_mattes(&root, true, None, &silent).unwrap();
+        let nothing = make_mattes(&root, true, None, None, &silent).unwrap();
         assert_eq!(
             (nothing.frames, nothing.poses, nothing.kept),
             (0, 0, 3 + poses)
@@ -228,7 +258,7 @@ mod tests {
             missing.push((truth(matte.file()), own));
             std::fs::remove_file(matte.file()).unwrap();
         }
-        let made = make_mattes(&root, false, None, &silent).unwrap();
+        let made = make_mattes(&root, false, None, None, &silent).unwrap();
         assert_eq!((made.frames, made.poses, made.kept), (2, 1, poses));
         assert_eq!(made.screen, Some("green"));
         assert!(made.sentence().contains("green"), "{}", made.sentence());
@@ -245,11 +275,11 @@ mod tests {
         let painted = Mask::filled(64, 64, 1.0);
         file::write_mask_png(own, &painted).unwrap();
         assert_eq!(
-            make_mattes(&root, false, None, &silent).unwrap().kept,
+            make_mattes(&root, false, None, None, &silent).unwrap().kept,
             3 + poses
         );
         assert_eq!(file::read_mask(own).unwrap(), painted);
-        let again = make_mattes(&root, true, None, &silent).unwrap();
+        let again = make_mattes(&root, true, None, None, &silent).unwrap();
         assert_eq!((again.frames, again.poses, again.kept), (2, 1, poses));
         assert_ne!(file::read_mask(own).unwrap(), painted);
 
@@ -258,11 +288,36 @@ mod tests {
         let picture = project.frame_picture(0).file().to_owned();
         let grey = Encoded(imaging::Raster::filled(64, 64, [0.5; 3]));
         file::write_png(&picture, &grey).unwrap();
-        let said = make_mattes(&root, false, None, &silent)
+        let said = make_mattes(&root, false, None, None, &silent)
             .unwrap_err()
             .to_string();
         assert!(
             said.contains("frame_000.png") && said.contains("screen"),
+            "{said}"
+        );
+        // Unless somebody says where the person is.
+        let middle = |_: &Encoded| {
+            let inside = |at: usize| (4..12).contains(&at);
+            Ok(Mask::from_fn(16, 16, |x, y| {
+                f32::from(u8::from(inside(x) && inside(y)))
+            }))
+        };
+        let found = make_mattes(&root, false, None, Some(&middle), &silent).unwrap();
+        assert_eq!((found.frames, found.guessed, found.screen), (1, 1, None));
+        assert!(
+            found.sentence().contains("found the person in 1"),
+            "{}",
+            found.sentence()
+        );
+        let matte = file::read_mask(own).unwrap();
+        assert_eq!((matte.at(32, 32), matte.at(4, 32)), (1.0, 0.0));
+        // And unless nobody is found.
+        std::fs::remove_file(own).unwrap();
+        let nobody = |_: &Encoded| Ok(Mask::filled(16, 16, 0.1));
+        let said = make_mattes(&root, false, None, Some(&nobody), &silent).unwrap_err();
+        let said = said.to_string();
+        assert!(
+            said.contains("frame_000.png") && said.contains("nor a person"),
             "{said}"
         );
     }

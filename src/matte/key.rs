@@ -264,14 +264,14 @@ fn solve(mut matrix: [[f64; 6]; 6], mut right: [f64; 6]) -> [f64; 6] {
 }
 
 /// What of a picture is no bar: rows or columns from the border inwards that are black throughout and fill the picture up.
-struct Shown {
-    columns: Range<usize>,
-    rows: Range<usize>,
+pub(super) struct Shown {
+    pub columns: Range<usize>,
+    pub rows: Range<usize>,
     width: usize,
 }
 
 impl Shown {
-    fn of(picture: &Encoded) -> Self {
+    pub fn of(picture: &Encoded) -> Self {
         let (width, height) = picture.0.size();
         let black = |x: usize, y: usize| picture.0.at(x, y).iter().all(|&v| v <= BAR);
         let row = |y: &usize| (0..width).all(|x| black(x, *y));

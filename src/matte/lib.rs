@@ -2,8 +2,10 @@
 //! background is dark. [`grab_cut`] tells a subject from what is behind it by colours and edges, from marks.
 
 mod boxed;
+mod cut;
 mod flow_network;
 mod grab_cut;
+mod guessed;
 mod key;
 mod lit;
 mod mixture;
@@ -16,6 +18,7 @@ mod window;
 
 pub use boxed::boxed;
 pub use grab_cut::{GrabCut, Mark, grab_cut, rectangle};
+pub use guessed::guessed;
 pub use lit::lit;
 pub use screen::{Hue, Key, key};
 

@@ -68,6 +68,23 @@ impl Framing {
         }
     }
 
+    /// The same square of the same pictures at another resolution; None if its edges are not between pixels there.
+    #[must_use]
+    pub fn scaled(&self, (width, height): (usize, usize)) -> Option<Self> {
+        let [from, _] = self.source.map(|length| length as i64);
+        let scaled = |length: i64| {
+            let length = length * width as i64;
+            (length % from == 0).then(|| length / from)
+        };
+        Some(Self {
+            source: [width, height],
+            x: i32::try_from(scaled(self.x.into())?).ok()?,
+            y: i32::try_from(scaled(self.y.into())?).ok()?,
+            side: usize::try_from(scaled(self.side as i64)?).ok()?,
+            ..*self
+        })
+    }
+
     /// The square moved and resized so that [`Self::check`] passes; the source stays.
     pub fn bounded(self) -> Self {
         let [width, height] = self.source.map(|length| length.clamp(1, LONGEST_SIDE));
@@ -170,6 +187,18 @@ mod tests {
         assert_eq!(toml::from_str::<Kept>(&text).unwrap().framing, framings);
         framings.set(Framing::largest((1920, 1080)));
         assert!(framings.is_empty());
+    }
+
+    #[test]
+    fn a_square_is_the_same_at_another_resolution_if_its_edges_fall_between_pixels() {
+        let portrait = Framing::whole((540, 960));
+        assert_eq!((portrait.x, portrait.y, portrait.side), (-210, 0, 960));
+        assert_eq!(
+            portrait.scaled((180, 320)),
+            Some(Framing::whole((180, 320)))
+        );
+        assert_eq!(portrait.scaled((540, 960)), Some(portrait));
+        assert_eq!(portrait.scaled((135, 240)), None);
     }
 
     #[derive(Serialize, Deserialize)]

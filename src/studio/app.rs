@@ -34,9 +34,10 @@ use super::training::Training;
 use super::wizard::Wizard;
 use super::{keys, theme};
 use autosave::Autosave;
+use base::progress::Report;
 use dialogs::Dialogs;
 use eframe::egui_wgpu::RenderState;
-use egui::Context;
+use egui::{Context, UserAttentionType};
 use errands::Errands;
 use exports::Exports;
 use gpu::{DeviceChoice, Gpu};
@@ -69,6 +70,14 @@ pub struct StudioApp {
     shown: Vec<Pane>,
     /// Where the project goes when the window can no longer be drawn.
     handover: Option<ProjectHandover>,
+}
+
+/// Whether a person who went elsewhere wants to know of it: work that is over, or waits for them.
+fn needs_a_look(event: &Event) -> bool {
+    matches!(
+        event,
+        Event::Finished { .. } | Event::Exported(_) | Event::Report(Report::Blocked(_))
+    )
 }
 
 /// The window's title.
@@ -250,6 +259,11 @@ impl StudioApp {
             if event == Event::Opening {
                 // Pictures of another network are no longer what was asked for.
                 self.preview.clear();
+            }
+            if needs_a_look(&event) && !self.ctx.input(|input| input.focused) {
+                let asked = UserAttentionType::Informational;
+                let asked = egui::ViewportCommand::RequestUserAttention(asked);
+                self.ctx.send_viewport_cmd(asked);
             }
             self.readers.on_event(&event);
             self.status.on_event(event);

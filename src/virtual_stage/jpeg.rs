@@ -11,7 +11,6 @@ use imaging::{Encoded, Raster};
 /// # Errors
 /// When the picture cannot be encoded, which no picture of the stage is.
 pub fn through_jpeg(picture: &Encoded, quality: u8) -> Result<Encoded> {
-    let fail = |e: image::ImageError| Error::bug(format!("the virtual stage's JPEG failed: {e}"));
     let (width, height) = picture.0.size();
     let bytes: Vec<u8> = (coarse_colour(&picture.0).pixels.iter().flatten())
         .map(|v| (255.0 * v).round().clamp(0.0, 255.0) as u8)
@@ -19,14 +18,27 @@ pub fn through_jpeg(picture: &Encoded, quality: u8) -> Result<Encoded> {
     let mut file = Vec::new();
     JpegEncoder::new_with_quality(&mut file, quality)
         .encode(&bytes, width as u32, height as u32, ExtendedColorType::Rgb8)
-        .map_err(fail)?;
-    let read = image::load_from_memory_with_format(&file, ImageFormat::Jpeg).map_err(fail)?;
+        .map_err(failed)?;
+    decode(&file)
+}
+
+/// A JPEG file's codes.
+///
+/// # Errors
+/// When it cannot be decoded, which no file of the stage is.
+pub fn decode(file: &[u8]) -> Result<Encoded> {
+    let read = image::load_from_memory_with_format(file, ImageFormat::Jpeg).map_err(failed)?;
     let read = read.to_rgb8();
+    let (width, height) = (read.width() as usize, read.height() as usize);
     Ok(Encoded(Raster::from_fn(width, height, |x, y| {
         read.get_pixel(x as u32, y as u32)
             .0
             .map(|code| f32::from(code) / 255.0)
     })))
+}
+
+fn failed(error: image::ImageError) -> Error {
+    Error::bug(format!("the virtual stage's JPEG failed: {error}"))
 }
 
 /// Each pixel's own luma (ITU-R BT.601, as in JFIF) with the mean colour of its block of 2 × 2.

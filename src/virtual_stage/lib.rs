@@ -34,6 +34,7 @@ mod probe;
 mod room;
 mod session;
 mod shape;
+mod shipped;
 mod shoot;
 mod span;
 mod subject;
@@ -74,6 +75,9 @@ pub struct StageSettings {
     /// Whether pictures are written as files or as movies.
     #[arg(long = "as", value_enum, default_value_t)]
     pub written_as: WrittenAs,
+    /// Whether the interview is the one that comes with the program, in place of a traced one.
+    #[arg(skip)]
+    pub shipped: bool,
     #[command(flatten)]
     pub trouble: TroubleSettings,
 }
@@ -96,12 +100,25 @@ impl Default for StageSettings {
             seed: 1,
             lamps: 41,
             written_as: WrittenAs::Files,
+            shipped: false,
             trouble: TroubleSettings::NONE,
         }
     }
 }
 
 impl StageSettings {
+    /// The demo's shoot. Its interview, 540 × 960, comes with the program, since tracing it takes minutes; its truth is
+    /// traced at a third of that.
+    pub fn demo() -> Self {
+        Self {
+            frames: shipped::FRAMES.len(),
+            size: 128,
+            plate: Some((180, 320)),
+            shipped: true,
+            ..Self::default()
+        }
+    }
+
     /// Columns and rows of the interview's frames.
     pub fn frame_size(&self) -> (usize, usize) {
         self.plate.unwrap_or((self.size, self.size))

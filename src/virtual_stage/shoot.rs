@@ -5,10 +5,12 @@ use super::ball_view::Surroundings;
 use super::camera::green_screen;
 use super::effects::Tally;
 use super::film::{WrittenAs, film};
+use super::jpeg::decode;
 use super::manifest::{Manifest, Tracking};
 use super::picture::Pictures;
 use super::probe::{BallLight, Probe};
 use super::session::{Session, lamp_time};
+use super::shipped::{FRAMES, ShippedFrame};
 use super::span::NearestSum;
 use super::trouble::Trouble;
 use super::{StageReport, StageSettings};
@@ -183,11 +185,19 @@ impl Session<'_> {
     fn write_interview(&self, exposures: &Exposures) -> Result<Option<NearestSum>> {
         let mut nearest = None;
         let size = self.settings.frame_size();
-        let screen = green_screen(size);
         for (i, pose) in self.frames.iter().enumerate() {
             let place = self.truth_frames.iter().position(|&t| t == i);
             // The last truth frame is only used to judge pictures under environments.
             let banks = place.is_some_and(|p| p < 3);
+            if let Some(shipped) = self.shipped(i) {
+                // As PNG, which a shoot of stills is made of.
+                let picture = self.folder.join(format!("interview/frame_{i:03}.png"));
+                self.written(write_png(&picture, &decode(shipped.picture)?))?;
+                self.bytes(&format!("interview_masks/frame_{i:03}.png"), shipped.matte)?;
+                if place.is_none() {
+                    continue;
+                }
+            }
             let grid = self.bake(pose);
             let note = format!("frame {i}");
             let pictures = self.take(pose, &grid, size, (place.is_some(), banks), &note)?;
@@ -198,22 +208,14 @@ impl Session<'_> {
                     &pictures.coverage,
                 ));
             }
-            let mut plate = scaled(&pictures.sums[0], exposures.interview);
-            for ((pixel, behind), coverage) in plate
-                .pixels
-                .iter_mut()
-                .zip(&screen.pixels)
-                .zip(&pictures.coverage.pixels)
-            {
-                for (level, green) in pixel.iter_mut().zip(behind) {
-                    *level += (1.0 - coverage) * green;
-                }
+            if self.shipped(i).is_none() {
+                let plate = before_screen(&pictures, exposures.interview);
+                self.photograph(&format!("interview/frame_{i:03}.png"), &plate)?;
+                self.mask(
+                    &format!("interview_masks/frame_{i:03}.png"),
+                    &pictures.coverage,
+                )?;
             }
-            self.photograph(&format!("interview/frame_{i:03}.png"), &plate)?;
-            self.mask(
-                &format!("interview_masks/frame_{i:03}.png"),
-                &pictures.coverage,
-            )?;
             if place.is_some() {
                 let frame = format!("frame_{i:03}");
                 self.write_truth_pictures(&frame, &format!("{frame}_olat"), &pictures)?;
@@ -225,6 +227,11 @@ impl Session<'_> {
             }
         }
         Ok(nearest)
+    }
+
+    /// Frame `i` of the interview that comes with the program; None if it is to be traced.
+    fn shipped(&self, i: usize) -> Option<&'static ShippedFrame> {
+        self.settings.shipped.then(|| FRAMES.get(i)).flatten()
     }
 
     /// Linear pictures in units of radiance: under the environments, and of every bank.
@@ -326,11 +333,16 @@ impl Session<'_> {
         self.written(write_exr(&self.folder.join(name), image))
     }
 
+    fn bytes(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        self.written(write_beside(&self.folder.join(name), |out| {
+            out.write_all(bytes)
+        }))
+    }
+
     fn json(&self, name: &str, value: &impl Serialize) -> Result<()> {
-        let path = self.folder.join(name);
         let text = serde_json::to_vec_pretty(value)
-            .map_err(|e| Error::bug(format!("cannot write {}: {e}", path.display())))?;
-        self.written(write_beside(&path, |out| out.write_all(&text)))
+            .map_err(|e| Error::bug(format!("cannot write {name}: {e}")))?;
+        self.bytes(name, &text)
     }
 
     fn written(&self, result: Result<()>) -> Result<()> {
@@ -338,6 +350,21 @@ impl Session<'_> {
             self.files.fetch_add(1, Ordering::Relaxed);
         })
     }
+}
+
+/// The subject under the interview's light before the green screen, as the sensor gets it.
+pub fn before_screen(pictures: &Pictures, exposure: f32) -> Image {
+    let mut plate = scaled(&pictures.sums[0], exposure);
+    let screen = green_screen(plate.size());
+    for ((pixel, behind), coverage) in (plate.pixels.iter_mut())
+        .zip(&screen.pixels)
+        .zip(&pictures.coverage.pixels)
+    {
+        for (level, green) in pixel.iter_mut().zip(behind) {
+            *level += (1.0 - coverage) * green;
+        }
+    }
+    plate
 }
 
 /// The sum of pictures of one size, at least one.

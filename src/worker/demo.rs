@@ -8,12 +8,12 @@ use compositor::Storage;
 use evaluation::{EvaluateReport, EvaluateSettings, Method, Truth, evaluate};
 use export::Files;
 use export::relight::{RelightReport, RelightSettings, relight};
-use footage::{ImportSettings, PictureSize, import};
+use footage::{ImportSettings, PictureSize, dimensions, import};
 use gpu::DeviceChoice;
 use light::Lighting;
 use light::keyframes::Keyframes;
 use light::weights::Weighting;
-use project::Project;
+use project::{Framing, Project};
 use reflectance::checkpoint::{DEMO_STARTER, install};
 use scene::{Background, Effects};
 use serde::Serialize;
@@ -23,10 +23,6 @@ use std::path::{Path, PathBuf};
 use training::{Preset, TrainReport, TrainSettings, train};
 use virtual_stage::{StageSettings, write_shoot};
 
-/// Pictures of the demo are this wide and high.
-const SIZE: usize = 128;
-/// Frames of its interview: one second.
-const FRAMES: usize = 24;
 /// Training goes on from the starting point for this long, unless another time is asked for.
 pub const MINUTES: f64 = 0.75;
 
@@ -56,25 +52,20 @@ pub fn project_folder(folder: &Path) -> PathBuf {
 pub fn prepare(folder: &Path, progress: &Progress) -> Result<Project> {
     let (shoot, root) = (folder.join("shoot"), project_folder(folder));
     if !shoot.join("manifest.json").exists() {
-        let settings = StageSettings {
-            frames: FRAMES,
-            size: SIZE,
-            ..StageSettings::default()
-        };
-        write_shoot(&shoot, &settings, progress)?;
+        write_shoot(&shoot, &StageSettings::demo(), progress)?;
     }
     let mut project = if root.join("project.toml").exists() {
         Project::open(&root)?
     } else {
-        import(
-            &root,
-            &shoot,
-            &ImportSettings {
-                size: SIZE,
-                seed: 1,
-            },
-            progress,
-        )?
+        let settings = ImportSettings {
+            size: StageSettings::demo().size,
+            seed: 1,
+        };
+        let project = import(&root, &shoot, &settings, progress)?;
+        // The network that comes with the program has learned subjects of this size in its square.
+        let plate = dimensions(&project.frame_picture(0))?;
+        Project::change(&root, |project| project.frame(Framing::whole(plate)))?;
+        Project::open(&root)?
     };
     if !project.calibration_path().exists() {
         calibrate(&mut project, &CalibrateSettings::default(), progress)?.save(&project)?;

@@ -14,6 +14,7 @@ use gpu::DeviceChoice;
 use imaging::DualGamma;
 use light::Lighting;
 use light::subset::Subset;
+use person::Segmenter;
 use project::{EnvironmentChange, KnownEnvironment, Lock, Project};
 use reflectance::checkpoint::{self, CheckpointInfo};
 use serde::{Serialize, Serializer};
@@ -320,7 +321,11 @@ impl Job {
                 project,
                 replace,
                 within,
-            } => make_mattes(&project, replace, within, progress).map(Outcome::Matted),
+            } => {
+                let segmenter = Segmenter::new()?;
+                let person = |picture: &_| segmenter.probability(picture);
+                make_mattes(&project, replace, within, Some(&person), progress).map(Outcome::Matted)
+            }
             Self::Pack { project, to } => {
                 let project = Project::open(&project)?;
                 checkpoint::pack(&project.checkpoint_path(), &to).map(Outcome::Packed)

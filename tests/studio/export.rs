@@ -537,3 +537,34 @@ fn an_export_that_failed_looks_as_it_did() {
     window.run_steps(3);
     until(&mut window, "empty line", |app| app.exports().is_empty());
 }
+
+#[test]
+fn work_that_ends_while_the_window_is_in_the_background_asks_for_a_look() {
+    let (mut window, ..) = opened();
+    window.get_by_label("Workspace Export").click();
+    window.run_steps(2);
+    for (exports, focused) in [(1, true), (2, false)] {
+        window.input_mut().focused = focused;
+        window.run_steps(2);
+        window.get_by_label("Add to queue").click();
+        let mut asked = false;
+        let started = std::time::Instant::now();
+        loop {
+            window.step();
+            let commands = window.output().viewport_output.values();
+            asked |= commands
+                .flat_map(|viewport| &viewport.commands)
+                .any(|c| matches!(c, egui::ViewportCommand::RequestUserAttention(_)));
+            let over = |e: &afterlight::worker::Export| e.status.sentence().is_some();
+            if window.state().exports().iter().filter(|e| over(e)).count() == exports {
+                break;
+            }
+            assert!(
+                started.elapsed() < super::PATIENCE,
+                "the export does not end"
+            );
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert_eq!(asked, !focused);
+    }
+}

@@ -24,17 +24,16 @@ const MISLEADING_DEG: f64 = 5.0;
 /// The shoot of a seed: everything that can be drawn is.
 pub fn settings(seed: u64, size: usize) -> StageSettings {
     StageSettings {
-        plate: None,
         frames: 4,
         size,
         seed,
         // From 9 to 24, in an order without a pattern (a multiplicative hash after Knuth).
         lamps: 9 + (seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 60) as usize,
-        written_as: virtual_stage::WrittenAs::Files,
         trouble: TroubleSettings {
             trouble: true,
             ..TroubleSettings::NONE
         },
+        ..StageSettings::default()
     }
 }
 

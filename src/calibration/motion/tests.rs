@@ -11,13 +11,12 @@ const SIZE: usize = 64;
 /// A project of a stage in `folder`, with its truth.
 fn stage(folder: &File, seed: u64, lamps: usize, trouble: TroubleSettings) -> (Project, Truth) {
     let settings = StageSettings {
-        plate: None,
         frames: 1,
         size: SIZE,
         seed,
         lamps,
-        written_as: virtual_stage::WrittenAs::Files,
         trouble,
+        ..StageSettings::default()
     };
     let shoot = folder.join("shoot");
     write_shoot(&shoot, &settings, &Progress::silent()).unwrap();

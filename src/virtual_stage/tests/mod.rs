@@ -15,9 +15,11 @@ use imaging::color::luminance;
 use imaging::file::{read_encoded, read_linear, read_mask};
 use std::path::Path;
 
+mod shipped;
 mod trouble;
 
 const SMALL: StageSettings = StageSettings {
+    shipped: false,
     plate: None,
     frames: 2,
     size: 32,

@@ -1,0 +1,71 @@
+//! The matte of a person whom somebody else guessed, such as a network, before any background.
+
+use super::Matte;
+use super::cut::{ROUNDS, Reduced};
+use super::grab_cut::{Mark, grab_cut};
+use super::key::Shown;
+use super::parts::clean;
+use base::error::{Error, Result};
+use imaging::resample::resize;
+use imaging::{Encoded, Mask, Raster};
+
+/// What is guessed with more certainty than this stays; elsewhere colours and edges decide.
+const SURE: f32 = 0.95;
+/// A person fills at least this share of the picture, by what is sure.
+const LEAST: f32 = 0.01;
+
+/// The matte of a person where `find` says that one is, as a probability of any size for the picture that it is given: this one
+/// without the black bars that fill it up. Where the guess is not sure, GrabCut tells the person from the background by
+/// their colours; edges are softened as those of a box are.
+///
+/// # Errors
+/// When nobody is found, and those of `find`.
+pub fn guessed(picture: &Encoded, find: impl Fn(&Encoded) -> Result<Mask>) -> Result<Matte> {
+    let shown = Shown::of(picture);
+    let (left, top) = (shown.columns.start, shown.rows.start);
+    let without_bars = Encoded(Raster::from_fn(
+        shown.columns.len(),
+        shown.rows.len(),
+        |x, y| picture.0.at(left + x, top + y),
+    ));
+    let found = find(&without_bars)?;
+    let reduced = Reduced::of(&without_bars);
+    let small = reduced.small.0.size();
+    let guess = resize(&found, small.0, small.1);
+    let share = |wanted: &dyn Fn(f32) -> bool| {
+        let count = guess.pixels.iter().filter(|p| wanted(**p)).count();
+        count as f32 / guess.pixels.len().max(1) as f32
+    };
+    if share(&|p| p > SURE) < LEAST {
+        return Err(Error::missing(
+            "neither a green or blue screen nor a person was found",
+            "Say where the person is (--box), or put mattes of your own beside the pictures",
+        ));
+    }
+    let marks = guess.map(|p| match p {
+        p if p > SURE => Mark::Subject,
+        p if p >= 0.5 => Mark::MaybeSubject,
+        p if p >= 1.0 - SURE => Mark::MaybeBackground,
+        _ => Mark::Background,
+    });
+    let mut cut: Vec<bool> = guess.pixels.iter().map(|p| *p >= 0.5).collect();
+    // Where all is the person there is nothing to cut.
+    if cut.contains(&false) {
+        cut = grab_cut(&reduced.small, &marks, ROUNDS)?.subject.pixels;
+    }
+    clean(&mut cut, small, |i| guess.pixels[i] < 0.5);
+    let inner = reduced.matte(&cut, None);
+    let mut mask = picture.0.map(|_| 0.0);
+    for (row, from) in shown
+        .rows
+        .zip(inner.mask.pixels.chunks(shown.columns.len()))
+    {
+        let start = row * mask.width + left;
+        mask.pixels[start..start + from.len()].copy_from_slice(from);
+    }
+    let unsure = share(&|p| (1.0 - SURE..=SURE).contains(&p));
+    Ok(Matte {
+        mask,
+        uncertain: inner.uncertain.max(unsure),
+    })
+}
