@@ -10,7 +10,8 @@ use evaluation::review::{Means, ReviewReport, ReviewSettings, review};
 use evaluation::{EvaluateReport, EvaluateSettings, Method, evaluate};
 use export::relight::{RelightReport, RelightSettings, find_environment, relight};
 use footage::{
-    self, FrameReport, FrameSettings, ImportSettings, MatteSettings, MattesReport, make_mattes,
+    self, FindPerson, FrameReport, FrameSettings, ImportSettings, MatteSettings, MattesReport,
+    make_mattes,
 };
 use gpu::DeviceChoice;
 use imaging::DualGamma;
