@@ -309,6 +309,7 @@ fn a_clean_plate_serves_a_whole_project() {
         let said = make_mattes(
             &stage.project.root,
             &MatteSettings::default(),
+            None,
             &Progress::silent(),
         );
         let said = said.unwrap_err().to_string();
