@@ -32,8 +32,8 @@ pub struct PlannedPart {
     pub path: PathBuf,
     /// What the person says that it is; None as it is guessed.
     pub slot: Option<Slot>,
-    /// It was dropped just now: where the pointer is next says what it is.
-    pub is_landing: bool,
+    /// When it was dropped, in seconds of the window's clock, until it is seen where the pointer was.
+    pub landed_s: Option<f64>,
 }
 
 impl Default for Plan {
@@ -62,22 +62,30 @@ impl Plan {
     pub fn root(&self) -> Option<PathBuf> {
         let typed = typed(&self.folder);
         let beside = || {
-            let part = || Some(self.parts.first()?.path.parent()?.to_path_buf());
-            let shoot = self::typed(&self.shoot).or_else(part)?;
+            let shoot = self::typed(&self.shoot).or_else(|| self.parts_folder())?;
             let name = shoot.file_name()?.to_string_lossy().into_owned();
             Some(shoot.with_file_name(format!("{name}-project")))
         };
         typed.or_else(beside)
     }
 
+    /// The folder that holds all parts.
+    fn parts_folder(&self) -> Option<PathBuf> {
+        let mut folder = self.parts.first()?.path.parent()?.to_path_buf();
+        while !self.parts.iter().all(|part| part.path.starts_with(&folder)) {
+            folder.pop();
+        }
+        Some(folder)
+    }
+
     /// Adds files and folders, as what they are said or guessed to be. Those that are there already stay as they are.
-    pub fn bring(&mut self, paths: Vec<PathBuf>, slot: Option<Slot>, is_landing: bool) {
+    pub fn bring(&mut self, paths: Vec<PathBuf>, slot: Option<Slot>, landed_s: Option<f64>) {
         for path in paths {
             if !self.parts.iter().any(|part| part.path == path) {
                 self.parts.push(PlannedPart {
                     path,
                     slot,
-                    is_landing,
+                    landed_s,
                 });
             }
         }
@@ -241,16 +249,18 @@ impl Wizard {
                 continue;
             };
             let dropped = plan.parts.remove(at);
-            for (i, candidate) in found.into_iter().enumerate() {
+            let mut at = at;
+            for candidate in found {
                 if plan.parts.iter().all(|part| part.path != candidate.path) {
                     let path = candidate.path.clone();
                     plan.parts.insert(
-                        at + i,
+                        at,
                         PlannedPart {
                             path,
                             ..dropped.clone()
                         },
                     );
+                    at += 1;
                 }
                 self.candidates.insert(candidate.path.clone(), candidate);
             }
@@ -374,6 +384,13 @@ mod tests {
         let home = dirs::home_dir().unwrap();
         assert_eq!(typed("~/films"), Some(home.join("films")));
         assert_eq!(typed("  "), None);
+
+        let mut plan = Plan::default();
+        let cards = ["/cards/day 1/b/pose.mov", "/cards/day 1/a.mov"];
+        plan.bring(cards.map(PathBuf::from).to_vec(), None, None);
+        assert_eq!(plan.root(), Some("/cards/day 1-project".into()));
+        plan.bring(vec!["/other.mov".into()], None, None);
+        assert_eq!(plan.root(), None, "no folder holds all");
     }
 
     #[test]

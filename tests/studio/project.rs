@@ -157,6 +157,8 @@ fn a_shoot_is_gathered_from_dropped_movies() {
     let known = |count: usize| move |app: &StudioApp| app.wizard().gathered().len() == count;
     until(&mut window, "look at the pose", known(1));
     window.get_by_label_contains("6 frames look as if one lamp lit each");
+    window.hover_at(egui::pos2(5.0, 5.0));
+    window.run_steps(2);
     // Where the pointer is next says what it is; what does not fit says why.
     drop_onto(&mut window, filmed.join("interview.mov"));
     let row = window
@@ -181,7 +183,9 @@ fn a_shoot_is_gathered_from_dropped_movies() {
     assert!(window.query_by_label_contains("does not change").is_none());
     let make = window.get_by_label("Make project");
     assert!(!make.accesskit_node().is_disabled());
-    make.click();
+    make.scroll_to_me();
+    window.run();
+    window.get_by_label("Make project").click();
     until(
         &mut window,
         "opened project",

@@ -53,7 +53,8 @@ impl StudioApp {
             self.apply_to_project(ProjectCommand::New(None));
         }
         let mut plan = self.picker.wizard.plan().cloned().unwrap_or_default();
-        plan.bring(paths, None, true);
+        let now = self.ctx.input(|input| input.time);
+        plan.bring(paths, None, Some(now));
         self.picker.wizard.set(Some(plan));
         None
     }

@@ -37,7 +37,7 @@ impl StudioApp {
             ProjectCommand::Plan(plan) => self.picker.wizard.set(plan.map(|plan| *plan)),
             ProjectCommand::Bring(paths, slot) => {
                 let mut plan = self.picker.wizard.plan().cloned().unwrap_or_default();
-                plan.bring(paths, slot, false);
+                plan.bring(paths, slot, None);
                 self.picker.wizard.set(Some(plan));
             }
             ProjectCommand::Make => match self.picker.wizard.job() {

@@ -14,7 +14,7 @@ use footage::gathered;
 use worker::SrgbPicture;
 
 /// Height of a thumbnail in points.
-const THUMBNAIL: f32 = 56.0;
+const THUMBNAIL: f32 = 48.0;
 /// Width of the column with the kinds' names, in points.
 const NAMES: f32 = 120.0;
 
@@ -48,23 +48,32 @@ pub fn parts_ui(
         });
 }
 
+/// How long after a drop the pointer's next move is taken for where it was dropped.
+const LANDING_S: f64 = 1.0;
+
 /// What was dropped just now is what the row is that the pointer is over next: while files are dragged, window systems do not
 /// say where the pointer is.
 fn land(ui: &Ui, plan: &Plan, changed: &mut Plan, rows: &[(Slot, Rect)]) {
-    if !plan.parts.iter().any(|part| part.is_landing) {
+    if plan.parts.iter().all(|part| part.landed_s.is_none()) {
         return;
     }
     let moved = |event: &Event| match event {
         Event::PointerMoved(at) => Some(*at),
         _ => None,
     };
-    let Some(at) = ui.input(|input| input.events.iter().find_map(moved)) else {
-        return;
-    };
-    let row = rows.iter().find(|(_, rect)| rect.contains(at));
-    for part in changed.parts.iter_mut().filter(|part| part.is_landing) {
-        part.is_landing = false;
-        part.slot = row.map(|(slot, _)| *slot);
+    let (now, at) = ui.input(|input| (input.time, input.events.iter().find_map(moved)));
+    let row = at.and_then(|at| rows.iter().find(|(_, rect)| rect.contains(at)));
+    for part in &mut changed.parts {
+        let Some(landed) = part.landed_s else {
+            continue;
+        };
+        let is_over = now - landed > LANDING_S;
+        if let (Some((slot, _)), false) = (row, is_over) {
+            part.slot = Some(*slot);
+        }
+        if at.is_some() || is_over {
+            part.landed_s = None;
+        }
     }
 }
 
@@ -132,32 +141,49 @@ fn unknown_ui(ui: &mut Ui, context: &PanelContext, changed: &mut Plan) {
 
 /// One file: its pictures, what it holds, why it is taken for that, and why it does not fit.
 fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<String>, changed: &mut Plan) {
-    let path = &one.part.path;
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
     ui.horizontal_top(|ui| {
         if let Some(candidate) = one.candidate {
             thumbnails_ui(ui, candidate);
         }
-        let room = (ui.available_width() - 190.0).max(120.0);
         ui.vertical(|ui| {
-            ui.set_width(room);
+            ui.set_width(ui.available_width());
             ui.spacing_mut().item_spacing.y = 1.0;
-            ui.add(egui::Label::new(RichText::new(&*name).strong()).truncate())
-                .on_hover_text(path.display().to_string());
+            head_ui(ui, one, changed);
             let Some(candidate) = one.candidate else {
                 quiet_ui(ui, "Looking at it");
                 return;
             };
             quiet_ui(ui, &candidate.found);
-            let guessed = one.part.slot.is_none() && candidate.guess.is_some();
-            if !candidate.reason.is_empty() {
-                let said = if guessed { "Guessed: " } else { "" };
-                quiet_ui(ui, &format!("{said}{}", candidate.reason));
+            let why = match (one.part.slot, candidate.guess) {
+                (None, Some(_)) => Some("Guessed".to_owned()),
+                (Some(said), Some(guess)) if said != guess => {
+                    Some(format!("Looks like “{}”", guess.name()))
+                }
+                (None, None) => Some("Unclear".to_owned()),
+                _ => None,
+            };
+            if let Some(why) = why.filter(|_| !candidate.reason.is_empty()) {
+                quiet_ui(ui, &format!("{why}: {}", candidate.reason));
             }
             if let Some(misfit) = misfit {
                 let text = format!("{} {misfit}", icons::WARNING);
                 ui.add(egui::Label::new(RichText::new(text).color(theme::ACCENT)).wrap());
             }
+        });
+    });
+    ui.add_space(GAP);
+}
+
+/// A file's name, what it is taken for, and a button that takes it out.
+fn head_ui(ui: &mut Ui, one: Brought, changed: &mut Plan) {
+    let path = &one.part.path;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    ui.horizontal(|ui| {
+        let room = (ui.available_width() - 190.0).max(80.0);
+        ui.allocate_ui(vec2(room, 20.0), |ui| {
+            ui.set_width(room);
+            ui.add(egui::Label::new(RichText::new(&*name).strong()).truncate())
+                .on_hover_text(path.display().to_string());
         });
         let chosen = one.slot();
         let list = ComboBox::from_id_salt(("slot", path)).width(130.0);
@@ -180,7 +206,6 @@ fn brought_ui(ui: &mut Ui, one: Brought, misfit: Option<String>, changed: &mut P
             changed.parts.retain(|part| part.path != *path);
         }
     });
-    ui.add_space(0.5 * GAP);
 }
 
 /// A thumbnail on the GPU, kept as long as the window.
